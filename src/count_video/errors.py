@@ -1,0 +1,27 @@
+"""The errors that a user can meet, as one tree.
+
+CountVideoError
+├── UsageError       the request itself is off: an option's value, an impossible combination
+├── FootageError     the file cannot be read as footage
+└── TrackingError    the footage does not show what can be counted
+
+Every message says what failed, where, and what to do about it, on one line.
+"""
+
+from __future__ import annotations
+
+
+class CountVideoError(Exception):
+    """Anything this package refuses to do, with a one-line message for the user."""
+
+
+class UsageError(CountVideoError):
+    """The request itself is off."""
+
+
+class FootageError(CountVideoError):
+    """The file cannot be read as footage."""
+
+
+class TrackingError(CountVideoError):
+    """The footage does not show what can be counted."""

@@ -1,0 +1,1 @@
+"""Files to frames and times, and back: the one door to PyAV."""

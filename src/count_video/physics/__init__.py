@@ -1,0 +1,1 @@
+"""Theory and event-driven simulator; knows no video."""

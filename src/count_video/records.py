@@ -1,0 +1,189 @@
+"""The nouns that every room of the house shares, and the conventions, stated once.
+
+Conventions
+-----------
+- Frames count from 0, in the order in which they were decoded. A *frame coordinate* is a float;
+  the integer k is the centre of the exposure of frame k.
+- *Footage time* is what the container says (seconds at the playing rate); *real time* is what the
+  camera lived through (seconds at the capture rate). Only ``count_video.footage.clock`` converts.
+- Image x points right and y down, in px; an integer is the centre of a pixel.
+- A *position along the line of motion* is measured in px of image x (y for an upright line), so it
+  grows to the right (downward). Metres point away from the wall; only
+  ``count_video.collisions.gaps`` turns one into the other.
+- Not seen is NaN, never 0 or -1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+CollisionKind = Literal["bodies", "wall"]
+WallSide = Literal["left", "right"]
+RateSource = Literal["option", "metadata", "unknown"]
+Status = Literal["counted", "not_counted"]
+
+
+@dataclass(frozen=True)
+class FootageInfo:
+    """What a file says about itself before a frame is decoded."""
+
+    path: Path
+    codec: str
+    """Short name of the decoder, e.g. ``h264``."""
+    pixel_format: str
+    """Name of the stored pixel layout, e.g. ``yuv420p10le``."""
+    width_px: int
+    """Width as displayed, after rotation."""
+    height_px: int
+    """Height as displayed, after rotation."""
+    rotation_deg: int
+    """Counter-clockwise turn that display asks for: 0, 90, 180 or 270."""
+    frames_promised: int | None
+    """Number of frames that the container or its packets promise; None if neither tells."""
+    container_fps: float | None
+    """Frames per second of footage time (the playing rate); None if not stated."""
+    capture_fps: float | None
+    """Frames per second of real time (the camera's rate); None if unknown."""
+    capture_fps_source: RateSource
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One decoded picture, upright as displayed."""
+
+    index: int
+    """Place in decoding order, from 0; repeated pictures count."""
+    footage_time_s: float
+    """Time stamp of the container in seconds; NaN where it has none."""
+    luma: NDArray[np.uint8]
+    """Brightness, shape (height, width), 0 to 255; 10-bit footage is rounded down to 8."""
+    repeats_previous: bool
+    """True for a copy of the picture before it (a duplicated frame)."""
+
+
+@dataclass(frozen=True)
+class FootageReport:
+    """What became of the file once it was decoded to the end."""
+
+    frames_decoded: int
+    frames_promised: int | None
+    frames_repeated: int
+    """How many of the decoded frames were copies of the frame before."""
+    decode_errors: int
+    """Packets that the decoder refused."""
+    warnings: tuple[str, ...]
+    """Sentences with numbers for the user; empty when all is well."""
+
+
+@dataclass(frozen=True)
+class MotionLine:
+    """The straight line along which the bodies move, in the image."""
+
+    anchor_x_px: float
+    anchor_y_px: float
+    """A point of the line."""
+    tilt_deg: float
+    """Angle from the image's x axis (y axis where ``upright``), positive when y (x) grows."""
+    upright: bool
+    """True when the bodies move up and down: positions are then image y instead of image x."""
+
+
+@dataclass(frozen=True)
+class BodyTrack:
+    """One rigid body along the line of motion; all arrays have shape (n,), one entry a frame."""
+
+    position_px: Floats
+    """Place of the body's reference point along the line; NaN where not seen."""
+    sigma_px: Floats
+    """Standard uncertainty of ``position_px``; NaN where not seen."""
+    low_edge_px: float
+    """From the reference point to the outline's end at smaller positions (negative)."""
+    high_edge_px: float
+    """From the reference point to the outline's end at larger positions (positive)."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """Where the bodies were, frame by frame."""
+
+    frame: Floats
+    """Frame coordinates of the rows, shape (n,), increasing; repeated frames are left out."""
+    ball: BodyTrack
+    """The light body; its reference point is its centre."""
+    heavy: BodyTrack | None
+    """The heavy body (the cylinder); its reference point is the face turned to the ball.
+    None where the clip shows one body alone."""
+    wall_side: WallSide
+    """``left`` when the wall stands at smaller positions than the bodies."""
+    ball_diameter_px: float
+    line: MotionLine
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Velocities:
+    """Velocities of the two bodies along the line of motion; NaN where unknown."""
+
+    ball_px_frame: float
+    heavy_px_frame: float
+
+
+@dataclass(frozen=True)
+class Collision:
+    """One collision: a sign change of the relative velocity, at a contact."""
+
+    number: int
+    """From 1, in order of time, through the burst and beyond it."""
+    kind: CollisionKind
+    frame: float
+    """Frame coordinate of the contact."""
+    frame_sigma: float
+    """Standard uncertainty of ``frame`` in frames."""
+    time_s: float | None
+    """Real time since frame 0; None while the capture rate is unknown."""
+    seen: bool
+    """True if the frames show it; False if it is inferred between frames."""
+    position_px: float
+    """Place of the ball's centre along the line of motion."""
+    velocity_before: Velocities
+    velocity_after: Velocities
+
+
+@dataclass(frozen=True)
+class TrialResult:
+    """The answer for one clip: what ``count-video`` prints."""
+
+    clip: str
+    status: Status
+    reason: str | None
+    """Why the clip is not counted, or what is doubtful; None if all is well."""
+    count: int | None
+    """Collisions of the first burst; None unless counted."""
+    seen: int | None
+    between_frames: int | None
+    probability: dict[int, float]
+    """Probability of each count, as far as the evidence goes; empty if not counted."""
+    count_after_burst: int | None
+    collisions: tuple[Collision, ...]
+    """All collisions found; those of the burst first (numbers 1 to ``count``)."""
+    capture_fps: float | None
+    capture_fps_source: RateSource
+    frames_decoded: int | None
+    frames_promised: int | None
+    wall_side: WallSide | None
+    ball_diameter_px: float | None
+    millimetres_per_px: float | None
+    """Scale from the ball's diameter."""
+    pi_low: float | None
+    """Lower bound on pi from the count: N times theta."""
+    pi_high: float | None
+    """Upper bound on pi from the count: (N + 1) times theta."""
+    mass_ratio: float | None
+    """Heavy over light; given by the user or measured from the velocity steps."""
+    warnings: tuple[str, ...]
