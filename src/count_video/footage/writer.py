@@ -1,0 +1,185 @@
+"""Write clips: luma planes or RGB pictures to any container and codec that PyAV offers.
+
+The same pictures and options give the same bytes on one build of FFmpeg: one encoder thread
+by default, and no dates or random identifiers in the container.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import chain, repeat
+from pathlib import Path
+
+import av
+import av.error
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.errors import UsageError
+from count_video.footage.pictures import luma_layout
+
+Pixels = NDArray[np.uint8]
+
+_QUIET = {"libx265": {"x265-params": "log-level=none"}, "libvpx-vp9": {"deadline": "realtime"}}
+_MP4_LIKE = (".mp4", ".mov", ".m4v")
+_FINEST_TICK = Fraction(1, 90_000)
+"""Time base of clips with given time stamps: the customary clock of MPEG, divides 24 to 240 fps."""
+
+
+@dataclass(frozen=True)
+class WriteOptions:
+    """How to encode a clip."""
+
+    container_fps: Fraction | float = Fraction(30)
+    """Frames per second of footage time (the playing rate)."""
+    codec: str = "libx264"
+    """Name of the encoder: libx264, libx265, mjpeg, ffv1, libvpx-vp9, rawvideo ..."""
+    crf: int = 18
+    """Constant quality, 0 (best) to 51; lossless codecs take no notice."""
+    preset: str = "veryfast"
+    """Speed of libx264 and libx265."""
+    pixel_format: str = "yuv420p"
+    """Stored pixel layout, e.g. ``yuv420p10le``."""
+    metadata: dict[str, str] = field(default_factory=dict)
+    """Tags of the container, e.g. ``com.android.capture.fps``."""
+    rotation_deg: int = 0
+    """Counter-clockwise turn that display is asked for: 0, 90, 180 or 270."""
+    gop: int | None = None
+    """Frames from one key frame to the next; None leaves it to the encoder."""
+    threads: int = 1
+    """Encoder threads; more than one may change the bytes, 0 takes all cores."""
+    frame_times_s: Sequence[Fraction | float] | None = None
+    """Footage time of every frame for a variable rate, increasing; None for a constant rate."""
+
+
+def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | None = None) -> int:
+    """Encode pictures into a file that appears under its name only when it is complete.
+
+    Parameters
+    ----------
+    path
+        Target; its suffix chooses the container (.mp4, .mov, .avi, .mkv, .webm).
+    frames
+        Luma, shape (height, width), written into the Y plane as it is with neutral chroma; or
+        RGB, shape (height, width, 3). All of one shape; sides even for 4:2:0 formats.
+    options
+        Defaults to H.264 at 30 frames/s.
+
+    Returns
+    -------
+    int
+        Number of frames written.
+
+    Raises
+    ------
+    UsageError
+        If the clip cannot be written as asked; no file is left behind.
+    """
+    options = options or WriteOptions()
+    partial = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    pictures = iter(frames)
+    first = next(pictures, None)
+    if first is None:
+        raise UsageError(f"cannot write {path}: there is no frame; give at least one")
+    try:
+        count = _encode(partial, chain([first], pictures), first.shape, options)
+        os.replace(partial, path)
+    except (av.error.FFmpegError, OSError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise UsageError(
+            f"cannot write {path} ({options.codec}, {options.pixel_format}): {reason}; "
+            "check the folder, the suffix and that codec and container go together"
+        ) from error
+    finally:
+        partial.unlink(missing_ok=True)
+    return count
+
+
+def _encode(
+    path: Path, pictures: Iterable[Pixels], shape: tuple[int, ...], options: WriteOptions
+) -> int:
+    """Encode all pictures into ``path`` and return their number."""
+    muxer_options = {"fflags": "+bitexact"}
+    if path.suffix.lower() in _MP4_LIKE:
+        muxer_options["movflags"] = "use_metadata_tags+faststart"
+    with av.open(os.path.abspath(path), "w", options=muxer_options) as container:
+        container.metadata.update(options.metadata)
+        stream = _add_stream(container, shape, options)
+        count = 0
+        for picture, time_stamp in zip(pictures, _time_stamps(options), strict=False):
+            if picture.shape != shape:
+                raise ValueError(f"frame {count} has shape {picture.shape}, the first {shape}")
+            frame = _video_frame(picture, stream.codec_context.pix_fmt or options.pixel_format)
+            frame.pts, frame.time_base = time_stamp, stream.codec_context.time_base
+            container.mux(stream.encode(frame))
+            count += 1
+        container.mux(stream.encode(None))
+    return count
+
+
+def _add_stream(
+    container: av.container.OutputContainer, shape: tuple[int, ...], options: WriteOptions
+) -> av.VideoStream:
+    rate = Fraction(options.container_fps).limit_denominator(100_000)
+    stream = container.add_stream(options.codec, rate=rate, options=_encoder_options(options))
+    if not isinstance(stream, av.VideoStream):
+        raise ValueError(f"{options.codec} is no video codec")
+    stream.height, stream.width = shape[:2]
+    stream.pix_fmt = _full_range_name(options)
+    context = stream.codec_context
+    context.thread_count = options.threads
+    context.time_base = 1 / rate if options.frame_times_s is None else _FINEST_TICK
+    if options.gop is not None:
+        context.gop_size = options.gop
+    if options.rotation_deg:
+        stream.set_display_rotation(options.rotation_deg)
+    return stream
+
+
+def _full_range_name(options: WriteOptions) -> str:
+    """JPEG stores full-range pictures only, and FFmpeg names those layouts apart."""
+    if options.codec == "mjpeg" and options.pixel_format.startswith("yuv4"):
+        return options.pixel_format.replace("yuv", "yuvj")
+    return options.pixel_format
+
+
+def _encoder_options(options: WriteOptions) -> dict[str, str]:
+    chosen = {"flags": "+bitexact", **_QUIET.get(options.codec, {})}
+    if options.codec in ("libx264", "libx265"):
+        chosen |= {"crf": str(options.crf), "preset": options.preset}
+    elif options.codec.startswith("libvpx"):
+        chosen |= {"crf": str(options.crf), "b": "0", "cpu-used": "8"}
+    elif options.codec == "mjpeg":
+        # JPEG's quantiser runs from 2 (best) to 31; spread the 0 to 51 of crf over it.
+        scale = str(max(2, round(options.crf * 31 / 51)))
+        chosen |= {"qmin": scale, "qmax": scale}
+    return chosen
+
+
+def _time_stamps(options: WriteOptions) -> Iterator[int]:
+    if options.frame_times_s is None:
+        number = 0
+        while True:
+            yield number
+            number += 1
+    for time_s in options.frame_times_s:
+        yield round(Fraction(time_s) / _FINEST_TICK)
+
+
+def _video_frame(picture: Pixels, pixel_format: str) -> av.VideoFrame:
+    """Put a picture into a frame of the stored layout; luma goes in unconverted."""
+    layout = luma_layout(pixel_format)
+    if picture.ndim == 3 or layout is None:
+        source = "gray" if picture.ndim == 2 else "rgb24"
+        return av.VideoFrame.from_ndarray(picture, format=source).reformat(format=pixel_format)
+    height, width = picture.shape
+    frame = av.VideoFrame(width, height, pixel_format)
+    for plane, neutral in zip(frame.planes, chain([0], repeat(128)), strict=False):
+        values = np.frombuffer(plane, layout.dtype).reshape(plane.height, -1)
+        values[...] = neutral << layout.shift
+    luma = np.frombuffer(frame.planes[0], layout.dtype).reshape(height, -1)
+    np.left_shift(picture, layout.shift, out=luma[:, :width], dtype=layout.dtype)
+    return frame
