@@ -1,0 +1,116 @@
+"""Many clips, one after the other: a bad one never stops the others."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from count_video import trial
+from count_video.errors import CountVideoError, FootageError
+from count_video.progress import NO_PROGRESS, Progress
+from count_video.records import TrialResult
+
+VIDEO_SUFFIXES = (
+    *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm"),
+    *(".3gp", ".mpg", ".mpeg", ".mts", ".m2ts", ".wmv"),
+)
+"""Which files of a folder are taken for clips; upper and lower case alike."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one clip."""
+
+    result: TrialResult
+    """The answer; where ``error`` is set it holds the reason and nothing else."""
+    error: CountVideoError | OSError | None
+    """Why there was nothing to work on; None for every clip that could be read."""
+
+
+def count_clips(
+    paths: Iterable[Path], settings: trial.TrialSettings, progress: Progress = NO_PROGRESS
+) -> Iterator[Outcome]:
+    """Count clips in the order given, each answered as soon as it is ready.
+
+    A folder stands for the video files in it, in natural order. What cannot be read (a missing
+    file, a folder without clips) becomes an outcome with its error instead of being raised;
+    faults of the program itself are raised.
+    """
+    for path in paths:
+        try:
+            clips = clips_in(path) if path.is_dir() else [path]
+        except (CountVideoError, OSError) as error:
+            yield _refused(path, error)
+            continue
+        for clip in clips:
+            yield _count_one(clip, settings, progress)
+
+
+def clips_in(folder: Path) -> list[Path]:
+    """List the video files of a folder (not of its subfolders), clip2 before clip10.
+
+    Raises
+    ------
+    FootageError
+        The folder holds no video file.
+    """
+    clips = [
+        entry
+        for entry in folder.iterdir()
+        if entry.suffix.lower() in VIDEO_SUFFIXES
+        and not entry.name.startswith(".")  # what other systems leave beside a clip
+        and entry.is_file()
+    ]
+    if not clips:
+        raise FootageError(f"no video file in this folder (looked for {' '.join(VIDEO_SUFFIXES)})")
+    return sorted(clips, key=_natural_order)
+
+
+def _natural_order(path: Path) -> tuple[list[str | int], str]:
+    # Splitting at a captured group alternates text and digits, so that like meets like.
+    parts = re.split(r"(\d+)", path.name.casefold())
+    return [int(part) if part.isdecimal() else part for part in parts], path.name
+
+
+def _count_one(clip: Path, settings: trial.TrialSettings, progress: Progress) -> Outcome:
+    try:
+        return Outcome(trial.count_clip(clip, settings, progress), None)
+    except (CountVideoError, OSError) as error:
+        return _refused(clip, error)
+    finally:
+        progress.finish()
+
+
+def _refused(path: Path, error: CountVideoError | OSError) -> Outcome:
+    # An OSError's own text repeats number and path; its plain words are enough.
+    plain_words = error.strerror if isinstance(error, OSError) else None
+    reason = plain_words or str(error).removeprefix(f"{path}: ") or type(error).__name__
+    return Outcome(unread_result(str(path), reason), error)
+
+
+def unread_result(clip: str, reason: str) -> TrialResult:
+    """Make the answer for a clip of which nothing is known but why it could not be read."""
+    return TrialResult(
+        clip=clip,
+        status="not_counted",
+        reason=reason,
+        count=None,
+        seen=None,
+        between_frames=None,
+        probability={},
+        count_after_burst=None,
+        collisions=(),
+        capture_fps=None,
+        capture_fps_source="unknown",
+        frames_decoded=None,
+        frames_promised=None,
+        wall_side=None,
+        ball_diameter_px=None,
+        millimetres_per_px=None,
+        pi_low=None,
+        pi_high=None,
+        mass_ratio=None,
+        warnings=(),
+    )

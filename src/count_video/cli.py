@@ -1,0 +1,162 @@
+"""The command ``count-video``: options in, one answer a clip out, a thin skin over `campaign`.
+
+Answers go to stdout and nothing else does; a clip without a count is one line on stderr.
+What takes time to import is imported once the options are known to be sound, so that ``--help``
+and a mistyped option answer at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, TextIO
+
+from count_video.errors import UsageError
+from count_video.options import read_options
+from count_video.progress import NO_PROGRESS, Progress
+from count_video.reports.printable import printable
+
+if TYPE_CHECKING:
+    from count_video.campaign import Outcome
+    from count_video.trial import TrialSettings
+
+PROGRAM = "count-video"
+EXIT_COUNTED = 0
+EXIT_NOT_COUNTED = 1
+EXIT_USAGE = 2
+EXIT_INTERRUPTED = 130  # what shells report for an end by Ctrl-C
+EXIT_BROKEN_PIPE = 141  # and for an end because nobody reads on
+
+
+def run() -> None:
+    """Run the command and leave the interpreter with its exit code."""
+    sys.exit(main())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command on ``arguments`` (None: those of this process) and return its exit code."""
+    _show_any_file_name()
+    try:
+        code = _answer(read_options(arguments))
+        _flush_stdout()
+    except SystemExit as done:  # --help and --version
+        return EXIT_COUNTED if done.code is None else int(done.code)
+    except UsageError as error:
+        _complain(str(error))
+        return EXIT_USAGE
+    except KeyboardInterrupt:
+        _complain("interrupted")
+        return EXIT_INTERRUPTED
+    except BrokenPipeError:
+        _give_stdout_up()
+        return EXIT_BROKEN_PIPE
+    except OSError as error:  # those of the clips have become answers
+        _give_stdout_up()
+        _complain(f"cannot write the result: {error.strerror or error}")
+        return EXIT_NOT_COUNTED
+    return code
+
+
+def _answer(options: argparse.Namespace) -> int:
+    from count_video.campaign import count_clips
+
+    code = EXIT_COUNTED
+    outcomes = count_clips(options.clips, _settings(options), _progress())
+    for number, outcome in enumerate(outcomes):
+        if options.json:
+            _show_as_json(outcome)
+        else:
+            _show_as_text(outcome, first=number == 0)
+        code = max(code, _exit_code(outcome))
+    return code
+
+
+def _settings(options: argparse.Namespace) -> TrialSettings:
+    from count_video.trial import TrialSettings
+
+    return TrialSettings(
+        capture_fps=options.capture_fps,
+        ball_diameter_mm=options.ball_diameter_mm,
+        wall_side=options.wall_side,
+        region=options.region,
+        start=options.start,
+        end=options.end,
+        masses=None if options.masses is None else tuple(options.masses),
+    )
+
+
+def _progress() -> Progress:
+    if not _on_terminal(sys.stderr):
+        return NO_PROGRESS
+    from count_video.reports.progress_bar import TerminalBar
+
+    return TerminalBar(sys.stderr)
+
+
+def _exit_code(outcome: Outcome) -> int:
+    if isinstance(outcome.error, UsageError):
+        return EXIT_USAGE
+    return EXIT_NOT_COUNTED if _not_counted(outcome) else EXIT_COUNTED
+
+
+def _show_as_json(outcome: Outcome) -> None:
+    from count_video.reports.json_object import json_line
+
+    print(json_line(outcome.result), flush=True)
+    if _not_counted(outcome):
+        _complain_about(outcome)
+
+
+def _show_as_text(outcome: Outcome, *, first: bool) -> None:
+    from count_video.reports.text import result_text
+
+    result = outcome.result
+    # A clip without count and without findings has its reason alone to tell: one line on stderr.
+    shown = not _not_counted(outcome) or bool(result.collisions or result.warnings)
+    if shown:
+        print("" if first else "\n", result_text(result), sep="", flush=True)
+    # The text has the reason in it: on a terminal that is enough, from a file nobody sees it now.
+    if _not_counted(outcome) and not (shown and _on_terminal(sys.stdout)):
+        _complain_about(outcome)
+
+
+def _not_counted(outcome: Outcome) -> bool:
+    return outcome.result.status == "not_counted"
+
+
+def _on_terminal(stream: TextIO | None) -> bool:
+    return stream is not None and stream.isatty()
+
+
+def _complain_about(outcome: Outcome) -> None:
+    _complain(f"{outcome.result.clip}: {outcome.result.reason or 'not counted'}")
+
+
+def _complain(message: str) -> None:
+    """Write one line on stderr, whatever the message is made of."""
+    with suppress(OSError):  # nobody there to read it
+        print(f"{PROGRAM}: {printable(message)}", file=sys.stderr, flush=True)
+
+
+def _show_any_file_name() -> None:
+    """Let a sign that the terminal's encoding lacks be written as its escape."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _flush_stdout() -> None:
+    if sys.stdout is not None:  # it is None when the caller has closed it
+        sys.stdout.flush()
+
+
+def _give_stdout_up() -> None:
+    """Point stdout at nothing, so that the interpreter's own last flush cannot fail as well."""
+    with suppress(OSError, ValueError):
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nothing, sys.stdout.fileno())
+        os.close(nothing)

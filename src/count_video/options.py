@@ -1,0 +1,178 @@
+"""The options of ``count-video``: what they are called, what they take, what they say for help."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from collections.abc import Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import NoReturn
+
+from count_video import __version__
+from count_video.errors import UsageError
+
+DESCRIPTION = """\
+Count the collisions in slow-motion footage of the "pi by collisions"
+experiment: a light ball hangs between a heavy cylinder and a wall, the cylinder
+swings in, and they collide again and again until the cylinder turns back.
+At a mass ratio of 100 the count is 31."""
+
+EPILOG = """\
+examples:
+  count-video trial.mp4
+  count-video trial.mp4 --capture-fps 960 --masses 1050 10.5
+  count-video --json clips/ > counts.jsonl
+
+exit code:
+  0 every clip was counted, 1 a clip was not counted, 2 the request was wrong,
+  130 interrupted"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line, by raising it."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{message} (see {self.prog} --help)")
+
+
+def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """Read the command line (None: the one of this process) and check each value.
+
+    The namespace has ``clips``, ``json`` and one attribute for every field of ``TrialSettings``.
+
+    Raises
+    ------
+    UsageError
+        An option, a value or a combination is wrong; the message is one line.
+    SystemExit
+        With code 0 after ``--help`` or ``--version``.
+    """
+    options = _parser().parse_args(arguments)
+    if options.end is not None and options.start >= options.end:
+        raise UsageError(
+            f"--start {options.start} leaves no frame before --end {options.end}: "
+            "give a start below the end"
+        )
+    return options
+
+
+def _parser() -> _Parser:
+    parser = _Parser(
+        prog="count-video",
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,  # an abbreviation in a script breaks when an option is added
+    )
+    parser.add_argument(
+        "clips",
+        metavar="CLIP",
+        nargs="+",
+        type=Path,
+        help="a video file, or a folder: then every video file in it, in natural order",
+    )
+    parser.add_argument(
+        "--version",
+        action="version",
+        version=f"count-video {__version__}",
+        help="print the version and leave",
+    )
+    parser.add_argument(
+        "--json",
+        action="store_true",
+        help="print one JSON object a clip, each on a line, instead of text (default: text)",
+    )
+    _add_footage_options(parser.add_argument_group("the footage"))
+    _add_apparatus_options(parser.add_argument_group("the apparatus"))
+    return parser
+
+
+def _add_footage_options(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--capture-fps",
+        metavar="RATE",
+        type=_positive,
+        help="rate at which the camera took the pictures, in frames per second "
+        "(default: what the clip's metadata say; without either there are frames but no seconds)",
+    )
+    group.add_argument(
+        "--start",
+        metavar="FRAME",
+        type=_frame,
+        default=0,
+        help="first frame to look at, counted from 0 (default: 0)",
+    )
+    group.add_argument(
+        "--end",
+        metavar="FRAME",
+        type=_frame,
+        help="frame to stop before, counted from 0 (default: the end of the clip)",
+    )
+    group.add_argument(
+        "--region",
+        metavar="X,Y,W,H",
+        type=_region,
+        help="part of the picture to look at, in pixels: left edge, top edge, width, height "
+        "(default: the whole picture)",
+    )
+
+
+def _add_apparatus_options(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--wall",
+        dest="wall_side",
+        choices=("left", "right"),
+        help="side of the picture on which the wall stands; left means top where the bodies "
+        "move up and down (default: found from the motion)",
+    )
+    group.add_argument(
+        "--ball-diameter-mm",
+        metavar="MM",
+        type=_positive,
+        default=40.0,
+        help="diameter of the ball in millimetres, for the scale (default: 40)",
+    )
+    group.add_argument(
+        "--masses",
+        metavar=("HEAVY", "LIGHT"),
+        nargs=2,
+        type=_mass,
+        help="the two masses in any one unit, taken at their exact decimal value, "
+        "for the bounds on pi (default: not known)",
+    )
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (value > 0 and math.isfinite(value)):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
+    return value
+
+
+def _frame(text: str) -> int:
+    if not re.fullmatch(r"[0-9]{1,15}", text):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a frame number (0, 1, 2 ...)")
+    return int(text)
+
+
+def _region(text: str) -> tuple[int, int, int, int]:
+    if not re.fullmatch(r"[0-9]{1,6}(,[0-9]{1,6}){3}", text):
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form X,Y,W,H in whole pixels")
+    x, y, width, height = map(int, text.split(","))
+    if width == 0 or height == 0:
+        raise argparse.ArgumentTypeError(f"{text!r} has no area: give a width and a height above 0")
+    return x, y, width, height
+
+
+def _mass(text: str) -> Fraction:
+    # Bounded digits: Fraction("1e999999999") would fill the memory before it is refused.
+    if re.fullmatch(r"[0-9]{1,60}(\.[0-9]{0,60})?(e[+-]?[0-9]{1,2})?", text, re.IGNORECASE):
+        mass = Fraction(text)
+        if mass > 0:
+            return mass
+    raise argparse.ArgumentTypeError(f"{text!r} is not a decimal number above 0, such as 10.5")

@@ -1,0 +1,38 @@
+"""How far a long job has come: told by the library, shown (or not) by whoever called it.
+
+Library code calls the three methods and never asks whether anybody watches; ``NO_PROGRESS``
+is the listener that does nothing.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+
+class Progress(Protocol):
+    """A listener that is told how many frames of a stage are done."""
+
+    def start(self, total: int | None, label: str) -> None:
+        """Begin a stage of ``total`` frames (None: not known), ending the one before it."""
+
+    def advance(self, frames: int) -> None:
+        """Count ``frames`` more as done."""
+
+    def finish(self) -> None:
+        """End the stage; harmless when none has begun."""
+
+
+class _NoProgress:
+    """The listener that does nothing."""
+
+    def start(self, total: int | None, label: str) -> None:
+        """Ignore the stage."""
+
+    def advance(self, frames: int) -> None:
+        """Ignore the frames."""
+
+    def finish(self) -> None:
+        """Ignore the end."""
+
+
+NO_PROGRESS: Progress = _NoProgress()

@@ -1,0 +1,85 @@
+"""The result for a program: one JSON object on one line, with stable keys.
+
+What is not known is ``null``; NaN and infinity, which JSON does not have, become ``null`` too.
+A key is never left out, whatever became of the clip. Keys may be added; when one is renamed,
+removed or changes its meaning, ``SCHEMA_VERSION`` grows.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+
+from count_video.records import Collision, TrialResult, Velocities
+
+SCHEMA_VERSION = 1
+
+
+def json_line(result: TrialResult) -> str:
+    """Write the result as one line of JSON in plain ASCII, without the line's end."""
+    return json.dumps(json_object(result), allow_nan=False)
+
+
+def json_object(result: TrialResult) -> dict[str, object]:
+    """Turn the result into what ``json.dumps`` takes; the keys are in reading order."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "clip": _text(result.clip),
+        "status": result.status,
+        "reason": None if result.reason is None else _text(result.reason),
+        "count": _whole(result.count),
+        "seen": _whole(result.seen),
+        "between_frames": _whole(result.between_frames),
+        "probability": {
+            str(count): _number(chance) for count, chance in sorted(result.probability.items())
+        },
+        "count_after_burst": _whole(result.count_after_burst),
+        "collisions": [_collision(collision) for collision in result.collisions],
+        "capture_fps": _number(result.capture_fps),
+        "capture_fps_source": result.capture_fps_source,
+        "frames_decoded": _whole(result.frames_decoded),
+        "frames_promised": _whole(result.frames_promised),
+        "wall_side": result.wall_side,
+        "ball_diameter_px": _number(result.ball_diameter_px),
+        "millimetres_per_px": _number(result.millimetres_per_px),
+        "pi_low": _number(result.pi_low),
+        "pi_high": _number(result.pi_high),
+        "mass_ratio": _number(result.mass_ratio),
+        "warnings": [_text(warning) for warning in result.warnings],
+    }
+
+
+def _collision(collision: Collision) -> dict[str, object]:
+    return {
+        "number": int(collision.number),
+        "kind": collision.kind,
+        "frame": _number(collision.frame),
+        "frame_sigma": _number(collision.frame_sigma),
+        "time_s": _number(collision.time_s),
+        "seen": bool(collision.seen),
+        "position_px": _number(collision.position_px),
+        "velocity_before_px_frame": _velocities(collision.velocity_before),
+        "velocity_after_px_frame": _velocities(collision.velocity_after),
+    }
+
+
+def _velocities(velocities: Velocities) -> dict[str, object]:
+    return {
+        "ball": _number(velocities.ball_px_frame),
+        "heavy": _number(velocities.heavy_px_frame),
+    }
+
+
+def _number(value: float | None) -> float | None:
+    # float() also turns NumPy's numbers, which json does not know, into Python's.
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def _whole(value: int | None) -> int | None:
+    return None if value is None else int(value)
+
+
+def _text(text: str) -> str:
+    # The bytes of a file name that is not UTF-8 arrive as lone surrogates, which strict readers
+    # of JSON refuse.
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")

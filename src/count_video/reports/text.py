@@ -1,0 +1,145 @@
+"""The result for a person: the count first, then what it rests on, then the collisions."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from pathlib import Path
+
+from count_video.records import Collision, TrialResult
+from count_video.reports.printable import printable
+from count_video.reports.table import collision_lines
+
+WIDTH = 80
+"""Columns that a terminal has at the least."""
+_LABEL_WIDTH = 13
+_SURE = 0.995
+"""A probability from here on reads 100% when rounded and need not be spelt out."""
+_LIKELY = 0.9
+"""A count less probable than this does not stand in the first line without a word of doubt."""
+_KIND_IN_WORDS = {"bodies": "between the bodies", "wall": "with the wall"}
+
+
+def result_text(result: TrialResult) -> str:
+    """Write the result as plain text of at most 80 columns, without a line's end at its end."""
+    lines = [_headline(result), ""]
+    for label, sentence in _notes(result):
+        lines += _labelled(label, printable(sentence))
+    if result.collisions:
+        lines += ["", *collision_lines(result.collisions, result.count)]
+    return "\n".join(lines)
+
+
+def plural(number: int, noun: str) -> str:
+    """Join a number and its noun: ``no collision``, ``1 collision``, ``31 collisions``."""
+    if number == 0:
+        return f"no {noun}"
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def _headline(result: TrialResult) -> str:
+    clip = printable(Path(result.clip).name)
+    if result.count is None or result.status == "not_counted":
+        return f"{clip}: not counted"
+    count = plural(result.count, "collision")
+    likely = result.probability.get(result.count, 1.0) >= _LIKELY
+    return f"{clip}: {count}" if likely else f"{clip}: probably {count}"
+
+
+def _notes(result: TrialResult) -> list[tuple[str, str]]:
+    notes = [
+        ("Why" if result.status == "not_counted" else "In doubt", result.reason or ""),
+        ("What to do", _advice(result)),
+        ("Kinds", _kinds(result)),
+        ("Evidence", _evidence(result)),
+        ("Probability", _probability(result)),
+        ("Afterwards", _afterwards(result)),
+        ("Mass ratio", "" if result.mass_ratio is None else f"{result.mass_ratio:.6g}"),
+        ("Pi", _pi(result)),
+        ("Scene", _scene(result)),
+        ("Footage", _footage(result)),
+        *(("Warning", warning) for warning in result.warnings),
+    ]
+    return [(label, sentence) for label, sentence in notes if sentence]
+
+
+def _labelled(label: str, sentence: str) -> list[str]:
+    return textwrap.wrap(
+        sentence,
+        WIDTH,
+        initial_indent=f"  {label:<{_LABEL_WIDTH}}",
+        subsequent_indent=" " * (2 + _LABEL_WIDTH),
+    )
+
+
+def _advice(result: TrialResult) -> str:
+    if result.status == "counted":
+        return ""
+    return (
+        "The clip must show the trial from before the first collision until the heavy body "
+        "turns back. Cut away what does not belong to it with --start, --end and "
+        "--region X,Y,W,H, or name the side of the wall with --wall."
+    )
+
+
+def _kinds(result: TrialResult) -> str:
+    burst = _burst(result)
+    numbers = {kind: sum(c.kind == kind for c in burst) for kind in _KIND_IN_WORDS}
+    return ", ".join(f"{n} {_KIND_IN_WORDS[kind]}" for kind, n in numbers.items() if n)
+
+
+def _burst(result: TrialResult) -> tuple[Collision, ...]:
+    return tuple(c for c in result.collisions if result.count is None or c.number <= result.count)
+
+
+def _evidence(result: TrialResult) -> str:
+    if not result.count or result.seen is None:
+        return ""
+    between = result.between_frames or 0
+    if not between:
+        return "all seen in the frames"
+    return f"{result.seen} seen in the frames, {between} inferred between them"
+
+
+def _probability(result: TrialResult) -> str:
+    chances = sorted(result.probability.items(), key=lambda item: -item[1])
+    if not chances or (result.status == "counted" and chances[0][1] >= _SURE):
+        return ""
+    return ", ".join(f"{count}: {chance:.0%}" for count, chance in chances if chance >= 0.005)
+
+
+def _afterwards(result: TrialResult) -> str:
+    if not result.count_after_burst:
+        return ""
+    found = plural(result.count_after_burst, "more collision")
+    return f"{found} after the heavy body turned back, which the count leaves out"
+
+
+def _pi(result: TrialResult) -> str:
+    low, high = result.pi_low, result.pi_high
+    if low is None or high is None:
+        return ""
+    held = "pi lies inside" if low <= math.pi <= high else "pi lies outside"
+    return f"between {low:.5g} and {high:.5g} by the count and the mass ratio; {held}"
+
+
+def _scene(result: TrialResult) -> str:
+    parts = []
+    if result.wall_side is not None:
+        parts.append(f"wall on the {result.wall_side}")
+    if result.ball_diameter_px is not None:
+        parts.append(f"ball {result.ball_diameter_px:.1f} px across")
+    if result.millimetres_per_px is not None:
+        parts.append(f"{result.millimetres_per_px:.3g} mm a pixel")
+    return ", ".join(parts)
+
+
+def _footage(result: TrialResult) -> str:
+    if result.frames_decoded is None:
+        return ""
+    frames = plural(result.frames_decoded, "frame")
+    if result.capture_fps is None:
+        return f"{frames}; capture rate unknown, so no times (give it with --capture-fps)"
+    source = {"option": "as given", "metadata": "from the clip", "unknown": "of unknown source"}
+    rate = f"{result.capture_fps:.6g} frames a second"
+    return f"{frames}, captured at {rate} ({source[result.capture_fps_source]})"
