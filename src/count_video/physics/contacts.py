@@ -1,0 +1,112 @@
+"""When two bodies next touch: the first zero of their gap, never a later one.
+
+The gap f(τ) of two bodies on known laws has |f''| ≤ B for a B known in advance. So
+
+    f(τ + s) ≥ f(τ) + f'(τ) s − B s²/2,
+
+and the first positive zero of that parabola is a step that cannot jump over a contact. Stepping
+so again and again creeps up on the first zero from the left; near a zero with f' < 0 it is
+Newton's step but for terms of second order, hence quadratic. For free bodies (B = 0) it is the
+closed form at once. At a grazing contact (a double zero) it is linear and still ends, at the
+rounding error of the gap.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable
+from typing import NamedTuple
+
+from count_video.physics.flights import REST, Law
+
+STEP_TOLERANCE = 1e-14
+"""Stop when a step adds less than this fraction of the flight time; being quadratic, the error
+left is far below the rounding of the gap itself."""
+
+MAXIMUM = sys.float_info.max
+
+
+class Mover(NamedTuple):
+    """A body at the start of a flight."""
+
+    law: Law
+    position_m: float
+    velocity_m_s: float
+
+
+WALL = Mover(REST, 0.0, 0.0)
+
+
+def safe_step(gap: float, slope: float, curvature: float) -> float:
+    """First positive zero of gap + slope s − curvature s²/2; inf if there is none."""
+    root = math.sqrt(slope * slope + 2.0 * curvature * gap)
+    if slope < 0.0:
+        return 2.0 * gap / (root - slope)  # the form without cancellation
+    return (slope + root) / curvature if curvature > 0.0 else math.inf
+
+
+def first_zero(
+    evaluate: Callable[[float], tuple[float, float]],
+    start: float,
+    curvature: float,
+    window: float,
+) -> float:
+    """First τ ≥ ``start`` at which a positive function reaches 0; inf if beyond ``window``.
+
+    ``evaluate(τ)`` returns value and derivative; ``curvature`` bounds the second derivative.
+    """
+    tau = start
+    window = min(window, MAXIMUM)  # an infinite step then ends the search
+    while tau <= window:
+        value, slope = evaluate(tau)
+        if value <= 0.0:  # rounding has carried us a hair beyond: one Newton step back
+            return max(start, tau - value / slope) if slope < 0.0 else tau
+        step = safe_step(value, slope, curvature)
+        tau += step
+        if step <= STEP_TOLERANCE * tau:
+            return tau
+    return math.inf
+
+
+def contact_s(upper: Mover, lower: Mover, window_s: float) -> float:
+    """Time until ``upper`` (farther from the wall) meets ``lower``; inf if not within the window.
+
+    Bodies that touch already (gap 0) and separate are first carried away from that contact.
+    """
+    upper_law, upper_position, upper_velocity = upper
+    lower_law, lower_position, lower_velocity = lower
+    gap = max(0.0, upper_position - lower_position)
+    slope = upper_velocity - lower_velocity
+    if gap == 0.0 and slope < 0.0:
+        return 0.0
+    upper_bound, upper_jerk = upper_law.bounds(upper_position, upper_velocity)
+    lower_bound, lower_jerk = lower_law.bounds(lower_position, lower_velocity)
+    curvature = upper_bound + lower_bound
+    start = 0.0
+    if gap == 0.0:
+        start = _clear_of_contact(
+            slope,
+            upper_law.acceleration(upper_position, upper_velocity)
+            - lower_law.acceleration(lower_position, lower_velocity),
+            curvature,
+            upper_jerk + lower_jerk,
+        )
+
+    def evaluate(tau: float) -> tuple[float, float]:
+        rise, upper_now = upper_law.advance(upper_position, upper_velocity, tau)
+        fall, lower_now = lower_law.advance(lower_position, lower_velocity, tau)
+        return gap + rise - fall, upper_now - lower_now
+
+    return first_zero(evaluate, start, curvature, window_s)
+
+
+def _clear_of_contact(slope: float, bend: float, curvature: float, jerk: float) -> float:
+    """Return a time by which two touching, separating bodies cannot have met again.
+
+    From f ≥ slope s − curvature s²/2, or, where f'' = bend > 0, f ≥ bend s²/2 − jerk s³/6.
+    """
+    by_slope = safe_step(0.0, slope, curvature)
+    if bend <= 0.0:
+        return by_slope
+    return max(by_slope, 3.0 * bend / jerk if jerk > 0.0 else math.inf)

@@ -1,0 +1,128 @@
+"""What stands on the table: masses, threads, gaps, restitution; the paper's Table 1 by default."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from typing import Literal, get_args
+
+from count_video.errors import UsageError
+
+Mounting = Literal["free", "floor", "suspended"]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """One apparatus and the way a trial on it starts, in SI units.
+
+    Metres point away from the wall, whose face is at 0. The ball lies between the wall and the
+    heavy body (the cylinder). A gap of the rest positions may be negative: then the threads press
+    the two together (an overlap).
+
+    Raises
+    ------
+    UsageError
+        If a value is not finite, out of its range, or the combination is impossible.
+    """
+
+    heavy_mass_kg: float = 1.050
+    light_mass_kg: float = 0.0105
+    mounting: Mounting = "suspended"
+    """``free``: no force between collisions; ``floor``: sliding friction; ``suspended``: each body
+    a pendulum of its own, in the small-angle approximation."""
+    heavy_thread_m: float = 1.0
+    light_thread_m: float = 1.0
+    heavy_damping_per_s: float = 0.0
+    """Rate at which the amplitude of the free pendulum decays (suspended only)."""
+    light_damping_per_s: float = 0.0
+    heavy_friction: float = 0.0
+    """Coulomb coefficient of sliding friction (floor only)."""
+    light_friction: float = 0.0
+    ball_diameter_m: float = 0.040
+    wall_gap_m: float = 0.07
+    """From the wall to the ball's wall-side face when the ball hangs at rest."""
+    bodies_gap_m: float = 0.0
+    """From the ball's near face to the cylinder's face when both hang at rest."""
+    release_m: float = 0.09
+    """The cylinder starts this far beyond its rest position."""
+    heavy_velocity_m_s: float = 0.0
+    """Velocity of the cylinder at time 0; free and floor need it negative (toward the wall)."""
+    restitution_bodies: float = 1.0
+    restitution_wall: float = 1.0
+    restitution_bodies_sd: float = 0.0
+    """Standard deviation of the restitution from collision to collision (clipped to [0, 1])."""
+    restitution_wall_sd: float = 0.0
+    gravity_m_s2: float = 9.81
+
+    def __post_init__(self) -> None:
+        if self.mounting not in get_args(Mounting):
+            raise UsageError(
+                f"mounting is {self.mounting!r}; choose one of {', '.join(get_args(Mounting))}"
+            )
+        for field in fields(self):
+            if field.name != "mounting":
+                _check_number(field.name, getattr(self, field.name))
+        self._check_start()
+        if self.mounting == "suspended":
+            self._check_pendulums()
+
+    @property
+    def ball_start_m(self) -> float:
+        """Wall-side face of the ball at time 0: at rest, against the wall if pressed there."""
+        return max(0.0, self.wall_gap_m)
+
+    @property
+    def heavy_rest_m(self) -> float:
+        """Face of the cylinder at rest."""
+        return self.wall_gap_m + self.ball_diameter_m + self.bodies_gap_m
+
+    @property
+    def heavy_start_m(self) -> float:
+        """Face of the cylinder at time 0."""
+        return self.heavy_rest_m + self.release_m
+
+    def _check_start(self) -> None:
+        room_m = self.wall_gap_m + self.bodies_gap_m + self.release_m - self.ball_start_m
+        if room_m < 0:
+            raise UsageError(
+                f"the cylinder would start {-room_m:g} m inside the ball; "
+                "raise release_m or the gaps"
+            )
+        if self.mounting != "suspended" and self.heavy_velocity_m_s >= 0:
+            raise UsageError(
+                f"heavy_velocity_m_s is {self.heavy_velocity_m_s:g}; a {self.mounting} cylinder "
+                "needs a negative one (toward the wall) to collide at all"
+            )
+        if self.mounting != "suspended" and self.wall_gap_m < 0:
+            raise UsageError(
+                f"wall_gap_m is {self.wall_gap_m:g}; only a suspended ball can press on the wall"
+            )
+
+    def _check_pendulums(self) -> None:
+        if self.gravity_m_s2 == 0:
+            raise UsageError("gravity_m_s2 is 0; a suspended body needs weight, or choose free")
+        for body in ("heavy", "light"):
+            damping = getattr(self, f"{body}_damping_per_s")
+            natural = math.sqrt(self.gravity_m_s2 / getattr(self, f"{body}_thread_m"))
+            if damping >= natural:
+                raise UsageError(
+                    f"{body}_damping_per_s is {damping:g}; a pendulum that swings needs less than "
+                    f"{natural:g}"
+                )
+
+
+_POSITIVE = ("heavy_mass_kg", "light_mass_kg", "heavy_thread_m", "light_thread_m")
+_ANY_SIGN = ("wall_gap_m", "bodies_gap_m", "release_m", "heavy_velocity_m_s")
+_FRACTIONS = ("restitution_bodies", "restitution_wall")
+
+
+def _check_number(name: str, value: float) -> None:
+    """Refuse a value that is not finite or outside the range of its field."""
+    if not math.isfinite(value):
+        raise UsageError(f"{name} is {value}; it must be a finite number")
+    if name in _POSITIVE and value <= 0:
+        raise UsageError(f"{name} is {value:g}; it must be greater than 0")
+    if name not in _ANY_SIGN and value < 0:
+        raise UsageError(f"{name} is {value:g}; it must not be negative")
+    if name in _FRACTIONS and value > 1:
+        raise UsageError(f"{name} is {value:g}; it must lie between 0 and 1")
