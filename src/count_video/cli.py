@@ -65,12 +65,12 @@ def _answer(options: argparse.Namespace) -> int:
     from count_video.campaign import count_clips
 
     code = EXIT_COUNTED
-    outcomes = count_clips(options.clips, _settings(options), _progress())
-    for number, outcome in enumerate(outcomes):
+    gap = ""
+    for outcome in count_clips(options.clips, _settings(options), _progress()):
         if options.json:
             _show_as_json(outcome)
-        else:
-            _show_as_text(outcome, first=number == 0)
+        elif _show_as_text(outcome, gap):
+            gap = "\n"
         code = max(code, _exit_code(outcome))
     return code
 
@@ -111,17 +111,19 @@ def _show_as_json(outcome: Outcome) -> None:
         _complain_about(outcome)
 
 
-def _show_as_text(outcome: Outcome, *, first: bool) -> None:
+def _show_as_text(outcome: Outcome, gap: str) -> bool:
+    """Show an outcome below what came before it; true if that put anything on stdout."""
     from count_video.reports.text import result_text
 
     result = outcome.result
     # A clip without count and without findings has its reason alone to tell: one line on stderr.
     shown = not _not_counted(outcome) or bool(result.collisions or result.warnings)
     if shown:
-        print("" if first else "\n", result_text(result), sep="", flush=True)
+        print(gap, result_text(result), sep="", flush=True)
     # The text has the reason in it: on a terminal that is enough, from a file nobody sees it now.
     if _not_counted(outcome) and not (shown and _on_terminal(sys.stdout)):
         _complain_about(outcome)
+    return shown
 
 
 def _not_counted(outcome: Outcome) -> bool:
@@ -156,7 +158,9 @@ def _flush_stdout() -> None:
 
 def _give_stdout_up() -> None:
     """Point stdout at nothing, so that the interpreter's own last flush cannot fail as well."""
-    with suppress(OSError, ValueError):
-        nothing = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nothing, sys.stdout.fileno())
-        os.close(nothing)
+    if sys.stdout is not None:
+        with suppress(OSError, ValueError):
+            closed_pipe = sys.stdout.fileno()
+            nothing = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nothing, closed_pipe)
+            os.close(nothing)

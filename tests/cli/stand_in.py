@@ -1,0 +1,51 @@
+"""A stand-in for the work on one clip, so that the command is tested alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from count_video import trial
+from count_video.campaign import unread_result
+from count_video.progress import NO_PROGRESS, Progress
+from count_video.records import Collision, TrialResult, Velocities
+
+Work = Callable[[Path], TrialResult]
+
+
+def counted(path: Path) -> TrialResult:
+    """Answer with one collision at the wall."""
+    still, away = Velocities(-2.0, 0.0), Velocities(2.0, 0.0)
+    collision = Collision(1, "wall", 12.5, 0.1, None, True, 80.0, still, away)
+    return replace(
+        unread_result(str(path), ""),
+        status="counted",
+        reason=None,
+        count=1,
+        seen=1,
+        between_frames=0,
+        collisions=(collision,),
+    )
+
+
+def not_counted(path: Path) -> TrialResult:
+    """Answer that nothing moves."""
+    return unread_result(str(path), "nothing moves")
+
+
+@dataclass
+class StandIn:
+    """What the command asked for, and what each clip answers by its name."""
+
+    answers: dict[str, Work] = field(default_factory=dict)
+    """Answer by file name; ``counted`` where a name is missing."""
+    asked: list[tuple[Path, trial.TrialSettings]] = field(default_factory=list)
+
+    def count_clip(
+        self, path: Path, settings: trial.TrialSettings, progress: Progress = NO_PROGRESS
+    ) -> TrialResult:
+        """Take the place of ``trial.count_clip``."""
+        self.asked.append((path, settings))
+        progress.start(1, path.name)
+        return self.answers.get(path.name, counted)(path)

@@ -1,0 +1,197 @@
+from __future__ import annotations
+
+import json
+import os
+import pty
+import shlex
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from count_video.trial import TrialSettings
+from stand_in import StandIn, counted
+
+from count_video.cli import main
+from count_video.errors import FootageError, UsageError
+from count_video.records import TrialResult
+
+
+def unreadable(path: Path) -> TrialResult:
+    raise FootageError(f"{path}: no such file; check the name")
+
+
+def impossible(path: Path) -> TrialResult:
+    raise UsageError("the region lies outside the picture")
+
+
+def interrupted(path: Path) -> TrialResult:
+    raise KeyboardInterrupt
+
+
+@pytest.fixture
+def command(stand_in: StandIn) -> StandIn:
+    stand_in.answers |= {
+        "missing.mp4": unreadable,
+        "narrow.mp4": impossible,
+        "long.mp4": interrupted,
+        "odd\n\x1b[31m.mp4": unreadable,
+        "partly.mp4": lambda path: replace(
+            counted(path), status="not_counted", count=None, reason="it ends early"
+        ),
+    }
+    return stand_in
+
+
+@pytest.mark.parametrize(
+    ("clips", "code"),
+    [
+        (["a.mp4"], 0),
+        (["a.mp4", "b.mp4"], 0),
+        (["still.mp4"], 1),
+        (["missing.mp4"], 1),
+        (["missing.mp4", "a.mp4"], 1),
+        (["a.mp4", "partly.mp4"], 1),
+        (["narrow.mp4"], 2),
+        (["narrow.mp4", "still.mp4"], 2),
+        ([], 2),
+        (["a.mp4", "--wall", "up"], 2),
+        (["long.mp4"], 130),
+        (["--help"], 0),
+        (["--version"], 0),
+    ],
+)
+@pytest.mark.parametrize("form", [[], ["--json"]], ids=["text", "json"])
+def test_the_exit_code_tells_what_became_of_the_request(
+    command: StandIn, clips: list[str], code: int, form: list[str]
+) -> None:
+    assert main([*form, *clips]) == code
+
+
+def test_a_counted_clip_is_answered_on_stdout_alone(
+    command: StandIn, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["clips/a.mp4"])
+    out, err = capsys.readouterr()
+    assert out.splitlines()[0] == "a.mp4: 1 collision"
+    assert err == ""
+
+
+@pytest.mark.parametrize(
+    ("clip", "line"),
+    [
+        ("still.mp4", "count-video: still.mp4: nothing moves"),
+        ("clips/missing.mp4", "count-video: clips/missing.mp4: no such file; check the name"),
+        ("narrow.mp4", "count-video: narrow.mp4: the region lies outside the picture"),
+        ("odd\n\x1b[31m.mp4", "count-video: odd\\n\\x1b[31m.mp4: no such file; check the name"),
+    ],
+)
+def test_a_clip_with_nothing_to_show_is_one_line_on_stderr(
+    command: StandIn, capsys: pytest.CaptureFixture[str], clip: str, line: str
+) -> None:
+    main([clip])
+    assert capsys.readouterr() == ("", f"{line}\n")
+
+
+def test_what_a_clip_that_is_not_counted_does_show_is_on_stdout(
+    command: StandIn, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["partly.mp4"])
+    out, err = capsys.readouterr()
+    assert out.startswith("partly.mp4: not counted\n")
+    assert "it ends early" in out
+    assert err == "count-video: partly.mp4: it ends early\n"
+
+
+def test_answers_stand_apart_by_an_empty_line(
+    command: StandIn, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["a.mp4"])
+    alone = capsys.readouterr().out
+    main(["still.mp4", "a.mp4", "missing.mp4", "a.mp4"])
+    assert capsys.readouterr().out == f"{alone}\n{alone}"
+
+
+def test_json_is_one_object_a_clip_and_nothing_else(
+    command: StandIn, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clips = ["a.mp4", "missing.mp4", "still.mp4", "partly.mp4"]
+    main(["--json", *clips])
+    out, err = capsys.readouterr()
+    told = [json.loads(line) for line in out.splitlines()]
+    assert [answer["clip"] for answer in told] == clips
+    assert [answer["status"] for answer in told] == ["counted"] + ["not_counted"] * 3
+    assert told[1]["reason"] == "no such file; check the name"
+    assert len({tuple(answer) for answer in told}) == 1, "every answer has the same keys"
+    assert len(err.splitlines()) == 3
+
+
+def test_a_wrong_request_is_one_line_and_counts_nothing(
+    command: StandIn, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["a.mp4", "--capture-fps", "0"])
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("count-video: ")
+    assert len(err.splitlines()) == 1
+    assert command.asked == []
+
+
+def test_what_was_answered_before_an_interruption_is_kept(
+    command: StandIn, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["a.mp4", "long.mp4", "b.mp4"])
+    out, err = capsys.readouterr()
+    assert "a.mp4: 1 collision" in out
+    assert err == "count-video: interrupted\n"
+    assert [path.name for path, _ in command.asked] == ["a.mp4", "long.mp4"]
+
+
+def test_the_options_become_the_settings_of_the_trial(command: StandIn) -> None:
+    main(
+        shlex.split(
+            "a.mp4 --capture-fps 960 --start 3 --end 9 --region 1,2,30,40 --wall left "
+            "--ball-diameter-mm 20 --masses 100.5 1"
+        )
+    )
+    ((_, settings),) = command.asked
+    assert settings == TrialSettings(
+        capture_fps=960.0,
+        ball_diameter_mm=20.0,
+        wall_side="left",
+        region=(1, 2, 30, 40),
+        start=3,
+        end=9,
+        masses=(Fraction(201, 2), Fraction(1)),
+    )
+
+
+def test_options_left_out_leave_the_trial_its_own_defaults(command: StandIn) -> None:
+    main(["a.mp4"])
+    assert command.asked == [(Path("a.mp4"), TrialSettings())]
+
+
+def test_progress_and_the_reason_fit_a_terminal(
+    command: StandIn, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    reader, writer = pty.openpty()
+    with os.fdopen(writer, "w", encoding="utf-8") as terminal:
+        monkeypatch.setattr("sys.stdout", terminal)
+        monkeypatch.setattr("sys.stderr", terminal)
+        assert main(["partly.mp4"]) == 1
+        shown = os.read(reader, 1 << 16).decode()
+    os.close(reader)
+    assert "0/1" in shown
+    assert shown.count("it ends early") == 1
+    assert shown.index("0/1") < shown.index("partly.mp4: not counted")
+
+
+def test_a_clip_that_cannot_be_named_in_the_terminals_encoding_is_answered(
+    command: StandIn, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    file = tmp_path / "answer.txt"
+    with file.open("w", encoding="ascii") as ascii_only:
+        monkeypatch.setattr("sys.stdout", ascii_only)
+        assert main(["Körper.mp4"]) == 0
+    assert file.read_text("ascii").splitlines()[0] == "K\\xf6rper.mp4: 1 collision"

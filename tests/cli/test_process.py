@@ -1,0 +1,96 @@
+"""What only a process of its own shows: what it imports, and how it ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HEAVY = {"av", "cv2", "numpy", "scipy", "mpmath", "rich", "matplotlib"}
+
+# The command with the work on a clip replaced: "wait" in a name waits to be interrupted.
+STAND_IN = """
+import time
+from dataclasses import replace
+from count_video import trial
+from count_video.campaign import unread_result
+from count_video.cli import run
+
+def count_clip(path, settings, progress):
+    if "wait" in path.name:
+        print("begun", flush=True)
+        time.sleep(600)
+    return replace(unread_result(str(path), ""), status="counted", reason=None, count=0)
+
+trial.count_clip = count_clip
+run()
+"""
+
+
+def started(*arguments: str, stdout: int = subprocess.PIPE) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", STAND_IN, *arguments],
+        stdout=stdout,
+        stderr=subprocess.PIPE,
+        stdin=subprocess.DEVNULL,
+        text=True,
+    )
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["a.mp4", "--wall", "up"], []])
+def test_help_version_and_a_wrong_request_import_nothing_heavy(arguments: list[str]) -> None:
+    program = (
+        "import sys; from count_video.cli import main; main(sys.argv[1:]);"
+        "print('imported', *{name.partition('.')[0] for name in sys.modules})"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=True
+    )
+    imported = set(done.stdout.splitlines()[-1].split())
+    assert "count_video" in imported
+    assert imported & HEAVY == set()
+
+
+def test_the_module_is_the_command() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "count_video", "--version"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.startswith("count-video ")
+
+
+def test_an_interruption_from_outside_ends_in_one_line() -> None:
+    with started("first.mp4", "wait.mp4") as process:
+        assert process.stdout is not None
+        line = ""
+        while line != "begun\n":
+            line = process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        _, complaint = process.communicate()
+    assert process.returncode == 130
+    assert complaint == "count-video: interrupted\n"
+
+
+@pytest.mark.parametrize("form", ["--json", ""], ids=["json", "text"])
+def test_a_reader_that_leaves_ends_the_command_without_a_word(form: str) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    with started(*filter(None, [form]), "a.mp4", "b.mp4", stdout=writer) as process:
+        os.close(writer)
+        _, complaint = process.communicate()
+    assert complaint == ""
+    assert process.returncode == 128 + signal.SIGPIPE
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_an_answer_that_cannot_be_written_is_told() -> None:
+    with open("/dev/full", "w") as full, started("a.mp4", stdout=full.fileno()) as process:
+        _, complaint = process.communicate()
+    assert process.returncode == 1
+    assert complaint == "count-video: cannot write the result: No space left on device\n"

@@ -1,0 +1,181 @@
+"""Read the imports of a tree of modules and tell which of them break through a wall.
+
+A *room* is a subpackage of ``count_video`` or one of its top modules; ``synth`` is all of
+``synth_video``; the package ``count_video`` itself, which holds its version, is open to all.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+_SHARED = frozenset({"records", "errors", "progress"})
+_STAGES = frozenset({"reports", "collisions", "tracking", "footage"})
+
+MAY_IMPORT: Mapping[str, frozenset[str]] = {
+    "__main__": frozenset({"cli"}),
+    "cli": frozenset({"options", "campaign", "trial", "reports", "physics"}) | _SHARED,
+    "options": _SHARED,
+    "campaign": frozenset({"trial", "reports", "physics"}) | _SHARED,
+    "trial": _STAGES | {"physics"} | _SHARED,
+    **dict.fromkeys(_STAGES, frozenset({"physics"}) | _SHARED),
+    "physics": _SHARED,
+    "records": frozenset(),
+    "errors": frozenset(),
+    "progress": frozenset(),
+    "synth": frozenset({"physics", "footage", "records", "errors"}),
+}
+"""For every room the others that it may import."""
+
+ONLY_IN: Mapping[str, frozenset[str]] = {"av": frozenset({"footage"})}
+"""Libraries with one door: the rooms that may import them."""
+
+NEVER_REACHED: Mapping[str, frozenset[str]] = {
+    "count_video.physics.simulator": frozenset({"tracking", "collisions"})
+}
+"""Modules that these rooms import neither themselves nor through others: what is seen must not
+depend on what the simulator expects."""
+
+
+@dataclass(frozen=True)
+class Module:
+    """One source file."""
+
+    name: str
+    """Dotted name, e.g. ``count_video.physics.theory``."""
+    imports: frozenset[str]
+    """Dotted names of all that it imports, at whatever depth it stands."""
+    speaks: bool
+    """True if it prints, logs or touches the standard streams."""
+
+    @property
+    def room(self) -> str:
+        """The room that it stands in; empty for the package itself."""
+        return _room(self.name)
+
+
+def read_modules(*tops: Path) -> dict[str, Module]:
+    """Parse every module below folders that hold packages."""
+    files = {_module_name(top, file): file for top in tops for file in sorted(top.rglob("*.py"))}
+    modules = {}
+    for name, file in files.items():
+        tree = ast.parse(file.read_text("utf-8"), file.name)
+        package = name if file.name == "__init__.py" else name.rpartition(".")[0]
+        imports = frozenset(_imports(tree, package, frozenset(files)))
+        modules[name] = Module(name, imports, _speaks(tree))
+    return modules
+
+
+def violations(modules: Mapping[str, Module]) -> list[str]:
+    """List every breach of the walls as a sentence; empty when the house stands."""
+    return [
+        *_wrong_rooms(modules),
+        *_wrong_doors(modules),
+        *_wrong_reach(modules),
+        *_cycles(modules),
+        *_speakers(modules),
+    ]
+
+
+def _wrong_rooms(modules: Mapping[str, Module]) -> Iterator[str]:
+    for module in modules.values():
+        for imported in sorted(module.imports):
+            room = _room(imported)
+            if room and room != module.room and room not in MAY_IMPORT.get(module.room, ()):
+                yield f"{module.name} imports {imported}"
+
+
+def _wrong_doors(modules: Mapping[str, Module]) -> Iterator[str]:
+    for module in modules.values():
+        for imported in sorted(module.imports):
+            rooms = ONLY_IN.get(imported.partition(".")[0])
+            if rooms is not None and module.room not in rooms:
+                yield f"{module.name} imports {imported}"
+
+
+def _wrong_reach(modules: Mapping[str, Module]) -> Iterator[str]:
+    for forbidden, rooms in NEVER_REACHED.items():
+        for module in modules.values():
+            if module.room in rooms and forbidden in _reached(module.name, modules):
+                yield f"{module.name} reaches {forbidden}"
+
+
+def _cycles(modules: Mapping[str, Module]) -> Iterator[str]:
+    graph = {name: modules[name].imports & modules.keys() - {name} for name in modules}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        yield f"import cycle: {' -> '.join(error.args[1])}"
+
+
+def _speakers(modules: Mapping[str, Module]) -> Iterator[str]:
+    for module in modules.values():
+        if module.speaks and module.name.rpartition(".")[2] != "cli":
+            yield f"{module.name} speaks to the user"
+
+
+def _reached(start: str, modules: Mapping[str, Module]) -> set[str]:
+    reached: set[str] = set()
+    waiting = [start]
+    while waiting:
+        name = waiting.pop()
+        if name not in reached:
+            reached.add(name)
+            waiting += modules[name].imports if name in modules else ()
+    return reached
+
+
+def _room(name: str) -> str:
+    top, _, rest = name.partition(".")
+    if top == "synth_video":
+        return "synth"
+    return rest.partition(".")[0] if top == "count_video" else ""
+
+
+def _module_name(top: Path, file: Path) -> str:
+    parts = file.relative_to(top).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def _imports(tree: ast.AST, package: str, known: frozenset[str]) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            source = _source(node, package)
+            for alias in node.names:
+                inner = f"{source}.{alias.name}"  # a module, or a name in one
+                yield inner if inner in known else source
+        elif isinstance(node, ast.Call) and _called(node) in {"import_module", "__import__"}:
+            first = node.args[0] if node.args else None
+            yield str(first.value) if isinstance(first, ast.Constant) else "<computed>"
+
+
+def _source(node: ast.ImportFrom, package: str) -> str:
+    if node.level == 0:
+        return node.module or ""
+    parents = package.split(".")[: len(package.split(".")) - node.level + 1]
+    return ".".join([*parents, *([node.module] if node.module else [])])
+
+
+def _speaks(tree: ast.AST) -> bool:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and _called(node) == "print":
+            return True
+        if isinstance(node, ast.Attribute) and node.attr in {"stdout", "stderr"}:
+            return True
+        if isinstance(node, ast.Import) and any(a.name == "logging" for a in node.names):
+            return True
+        if isinstance(node, ast.ImportFrom) and node.module == "logging":
+            return True
+    return False
+
+
+def _called(node: ast.Call) -> str:
+    function = node.func
+    if isinstance(function, ast.Attribute):
+        return function.attr
+    return function.id if isinstance(function, ast.Name) else ""
