@@ -1,0 +1,113 @@
+"""Files in which nothing can be counted, given to the whole command."""
+
+from __future__ import annotations
+
+import json
+import wave
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from count_video.cli import main
+from count_video.footage.writer import WriteOptions, write_clip
+
+FRAMES = 60
+SHAPE = (120, 320)
+
+
+def missing(path: Path) -> None:
+    assert not path.exists()
+
+
+def empty(path: Path) -> None:
+    path.touch()
+
+
+def text(path: Path) -> None:
+    path.write_text("31 collisions were counted.\n" * 200, "utf-8")
+
+
+def random_bytes(path: Path) -> None:
+    path.write_bytes(np.random.default_rng(1).bytes(20_000))
+
+
+def audio_only(path: Path) -> None:
+    with path.open("wb") as file, wave.open(file) as sound:
+        sound.setnchannels(1)
+        sound.setsampwidth(2)
+        sound.setframerate(8000)
+        sound.writeframes(bytes(16_000))
+
+
+def picture(path: Path) -> None:
+    encoded, data = cv2.imencode(".png", scenery())
+    assert encoded
+    path.write_bytes(data.tobytes())
+
+
+def nothing_moves(path: Path) -> None:
+    write_clip(path, [scenery()] * FRAMES, WriteOptions())
+
+
+def only_noise_moves(path: Path) -> None:
+    rng = np.random.default_rng(2)
+    noisy = (scenery() + rng.normal(0, 4, SHAPE) for _ in range(FRAMES))
+    write_clip(path, (np.clip(frame, 0, 255).astype(np.uint8) for frame in noisy), WriteOptions())
+
+
+def cut_in_the_middle(path: Path) -> None:
+    only_noise_moves(path)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def scenery() -> np.ndarray:
+    """Draw something to see that does not move: a ramp with a disc on it."""
+    rows, columns = np.indices(SHAPE)
+    ramp = 60 + columns * 100 // SHAPE[1]
+    disc = (rows - 60) ** 2 + (columns - 160) ** 2 < 400
+    return np.where(disc, 220, ramp).astype(np.uint8)
+
+
+UNREADABLE = (missing, empty, text, random_bytes, audio_only, cut_in_the_middle)
+WITHOUT_TRIAL = (picture, nothing_moves, only_noise_moves)
+
+
+@pytest.mark.parametrize("make", UNREADABLE + WITHOUT_TRIAL, ids=lambda make: make.__name__)
+def test_a_bad_clip_is_one_clear_line_and_exit_code_1(
+    make: Callable[[Path], None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clip = tmp_path / "trial.mp4"
+    make(clip)
+    assert main([str(clip)]) == 1
+    out, err = capsys.readouterr()
+    assert err.startswith(f"count-video: {clip}: ")
+    assert err.count("\n") == 1
+    assert out == ""
+
+
+@pytest.mark.parametrize("make", UNREADABLE + WITHOUT_TRIAL, ids=lambda make: make.__name__)
+def test_a_bad_clip_is_one_object_with_its_reason(
+    make: Callable[[Path], None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clip = tmp_path / "trial.mp4"
+    make(clip)
+    assert main(["--json", str(clip)]) == 1
+    (line,) = capsys.readouterr().out.splitlines()
+    answer = json.loads(line)
+    assert (answer["clip"], answer["status"], answer["count"]) == (str(clip), "not_counted", None)
+    assert len(answer["reason"]) > 10
+    assert answer["collisions"] == []
+
+
+def test_bad_clips_leave_their_folder_as_it_was(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for make in UNREADABLE + WITHOUT_TRIAL:
+        make(tmp_path / f"{make.__name__}.mp4")
+    before = {file: file.read_bytes() for file in tmp_path.iterdir()}
+    assert main(["--json", str(tmp_path)]) == 1
+    assert {file: file.read_bytes() for file in tmp_path.iterdir()} == before
+    assert len(capsys.readouterr().out.splitlines()) == len(before)
