@@ -13,15 +13,19 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 _SHARED = frozenset({"records", "errors", "progress"})
-_STAGES = frozenset({"reports", "collisions", "tracking", "footage"})
+_BELOW_A_STAGE = _SHARED | {"physics", "signals"}
 
 MAY_IMPORT: Mapping[str, frozenset[str]] = {
     "__main__": frozenset({"cli"}),
     "cli": frozenset({"options", "campaign", "trial", "reports", "physics"}) | _SHARED,
     "options": _SHARED,
     "campaign": frozenset({"trial", "reports", "physics"}) | _SHARED,
-    "trial": _STAGES | {"physics"} | _SHARED,
-    **dict.fromkeys(_STAGES, frozenset({"physics"}) | _SHARED),
+    "trial": frozenset({"reports", "collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
+    "reports": _BELOW_A_STAGE,
+    "collisions": _BELOW_A_STAGE,
+    "tracking": _BELOW_A_STAGE | {"footage"},  # it draws its frames itself, from pilot and stream
+    "footage": _BELOW_A_STAGE,
+    "signals": _SHARED,
     "physics": _SHARED,
     "records": frozenset(),
     "errors": frozenset(),

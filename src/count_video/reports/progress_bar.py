@@ -38,7 +38,7 @@ def _drawn_on(stream: TextIO) -> progress.Progress:
     return progress.Progress(
         # Labels carry file names, in which square brackets are no mark-up.
         progress.TextColumn("{task.description}", markup=False),
-        progress.BarColumn(),
+        progress.BarColumn(bar_width=24),  # leaves room on the line for the "^C" of a person
         progress.MofNCompleteColumn(),
         progress.TextColumn("frames"),
         progress.TimeRemainingColumn(),
