@@ -14,11 +14,16 @@ from count_video.physics.contacts import WALL, Mover, contact_s
 from count_video.physics.mountings import Apparatus, Hold
 from count_video.records import CollisionKind
 
+Contact = Literal["bodies", "wall", "parting", "none"]
+Restitution = Callable[[CollisionKind], float]
+"""Draws the restitution of the next bounce of a kind."""
+
 
 class Anchor(NamedTuple):
     """State just after an event; the next flight starts here.
 
-    ``heavy_m`` is the cylinder's face less a ball diameter, ``ball_m`` the ball's wall-side face.
+    ``heavy_m`` is the cylinder's face less a ball diameter, ``ball_m`` the ball's wall-side face:
+    0 ≤ ball_m ≤ heavy_m, and equality is contact, exactly.
     """
 
     time_s: float
@@ -36,10 +41,6 @@ class Impact(NamedTuple):
     heavy_before_m_s: float
     ball_before_m_s: float
     restitution: float
-
-
-Restitution = Callable[[CollisionKind], float]
-"""Draws the restitution of the next bounce of a kind."""
 
 
 def events(
@@ -61,112 +62,92 @@ def events(
 
 def settle(apparatus: Apparatus, state: Anchor) -> Anchor:
     """Decide which bodies in contact stay together: those without speed or pull to part."""
-    time_s, heavy_m, heavy_v, ball_m, ball_v, _ = state
+    time_s, heavy_m, heavy_velocity, ball_m, ball_velocity, _ = state
     slow = apparatus.resting_speed_m_s
-    on_wall = ball_m == 0.0 and abs(ball_v) <= slow
-    leaning = heavy_m == ball_m and abs(heavy_v - ball_v) <= slow
+    slight = apparatus.resting_acceleration_m_s2
+    on_wall = ball_m == 0.0 and abs(ball_velocity) <= slow
+    leaning = heavy_m == ball_m and abs(heavy_velocity - ball_velocity) <= slow
     if leaning and on_wall:
-        return _settle_both(apparatus, time_s)
+        return Anchor(time_s, 0.0, 0.0, 0.0, 0.0, _hold_at_wall(apparatus))
     if on_wall:
-        pressed = apparatus.light.acceleration(0.0, 0.0) <= apparatus.resting_acceleration_m_s2
+        pressed = apparatus.light.acceleration(0.0, 0.0) <= slight
         hold = Hold.BALL_ON_WALL if pressed else Hold.APART
-        return Anchor(time_s, heavy_m, heavy_v, 0.0, 0.0, hold)
+        return Anchor(time_s, heavy_m, heavy_velocity, 0.0, 0.0, hold)
     if leaning:
-        heavy_kg, light_kg = apparatus.heavy_kg, apparatus.light_kg
-        common = (heavy_kg * heavy_v + light_kg * ball_v) / (heavy_kg + light_kg)
-        pull = apparatus.heavy.acceleration(heavy_m, common) - apparatus.light.acceleration(
-            ball_m, common
-        )
-        pressed = pull <= apparatus.resting_acceleration_m_s2
-        hold = Hold.TOGETHER if pressed else Hold.APART
+        momentum = apparatus.heavy_kg * heavy_velocity + apparatus.light_kg * ball_velocity
+        common = momentum / (apparatus.heavy_kg + apparatus.light_kg)
+        pull = apparatus.heavy.acceleration(heavy_m, common)
+        pull -= apparatus.light.acceleration(ball_m, common)
+        hold = Hold.TOGETHER if pull <= slight else Hold.APART
         return Anchor(time_s, heavy_m, common, ball_m, common, hold)
-    return Anchor(time_s, heavy_m, heavy_v, ball_m, ball_v, Hold.APART)
+    return state._replace(hold=Hold.APART)
 
 
-def _settle_both(apparatus: Apparatus, time_s: float) -> Anchor:
-    """Decide the same where wall, ball and cylinder touch and nothing moves."""
+def _hold_at_wall(apparatus: Apparatus) -> Hold:
+    """Decide who stays where wall, ball and cylinder touch and nothing moves."""
     heavy = apparatus.heavy.acceleration(0.0, 0.0)
     light = apparatus.light.acceleration(0.0, 0.0)
     joint = apparatus.heavy_kg * heavy + apparatus.light_kg * light
     joint /= apparatus.heavy_kg + apparatus.light_kg
     slight = apparatus.resting_acceleration_m_s2
     if heavy <= slight and joint <= slight:
-        hold = Hold.PINNED
-    elif heavy - light <= slight:
-        hold = Hold.TOGETHER
-    elif light <= slight:
-        hold = Hold.BALL_ON_WALL
-    else:
-        hold = Hold.APART
-    return Anchor(time_s, 0.0, 0.0, 0.0, 0.0, hold)
-
-
-Contact = Literal["bodies", "wall", "parting", "none"]
+        return Hold.PINNED
+    if heavy - light <= slight:
+        return Hold.TOGETHER
+    return Hold.BALL_ON_WALL if light <= slight else Hold.APART
 
 
 def _next_event(apparatus: Apparatus, anchor: Anchor) -> tuple[float, Contact]:
-    """Time of flight to the next event and what touches then; inf if nothing will happen."""
-    _, heavy_m, heavy_v, ball_m, ball_v, hold = anchor
+    """Time of flight to the next event and what it is; inf if nothing will ever happen."""
+    _, heavy_m, heavy_velocity, ball_m, ball_velocity, hold = anchor
     if hold is Hold.PINNED:
         return math.inf, "none"
     heavy_law, ball_law = apparatus.laws(hold)
-    window_s = min(heavy_law.valid_for_s(heavy_v), ball_law.valid_for_s(ball_v))
-    heavy = Mover(heavy_law, heavy_m, heavy_v)
-    ball = Mover(ball_law, ball_m, ball_v)
-    flight_s = window_s
+    heavy = Mover(heavy_law, heavy_m, heavy_velocity)
+    ball = Mover(ball_law, ball_m, ball_velocity)
+    flight_s = min(heavy_law.valid_for_s(heavy_velocity), ball_law.valid_for_s(ball_velocity))
     contact: Contact = "none"
     if hold is not Hold.BALL_ON_WALL:
         wall_s = contact_s(ball, WALL, flight_s)
-        if wall_s <= flight_s and wall_s < math.inf:
+        if wall_s <= flight_s:  # also true if both are inf, and then harmless
             flight_s, contact = wall_s, "wall"
     if hold is Hold.TOGETHER:
-        parting_s = apparatus.parting_s(heavy_m, heavy_v, flight_s)
+        parting_s = apparatus.parting_s(heavy_m, heavy_velocity, flight_s)
         return (parting_s, "parting") if parting_s < flight_s else (flight_s, contact)
-    bodies_s = contact_s(heavy, ball, flight_s)
-    if bodies_s <= flight_s and bodies_s < math.inf:
-        flight_s, contact = bodies_s, "bodies"
-    return flight_s, contact
+    bodies_s = contact_s(heavy, ball, flight_s)  # sought no further than the other contact
+    return (bodies_s, "bodies") if bodies_s <= flight_s else (flight_s, contact)
 
 
 def _fly(apparatus: Apparatus, anchor: Anchor, flight_s: float, contact: Contact) -> Anchor:
     """State at the end of a flight; bodies that touch are set to touch exactly."""
-    time_s, heavy_m, heavy_v, ball_m, ball_v, hold = anchor
+    time_s, heavy_m, heavy_velocity, ball_m, ball_velocity, hold = anchor
     heavy_law, ball_law = apparatus.laws(hold)
-    rise, heavy_v = heavy_law.advance(heavy_m, heavy_v, flight_s)
-    fall, ball_v = ball_law.advance(ball_m, ball_v, flight_s)
-    heavy_m = heavy_m + rise
-    ball_m = heavy_m if hold is Hold.TOGETHER else ball_m + fall
-    if contact == "wall":
-        heavy_m = 0.0 if hold is Hold.TOGETHER else max(0.0, heavy_m)
-        ball_m = 0.0
-    elif contact == "bodies":
-        ball_m = max(0.0, ball_m)
-        heavy_m = ball_m
-    return Anchor(time_s + flight_s, heavy_m, heavy_v, ball_m, ball_v, hold)
+    heavy_rise, heavy_velocity = heavy_law.advance(heavy_m, heavy_velocity, flight_s)
+    ball_rise, ball_velocity = ball_law.advance(ball_m, ball_velocity, flight_s)
+    together = hold is Hold.TOGETHER
+    ball_m = 0.0 if contact == "wall" else max(0.0, ball_m + ball_rise)
+    heavy_m = ball_m if together or contact == "bodies" else max(ball_m, heavy_m + heavy_rise)
+    return Anchor(time_s + flight_s, heavy_m, heavy_velocity, ball_m, ball_velocity, hold)
 
 
 def _meet(
     apparatus: Apparatus, arrived: Anchor, contact: Contact, restitution: Restitution
 ) -> tuple[Anchor, Impact | None]:
     """Bounce if the contact is quick enough, then see who stays together."""
-    time_s, heavy_m, heavy_v, ball_m, ball_v, _ = arrived
-    if contact == "wall":
-        if -ball_v <= apparatus.resting_speed_m_s:
-            return settle(apparatus, arrived._replace(ball_velocity_m_s=0.0)), None
-        bounce = restitution("wall")
-        after = Anchor(time_s, heavy_m, heavy_v, ball_m, -bounce * ball_v, Hold.APART)
-        return settle(apparatus, after), Impact("wall", heavy_v, ball_v, bounce)
-    if contact == "bodies":
-        approach = ball_v - heavy_v
-        if approach <= apparatus.resting_speed_m_s:
-            return settle(apparatus, arrived), None
-        bounce = restitution("bodies")
-        # Equal and opposite impulses: (1 + e) times the reduced mass times the approach.
-        impulse = (1.0 + bounce) * approach / (apparatus.heavy_kg + apparatus.light_kg)
-        after_heavy = heavy_v + apparatus.light_kg * impulse
-        after_ball = ball_v - apparatus.heavy_kg * impulse
-        after = Anchor(time_s, heavy_m, after_heavy, ball_m, after_ball, Hold.APART)
-        return settle(apparatus, after), Impact("bodies", heavy_v, ball_v, bounce)
-    if contact == "parting":  # known, not to be judged again from rounded numbers
+    if contact == "parting":  # found from the pull itself, not to be judged again from roundings
         return arrived._replace(hold=Hold.APART), None
-    return settle(apparatus, arrived), None
+    time_s, heavy_m, heavy_velocity, ball_m, ball_velocity, _ = arrived
+    approach = -ball_velocity if contact == "wall" else ball_velocity - heavy_velocity
+    if contact == "none" or approach <= apparatus.resting_speed_m_s:
+        return settle(apparatus, arrived), None
+    bounce = restitution(contact)
+    impact = Impact(contact, heavy_velocity, ball_velocity, bounce)
+    if contact == "wall":
+        ball_velocity *= -bounce
+    else:
+        # Equal and opposite impulses: (1 + e) times the reduced mass times the approach.
+        push = (1.0 + bounce) * approach / (apparatus.heavy_kg + apparatus.light_kg)
+        heavy_velocity += apparatus.light_kg * push
+        ball_velocity -= apparatus.heavy_kg * push
+    after = Anchor(time_s, heavy_m, heavy_velocity, ball_m, ball_velocity, Hold.APART)
+    return settle(apparatus, after), impact

@@ -193,7 +193,7 @@ class Pendulum:
         return acceleration, acceleration * self.natural_rad_s
 
     def valid_for_s(self, velocity_m_s: float) -> float:
-        """Some periods: no limit of the closed form, but contacts are sought window by window."""
+        """Two periods: the closed form holds on, but contacts are sought window by window."""
         return WINDOW_PERIODS * self.period_s
 
     def turning_s(self, position_m: float, velocity_m_s: float) -> float:

@@ -8,15 +8,21 @@ from functools import cached_property
 
 import numpy as np
 
-from count_video.physics.engine import Anchor, Impact, Restitution, events, settle
+from count_video.errors import UsageError
+from count_video.physics.engine import Anchor, Impact, events, settle
+from count_video.physics.flights import Pendulum
 from count_video.physics.mountings import Apparatus, Hold, build_apparatus
+from count_video.physics.scatter import draw_restitutions
 from count_video.physics.setup import Setup
 from count_video.records import CollisionKind, Floats
 
 LONGEST_BURST_PERIODS = 10.0
 """A suspended trial whose burst has not ended after so many heavy periods is left there (the
 cylinder never reaches the ball, or leans on the wall and stays)."""
-_BLOCK = 256
+MOST_COLLISIONS = 1_000_000
+"""A trial with more is refused before it fills the memory."""
+CONTACT_AT_START_M = 1e-12
+"""Bodies closer than this at time 0 touch: no more than a rounding of the sum of the gaps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,26 +94,31 @@ class Motion:
 
         Before time 0 a suspended trial is held at its start; a free or sliding cylinder comes in
         on a straight line. At the very time of a collision the state after it is given.
+
+        Raises
+        ------
+        UsageError
+            If a time is not finite.
         """
         times = np.ascontiguousarray(times_s, dtype=np.float64)
-        if times.size and float(times.max()) > self.until_s:
-            return extend(self, float(times.max())).sample(times)
+        if not np.isfinite(times).all():
+            raise UsageError("cannot sample a motion at a time that is not finite; drop those")
+        latest_s = float(times.max(initial=0.0))
+        if latest_s > self.until_s:
+            return extend(self, latest_s).sample(times)
         rows = np.maximum(np.searchsorted(self._anchor_times_s, times, side="right") - 1, 0)
         tau_s = times - self._anchor_times_s[rows]
         if self.setup.mounting == "suspended":
             tau_s = np.maximum(tau_s, 0.0)
-        heavy_m, heavy_v, ball_m, ball_v = self._anchor_states[:, rows]
-        apparatus = build_apparatus(self.setup)
+        states = self._anchor_states[:, rows]
         holds = self._anchor_holds[rows]
+        apparatus = build_apparatus(self.setup)
         for hold in set(holds.tolist()):
             part = holds == hold
-            heavy_law, ball_law = apparatus.laws(Hold(hold))
-            rise, heavy_v[part] = heavy_law.advance_many(heavy_m[part], heavy_v[part], tau_s[part])
-            fall, ball_v[part] = ball_law.advance_many(ball_m[part], ball_v[part], tau_s[part])
-            heavy_m[part] += rise
-            ball_m[part] += fall
+            states[:, part] = _advance_states(apparatus, Hold(hold), states[:, part], tau_s[part])
+        heavy_m, heavy_velocity, ball_m, ball_velocity = states
         diameter_m = self.setup.ball_diameter_m
-        return Sample(heavy_m + diameter_m, heavy_v, ball_m, ball_v, diameter_m)
+        return Sample(heavy_m + diameter_m, heavy_velocity, ball_m, ball_velocity, diameter_m)
 
     @cached_property
     def _anchor_times_s(self) -> Floats:
@@ -135,37 +146,48 @@ def simulate(setup: Setup, *, seed: int = 0, until_s: float | None = None) -> Mo
     until_s
         Stop after this time. By default a suspended trial runs half a heavy period beyond the end
         of its burst; a free or sliding one until nothing more can happen.
+
+    Raises
+    ------
+    UsageError
+        If ``until_s`` is not a time, or there are more than ``MOST_COLLISIONS`` until then.
     """
-    start = settle(
-        build_apparatus(setup),
-        Anchor(
-            0.0,
-            setup.heavy_start_m - setup.ball_diameter_m,
-            setup.heavy_velocity_m_s,
-            setup.ball_start_m,
-            0.0,
-            Hold.APART,
-        ),
-    )
+    ball_m = setup.ball_start_m
+    heavy_m = setup.wall_gap_m + setup.bodies_gap_m + setup.release_m
+    if abs(heavy_m - ball_m) < CONTACT_AT_START_M:
+        heavy_m = ball_m
+    start = Anchor(0.0, heavy_m, setup.heavy_velocity_m_s, ball_m, 0.0, Hold.APART)
+    start = settle(build_apparatus(setup), start)
     still = Motion(setup, seed, 0.0, (), math.inf, (start,))
-    return extend(still, until_s)
+    return _run(still, None) if until_s is None else extend(still, until_s)
 
 
-def extend(motion: Motion, until_s: float | None = None) -> Motion:
-    """Continue a trial to a later time; the result is the same to the bit as one long run."""
-    if until_s is not None and until_s <= motion.until_s:
-        return motion
+def extend(motion: Motion, until_s: float) -> Motion:
+    """Continue a trial to a later time; the result is the same to the bit as one long run.
+
+    Raises
+    ------
+    UsageError
+        As for ``simulate``.
+    """
+    endless = math.isinf(until_s) and motion.setup.mounting == "suspended"
+    if math.isnan(until_s) or until_s < 0 or endless:
+        raise UsageError(f"cannot simulate until {until_s} s; give a finite time from 0 on")
+    return motion if until_s <= motion.until_s else _run(motion, until_s)
+
+
+def _run(motion: Motion, until_s: float | None) -> Motion:
+    """Follow the events from the last anchor to ``until_s`` or to the natural end."""
     setup = motion.setup
     apparatus = build_apparatus(setup)
     anchors, collisions = list(motion.anchors), list(motion.collisions)
     burst_end_s = motion.burst_end_s
-    draw = _restitutions(setup, motion.seed, len(collisions))
-    half_period_s = _half_period_s(setup)
+    half_period_s = _half_period_s(apparatus)
     limit_s = 2.0 * LONGEST_BURST_PERIODS * half_period_s if until_s is None else until_s
+    draw = draw_restitutions(setup, motion.seed, len(collisions))
     for anchor, impact in events(apparatus, anchors[-1], draw):
-        before = anchors[-1]
         if burst_end_s == math.inf and collisions:
-            burst_end_s = _turning_s(apparatus, before, min(anchor.time_s, limit_s))
+            burst_end_s = _turning_s(apparatus, anchors[-1], min(anchor.time_s, limit_s))
             if until_s is None and burst_end_s < math.inf:
                 limit_s = burst_end_s + half_period_s
         if anchor.time_s > limit_s:
@@ -173,9 +195,19 @@ def extend(motion: Motion, until_s: float | None = None) -> Motion:
         anchors.append(anchor)
         if impact is not None:
             collisions.append(_record(apparatus, anchor, impact))
+            _check_number(collisions)
     else:
         limit_s = math.inf
     return Motion(setup, motion.seed, limit_s, tuple(collisions), burst_end_s, tuple(anchors))
+
+
+def _advance_states(apparatus: Apparatus, hold: Hold, states: Floats, tau_s: Floats) -> Floats:
+    """Carry states, shape (4, n), along their flights by ``tau_s``, shape (n,)."""
+    heavy_law, ball_law = apparatus.laws(hold)
+    heavy_m, heavy_velocity, ball_m, ball_velocity = states
+    heavy_rise, heavy_now = heavy_law.advance_many(heavy_m, heavy_velocity, tau_s)
+    ball_rise, ball_now = ball_law.advance_many(ball_m, ball_velocity, tau_s)
+    return np.stack([heavy_m + heavy_rise, heavy_now, ball_m + ball_rise, ball_now])
 
 
 def _turning_s(apparatus: Apparatus, anchor: Anchor, limit_s: float) -> float:
@@ -186,44 +218,28 @@ def _turning_s(apparatus: Apparatus, anchor: Anchor, limit_s: float) -> float:
 
 
 def _record(apparatus: Apparatus, anchor: Anchor, impact: Impact) -> SimulatedCollision:
-    time_s, heavy_m, heavy_v, ball_m, ball_v, _ = anchor
+    time_s, heavy_m, heavy_velocity, ball_m, ball_velocity, _ = anchor
     return SimulatedCollision(
         time_s=time_s,
         kind=impact.kind,
         heavy_before_m_s=impact.heavy_before_m_s,
-        heavy_after_m_s=heavy_v,
+        heavy_after_m_s=heavy_velocity,
         light_before_m_s=impact.ball_before_m_s,
-        light_after_m_s=ball_v,
-        energy_after_j=apparatus.energy_j(heavy_m, heavy_v, ball_m, ball_v),
+        light_after_m_s=ball_velocity,
+        energy_after_j=apparatus.energy_j(heavy_m, heavy_velocity, ball_m, ball_velocity),
         restitution=impact.restitution,
     )
 
 
-def _half_period_s(setup: Setup) -> float:
+def _check_number(collisions: list[SimulatedCollision]) -> None:
+    if len(collisions) > MOST_COLLISIONS:
+        raise UsageError(
+            f"more than {MOST_COLLISIONS} collisions within {collisions[-1].time_s:g} s; "
+            "choose a smaller mass ratio, a lower restitution or an earlier until_s"
+        )
+
+
+def _half_period_s(apparatus: Apparatus) -> float:
     """Half a swing of the cylinder; inf where nothing swings."""
-    if setup.mounting != "suspended":
-        return math.inf
-    natural = math.sqrt(setup.gravity_m_s2 / setup.heavy_thread_m)
-    return math.pi / math.sqrt(natural**2 - setup.heavy_damping_per_s**2)
-
-
-def _restitutions(setup: Setup, seed: int, skip: int) -> Restitution:
-    """Draws one restitution a bounce, continuing after ``skip`` bounces.
-
-    One normal number is used for each bounce whatever its kind, so the n-th bounce gets the n-th
-    number of the seed's sequence however the run is cut into pieces.
-    """
-    mean = {"bodies": setup.restitution_bodies, "wall": setup.restitution_wall}
-    scatter = {"bodies": setup.restitution_bodies_sd, "wall": setup.restitution_wall_sd}
-    if not any(scatter.values()):
-        return mean.__getitem__
-    rng = np.random.default_rng(seed)
-    rng.standard_normal(skip)
-    numbers: list[float] = []
-
-    def draw(kind: CollisionKind) -> float:
-        if not numbers:
-            numbers.extend(rng.standard_normal(_BLOCK)[::-1].tolist())
-        return min(1.0, max(0.0, mean[kind] + scatter[kind] * numbers.pop()))
-
-    return draw
+    heavy = apparatus.heavy
+    return 0.5 * heavy.period_s if isinstance(heavy, Pendulum) else math.inf

@@ -1,0 +1,102 @@
+"""The paper's geometry: state points on the phase circle and the region in which they stop.
+
+In the scaled velocities V₁ = √M v₁ and V₂ = √m v₂ the energy is a circle. A collision of the
+bodies moves the state along a line of slope −√(M/m) to the other crossing with the circle, one
+with the wall mirrors it at the V₁ axis. Seen together: point k lies at angle ⌈k/2⌉ α from the
+negative V₁ axis, below the axis for odd k and above it for even k, α = arccos((M − m)/(M + m)).
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from count_video.physics.certainty import certain_floor
+from count_video.physics.theory import Mass, collision_count, exact_ratio, theta_rad
+from count_video.records import Floats
+
+# π/α is an integer n only if cos α = cos(π/n) is rational; by Niven's theorem it is then 0 or 1/2.
+_WHOLE_HALF_TURNS = {Fraction(1): 2, Fraction(3): 3}
+
+BORDER = 1e-14
+"""Rounding of a scaled velocity, as a fraction of the stopping region's width. Borders are only
+ever met at ratios near 1, where the width is of the order of the velocities."""
+
+
+def state_points(heavy: Mass, light: Mass = 1) -> Floats:
+    """Points (V₁, V₂) from before the first collision to after the last, on the unit circle.
+
+    Shape (count + 1, 2); multiply by √(2E) for a trial of energy E. They are computed from the
+    angle of each point, not one from another, so that no rounding adds up.
+    """
+    steps = np.arange(collision_count(heavy, light) + 1)
+    angles = (steps + 1) // 2 * (2.0 * theta_rad(heavy, light))
+    side = np.where(steps % 2 == 0, 1.0, -1.0)
+    return np.column_stack([-np.cos(angles), side * np.sin(angles)])
+
+
+def in_stopping_region(
+    scaled_heavy: float, scaled_light: float, heavy: Mass, light: Mass = 1
+) -> bool:
+    """Whether no collision can follow the state (V₁, V₂): 0 ≤ V₂ ≤ √(m/M) V₁.
+
+    The paper writes < on both sides. The borders belong to the region as well: on the axis the
+    ball rests (1:1), on the line both bodies run at one speed (1:⅓); neither pair meets again.
+    A state is on a border if it is so to within ``BORDER`` of the region's width.
+    """
+    width = math.tan(theta_rad(heavy, light)) * scaled_heavy
+    return -BORDER * width <= scaled_light <= (1.0 + BORDER) * width
+
+
+def count_by_phase_circle(heavy: Mass, light: Mass = 1) -> int:
+    """Exact count by the paper's route: 2 j_max, or one more if point 2 j_max may not stop.
+
+    j_max is the largest j with j α < π: ⌊π/α⌋ but for the two ratios (1 and 3) at which α divides
+    π, where the floor would count the point on the axis itself. Point 2 j_max stops if its angle
+    π − j_max α from the V₁ axis is at most φ = arctan √(m/M).
+    """
+    ratio = exact_ratio(heavy, light)
+    bits = abs(ratio.numerator.bit_length() - ratio.denominator.bit_length()) // 2
+    if ratio in _WHOLE_HALF_TURNS:
+        # The point is a whole α away from the axis, twice the angle φ of the region.
+        return 2 * (_WHOLE_HALF_TURNS[ratio] - 1) + 1
+    j_max = certain_floor(lambda context: context.pi / _alpha(context, ratio), bits)
+    if ratio == Fraction(1, 3):
+        return 2 * j_max  # the point lies on the border of the region exactly
+
+    def angle_in_region(context: Any) -> Any:
+        phi = context.atan2(
+            context.sqrt(context.mpf(ratio.denominator)), context.sqrt(context.mpf(ratio.numerator))
+        )
+        return (context.pi - j_max * _alpha(context, ratio)) / phi
+
+    # Floor 0: below the line, the region. Floor 1 (the angle is less than α = 2φ): above it.
+    return 2 * j_max + certain_floor(angle_in_region, bits)
+
+
+def velocities_by_collision(heavy: Mass, light: Mass = 1) -> list[tuple[Fraction, Fraction]]:
+    """Follow the collisions one by one in exact fractions, the cylinder coming in at speed 1.
+
+    Returns (v₁, v₂) before the first collision and after each; its length is the count plus 1.
+    The fractions grow with every collision: meant for hundreds, not for millions.
+    """
+    ratio = exact_ratio(heavy, light)
+    v_heavy, v_light = Fraction(-1), Fraction(0)
+    states = [(v_heavy, v_light)]
+    while not 0 <= v_light <= v_heavy:
+        if len(states) % 2 == 1:  # the bodies meet: conservation of momentum and energy
+            centre = (ratio * v_heavy + v_light) / (ratio + 1)
+            v_heavy, v_light = 2 * centre - v_heavy, 2 * centre - v_light
+        else:
+            v_light = -v_light
+        states.append((v_heavy, v_light))
+    return states
+
+
+def _alpha(context: Any, ratio: Fraction) -> Any:
+    """arccos((M − m)/(M + m)) as an interval, by the legs M − m and 2 √(M m) of its triangle."""
+    heavy, light = ratio.numerator, ratio.denominator
+    return context.atan2(2 * context.sqrt(context.mpf(heavy * light)), context.mpf(heavy - light))

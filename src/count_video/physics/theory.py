@@ -1,0 +1,147 @@
+"""How many collisions there are, exactly, and what a count says about the masses and about pi.
+
+With θ = arctan √(m/M) every collision turns the state on the phase circle by θ seen from the
+right place, and the count is ⌈π/θ⌉ − 1 (Galperin; section 2 of the paper with α = 2θ).
+"""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from count_video.errors import UsageError
+from count_video.physics.certainty import certain_floor, nearest_float
+
+Mass = int | Fraction | Decimal | float
+"""A mass in any unit. A float or Decimal is taken at its exact value."""
+
+# π/θ is an integer n only if tan²(π/n) = m/M is rational. Then cos(2π/n) = (1 − tan²)/(1 + tan²)
+# is rational too, and by Niven's theorem a rational cosine of a rational part of the turn is 0,
+# ±1/2 or ±1. So n is 1, 2, 3, 4 or 6, and as 0 < θ < π/2 only 3, 4 and 6 are left.
+WHOLE_QUOTIENTS = {Fraction(1, 3): 3, Fraction(1): 4, Fraction(3): 6}
+"""The mass ratios M/m at which π/θ is an integer, and that integer."""
+
+_ROUNDING = 4 * 2.0**-52
+"""More than the relative error of atan(sqrt(ratio)) times a whole number in floats."""
+
+
+class MassRatioInterval(NamedTuple):
+    """The mass ratios at which a count holds: low < M/m ≤ high."""
+
+    low: float
+    high: float
+
+
+class PiBounds(NamedTuple):
+    """An interval that holds pi: low ≤ π ≤ high."""
+
+    low: float
+    high: float
+
+
+def exact_ratio(heavy: Mass, light: Mass) -> Fraction:
+    """M/m as an exact fraction.
+
+    Raises
+    ------
+    UsageError
+        If a mass is not a finite number greater than 0.
+    """
+    return _exact(heavy, "heavy") / _exact(light, "light")
+
+
+def collision_count(heavy: Mass, light: Mass = 1) -> int:
+    """Exact number of collisions of two elastic bodies and a wall: ⌈π/θ⌉ − 1.
+
+    Raises
+    ------
+    UsageError
+        If a mass is not a finite number greater than 0.
+    """
+    ratio = exact_ratio(heavy, light)
+    if ratio in WHOLE_QUOTIENTS:
+        return WHOLE_QUOTIENTS[ratio] - 1
+
+    def quotient(context: Any) -> Any:
+        root_light = context.sqrt(context.mpf(ratio.denominator))
+        root_heavy = context.sqrt(context.mpf(ratio.numerator))
+        return context.pi / context.atan2(root_light, root_heavy)
+
+    return certain_floor(quotient, scale_bits=_bits(ratio))
+
+
+def theta_rad(heavy: Mass, light: Mass = 1) -> float:
+    """θ = arctan √(m/M), to a rounding or two.
+
+    Raises
+    ------
+    UsageError
+        If a mass is not a finite number greater than 0, or the ratio has no place in a float.
+    """
+    ratio = exact_ratio(heavy, light)
+    if not 1e-300 < ratio < 1e300:
+        raise UsageError("the mass ratio lies outside 1e-300 to 1e300; check the masses")
+    return math.atan(math.sqrt(float(1 / ratio)))
+
+
+def pi_bounds(count: int, heavy: Mass, light: Mass = 1) -> PiBounds:
+    """Bounds on π from a count: N θ ≤ π ≤ (N + 1) θ, rounded outward.
+
+    At 1:100ⁿ the bounds read off the digits of π. They hold for the count of a lossless trial;
+    whether a given count and mass ratio agree is seen by π lying between them or not.
+
+    Raises
+    ------
+    UsageError
+        If the count is negative or a mass is unusable.
+    """
+    if count < 0:
+        raise UsageError(f"a count of {count} collisions is impossible; it must be 0 or more")
+    theta = theta_rad(heavy, light)
+    return PiBounds(count * theta * (1.0 - _ROUNDING), (count + 1) * theta * (1.0 + _ROUNDING))
+
+
+def mass_ratio_interval(count: int) -> MassRatioInterval:
+    """Mass ratios M/m at which a lossless trial has ``count`` collisions, low < M/m ≤ high.
+
+    N < π/θ ≤ N + 1 means cot²(π/N) < M/m ≤ cot²(π/(N + 1)). Both ends are the nearest floats.
+
+    Raises
+    ------
+    UsageError
+        If the count is below 2: bodies that collide at all collide twice.
+    """
+    if count < 2:
+        raise UsageError(f"no mass ratio gives {count} collisions; the fewest are 2")
+    return MassRatioInterval(_squared_cotangent(count), _squared_cotangent(count + 1))
+
+
+def _squared_cotangent(parts: int) -> float:
+    """cot²(π/parts) = (1 + cos 2π/parts) / (1 − cos 2π/parts)."""
+    if parts == 2:
+        return 0.0  # exactly; the formula would leave a rounding of 1 − 1
+
+    def squared(context: Any) -> Any:
+        cosine = context.cos(2 * context.pi / parts)
+        return (1 + cosine) / (1 - cosine)
+
+    # 1 − cos loses twice the bits of ``parts``.
+    return nearest_float(squared, precision_bits=128 + 2 * parts.bit_length())
+
+
+def _exact(mass: Mass, name: str) -> Fraction:
+    """Return the exact value of a usable mass."""
+    try:
+        value = Fraction(mass)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise UsageError(f"the {name} mass is {mass!r}; it must be a finite number") from error
+    if value <= 0:
+        raise UsageError(f"the {name} mass is {mass}; it must be greater than 0")
+    return value
+
+
+def _bits(ratio: Fraction) -> int:
+    """Rough number of bits that the square root of a ratio or of its inverse needs."""
+    return abs(ratio.numerator.bit_length() - ratio.denominator.bit_length()) // 2
