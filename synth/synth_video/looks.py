@@ -1,0 +1,133 @@
+"""The looks of what stands before the camera, one frozen record a thing.
+
+Colours are display values (red, green, blue), 0 to 255; lengths are metres of the apparatus.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from count_video.errors import UsageError
+from count_video.records import WallSide
+
+Color = tuple[int, int, int]
+BackgroundKind = Literal["table", "cloth", "shelf", "plaster"]
+
+
+def require(condition: bool, complaint: str) -> None:
+    """Raise ``UsageError`` with the complaint unless the condition holds."""
+    if not condition:
+        raise UsageError(complaint)
+
+
+@dataclass(frozen=True)
+class BallSettings:
+    """Looks of the light body; its diameter belongs to the set-up."""
+
+    color: Color = (226, 103, 28)
+    ring: bool = True
+    ring_color: Color = (38, 36, 38)
+    mark: str = "40+"
+    """Printed on the ball; empty for none."""
+    mark_color: Color = (60, 34, 24)
+    gloss: float = 0.25
+    """Strength of the highlight, 0 to 1."""
+
+    def __post_init__(self) -> None:
+        require(0 <= self.gloss <= 1, "ball.gloss must lie between 0 and 1")
+
+
+@dataclass(frozen=True)
+class CylinderSettings:
+    """Looks and size of the heavy body; its mass belongs to the set-up."""
+
+    length_m: float = 0.063
+    diameter_m: float = 0.049
+    color: Color = (206, 152, 62)
+    glint: float = 0.6
+    """Part of the highlight that stays where the lamps are while the cylinder passes, 0 to 1."""
+    clay: bool = True
+    """Modelling clay at the far end."""
+    clay_color: Color = (44, 62, 122)
+
+    def __post_init__(self) -> None:
+        require(self.length_m > 0, "cylinder.length_m must be positive")
+        require(self.diameter_m > 0, "cylinder.diameter_m must be positive")
+        require(0 <= self.glint <= 1, "cylinder.glint must lie between 0 and 1")
+
+
+@dataclass(frozen=True)
+class ThreadSettings:
+    """Sewing threads from the bodies up to their hangers; drawn when the bodies are suspended."""
+
+    color: Color = (205, 200, 192)
+    width_m: float = 0.0003
+    opacity: float = 0.8
+
+    def __post_init__(self) -> None:
+        require(self.width_m >= 0, "threads.width_m must not be negative")
+        require(0 <= self.opacity <= 1, "threads.opacity must lie between 0 and 1")
+
+
+@dataclass(frozen=True)
+class WallSettings:
+    """The clear plate that the ball strikes."""
+
+    side: WallSide = "left"
+    """Side of the picture on which the wall stands."""
+    thickness_m: float = 0.008
+    front_m: float = 0.012
+    """How far the near part of the plate reaches over the bodies' side in perspective."""
+    tint: Color = (158, 172, 160)
+    opacity: float = 0.12
+    """How much of the plate's own colour is seen, 0 to 1."""
+    edge: float = 0.35
+    """Strength of the plate's edges, 0 to 1."""
+    reflection: float = 0.12
+    """Strength of the ball's mirror image in the plate, 0 to 1."""
+
+    def __post_init__(self) -> None:
+        require(self.thickness_m > 0, "wall.thickness_m must be positive")
+        require(self.front_m >= 0, "wall.front_m must not be negative")
+        for name in ("opacity", "edge", "reflection"):
+            require(0 <= getattr(self, name) <= 1, f"wall.{name} must lie between 0 and 1")
+
+
+@dataclass(frozen=True)
+class BackgroundSettings:
+    """What stands behind the bodies."""
+
+    kind: BackgroundKind = "table"
+    color: Color = (128, 119, 110)
+    """Mean colour of what is behind the bodies."""
+    texture: float = 1.0
+    """Strength of grain and pattern; 0 is flat."""
+    blur_m: float = 0.0004
+    """Defocus of the background."""
+
+    def __post_init__(self) -> None:
+        require(self.texture >= 0, "background.texture must not be negative")
+        require(self.blur_m >= 0, "background.blur_m must not be negative")
+
+
+@dataclass(frozen=True)
+class LightSettings:
+    """Lamps."""
+
+    brightness: float = 1.0
+    """Factor on everything seen."""
+    shadow: float = 0.45
+    """Depth of the shadows that follow the bodies, 0 to 1."""
+    flicker_amplitude: float = 0.0
+    """Relative swing of the brightness, 0 to 1."""
+    flicker_hz: float = 100.0
+    """Cycles per second of real time."""
+    flicker_phase_deg: float = 0.0
+    """Phase of the cycle at the centre of frame 0."""
+
+    def __post_init__(self) -> None:
+        require(self.brightness > 0, "light.brightness must be positive")
+        require(0 <= self.shadow <= 1, "light.shadow must lie between 0 and 1")
+        require(0 <= self.flicker_amplitude <= 1, "light.flicker_amplitude must lie in 0 to 1")
+        require(self.flicker_hz > 0, "light.flicker_hz must be positive")

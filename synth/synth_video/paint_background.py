@@ -1,0 +1,67 @@
+"""What stands behind the bodies: table, cloth, plaster or a shelf full of things."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from synth_video.easel import Easel, over
+from synth_video.looks import BackgroundSettings
+from synth_video.paint_clutter import paint_shelf
+from synth_video.pixels import Pixels, as_pixels
+
+TABLE_DEPTH_M = 0.033
+"""The table's far edge is seen this far below the rest line."""
+WOOD = (140.0, 98.0, 68.0)
+
+
+def paint_background(settings: BackgroundSettings, easel: Easel) -> Pixels:
+    """Paint a sheet of the surroundings, without wall and bodies; shape (h, w, 3)."""
+    painters = {
+        "table": _table,
+        "cloth": _cloth,
+        "plaster": _plaster,
+        "shelf": paint_shelf,
+    }
+    return as_pixels(np.clip(painters[settings.kind](settings, easel), 0, 255))
+
+
+def _table(settings: BackgroundSettings, easel: Easel) -> Pixels:
+    """Grey wall behind a wooden table."""
+    sheet = _plaster(settings, easel)
+    grain = easel.grain(30.0, 0.35) + 0.7 * easel.grain(60.0, 1.6) + 0.4 * easel.grain(9.0, 0.2)
+    light = 1 + 0.085 * settings.texture * grain
+    # Grain crowds together toward the far edge, and the far part of the table is a little darker.
+    depth = np.clip((-TABLE_DEPTH_M - easel.up_m()) / 0.03, 0, 1)
+    wood = as_pixels(light * (0.86 + 0.22 * depth))[..., None] * as_pixels(WOOD)
+    over(sheet, _below(easel, -TABLE_DEPTH_M), wood)
+    return sheet
+
+
+def _cloth(settings: BackgroundSettings, easel: Easel) -> Pixels:
+    """Cloth that hangs behind and lies below, with folds and weave."""
+    weave = easel.grain(0.35, 0.9) + easel.grain(0.9, 0.35)
+    folds = easel.grain(22.0, 60.0)
+    lit = np.where(easel.up_m() < -TABLE_DEPTH_M, 1.12, 1.0).astype(np.float32)
+    sheet = easel.blank(_floats(settings.color))
+    sheet *= (lit * (1 + settings.texture * (0.06 * weave + 0.10 * folds)))[..., None]
+    return sheet
+
+
+def _plaster(settings: BackgroundSettings, easel: Easel) -> Pixels:
+    """Rough wall with uneven light."""
+    rough = easel.grain(0.5, 0.5)
+    patches = easel.grain(18.0, 12.0)
+    falloff = 1 - 0.9 * np.clip(-easel.up_m(), 0, 0.2) + 0.25 * easel.along_m()
+    light = falloff * (1 + settings.texture * (0.022 * rough + 0.03 * patches))
+    return easel.blank(_floats(settings.color)) * light.astype(np.float32)[..., None]
+
+
+def _below(easel: Easel, up_m: float) -> Pixels:
+    """Coverage of everything below a height."""
+    edge = easel.y(up_m)
+    rows = np.clip(np.arange(easel.shape[0]) - edge + 0.5, 0, 1).astype(np.float32)
+    return np.repeat(rows[:, None], easel.shape[1], axis=1)
+
+
+def _floats(color: tuple[int, int, int]) -> tuple[float, float, float]:
+    return (float(color[0]), float(color[1]), float(color[2]))

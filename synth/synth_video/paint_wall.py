@@ -1,0 +1,77 @@
+"""The clear plate that the ball strikes, its holder, and what the plate does to the picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth_video.easel import Easel, over
+from synth_video.looks import WallSettings
+from synth_video.paint_background import TABLE_DEPTH_M
+from synth_video.pixels import Pixels
+
+EDGE_M = 0.0007
+FOOT_M = -0.046
+"""The plate stands on the table here."""
+
+
+@dataclass(frozen=True)
+class PlateFilm:
+    """What the plate adds in front of the bodies: its near part, seen in perspective."""
+
+    rgb: Pixels
+    """Premultiplied colour, shape (h, w, 3), sheet or picture."""
+    cover: Pixels
+    """Shape (h, w)."""
+
+
+def paint_wall(wall: WallSettings, easel: Easel, sheet: Pixels) -> None:
+    """Paint plate and holder over the background, in place."""
+    _holder(easel, sheet, wall)
+    plate = easel.box(-wall.thickness_m, 0.0, FOOT_M, 1.0)
+    over(sheet, plate * wall.opacity, _tint(wall))
+    light = tuple(min(255.0, 1.35 * c) for c in wall.tint)
+    dark = tuple(0.38 * c for c in wall.tint)
+    face = easel.box(-EDGE_M, 0.0, FOOT_M, 1.0)
+    back = easel.box(-wall.thickness_m, EDGE_M - wall.thickness_m, FOOT_M, 1.0)
+    core = easel.box(-0.55 * wall.thickness_m, -0.30 * wall.thickness_m, FOOT_M, 1.0)
+    over(sheet, back * wall.edge, (light[0], light[1], light[2]))
+    over(sheet, core * 0.35 * wall.edge, (light[0], light[1], light[2]))
+    over(sheet, face * wall.edge, (dark[0], dark[1], dark[2]))
+
+
+def plate_film(wall: WallSettings, easel: Easel) -> PlateFilm:
+    """Sheets of the plate's near part, which reaches over the bodies' side."""
+    veil = easel.box(0.0, wall.front_m, FOOT_M - 0.006, 1.0) if wall.front_m else 0.0
+    edge = (
+        easel.box(wall.front_m - 0.8 * EDGE_M, wall.front_m, FOOT_M - 0.006, 1.0)
+        if wall.front_m
+        else 0.0
+    )
+    cover = np.zeros(easel.shape, dtype=np.float32)
+    cover += 0.35 * wall.opacity * veil + 0.45 * wall.edge * edge
+    rgb = cover[..., None] * np.asarray(_tint(wall), dtype=np.float32)
+    return PlateFilm(rgb, cover)
+
+
+def mirror_mask(wall: WallSettings, easel: Easel) -> Pixels:
+    """Where the plate's face mirrors the ball, shape (h, w)."""
+    return easel.box(-1.6 * wall.thickness_m, 0.0, FOOT_M, 1.0) * wall.reflection
+
+
+def _holder(easel: Easel, sheet: Pixels, wall: WallSettings) -> None:
+    """Steel block on a base that holds the plate upright."""
+    right = -wall.thickness_m
+    left, top = right - 0.022, -TABLE_DEPTH_M - 0.002
+    base = easel.box(left - 0.02, left + 0.004, FOOT_M - 0.008, FOOT_M - 0.003)
+    over(sheet, base, (96.0, 94.0, 92.0))
+    block = easel.box(left, right, FOOT_M - 0.008, top)
+    shade = (86 - 260 * (easel.up_m() - top)).astype(np.float32)
+    metal = np.repeat(np.clip(shade, 60, 120), easel.shape[1], axis=1)
+    over(sheet, block, np.stack([metal, metal * 0.97, metal * 0.93], axis=-1))
+    over(sheet, easel.box(left, right, top - 0.0012, top), (196.0, 196.0, 192.0))
+
+
+def _tint(wall: WallSettings) -> tuple[float, float, float]:
+    return (float(wall.tint[0]), float(wall.tint[1]), float(wall.tint[2]))

@@ -1,0 +1,135 @@
+"""The settings of a synthetic clip: one frozen record a topic, all of them together a ``Scene``.
+
+Every field has a default, so a scene file names only what makes the scene what it is. Lengths are
+metres of the apparatus, so that a scene looks the same at every picture size.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from count_video.physics.setup import Setup
+from synth_video.looks import (
+    BackgroundSettings,
+    BallSettings,
+    CylinderSettings,
+    LightSettings,
+    ThreadSettings,
+    WallSettings,
+    require,
+)
+
+ClipStart = Literal["collision", "release"]
+ClipEnd = Literal["burst", "turn", "all"]
+
+
+@dataclass(frozen=True)
+class ClipSettings:
+    """Which part of the trial the clip shows."""
+
+    start: ClipStart = "collision"
+    """What ``lead_frames`` precede: the first collision (the cylinder already swings), or the
+    release (a suspended cylinder is held until then)."""
+    lead_frames: int = 24
+    """Frames before the event named by ``start``."""
+    end: ClipEnd = "burst"
+    """What ``tail_frames`` follow: the last burst collision, the turn-round, or any collision."""
+    tail_frames: int = 48
+    """Frames after the event named by ``end``."""
+    frames: int = 0
+    """Number of frames regardless of ``end``; 0 leaves it to ``end``."""
+    max_frames: int = 20_000
+    """A longer clip is refused: it is a mistake more often than a wish."""
+
+    def __post_init__(self) -> None:
+        for name in ("lead_frames", "tail_frames", "frames"):
+            require(getattr(self, name) >= 0, f"clip.{name} must not be negative")
+        require(self.max_frames >= 1, "clip.max_frames must be at least 1")
+
+
+@dataclass(frozen=True)
+class CameraSettings:
+    """The camera: picture size, rates, optics and noise."""
+
+    width_px: int = 640
+    height_px: int = 240
+    capture_fps: float = 2000.0
+    """Frames per second of real time."""
+    shutter: float = 0.5
+    """Part of the frame interval during which the shutter is open, above 0 to 1."""
+    tilt_deg: float = 0.0
+    """Turn of the line of motion in the picture, positive when y grows with x; at most 8."""
+    blur_px: float = 0.5
+    """Standard deviation of the lens blur."""
+    read_noise: float = 1.0
+    """Standard deviation of the noise in the dark, grey levels."""
+    shot_noise: float = 0.02
+    """Growth of the noise variance with brightness, grey levels."""
+    vignette: float = 0.15
+    """Loss of brightness in the corners, 0 to 1."""
+
+    def __post_init__(self) -> None:
+        for name in ("width_px", "height_px"):
+            size = getattr(self, name)
+            require(32 <= size <= 8192 and size % 2 == 0, f"camera.{name} must be even, 32 to 8192")
+        require(self.capture_fps > 0, "camera.capture_fps must be positive")
+        require(0 < self.shutter <= 1, "camera.shutter must be above 0 and at most 1")
+        require(abs(self.tilt_deg) <= 8, "camera.tilt_deg must lie between -8 and 8")
+        for name in ("blur_px", "read_noise", "shot_noise"):
+            require(getattr(self, name) >= 0, f"camera.{name} must not be negative")
+        require(0 <= self.vignette < 1, "camera.vignette must lie between 0 and 1")
+
+
+@dataclass(frozen=True)
+class ViewSettings:
+    """What part of the apparatus the picture shows."""
+
+    width_m: float = 0.305
+    """Width of the picture, measured along the line of motion."""
+    wall_m: float = 0.054
+    """From the picture's border to the wall's face."""
+    line: float = 0.42
+    """Height of the line of motion: part of the picture that lies above it."""
+    rising_path: bool = True
+    """Draw suspended bodies on the arc of their threads rather than on a straight line."""
+
+    def __post_init__(self) -> None:
+        require(self.width_m > 0, "view.width_m must be positive")
+        require(0 < self.line < 1, "view.line must lie between 0 and 1")
+
+
+@dataclass(frozen=True)
+class EncodingSettings:
+    """The file: its container is named by the clip's suffix."""
+
+    container_fps: float = 30.0
+    """Frames per second of footage time (the playing rate)."""
+    codec: str = "libx264"
+    crf: int = 20
+    preset: str = "veryfast"
+    pixel_format: str = "yuv420p"
+
+    def __post_init__(self) -> None:
+        require(self.container_fps > 0, "encoding.container_fps must be positive")
+        require(0 <= self.crf <= 63, "encoding.crf must lie between 0 and 63")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All that a clip depends on, apart from the seed."""
+
+    name: str = "unnamed"
+    purpose: str = ""
+    """One sentence on what the scene is for."""
+    setup: Setup = field(default_factory=Setup)
+    clip: ClipSettings = field(default_factory=ClipSettings)
+    camera: CameraSettings = field(default_factory=CameraSettings)
+    view: ViewSettings = field(default_factory=ViewSettings)
+    ball: BallSettings = field(default_factory=BallSettings)
+    cylinder: CylinderSettings = field(default_factory=CylinderSettings)
+    threads: ThreadSettings = field(default_factory=ThreadSettings)
+    wall: WallSettings = field(default_factory=WallSettings)
+    background: BackgroundSettings = field(default_factory=BackgroundSettings)
+    light: LightSettings = field(default_factory=LightSettings)
+    encoding: EncodingSettings = field(default_factory=EncodingSettings)
