@@ -1,0 +1,168 @@
+"""The burst that counts: where it begins, where it ends, and whether the clip shows all of it.
+
+It begins with the first contact of the heavy body with the ball at rest. It ends when the heavy
+body, driven back, turns round again. A clip supports a count if it shows the ball at rest before,
+and either that turn or, at its end, bodies that part and no wall that the ball could reach before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from count_video.collisions.candidates import Candidate, sigma_of
+from count_video.collisions.gaps import Gaps
+from count_video.collisions.onesided import HALF_EXPOSURE, WINDOW_FRAMES, fit_side, side_frames
+from count_video.collisions.swing import Swing
+from count_video.records import Floats
+from count_video.signals import low_points
+
+FRAMES_TO_JUDGE = 4
+"""Fewer frames before the first or after the last collision do not tell how the bodies move."""
+AT_REST_SHARE = 0.3
+"""A ball slower than this share of the approach speed is at rest before the first collision; in
+the midst of a burst it is never slower than the heavy body itself."""
+CLOSING_SIGMAS = 4.0
+TURN_SIGMAS = 12.0
+"""The heavy body has turned round when it came back by so many standard deviations."""
+TURN_AT_LEAST_PX = 1.0
+MARGIN = 1.25
+"""The ball's way back to the wall must take this much longer than the cylinder's to its turn."""
+
+
+@dataclass(frozen=True)
+class Burst:
+    """Extent of the first burst."""
+
+    count: int
+    """How many of the candidates belong to it."""
+    end_frame: float
+    """Where the heavy body turns round again; inf if the clip ends before."""
+    shortcomings: tuple[str, ...]
+    """Why the clip does not support a count, in words for the user; empty if it does."""
+
+
+def find_burst(candidates: Sequence[Candidate], gaps: Gaps, swing: Swing | None) -> Burst:
+    """Find the first burst among collisions in order of time.
+
+    ``swing`` is the heavy body's path through all of them, as far as it is known.
+    """
+    end = turn_round(gaps, candidates)
+    inside = [c for c in candidates if c.frame <= end]
+    shortcomings = [_beginning(inside, gaps), _ending(inside, gaps, end, swing)]
+    return Burst(len(inside), end, tuple(s for s in shortcomings if s))
+
+
+def turn_round(gaps: Gaps, candidates: Sequence[Candidate]) -> float:
+    """Frame at which the heavy body, driven back, turns toward the wall again; inf if never."""
+    if not candidates:
+        return float("inf")
+    away = np.where(gaps.frame >= candidates[0].frame, -gaps.heavy_px, np.nan)
+    nearest = _first_of(low_points(-away, _turn_depth(gaps)))
+    if nearest is None:
+        return float("inf")
+    later = np.where(gaps.frame > gaps.frame[nearest], away, np.nan)
+    turn = _first_of(low_points(later, _turn_depth(gaps)))
+    return float("inf") if turn is None else float(gaps.frame[turn])
+
+
+def _turn_depth(gaps: Gaps) -> float:
+    return max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px))
+
+
+def _first_of(places: np.ndarray[tuple[int], np.dtype[np.intp]]) -> int | None:
+    return int(places[0]) if len(places) else None
+
+
+def _beginning(inside: Sequence[Candidate], gaps: Gaps) -> str | None:
+    if not inside:
+        return None
+    first = inside[0]
+    if first.kind == "wall":
+        return (
+            "the clip starts after the first collision: the ball already moves to the wall; "
+            "start the clip while the ball is still at rest"
+        )
+    before = side_frames(gaps.frame, gaps.ball_px, first.frame, -np.inf)
+    ball = fit_side(gaps.frame[before], gaps.ball_px[before], first.frame, sigma_of(gaps.ball_px))
+    if ball is None or ball.points < FRAMES_TO_JUDGE:
+        return (
+            "the clip starts too close to its first collision to tell whether the ball was at "
+            "rest; start it some frames earlier"
+        )
+    speed = abs(ball.slope) - CLOSING_SIGMAS * float(np.sqrt(ball.covariance[1, 1]))
+    approach = abs(first.corner.slope_before) if first.corner else np.inf
+    if speed > AT_REST_SHARE * approach:
+        return (
+            "the clip starts after the first collision: the ball is not at rest before the "
+            "first one seen; start the clip earlier"
+        )
+    return None
+
+
+def _ending(inside: Sequence[Candidate], gaps: Gaps, end: float, swing: Swing | None) -> str | None:
+    """Judge the state after the last collision: bodies that part, no wall ahead of the ball."""
+    if not inside or np.isfinite(end):
+        return None
+    last, final = inside[-1].frame, float(gaps.frame[-1])
+    since = max(last, final - WINDOW_FRAMES)
+    gap = _rate(gaps, gaps.gap_px, (since, final))
+    heavy = _rate(gaps, gaps.heavy_px, (since, final))
+    ball = _rate(gaps, gaps.ball_px, (since, final))
+    if ball is None or gap is None or heavy is None:
+        what = "right after a collision"
+    elif gap < 0:
+        what = "while the ball still catches up with the cylinder"
+    elif heavy < 0:
+        what = "while the cylinder still moves to the wall"
+    elif ball < 0 and not _turns_first(inside, gaps, swing, ball, heavy):
+        what = "while the ball still moves to the wall"
+    else:
+        return None
+    return f"the clip ends {what}, before the burst can be over; let it run longer"
+
+
+def _turns_first(
+    inside: Sequence[Candidate],
+    gaps: Gaps,
+    swing: Swing | None,
+    ball_speed: float,
+    heavy_speed: float,
+) -> bool:
+    """Whether the cylinder turns round before the ball, swinging back, can reach the wall.
+
+    Both swing at the rate measured on the cylinder, the ball about the place where it hung at
+    first; a margin of a quarter covers threads of somewhat unlike length.
+    """
+    if swing is None or swing.rate_squared < CLOSING_SIGMAS * swing.rate_squared_sigma:
+        return False
+    rate = float(np.sqrt(swing.rate_squared))
+    final = float(gaps.frame[-1])
+    heavy = float(np.nanmean(gaps.heavy_px[gaps.frame > final - FRAMES_TO_JUDGE]))
+    ball = float(np.nanmean(gaps.ball_px[gaps.frame > final - FRAMES_TO_JUDGE]))
+    rest = float(np.nanmedian(gaps.ball_px[gaps.frame < inside[0].frame]))
+    wall = float(np.nanmin(gaps.ball_px))
+    turn = np.pi / 2 - np.arctan2(rate * (heavy - swing.centre_px), heavy_speed)
+    # From phase p = atan2(rate * offset, speed) the ball is at rest + amplitude * sin(p + rate t).
+    phase = np.arctan2(rate * (ball - rest), ball_speed)
+    amplitude = float(np.hypot(ball - rest, ball_speed / rate))
+    if amplitude <= rest - wall:
+        return True
+    reach = np.pi + np.arcsin((rest - wall) / amplitude) - phase
+    return bool(reach % (2 * np.pi) > MARGIN * turn)
+
+
+def _rate(gaps: Gaps, signal: Floats, between: tuple[float, float]) -> float | None:
+    """Mean slope of a signal between two frames; 0 if not significant, None if hardly seen."""
+    chosen = (gaps.frame > between[0] + HALF_EXPOSURE) & (gaps.frame <= between[1])
+    chosen &= np.isfinite(signal)
+    if chosen.sum() < FRAMES_TO_JUDGE:
+        return None
+    about = float(gaps.frame[chosen].mean())
+    side = fit_side(gaps.frame[chosen], signal[chosen], about, sigma_of(signal))
+    if side is None:
+        return None
+    significant = abs(side.slope) > CLOSING_SIGMAS * float(np.sqrt(side.covariance[1, 1]))
+    return side.slope if significant else 0.0

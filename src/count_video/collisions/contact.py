@@ -1,0 +1,87 @@
+"""Corroboration: is the gap closed where the relative velocity changes its sign?
+
+A pendulum or a thrown ball turns round smoothly and touches nothing. A collision has both a jump
+of the velocity and a contact: all wall contacts happen at one distance of the ball, all contacts
+of the bodies at one gap (which may drift slowly across the picture by parallax).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from count_video.collisions.candidates import Candidate, Contacts, ball_at, sigma_of, signal_of
+from count_video.collisions.gaps import Gaps
+from count_video.records import Floats
+
+JUMP_SIGMAS = 4.0
+"""A jump of the velocity must exceed its uncertainty by this factor."""
+JUMP_OVER_BEND = 0.5
+"""And this share of what the bends of both sides could turn within their windows."""
+CONTACT_SHARE = 0.05
+"""Outline and contact agree to this share of the ball's diameter."""
+CONTACT_AT_LEAST_PX = 1.5
+
+
+def is_sharp(candidate: Candidate) -> bool:
+    """Whether the gap closes and opens with a jump of its rate; unsampled corners pass."""
+    corner = candidate.corner
+    if corner is None:
+        return True
+    jump = corner.slope_after - corner.slope_before
+    closes = corner.slope_before < 0 < corner.slope_after
+    return closes and jump > JUMP_SIGMAS * corner.slope_sigma
+
+
+def learn_contacts(candidates: Sequence[Candidate], gaps: Gaps) -> Contacts:
+    """Learn where the gaps are closed, from the candidates that have corners."""
+    wall = [c.corner.value for c in candidates if c.kind == "wall" and c.corner]
+    bodies = [c for c in candidates if c.kind == "bodies" and c.corner]
+    places = np.array([ball_at(gaps, c.frame) for c in bodies])
+    values = np.array([c.corner.value for c in bodies if c.corner])
+    about = float(places.mean()) if len(places) else 0.0
+    gap, slope = _robust_line(places - about, values)
+    return Contacts(
+        wall_ball_px=float(np.median(wall)) if wall else _lowest(gaps.ball_px),
+        bodies_gap_px=gap,
+        bodies_gap_slope=slope,
+        bodies_about_px=about,
+    )
+
+
+def _lowest(signal: Floats) -> float:
+    return float(np.nanmin(signal))
+
+
+def _robust_line(x: Floats, y: Floats) -> tuple[float, float]:
+    """Offset and slope by medians (Theil 1950, Sen 1968); a level for fewer than four points."""
+    if len(x) == 0:
+        return 0.0, 0.0
+    if len(x) < 4 or np.ptp(x) == 0:
+        return float(np.median(y)), 0.0
+    first, second = np.triu_indices(len(x), k=1)
+    apart = np.abs(x[second] - x[first]) > 0.2 * np.ptp(x)
+    run, rise = (x[second] - x[first])[apart], (y[second] - y[first])[apart]
+    slope = float(np.median(rise / run)) if len(run) else 0.0
+    return float(np.median(y - slope * x)), slope
+
+
+def is_contact(
+    candidate: Candidate, gaps: Gaps, contacts: Contacts, ball_diameter_px: float
+) -> bool:
+    """Whether the gap is closed, within the tolerance, where the candidate has its corner."""
+    signal = signal_of(candidate.kind, gaps)
+    if candidate.kind == "wall":
+        closed = contacts.wall_ball_px
+    else:
+        closed = contacts.gap_at(ball_at(gaps, candidate.frame))
+    tolerance = max(CONTACT_AT_LEAST_PX, CONTACT_SHARE * ball_diameter_px)
+    tolerance += 4 * sigma_of(signal)
+    if candidate.corner is not None:
+        return abs(candidate.corner.value - closed) < tolerance
+    # Between two frames the gap was lower than any sample shows, by up to one frame's motion.
+    place = int(np.argmin(np.abs(gaps.frame - candidate.lowest)))
+    around = signal[max(0, place - 2) : place + 3]
+    motion = float(np.nanmax(np.abs(np.diff(around)))) if len(around) > 1 else 0.0
+    return -tolerance < signal[place] - closed < tolerance + motion

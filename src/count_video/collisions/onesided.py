@@ -1,0 +1,123 @@
+"""Straight or slightly bent pieces on both sides of a corner, never one across it.
+
+A collision is instantaneous on the scale of a frame; the track is smooth before it and smooth
+after it. Each side is fitted on its own and the corner lies where the two fits cross. Frames whose
+exposure holds the corner (centre nearer than half a frame) show a blend of both sides and take no
+part.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+
+HALF_EXPOSURE = 0.5
+"""Frames: the longest shutter is open for the whole frame, half of it before its centre."""
+WINDOW_FRAMES = 24.0
+"""A side reaches this far at most: motion further away says little about the corner."""
+BENT_FROM = 9
+"""With so many points a side may be bent (gravity on the threads); below, it is straight."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side of a corner: a polynomial about the corner's frame."""
+
+    value: float
+    """Signal at the reference frame."""
+    slope: float
+    """Its slope there, per frame."""
+    bend: float
+    """Half its second derivative."""
+    covariance: Floats
+    """Of value and slope, shape (2, 2)."""
+    points: int
+
+
+@dataclass(frozen=True)
+class Corner:
+    """Where two sides meet."""
+
+    frame: float
+    frame_sigma: float
+    value: float
+    """Signal at the corner."""
+    slope_before: float
+    slope_after: float
+    slope_sigma: float
+    """Standard uncertainty of the jump of the slope."""
+    points: tuple[int, int]
+    """How many frames support each side."""
+
+
+def fit_side(frame: Floats, signal: Floats, about: float, sigma: float) -> Side | None:
+    """Fit one side by least squares about a reference frame; None with fewer than two points.
+
+    Parameters
+    ----------
+    frame, signal
+        Shape (n,), all finite.
+    about
+        Frame coordinate at which value and slope are wanted.
+    sigma
+        Standard deviation of one point.
+    """
+    count = len(frame)
+    if count < 2:
+        return None
+    order = 2 if count >= BENT_FROM else 1
+    design = np.vander(frame - about, order + 1, increasing=True)
+    inverse = np.linalg.inv(design.T @ design)
+    solution = inverse @ (design.T @ signal)
+    left_over = signal - design @ solution
+    freedom = count - order - 1
+    variance = sigma**2
+    if freedom > 0:
+        # Bodies do not follow polynomials, and noise is not white: what is left over counts too.
+        variance = max(variance, float(left_over @ left_over) / freedom)
+    bend = float(solution[2]) if order == 2 else 0.0
+    return Side(float(solution[0]), float(solution[1]), bend, variance * inverse[:2, :2], count)
+
+
+def side_frames(frame: Floats, signal: Floats, corner: float, limit: float) -> NDArray[np.intp]:
+    """Select the frames of one side: between the corner and the limit, clear of both corners.
+
+    ``limit`` is the neighbouring corner (or -inf, inf) and tells by its sign which side is meant.
+    """
+    if limit < corner:
+        inside = (frame < corner - HALF_EXPOSURE) & (frame > limit + HALF_EXPOSURE)
+        inside &= frame > corner - WINDOW_FRAMES
+    else:
+        inside = (frame > corner + HALF_EXPOSURE) & (frame < limit - HALF_EXPOSURE)
+        inside &= frame < corner + WINDOW_FRAMES
+    return np.flatnonzero(inside & np.isfinite(signal))
+
+
+def crossing(before: Side, after: Side, about: float) -> Corner | None:
+    """Cross two sides fitted about the same frame; None where they are parallel."""
+    jump = after.slope - before.slope
+    offset = before.value - after.value
+    if jump == 0.0:
+        return None
+    step = offset / jump
+    # The bends shift the crossing by a second order amount: one Newton step settles it.
+    bend = after.bend - before.bend
+    gradient = jump + 2 * bend * step
+    if gradient != 0.0:
+        step -= (jump * step + bend * step**2 - offset) / gradient
+    lever = np.array([1.0, step])
+    variance = float(lever @ (before.covariance + after.covariance) @ lever)
+    jump_sigma = float(np.sqrt(before.covariance[1, 1] + after.covariance[1, 1]))
+    return Corner(
+        frame=about + step,
+        frame_sigma=float(np.sqrt(variance)) / abs(jump),
+        value=before.value + before.slope * step + before.bend * step**2,
+        slope_before=before.slope + 2 * before.bend * step,
+        slope_after=after.slope + 2 * after.bend * step,
+        slope_sigma=jump_sigma,
+        points=(before.points, after.points),
+    )

@@ -1,0 +1,110 @@
+"""The collisions that the frames show: sign changes of a relative velocity, at a contact."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from count_video.collisions.burst import find_burst
+from count_video.collisions.candidates import Candidate, find_candidates, sharpen, sigma_of
+from count_video.collisions.contact import is_contact, is_sharp, learn_contacts
+from count_video.collisions.gaps import Gaps, gaps_of
+from count_video.collisions.onesided import fit_side, side_frames
+from count_video.collisions.resolution import shortest_interval, unresolved
+from count_video.collisions.swing import Swing, fit_swing
+from count_video.records import Collision, Floats, Track, Velocities
+
+
+@dataclass(frozen=True)
+class SeenCollisions:
+    """What the frames of one clip show."""
+
+    collisions: tuple[Collision, ...]
+    """In order of time, numbered from 1; real times are not filled in."""
+    burst: int
+    """How many of them belong to the first burst."""
+    shortcomings: tuple[str, ...]
+    """Why the clip does not show the whole burst; empty if it does."""
+    doubts: tuple[str, ...]
+    """Why collisions may be missing between the frames; empty if all are resolved."""
+    shortest_interval_frames: float
+    """Between neighbours of the first burst; inf for fewer than two."""
+    swing: Swing | None
+    """The heavy body's path; None where the frames do not show all velocity steps."""
+
+
+def seen_collisions(track: Track) -> SeenCollisions:
+    """Find the collisions that a track of both bodies shows."""
+    gaps = gaps_of(track)
+    found = _corroborated(gaps, track.ball_diameter_px)
+    collisions = tuple(_collisions(found, gaps))
+    burst = find_burst(found, gaps, fit_swing(gaps, collisions))
+    inside = found[: burst.count]
+    return SeenCollisions(
+        collisions=collisions,
+        burst=burst.count,
+        shortcomings=burst.shortcomings,
+        doubts=tuple(unresolved(inside, gaps)),
+        shortest_interval_frames=shortest_interval(inside),
+        swing=fit_swing(gaps, collisions[: burst.count]),
+    )
+
+
+def _corroborated(gaps: Gaps, ball_diameter_px: float) -> list[Candidate]:
+    """Candidates with a jump of the velocity and a contact, their times sharpened."""
+    found = sharpen(find_candidates(gaps), gaps)
+    found = [candidate for candidate in found if is_sharp(candidate)]
+    contacts = learn_contacts(found, gaps)
+    found = [c for c in found if is_contact(c, gaps, contacts, ball_diameter_px)]
+    return sharpen(found, gaps, learn_contacts(found, gaps))
+
+
+def _collisions(found: Sequence[Candidate], gaps: Gaps) -> list[Collision]:
+    frames = [-np.inf, *(candidate.frame for candidate in found), np.inf]
+    collisions = []
+    for place, candidate in enumerate(found):
+        limits = (frames[place], frames[place + 2])
+        ball = _rates(gaps, gaps.ball_px, candidate.frame, limits)
+        heavy = _rates(gaps, gaps.heavy_px, candidate.frame, limits)
+        collisions.append(
+            Collision(
+                number=place + 1,
+                kind=candidate.kind,
+                frame=candidate.frame,
+                frame_sigma=candidate.frame_sigma,
+                time_s=None,
+                seen=True,
+                position_px=gaps.sign * _value(gaps, candidate.frame, limits),
+                velocity_before=Velocities(gaps.sign * ball[0], gaps.sign * heavy[0]),
+                velocity_after=Velocities(gaps.sign * ball[1], gaps.sign * heavy[1]),
+            )
+        )
+    return collisions
+
+
+def _rates(
+    gaps: Gaps, signal: Floats, frame: float, limits: tuple[float, float]
+) -> tuple[float, float]:
+    """Velocity right before and right after a collision, by one-sided fits; NaN if not shown."""
+    rates = []
+    for limit in limits:
+        chosen = side_frames(gaps.frame, signal, frame, limit)
+        side = fit_side(gaps.frame[chosen], signal[chosen], frame, sigma_of(signal))
+        rates.append(float("nan") if side is None else side.slope)
+    return rates[0], rates[1]
+
+
+def _value(gaps: Gaps, frame: float, limits: tuple[float, float]) -> float:
+    """Distance of the ball at a collision: the mean of both sides, as far as shown."""
+    values = []
+    for limit in limits:
+        chosen = side_frames(gaps.frame, gaps.ball_px, frame, limit)
+        side = fit_side(gaps.frame[chosen], gaps.ball_px[chosen], frame, sigma_of(gaps.ball_px))
+        if side is not None:
+            values.append(side.value)
+    if values:
+        return float(np.mean(values))
+    seen = np.isfinite(gaps.ball_px)
+    return float(np.interp(frame, gaps.frame[seen], gaps.ball_px[seen]))

@@ -1,0 +1,98 @@
+"""The heavy body's path through the burst: its swing, and the steps that the ball gave it.
+
+Single velocity steps of the heavy body drown in noise at 1:100, their sum does not. Between the
+collisions it swings on its threads, x'' = -w^2 (x - x0), and momentum that the ball takes is
+momentum that it gives. So its whole path is linear in five unknowns:
+
+    x(t) = a + b t + w^2 x0 t^2 / 2 - w^2 * (second integral of x) + r * sum_i s_i * max(t - t_i, 0)
+
+with the ball's velocity steps -s_i at the times t_i of the `bodies` collisions and r = m/M.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from count_video.collisions.gaps import Gaps
+from count_video.records import Collision, Floats
+
+FRAMES_BEYOND = 60.0
+"""The path is used this far before the first and after the last collision."""
+POINTS_AT_LEAST = 20
+CORRELATED_FRAMES = 10
+"""What is left over is not white (reflections creep over polished brass): so many neighbouring
+frames count as one."""
+
+
+@dataclass(frozen=True)
+class Swing:
+    """What the heavy body's path tells."""
+
+    mass_ratio: float
+    """Heavy over light mass, from the velocity steps."""
+    mass_ratio_relative_sigma: float
+    """Its standard uncertainty as a share of the value."""
+    rate_squared: float
+    """Square of the pendulum's angular rate, in (radians per frame) squared; may come out
+    negative where the swing is too short to show."""
+    rate_squared_sigma: float
+    centre_px: float
+    """Distance of the heavy body's face where its threads hang straight down."""
+
+
+def fit_swing(gaps: Gaps, burst: Sequence[Collision]) -> Swing | None:
+    """Fit the heavy body's path; None where a step is not shown or nothing can be solved.
+
+    Distances are those of ``gaps``. The uncertainties hold the scatter about the path.
+    """
+    bodies = [collision for collision in burst if collision.kind == "bodies"]
+    times = np.array([collision.frame for collision in bodies])
+    steps = gaps.sign * np.array(
+        [c.velocity_after.ball_px_frame - c.velocity_before.ball_px_frame for c in bodies]
+    )
+    if len(steps) == 0 or not np.all(np.isfinite(steps)):
+        return None
+    used = (gaps.frame > times[0] - FRAMES_BEYOND) & (gaps.frame < times[-1] + FRAMES_BEYOND)
+    used &= np.isfinite(gaps.heavy_px)
+    frame, place = gaps.frame[used], gaps.heavy_px[used]
+    if len(frame) < POINTS_AT_LEAST:
+        return None
+    solution = _solve(_design(frame, place, times, -steps), place)
+    if solution is None or solution[0][4] <= 0:
+        return None
+    (_, _, bend, rate_squared, share), sigma = solution
+    return Swing(
+        mass_ratio=1 / share,
+        mass_ratio_relative_sigma=sigma[4] / share,
+        rate_squared=rate_squared,
+        rate_squared_sigma=sigma[3],
+        centre_px=float(place.mean()) + 2 * bend / rate_squared if rate_squared else np.nan,
+    )
+
+
+def _design(frame: Floats, place: Floats, times: Floats, steps: Floats) -> Floats:
+    """Columns of the linear model, shape (n, 5)."""
+    clock = frame - frame[0]
+    centred = place - place.mean()
+    once = np.concatenate([[0.0], np.cumsum(np.diff(frame) * (centred[1:] + centred[:-1]) / 2)])
+    twice = np.concatenate([[0.0], np.cumsum(np.diff(frame) * (once[1:] + once[:-1]) / 2)])
+    ramps = (np.maximum(frame[:, None] - times, 0) * steps).sum(axis=1)
+    return np.stack([np.ones_like(clock), clock, clock**2, -twice, ramps], axis=1)
+
+
+def _solve(design: Floats, place: Floats) -> tuple[Floats, Floats] | None:
+    """Coefficients and their standard uncertainties; None where the columns are not independent."""
+    scale = np.abs(design).max(axis=0)
+    if not np.all(scale > 0):
+        return None
+    scaled = design / scale
+    solution, _, rank, _ = np.linalg.lstsq(scaled, place, rcond=None)
+    if rank < design.shape[1]:
+        return None
+    left_over = place - scaled @ solution
+    variance = float(left_over @ left_over) / (len(place) - design.shape[1])
+    covariance = CORRELATED_FRAMES * variance * np.linalg.inv(scaled.T @ scaled)
+    return solution / scale, np.sqrt(np.diag(covariance)) / scale

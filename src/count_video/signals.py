@@ -1,0 +1,68 @@
+"""Noisy signals over frames: how noisy, and where they turn.
+
+Low points of a gap that closes and opens again:
+
+    gap
+     |\\            /\\            __/
+     | \\    /\\    /  \\        __/
+     |  \\  /  \\  /    \\    __/
+     |   \\/    \\/      \\__/
+     +----1-----2--------3---------> frame
+
+A low point counts once the signal has risen above it by more than the hysteresis, and had come
+down to it from as far above; smaller ups and downs are noise. By name:
+
+- an exact zero, or a value below zero: no different from any other value, only order matters;
+- a plateau (equal lowest values, 3): its middle;
+- the two ends: a signal that still falls at its end has no low point there, nor has one that rises
+  from its start, for nothing was seen on the other side;
+- NaN (not seen): passed over.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+
+
+def low_points(signal: Floats, hysteresis: float) -> NDArray[np.intp]:
+    """Indices of the low points of a signal, each deeper than the hysteresis on both sides.
+
+    Parameters
+    ----------
+    signal
+        Shape (n,); NaN where not seen.
+    hysteresis
+        Depth, in the signal's unit, that a low point must have on either side; positive.
+    """
+    found: list[int] = []
+    highest, lowest, begin, end = -np.inf, np.inf, -1, -1
+    for place in np.flatnonzero(np.isfinite(signal)):
+        value = float(signal[place])
+        if begin < 0:
+            # Looking for the way down: from the highest point so far.
+            highest = max(highest, value)
+            if highest - value > hysteresis:
+                lowest, begin, end = value, int(place), int(place)
+        elif value < lowest:
+            lowest, begin, end = value, int(place), int(place)
+        elif value == lowest:
+            end = int(place)
+        elif value - lowest > hysteresis:
+            found.append((begin + end) // 2)
+            highest, lowest, begin = value, np.inf, -1
+    return np.array(found, dtype=np.intp)
+
+
+def noise_px(signal: Floats) -> float:
+    """Standard deviation of independent noise on a smooth signal, shape (n,); 0 if n < 4.
+
+    Third differences remove any locally quadratic motion; of white noise they have a variance of
+    1 + 9 + 9 + 1 = 20. The median keeps the corners of the signal out of it.
+    """
+    third = np.diff(signal[np.isfinite(signal)], n=3)
+    if len(third) == 0:
+        return 0.0
+    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))

@@ -1,0 +1,151 @@
+"""Which two bodies does the clip show? From runs of frames to the learnt appearance of both.
+
+A candidate pair of moving patches is believed when both bodies are found again all over the clip,
+always side by side in the same order, and move on their own: a mirror image in the clear wall also
+moves opposite to the ball, but so exactly that the sum of the two places never changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Frame
+from count_video.tracking.features import MovingFeatures, moving_features
+from count_video.tracking.seeds import (
+    Patch,
+    PatchPair,
+    motion_direction_deg,
+    pairs_across_runs,
+    patches,
+    rank_pairs,
+)
+from count_video.tracking.sprite import Body, Box, Seed, learn
+
+CANDIDATES = 6
+"""So many pairs of patches are tried, best first."""
+WIDTH_OVER_HEIGHT = 1.3
+"""Of a long body only the part next to its neighbour is learnt."""
+BEYOND_FEATURES = 0.2
+"""Corner features lie within the outline: the box is larger by this share of its height."""
+MIRROR_SHARE = 0.05
+"""Places whose sum varies by less than this share of their difference are mirror images."""
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """The two bodies, the left one first, and the line they move on."""
+
+    left: Body
+    right: Body
+    tilt_deg: float
+    """Direction of motion in the picture that was searched."""
+    upright: bool
+    """True if that picture was transposed because the bodies move up and down."""
+
+
+@dataclass(frozen=True)
+class NotFound:
+    """Why no pair of bodies was found, in words for the user."""
+
+    reason: str
+
+
+def find_bodies(runs: Sequence[Sequence[Frame]]) -> Bodies | NotFound:
+    """Find the two bodies that move along one line, from runs of consecutive frames."""
+    features = [moving_features(run) for run in runs]
+    direction = motion_direction_deg(features)
+    if direction is None:
+        return NotFound("nothing moves along a line in this clip")
+    upright = abs(direction) > 45.0
+    if upright:
+        runs = [[_transposed(frame) for frame in run] for run in runs]
+        features = [_features_transposed(run) for run in features]
+        direction = (90.0 - direction + 90.0) % 180.0 - 90.0
+    width = runs[0][0].luma.shape[1]
+    groups = [patches(run, direction, width) for run in features]
+    if not any(groups):
+        return NotFound("no body moves steadily along a line in this clip")
+    for pair in rank_pairs(groups)[:CANDIDATES] + pairs_across_runs(groups)[:CANDIDATES]:
+        bodies = _learn_pair(runs, pair, direction)
+        if bodies is not None:
+            return Bodies(bodies[0], bodies[1], direction, upright)
+    return NotFound(
+        "only one body, or no two that move on their own along one line, can be followed"
+    )
+
+
+def _learn_pair(
+    runs: Sequence[Sequence[Frame]], pair: PatchPair, tilt_deg: float
+) -> tuple[Body, Body] | None:
+    left, right = _seeds(runs, pair)
+    first = learn(runs, left, tilt_deg)
+    second = None if first is None else learn(runs, right, tilt_deg)
+    if first is None or second is None or not _side_by_side(first, second):
+        return None
+    return first, second
+
+
+def _seeds(runs: Sequence[Sequence[Frame]], pair: PatchPair) -> tuple[Seed, Seed]:
+    """Boxes for both patches of a pair, on rows that they share.
+
+    Seen in the same run, neither body reaches to the features of the other.
+    """
+    top = max(pair.left.top_px, pair.right.top_px)
+    bottom = min(pair.left.bottom_px, pair.right.bottom_px)
+    same = pair.left.frame == pair.right.frame
+    left = Seed(
+        _nearest_frame(runs, pair.left.frame),
+        _box(pair.left, (top, bottom), 1),
+        (-np.inf, pair.right.left_px if same else np.inf),
+    )
+    right = Seed(
+        _nearest_frame(runs, pair.right.frame),
+        _box(pair.right, (top, bottom), -1),
+        (pair.left.right_px if same else -np.inf, np.inf),
+    )
+    return left, right
+
+
+def _nearest_frame(runs: Sequence[Sequence[Frame]], frame: float) -> int:
+    every = np.array([seen.index for run in runs for seen in run])
+    return int(every[np.argmin(np.abs(every - frame))])
+
+
+def _box(patch: Patch, rows: tuple[float, float], toward: int) -> Box:
+    """Box for a patch, its rows shared with its neighbour; ``toward`` 1: that is on the right."""
+    top, bottom = rows
+    margin = BEYOND_FEATURES * (bottom - top) + 2
+    left, right = patch.left_px, patch.right_px
+    widest = WIDTH_OVER_HEIGHT * (bottom - top)
+    if right - left > widest:
+        left, right = (right - widest, right) if toward > 0 else (left, left + widest)
+    return left - margin / 2, top - margin, right + margin / 2, bottom + margin
+
+
+def _side_by_side(left: Body, right: Body) -> bool:
+    """Check the order in every frame with both, and that one is no mirror image of the other."""
+    both = sorted(set(left.sightings) & set(right.sightings))
+    if len(both) < 4:
+        return False
+    a = np.array([left.sightings[index][0] for index in both]) + left.right_edge_px
+    b = np.array([right.sightings[index][0] for index in both]) + right.left_edge_px
+    overlap = 0.25 * (left.right_edge_px - left.left_edge_px)
+    if np.mean(b - a > -overlap) < 0.95:
+        return False
+    return float(np.std(a + b)) > MIRROR_SHARE * float(np.std(b - a))
+
+
+def _transposed(frame: Frame) -> Frame:
+    return replace(frame, luma=_flip(frame.luma))
+
+
+def _flip(luma: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    return np.ascontiguousarray(luma.T)
+
+
+def _features_transposed(run: MovingFeatures) -> MovingFeatures:
+    return MovingFeatures(run.frame, run.y_px, run.x_px, run.speed_y_px_frame, run.speed_x_px_frame)

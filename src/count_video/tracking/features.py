@@ -1,0 +1,130 @@
+"""Small patches that move: where they are and how fast, from one short run of frames.
+
+Corner features are followed through the run by pyramidal Lucas-Kanade registration (Bouguet 2001,
+as in OpenCV) and a straight line is fitted to each path. A feature counts when it moved by more
+than its own scatter and came back to its start when it was followed backwards. Nothing here asks
+what a body looks like.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats, Frame
+
+WIDTH_FOR_SEARCH_PX = 900
+"""Wider pictures are halved for the search; positions are measured later at full size."""
+FEATURES_AT_MOST = 500
+CORNER_QUALITY = 0.01
+CORNER_SPACING_PX = 4
+WINDOW_PX = 11
+PYRAMID_LEVELS = 2
+RETURN_ERROR_PX = 0.5
+"""Following a feature forth and back must end this near to its start."""
+PATH_SCATTER_PX = 0.9
+"""RMS about the straight path; a corner within the run shows as scatter and is left out."""
+MOVED_AT_LEAST_PX = 0.8
+MOVED_OVER_SCATTER = 3.0
+ACTIVITY_OVER_NOISE = 4.0
+"""A pixel is active when run start and run end differ by this many standard deviations."""
+
+
+@dataclass(frozen=True)
+class MovingFeatures:
+    """Features of one run that move steadily; arrays have shape (n,)."""
+
+    frame: float
+    """Frame coordinate of the middle of the run, to which positions refer."""
+    x_px: Floats
+    y_px: Floats
+    speed_x_px_frame: Floats
+    speed_y_px_frame: Floats
+    speed_sigma_px_frame: Floats
+    """Standard uncertainty of the speeds, from the scatter about the straight path."""
+
+
+def moving_features(run: Sequence[Frame]) -> MovingFeatures:
+    """Follow features through a run of consecutive frames and keep those that move steadily."""
+    frames = np.array([frame.index for frame in run], dtype=np.float64)
+    nothing = MovingFeatures(float(frames.mean()), *(np.empty(0) for _ in range(5)))
+    if len(run) < 4:
+        return nothing
+    pictures, scale = _prepare(run)
+    start = cv2.goodFeaturesToTrack(
+        pictures[0],
+        FEATURES_AT_MOST,
+        CORNER_QUALITY,
+        CORNER_SPACING_PX,
+        mask=_active(pictures[0], pictures[-1], pictures[1]),
+    )
+    if start is None:
+        return nothing
+    paths, good = _follow(pictures, start)
+    return _steady(frames, paths[:, good] * scale)
+
+
+def _prepare(run: Sequence[Frame]) -> tuple[list[NDArray[np.uint8]], float]:
+    """Halve wide pictures and smooth a little, which costs no resolution that is used here."""
+    scale = 1.0
+    pictures = [np.ascontiguousarray(frame.luma) for frame in run]
+    while pictures[0].shape[1] / scale > WIDTH_FOR_SEARCH_PX:
+        scale *= 2.0
+    if scale > 1.0:
+        size = (int(pictures[0].shape[1] / scale), int(pictures[0].shape[0] / scale))
+        pictures = [_bytes(cv2.resize(p, size, interpolation=cv2.INTER_AREA)) for p in pictures]
+    return [_bytes(cv2.GaussianBlur(p, (0, 0), 0.8)) for p in pictures], scale
+
+
+def _bytes(picture: object) -> NDArray[np.uint8]:
+    return np.asarray(picture, dtype=np.uint8)
+
+
+def _active(
+    first: NDArray[np.uint8], last: NDArray[np.uint8], second: NDArray[np.uint8]
+) -> NDArray[np.uint8]:
+    """Mask of what changed over the run; the noise is judged by neighbouring frames."""
+    step = second.astype(np.int16) - first
+    noise = 1.4826 * float(np.median(np.abs(step - np.median(step)))) + 0.5
+    change = last.astype(np.int16) - first
+    change = np.abs(change - np.median(change)).astype(np.float32)
+    mask = (cv2.blur(change, (3, 3)) > ACTIVITY_OVER_NOISE * noise / 2).astype(np.uint8)
+    return _bytes(cv2.dilate(mask, np.ones((5, 5), np.uint8)))
+
+
+def _follow(
+    pictures: Sequence[NDArray[np.uint8]], start: NDArray[np.float32]
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Paths of shape (frames, features, 2), and which features came back to their start."""
+    window = {"winSize": (WINDOW_PX, WINDOW_PX), "maxLevel": PYRAMID_LEVELS}
+    paths = [start[:, 0]]
+    points, good = start, np.ones(len(start), dtype=bool)
+    for before, after in zip(pictures, pictures[1:], strict=False):
+        points, found, _ = cv2.calcOpticalFlowPyrLK(before, after, points, None, **window)
+        good &= found[:, 0] > 0
+        paths.append(points[:, 0])
+    back = points
+    for before, after in zip(pictures[::-1], pictures[-2::-1], strict=False):
+        back, found, _ = cv2.calcOpticalFlowPyrLK(before, after, back, None, **window)
+        good &= found[:, 0] > 0
+    good &= np.hypot(*(back - start)[:, 0].T) < RETURN_ERROR_PX
+    return np.array(paths, dtype=np.float64), good
+
+
+def _steady(frames: Floats, paths: Floats) -> MovingFeatures:
+    """Fit each path by a straight line and keep the features that moved, and moved evenly."""
+    middle = float(frames.mean())
+    lever = frames - middle
+    speed = np.tensordot(lever, paths, axes=1) / float(lever @ lever)
+    place = paths.mean(axis=0)
+    left_over = paths - place - lever[:, None, None] * speed
+    scatter = np.sqrt((left_over**2).sum(axis=2).mean(axis=0))
+    travel = np.hypot(*speed.T) * float(np.ptp(frames))
+    keep = (scatter < PATH_SCATTER_PX) & (travel > MOVED_AT_LEAST_PX)
+    keep &= travel > MOVED_OVER_SCATTER * scatter
+    sigma = scatter / np.sqrt(float(lever @ lever))
+    return MovingFeatures(middle, *place[keep].T, *speed[keep].T, sigma[keep])

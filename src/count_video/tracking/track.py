@@ -1,0 +1,201 @@
+"""One clip from frames to positions: find the bodies in a few runs, then follow them through all.
+
+The footage is decoded twice only in part: a pilot of short runs spread over the clip teaches what
+the bodies look like; the main pass streams every frame once and keeps none of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from count_video.errors import TrackingError, UsageError
+from count_video.footage.reader import Footage, pilot_frames
+from count_video.progress import NO_PROGRESS, Progress
+from count_video.records import BodyTrack, Floats, Frame, MotionLine, Track, WallSide
+from count_video.tracking.bodies import Bodies, NotFound, find_bodies
+from count_video.tracking.follow import Follower
+from count_video.tracking.roles import wall_side
+
+PILOT_BYTES = 60_000_000
+"""Pictures of the pilot are held in memory; so much may they take."""
+PILOT_FRAMES = 120
+PILOT_FRAMES_AT_LEAST = 24
+RUN_FRAMES = 12
+"""Runs are cut to about this length."""
+FRAMES_AT_LEAST = 12
+"""Shorter clips show no motion to speak of."""
+SEEN_AT_LEAST = 0.5
+"""A body seen in a smaller share of the frames was not followed."""
+PROGRESS_STEP = 16
+
+Region = tuple[int, int, int, int]
+"""x, y, width, height in px."""
+
+
+@dataclass(frozen=True)
+class TrackSettings:
+    """What the user may tell the tracker; everything is found where nothing is told."""
+
+    wall_side: WallSide | None = None
+    region: Region | None = None
+    """Part of the picture that holds the experiment."""
+    start: int = 0
+    """First frame to use."""
+    end: int | None = None
+    """Frame to stop before; None for the clip's end."""
+
+
+def track_clip(
+    footage: Footage, settings: TrackSettings, progress: Progress = NO_PROGRESS
+) -> Track:
+    """Measure where ball and heavy body were, frame by frame.
+
+    Raises
+    ------
+    TrackingError
+        If no pair of bodies that could collide is found; the message says what was missing.
+    UsageError
+        If the region does not fit into the picture.
+    """
+    _check_region(footage, settings.region)
+    runs = _pilot(footage, settings)
+    bodies = find_bodies(runs)
+    if isinstance(bodies, NotFound):
+        _pass_over(footage, settings, progress)
+        raise TrackingError(bodies.reason)
+    frames, left, right = _follow(footage, bodies, settings, progress)
+    return _track(bodies, frames, (left, right), settings)
+
+
+def _check_region(footage: Footage, region: Region | None) -> None:
+    if region is None:
+        return
+    x, y, width, height = region
+    info = footage.info
+    if x < 0 or y < 0 or x + width > info.width_px or y + height > info.height_px:
+        raise UsageError(
+            f"region {x},{y},{width},{height} does not fit into the picture of "
+            f"{info.width_px} x {info.height_px} px; give one that lies inside"
+        )
+
+
+def _pilot(footage: Footage, settings: TrackSettings) -> list[list[Frame]]:
+    """Runs of frames spread over the clip; copies of pictures are left out."""
+    size = footage.info.width_px * footage.info.height_px
+    budget = int(np.clip(PILOT_BYTES // size, PILOT_FRAMES_AT_LEAST, PILOT_FRAMES))
+    runs = pilot_frames(footage.info.path, budget=budget, start=settings.start, end=settings.end)
+    fresh = [[_cropped(f, settings.region) for f in run if not f.repeats_previous] for run in runs]
+    return [piece for run in fresh for piece in _pieces(run)]
+
+
+def _pieces(run: list[Frame]) -> list[list[Frame]]:
+    """Split a long run: within a piece, the bodies are to move evenly."""
+    count = max(1, round(len(run) / RUN_FRAMES))
+    edges = [round(part * len(run) / count) for part in range(count + 1)]
+    return [run[a:b] for a, b in pairwise(edges) if b > a]
+
+
+def _cropped(frame: Frame, region: Region | None) -> Frame:
+    if region is None:
+        return frame
+    x, y, width, height = region
+    return replace(frame, luma=frame.luma[y : y + height, x : x + width])
+
+
+def _pass_over(footage: Footage, settings: TrackSettings, progress: Progress) -> None:
+    """Decode the footage all the same: what is damaged in it should be said."""
+    progress.start(footage.info.frames_promised, "decoding")
+    for _ in footage.frames(settings.start, settings.end):
+        progress.advance(1)
+
+
+def _follow(
+    footage: Footage, bodies: Bodies, settings: TrackSettings, progress: Progress
+) -> tuple[Floats, Follower, Follower]:
+    slope = float(np.tan(np.radians(bodies.tilt_deg)))
+    left, right = Follower(bodies.left, slope), Follower(bodies.right, slope)
+    indices: list[float] = []
+    progress.start(footage.info.frames_promised, "tracking")
+    for frame in footage.frames(settings.start, settings.end):
+        if not frame.repeats_previous:
+            luma = _cropped(frame, settings.region).luma
+            picture = luma.T if bodies.upright else luma
+            indices.append(float(frame.index))
+            left.see(frame.index, picture)
+            right.see(frame.index, picture)
+        if frame.index % PROGRESS_STEP == PROGRESS_STEP - 1:
+            progress.advance(PROGRESS_STEP)
+    return np.array(indices), left, right
+
+
+def _track(
+    bodies: Bodies,
+    frames: Floats,
+    followers: tuple[Follower, Follower],
+    settings: TrackSettings,
+) -> Track:
+    if len(frames) < FRAMES_AT_LEAST:
+        raise TrackingError(f"only {len(frames)} different pictures: too few to show collisions")
+    offset = _offset(settings.region, bodies.upright)
+    x_px = [np.array(f.x_px) + offset for f in followers]
+    unseen = [float(np.isnan(x).mean()) for x in x_px]
+    if max(unseen) > 1 - SEEN_AT_LEAST:
+        raise TrackingError("the bodies cannot be followed through the clip: they are lost")
+    side = settings.wall_side or wall_side(
+        x_px[0] + bodies.left.left_edge_px, x_px[1] + bodies.right.right_edge_px
+    )
+    if side is None:
+        raise TrackingError("neither body bounces off anything on its far side: no wall is seen")
+    ball, heavy = (0, 1) if side == "left" else (1, 0)
+    both = (bodies.left, bodies.right)
+    width = both[ball].right_edge_px - both[ball].left_edge_px
+    face = both[heavy].left_edge_px if side == "left" else both[heavy].right_edge_px
+    return Track(
+        frame=frames,
+        ball=BodyTrack(
+            x_px[ball] + both[ball].left_edge_px + width / 2,
+            np.array(followers[ball].sigma_px),
+            -width / 2,
+            width / 2,
+        ),
+        heavy=BodyTrack(
+            x_px[heavy] + face,
+            np.array(followers[heavy].sigma_px),
+            both[heavy].left_edge_px - face,
+            both[heavy].right_edge_px - face,
+        ),
+        wall_side=side,
+        ball_diameter_px=width,
+        line=_line(bodies, followers[ball], settings.region),
+        warnings=tuple(_unseen_warnings(unseen, len(frames), ball)),
+    )
+
+
+def _offset(region: Region | None, upright: bool) -> float:
+    if region is None:
+        return 0.0
+    return float(region[1] if upright else region[0])
+
+
+def _line(bodies: Bodies, ball: Follower, region: Region | None) -> MotionLine:
+    """Line of motion through the middle of the ball's places."""
+    x = float(np.nanmedian(ball.x_px)) + ball.body.sprite.shape[1] / 2
+    y = float(np.nanmedian(ball.y_px)) + ball.body.sprite.shape[0] / 2
+    if bodies.upright:
+        x, y = y, x
+    if region is not None:
+        x, y = x + region[0], y + region[1]
+    return MotionLine(x, y, bodies.tilt_deg, bodies.upright)
+
+
+def _unseen_warnings(unseen: Sequence[float], frames: int, ball: int) -> list[str]:
+    names = ("ball", "cylinder") if ball == 0 else ("cylinder", "ball")
+    return [
+        f"the {name} is not seen in {round(share * frames)} of {frames} frames"
+        for name, share in zip(names, unseen, strict=True)
+        if share > 0
+    ]

@@ -1,0 +1,68 @@
+"""One clip, from file to result: the table of contents of the whole program.
+
+file -> frames            footage
+frames -> track           tracking
+track -> collisions       collisions
+collisions -> result      verdict
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from count_video import verdict
+from count_video.collisions.seen import seen_collisions
+from count_video.errors import TrackingError
+from count_video.footage.reader import open_footage
+from count_video.progress import NO_PROGRESS, Progress
+from count_video.records import TrialResult, WallSide
+from count_video.tracking.track import Region, TrackSettings, track_clip
+
+
+@dataclass(frozen=True)
+class TrialSettings:
+    """What the user may tell about a clip."""
+
+    capture_fps: float | None = None
+    """Camera's rate in frames per second of real time."""
+    ball_diameter_mm: float = 40.0
+    wall_side: WallSide | None = None
+    region: Region | None = None
+    """Part of the picture that holds the experiment: x, y, width, height in px."""
+    start: int = 0
+    """First frame to use."""
+    end: int | None = None
+    """Frame to stop before; None for the clip's end."""
+    masses: tuple[Fraction, Fraction] | None = None
+    """Heavy and light mass, in any one unit."""
+
+
+def count_clip(
+    path: Path, settings: TrialSettings, progress: Progress = NO_PROGRESS
+) -> TrialResult:
+    """Count the collisions in one clip.
+
+    Raises
+    ------
+    FootageError
+        If the file cannot be read as footage.
+    UsageError
+        If a setting does not fit the clip.
+    """
+    with open_footage(path, capture_fps=settings.capture_fps) as footage:
+        looking = TrackSettings(settings.wall_side, settings.region, settings.start, settings.end)
+        try:
+            track = track_clip(footage, looking, progress)
+        except TrackingError as error:
+            return verdict.nothing_to_count(footage.info, footage.report(), str(error))
+        found = seen_collisions(track)
+        return verdict.counted(
+            footage.info,
+            footage.report(),
+            track,
+            found,
+            settings.masses,
+            settings.ball_diameter_mm,
+        )
