@@ -6,9 +6,10 @@ The gap f(τ) of two bodies on known laws has |f''| ≤ B for a B known in advan
 
 and the first positive zero of that parabola is a step that cannot jump over a contact. Stepping
 so again and again creeps up on the first zero from the left; near a zero with f' < 0 it is
-Newton's step but for terms of second order, hence quadratic. For free bodies (B = 0) it is the
-closed form at once. At a grazing contact (a double zero) it is linear and still ends, at the
-rounding error of the gap.
+Newton's step but for terms of second order, hence quadratic: from above, f is bounded by the same
+parabola with + B s²/2, so after a step the zero is no farther than about B s²/|f'|. For free
+bodies (B = 0) it is the closed form at once. At a grazing contact (a double zero) it is linear and
+still ends, at the rounding error of the gap.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from typing import NamedTuple
 from count_video.physics.flights import REST, Law
 
 STEP_TOLERANCE = 1e-14
-"""Stop when a step adds less than this fraction of the flight time; being quadratic, the error
-left is far below the rounding of the gap itself."""
+"""Stop when the zero is known to be closer than this fraction of the flight time, or a step adds
+no more than that."""
 
 MAXIMUM = sys.float_info.max
 
@@ -64,8 +65,9 @@ def first_zero(
             return max(start, tau - value / slope) if slope < 0.0 else tau
         step = safe_step(value, slope, curvature)
         tau += step
-        if step <= STEP_TOLERANCE * tau:
-            return tau
+        within = STEP_TOLERANCE * tau
+        if step <= within or curvature * step * step <= -slope * within:
+            return tau if tau <= window else math.inf
     return math.inf
 
 

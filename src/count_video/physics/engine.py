@@ -80,7 +80,7 @@ def settle(apparatus: Apparatus, state: Anchor) -> Anchor:
         pull -= apparatus.light.acceleration(ball_m, common)
         hold = Hold.TOGETHER if pull <= slight else Hold.APART
         return Anchor(time_s, heavy_m, common, ball_m, common, hold)
-    return state._replace(hold=Hold.APART)
+    return state if state.hold is Hold.APART else state._replace(hold=Hold.APART)
 
 
 def _hold_at_wall(apparatus: Apparatus) -> Hold:

@@ -163,21 +163,22 @@ class Pendulum:
         """One closed form for both; ``functions`` is the module ``math`` or ``numpy``.
 
         q(τ) − q = q (e^{−γτ} cos ωτ − 1) + e^{−γτ} (v + γ q)/ω · sin ωτ, with the bracket written
-        by expm1 and the half angle, so that nothing cancels at small τ.
+        by expm1 and by 1 − cos ωτ = 2 sin² ωτ/2, so that nothing cancels at small τ.
         """
         omega, gamma = self.damped_rad_s, self.damping_per_s
         q = position - self.rest_m
-        half_sine = functions.sin(0.5 * omega * tau)
-        sine, cosine = functions.sin(omega * tau), functions.cos(omega * tau)
+        half_angle = (0.5 * omega) * tau
+        half_sine = functions.sin(half_angle)
+        sine = 2.0 * half_sine * functions.cos(half_angle)
+        fall = 2.0 * half_sine * half_sine
+        cosine = 1.0 - fall
         if gamma == 0.0:
-            displacement = velocity / omega * sine - 2.0 * q * half_sine * half_sine
-            return displacement, velocity * cosine - q * omega * sine
+            return velocity / omega * sine - q * fall, velocity * cosine - q * omega * sine
         loss = functions.expm1(-gamma * tau)
         shrink = 1.0 + loss
-        displacement = q * (loss * cosine - 2.0 * half_sine * half_sine) + shrink * sine * (
-            (velocity + gamma * q) / omega
-        )
+        push = (velocity + gamma * q) / omega
         pull = (self.natural_rad_s * self.natural_rad_s * q + gamma * velocity) / omega
+        displacement = q * (loss * cosine - fall) + shrink * push * sine
         return displacement, shrink * (velocity * cosine - pull * sine)
 
     def acceleration(self, position_m: float, velocity_m_s: float) -> float:

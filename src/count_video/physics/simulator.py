@@ -113,9 +113,9 @@ class Motion:
         states = self._anchor_states[:, rows]
         holds = self._anchor_holds[rows]
         apparatus = build_apparatus(self.setup)
-        for hold in set(holds.tolist()):
+        for hold in self._holds_used:
             part = holds == hold
-            states[:, part] = _advance_states(apparatus, Hold(hold), states[:, part], tau_s[part])
+            states[:, part] = _advance_states(apparatus, hold, states[:, part], tau_s[part])
         heavy_m, heavy_velocity, ball_m, ball_velocity = states
         diameter_m = self.setup.ball_diameter_m
         return Sample(heavy_m + diameter_m, heavy_velocity, ball_m, ball_velocity, diameter_m)
@@ -128,6 +128,10 @@ class Motion:
     def _anchor_states(self) -> Floats:
         """Shape (4, anchors): position and velocity of the cylinder, then of the ball."""
         return np.array([anchor[1:5] for anchor in self.anchors], dtype=np.float64).T.copy()
+
+    @cached_property
+    def _holds_used(self) -> tuple[Hold, ...]:
+        return tuple({anchor.hold for anchor in self.anchors})
 
     @cached_property
     def _anchor_holds(self) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
