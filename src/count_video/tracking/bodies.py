@@ -31,6 +31,10 @@ WIDTH_OVER_HEIGHT = 1.3
 """Of a long body only the part next to its neighbour is learnt."""
 BEYOND_FEATURES = 0.2
 """Corner features lie within the outline: the box is larger by this share of its height."""
+BODY_BEYOND_FEATURES = 0.9
+ALONE_BEYOND_FEATURES = 0.45
+"""A body's outline is not further from its features than this share of its height; the second
+where the neighbour's place in the same picture is not known."""
 MIRROR_SHARE = 0.05
 """Places whose sum varies by less than this share of their difference are mirror images."""
 
@@ -94,18 +98,23 @@ def _seeds(runs: Sequence[Sequence[Frame]], pair: PatchPair) -> tuple[Seed, Seed
 
     Seen in the same run, neither body reaches to the features of the other.
     """
-    top = max(pair.left.top_px, pair.right.top_px)
-    bottom = min(pair.left.bottom_px, pair.right.bottom_px)
+    rows = (
+        max(pair.left.top_px, pair.right.top_px),
+        min(pair.left.bottom_px, pair.right.bottom_px),
+    )
     same = pair.left.frame == pair.right.frame
+    beyond = (BODY_BEYOND_FEATURES if same else ALONE_BEYOND_FEATURES) * (rows[1] - rows[0])
+    left_ends = pair.right.left_px if same else pair.left.right_px + beyond
+    right_begins = pair.left.right_px if same else pair.right.left_px - beyond
     left = Seed(
         _nearest_frame(runs, pair.left.frame),
-        _box(pair.left, (top, bottom), 1),
-        (-np.inf, pair.right.left_px if same else np.inf),
+        _box(pair.left, rows, 1),
+        (pair.left.left_px - beyond, left_ends),
     )
     right = Seed(
         _nearest_frame(runs, pair.right.frame),
-        _box(pair.right, (top, bottom), -1),
-        (pair.left.right_px if same else -np.inf, np.inf),
+        _box(pair.right, rows, -1),
+        (right_begins, pair.right.right_px + beyond),
     )
     return left, right
 

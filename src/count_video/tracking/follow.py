@@ -18,7 +18,7 @@ from count_video.tracking.sprite import Body
 
 AGREEMENT_SHARE = 0.75
 """A fit is believed from this share of the body's typical correlation on."""
-INSIDE_AT_LEAST = 0.6
+INSIDE_AT_LEAST = 0.35
 """Share of the sprite that must lie within the picture."""
 REACH_AT_LEAST_PX = 8.0
 REACH_OVER_SPEED = 3.0

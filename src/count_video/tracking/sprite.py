@@ -33,10 +33,11 @@ SURROUNDINGS = 0.6
 """The surroundings that are averaged too, on either side, as a share of the box's height."""
 AGREEMENT_AT_LEAST = 0.5
 """Correlation below which a piece is not taken for the body."""
-EDGE_SURE = 1.0
 EDGE_POSSIBLE = 0.35
-"""Slope per px over the standard deviation: an edge of the body has the second wherever it hangs
-together with the first."""
+"""Slope per px over the standard deviation, from which on an edge can be the body's own."""
+PIECE_SHARE = 0.01
+PIECE_HEIGHT = 0.2
+"""A piece of the outline has these shares of the clearest piece's weight and of the height."""
 BEYOND_OUTLINE_PX = 2
 """Pixels kept beyond the outline: the blurred edge reaches that far."""
 NOISE_FLOOR = 1.0
@@ -95,7 +96,7 @@ def learn(runs: Sequence[Sequence[Frame]], seed: Seed, tilt_deg: float) -> Body 
         mean = _average(pictures, places, sprite.shape, margin)
         first = places[frame][0] - margin
         fence = (seed.fence[0] - first, seed.fence[1] - first)
-        outline = _outline(mean, sprite.shape, margin, fence)
+        outline = _outline(mean, margin, fence)
         if outline is None:
             return None
         sprite, moved = outline.sprite, outline.moved
@@ -125,10 +126,11 @@ def _find_everywhere(
     found: dict[int, tuple[float, float, float]] = {}
     for run in runs:
         guess: tuple[float, float] | None = None
+        order = list(run)
         if any(seen.index == frame for seen in run):
-            run = sorted(run, key=lambda seen: abs(seen.index - frame))
+            order.sort(key=lambda seen: abs(seen.index - frame))
             guess = (x, y)
-        for seen in run:
+        for seen in order:
             if guess is None:
                 guess = search(seen.luma, sprite, (x, y), slope)
             if guess is None:
@@ -171,15 +173,13 @@ class _Outline:
     """From the old sprite's top left pixel to the new one's."""
 
 
-def _outline(
-    mean: _Mean, shape: tuple[int, int], margin: int, fence: tuple[float, float]
-) -> _Outline | None:
+def _outline(mean: _Mean, margin: int, fence: tuple[float, float]) -> _Outline | None:
     """Trim the mean to the body and weight its pixels; None if there is no outline."""
     slope = np.gradient(mean.appearance)[1]
     clarity = np.abs(slope) / np.sqrt(mean.variance)
     columns = np.arange(clarity.shape[1])
     clarity[:, (columns < fence[0]) | (columns > fence[1])] = 0
-    body = _component(clarity, margin, margin + shape[1])
+    body = _own_edges(clarity)
     rows = np.flatnonzero(body.sum(axis=1) >= 3)
     if len(rows) < 8:
         return None
@@ -200,19 +200,24 @@ def _outline(
     )
 
 
-def _component(clarity: Pixels, first: int, last: int) -> NDArray[np.bool_]:
-    """Those edge pixels that hang together with the clearest ones in the columns first to last."""
+def _own_edges(clarity: Pixels) -> NDArray[np.bool_]:
+    """Pixels of the body's own edges.
+
+    Edges come in pieces: a long plain body shows its two ends and nothing between them, a ball two
+    arcs and its ring. A piece counts if it is tall enough to be part of an outline.
+    """
     possible = (cv2.blur(clarity, (3, 3)) > EDGE_POSSIBLE).astype(np.uint8)
     bridge = max(3, clarity.shape[0] // 6) | 1
     joined = cv2.morphologyEx(possible, cv2.MORPH_CLOSE, np.ones((bridge, bridge), np.uint8))
     _, labels = cv2.connectedComponents(joined)
-    sure = (clarity > EDGE_SURE) & (possible > 0)
-    sure[:, :first] = sure[:, last:] = False
-    seeds = np.bincount(labels[sure], minlength=int(labels.max()) + 1)
-    seeds[0] = 0
-    if not seeds.any():
-        return np.zeros(clarity.shape, dtype=bool)
-    return np.asarray((possible > 0) & (labels == int(np.argmax(seeds))), dtype=bool)
+    own = possible > 0
+    worth = np.bincount(labels[own], weights=clarity[own], minlength=int(labels.max()) + 1)
+    pieces = [
+        label
+        for label in np.flatnonzero(worth > PIECE_SHARE * worth.max())
+        if (own & (labels == label)).any(axis=1).sum() > PIECE_HEIGHT * clarity.shape[0]
+    ]
+    return np.asarray(own & np.isin(labels, pieces), dtype=bool)
 
 
 def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> float:
