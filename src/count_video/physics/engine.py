@@ -35,11 +35,13 @@ class Anchor(NamedTuple):
 
 
 class Impact(NamedTuple):
-    """What a bounce did, beside the state after it."""
+    """What a bounce did to the velocities, before anybody settles."""
 
     kind: CollisionKind
     heavy_before_m_s: float
     ball_before_m_s: float
+    heavy_after_m_s: float
+    ball_after_m_s: float
     restitution: float
 
 
@@ -65,6 +67,8 @@ def settle(apparatus: Apparatus, state: Anchor) -> Anchor:
     time_s, heavy_m, heavy_velocity, ball_m, ball_velocity, _ = state
     slow = apparatus.resting_speed_m_s
     slight = apparatus.resting_acceleration_m_s2
+    heavy_velocity = apparatus.heavy.settled(heavy_velocity, slow)
+    ball_velocity = apparatus.light.settled(ball_velocity, slow)
     on_wall = ball_m == 0.0 and abs(ball_velocity) <= slow
     leaning = heavy_m == ball_m and abs(heavy_velocity - ball_velocity) <= slow
     if leaning and on_wall:
@@ -76,11 +80,12 @@ def settle(apparatus: Apparatus, state: Anchor) -> Anchor:
     if leaning:
         momentum = apparatus.heavy_kg * heavy_velocity + apparatus.light_kg * ball_velocity
         common = momentum / (apparatus.heavy_kg + apparatus.light_kg)
+        common = apparatus.together.settled(common, slow)
         pull = apparatus.heavy.acceleration(heavy_m, common)
         pull -= apparatus.light.acceleration(ball_m, common)
         hold = Hold.TOGETHER if pull <= slight else Hold.APART
         return Anchor(time_s, heavy_m, common, ball_m, common, hold)
-    return state if state.hold is Hold.APART else state._replace(hold=Hold.APART)
+    return Anchor(time_s, heavy_m, heavy_velocity, ball_m, ball_velocity, Hold.APART)
 
 
 def _hold_at_wall(apparatus: Apparatus) -> Hold:
@@ -136,18 +141,20 @@ def _meet(
     """Bounce if the contact is quick enough, then see who stays together."""
     if contact == "parting":  # found from the pull itself, not to be judged again from roundings
         return arrived._replace(hold=Hold.APART), None
-    time_s, heavy_m, heavy_velocity, ball_m, ball_velocity, _ = arrived
+    _, _, heavy_velocity, _, ball_velocity, _ = arrived
     approach = -ball_velocity if contact == "wall" else ball_velocity - heavy_velocity
     if contact == "none" or approach <= apparatus.resting_speed_m_s:
         return settle(apparatus, arrived), None
     bounce = restitution(contact)
-    impact = Impact(contact, heavy_velocity, ball_velocity, bounce)
     if contact == "wall":
-        ball_velocity *= -bounce
+        heavy_after, ball_after = heavy_velocity, -bounce * ball_velocity
     else:
         # Equal and opposite impulses: (1 + e) times the reduced mass times the approach.
         push = (1.0 + bounce) * approach / (apparatus.heavy_kg + apparatus.light_kg)
-        heavy_velocity += apparatus.light_kg * push
-        ball_velocity -= apparatus.heavy_kg * push
-    after = Anchor(time_s, heavy_m, heavy_velocity, ball_m, ball_velocity, Hold.APART)
+        heavy_after = heavy_velocity + apparatus.light_kg * push
+        ball_after = ball_velocity - apparatus.heavy_kg * push
+    after = Anchor(
+        arrived.time_s, arrived.heavy_m, heavy_after, arrived.ball_m, ball_after, Hold.APART
+    )
+    impact = Impact(contact, heavy_velocity, ball_velocity, heavy_after, ball_after, bounce)
     return settle(apparatus, after), impact

@@ -7,7 +7,8 @@ A *law* answers, for a body that starts at ``position_m`` with ``velocity_m_s``:
 - ``bounds``: numbers that |acceleration| and |jerk| never exceed from then on;
 - ``valid_for_s``: how long the closed form and the bounds hold before the body must be looked at
   again (a sliding body stops; a pendulum is looked at afresh every two periods);
-- ``turning_s``: when the velocity next passes from positive to negative.
+- ``turning_s``: when the velocity next passes from positive to negative;
+- ``settled``: the velocity, or 0 for a body too slow to go on against friction.
 
 Displacements, not positions, are returned: two bodies in contact have gap 0 exactly, and the gap
 of a hop much smaller than a rounding of the positions still comes out with full relative accuracy.
@@ -49,6 +50,9 @@ class Law(Protocol):
 
     def turning_s(self, position_m: float, velocity_m_s: float) -> float:
         """Time until the velocity passes from positive to negative; inf if it never does."""
+
+    def settled(self, velocity_m_s: float, slow_m_s: float) -> float:
+        """Velocity, or 0 where friction stops whatever is no faster than ``slow_m_s``."""
 
     def potential(self, position_m: float) -> float:
         """Potential energy per unit mass, J/kg."""
@@ -105,6 +109,10 @@ class Sliding:
     def turning_s(self, position_m: float, velocity_m_s: float) -> float:
         """Never: friction stops a body but does not turn it round."""
         return math.inf
+
+    def settled(self, velocity_m_s: float, slow_m_s: float) -> float:
+        """Stop at once what friction stops soon; a free body goes on, however slowly."""
+        return 0.0 if self.deceleration_m_s2 and abs(velocity_m_s) <= slow_m_s else velocity_m_s
 
     def potential(self, position_m: float) -> float:
         """None."""
@@ -209,6 +217,10 @@ class Pendulum:
             return math.inf
         angle = math.atan2(velocity_m_s, pull)
         return (angle if angle > 0.0 else angle + 2.0 * math.pi) / self.damped_rad_s
+
+    def settled(self, velocity_m_s: float, slow_m_s: float) -> float:
+        """No friction: as it is."""
+        return velocity_m_s
 
     def potential(self, position_m: float) -> float:
         """½ ω₀² q²."""

@@ -222,15 +222,15 @@ def _turning_s(apparatus: Apparatus, anchor: Anchor, limit_s: float) -> float:
 
 
 def _record(apparatus: Apparatus, anchor: Anchor, impact: Impact) -> SimulatedCollision:
-    time_s, heavy_m, heavy_velocity, ball_m, ball_velocity, _ = anchor
+    heavy_after, ball_after = impact.heavy_after_m_s, impact.ball_after_m_s
     return SimulatedCollision(
-        time_s=time_s,
+        time_s=anchor.time_s,
         kind=impact.kind,
         heavy_before_m_s=impact.heavy_before_m_s,
-        heavy_after_m_s=heavy_velocity,
+        heavy_after_m_s=heavy_after,
         light_before_m_s=impact.ball_before_m_s,
-        light_after_m_s=ball_velocity,
-        energy_after_j=apparatus.energy_j(heavy_m, heavy_velocity, ball_m, ball_velocity),
+        light_after_m_s=ball_after,
+        energy_after_j=apparatus.energy_j(anchor.heavy_m, heavy_after, anchor.ball_m, ball_after),
         restitution=impact.restitution,
     )
 
