@@ -20,7 +20,8 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
     "cli": frozenset({"options", "campaign", "trial", "reports", "physics"}) | _SHARED,
     "options": _SHARED,
     "campaign": frozenset({"trial", "reports", "physics"}) | _SHARED,
-    "trial": frozenset({"reports", "collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
+    "trial": frozenset({"verdict", "collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
+    "verdict": frozenset({"collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
     "reports": _BELOW_A_STAGE,
     "collisions": _BELOW_A_STAGE,
     "tracking": _BELOW_A_STAGE | {"footage"},  # it draws its frames itself, from pilot and stream

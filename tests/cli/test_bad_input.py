@@ -71,11 +71,14 @@ def scenery() -> np.ndarray:
     return np.where(disc, 220, ramp).astype(np.uint8)
 
 
-UNREADABLE = (missing, empty, text, random_bytes, audio_only, cut_in_the_middle)
-WITHOUT_TRIAL = (picture, nothing_moves, only_noise_moves)
+NOTHING_TO_SHOW = (
+    *(missing, empty, text, random_bytes, audio_only),
+    *(picture, nothing_moves, only_noise_moves),
+)
+EVERY_BAD_CLIP = (*NOTHING_TO_SHOW, cut_in_the_middle)
 
 
-@pytest.mark.parametrize("make", UNREADABLE + WITHOUT_TRIAL, ids=lambda make: make.__name__)
+@pytest.mark.parametrize("make", NOTHING_TO_SHOW, ids=lambda make: make.__name__)
 def test_a_bad_clip_is_one_clear_line_and_exit_code_1(
     make: Callable[[Path], None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -88,7 +91,7 @@ def test_a_bad_clip_is_one_clear_line_and_exit_code_1(
     assert out == ""
 
 
-@pytest.mark.parametrize("make", UNREADABLE + WITHOUT_TRIAL, ids=lambda make: make.__name__)
+@pytest.mark.parametrize("make", EVERY_BAD_CLIP, ids=lambda make: make.__name__)
 def test_a_bad_clip_is_one_object_with_its_reason(
     make: Callable[[Path], None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -102,10 +105,26 @@ def test_a_bad_clip_is_one_object_with_its_reason(
     assert answer["collisions"] == []
 
 
+def test_a_cut_clip_says_how_much_of_it_is_missing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clip = tmp_path / "trial.mp4"
+    cut_in_the_middle(clip)
+    assert main(["--json", str(clip)]) == 1
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["frames_promised"] == FRAMES
+    assert 0 < answer["frames_decoded"] < FRAMES
+    assert main([str(clip)]) == 1
+    out, err = capsys.readouterr()
+    assert str(FRAMES) in out
+    assert str(answer["frames_decoded"]) in out
+    assert err.count("\n") == 1
+
+
 def test_bad_clips_leave_their_folder_as_it_was(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for make in UNREADABLE + WITHOUT_TRIAL:
+    for make in EVERY_BAD_CLIP:
         make(tmp_path / f"{make.__name__}.mp4")
     before = {file: file.read_bytes() for file in tmp_path.iterdir()}
     assert main(["--json", str(tmp_path)]) == 1
