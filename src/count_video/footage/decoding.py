@@ -2,67 +2,159 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import math
+from collections import deque
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import chain
+from pathlib import Path
 
 import av
 import av.error
 from av.container import InputContainer
 
+from count_video.errors import FootageError
+from count_video.footage.opening import choose_stream, open_container
+
+GAP_SHARE = 5.0
+"""A step between time stamps so many times the usual one is a gap; phones that film at a variable
+rate stay below 4."""
+STEPS_KEPT = 15
+"""Steps of which the median is the usual one."""
+
 
 @dataclass
-class DecodeTally:
+class Tally:
     """What happened while decoding, counted as it goes."""
 
-    packets: int = 0
-    """Packets with data that the container gave."""
-    hidden: int = 0
-    """Packets that an edit list keeps from display."""
+    pictures: int = 0
+    """Pictures decoded so far."""
     errors: int = 0
-    """Packets that the decoder refused."""
+    """Packets that the decoder refused or that the file's end cuts off."""
+    first_error: int | None = None
+    """How many pictures had come when the first packet was refused."""
     damaged: int = 0
     """Pictures that the decoder gave but calls damaged."""
-    broke_off: bool = False
-    """True when reading failed before the end of the file."""
+    first_damaged: int | None = None
+    """Index of the first damaged picture."""
+    broke_off: str | None = None
+    """Why reading failed before the end of the file; None if it did not."""
+    time_s: float = math.nan
+    """Footage time of the last picture so far; NaN without time stamps."""
+    end_s: float = math.nan
+    """Footage time at which that picture ends."""
+    widest_gap_s: float = 0.0
+    """Longest step between time stamps that is far beyond the usual."""
+    widest_gap_after: int | None = None
+    """Index of the picture before that gap; None if there is none."""
+    exhausted: bool = False
+    """True once the file was decoded to its end."""
+    tick_s: Fraction | None = None
+    """Unit of the time stamps."""
+    _steps: deque[float] = field(default_factory=lambda: deque(maxlen=STEPS_KEPT))
+
+    def refuse(self) -> None:
+        """Count a packet that gave no picture."""
+        self.errors += 1
+        if self.first_error is None:
+            self.first_error = self.pictures
+
+    def add(self, picture: av.VideoFrame) -> None:
+        """Count a picture and look at its time stamp."""
+        if picture.is_corrupt:
+            self.damaged += 1
+            if self.first_damaged is None:
+                self.first_damaged = self.pictures
+        now_s = seconds(picture.pts, self.tick_s)
+        step_s = now_s - self.time_s
+        usual_s = sorted(self._steps)[len(self._steps) // 2] if self._steps else math.inf
+        if step_s > max(GAP_SHARE * usual_s, self.widest_gap_s):
+            self.widest_gap_s, self.widest_gap_after = step_s, self.pictures - 1
+        if step_s > 0:
+            self._steps.append(step_s)
+        self.time_s = now_s
+        self.end_s = now_s + seconds(picture.duration or 0, self.tick_s)
+        self.pictures += 1
+
+
+class Reading:
+    """One pass through a file: the open container, its film, the pictures and their tally."""
+
+    def __init__(self, path: Path) -> None:
+        self.container = open_container(path)
+        try:
+            self.stream = choose_stream(path, self.container)
+        except FootageError:
+            self.container.close()
+            raise
+        # Several pictures are decoded at once, while the caller looks at one.
+        self.stream.thread_type = "AUTO"
+        self.tally = Tally(tick_s=self.stream.time_base)
+        self._rest = decode(self.container, self.stream, self.tally)
+        self._first: av.VideoFrame | None = None
+
+    def first(self) -> av.VideoFrame | None:
+        """Return the first picture, None if there is none, and keep it for the pass."""
+        if self._first is None:
+            self._first = next(self._rest, None)
+        return self._first
+
+    def __iter__(self) -> Iterator[av.VideoFrame]:
+        first, self._first = self._first, None
+        return self._rest if first is None else chain([first], self._rest)
+
+    def close(self) -> None:
+        """Release the file."""
+        self._first = None
+        self._rest.close()
+        self.container.close()
 
 
 def decode(
-    container: InputContainer, stream: av.VideoStream, tally: DecodeTally
-) -> Iterator[av.VideoFrame]:
-    """Yield the pictures of a stream in display order and count what fails."""
+    container: InputContainer, stream: av.VideoStream, tally: Tally
+) -> Generator[av.VideoFrame, None, None]:
+    """Yield the pictures of a stream in the order of display and count what fails."""
     for packet in _packets(container, stream, tally):
         try:
-            pictures = packet.decode()
+            pictures = stream.decode(packet)
         except av.error.FFmpegError:
-            tally.errors += 1
+            tally.refuse()
             continue
         for picture in pictures:
-            tally.damaged += picture.is_corrupt
+            tally.add(picture)
             yield picture
+    tally.exhausted = True
+
+
+def seconds(ticks: int | None, tick_s: Fraction | None) -> float:
+    """Return a time stamp in seconds, rounded once; NaN where there is none."""
+    if ticks is None or tick_s is None:
+        return math.nan
+    return float(ticks * tick_s)
 
 
 def _packets(
-    container: InputContainer, stream: av.VideoStream, tally: DecodeTally
-) -> Iterator[av.Packet[av.VideoStream]]:
-    """Yield packets, the last one empty (it makes the decoder give its last pictures)."""
+    container: InputContainer, stream: av.VideoStream, tally: Tally
+) -> Iterator[av.Packet[av.VideoStream] | None]:
+    """Yield packets and at last None, upon which a decoder gives its last pictures."""
     packets = container.demux(stream)
+    waiting = None
     while True:
         try:
-            packet = next(packets)
-        except StopIteration:
-            return
-        except av.error.FFmpegError:
-            tally.broke_off = True
-            yield av.Packet()
-            return
-        tally.packets += packet.size > 0
-        tally.hidden += packet.is_discard
-        yield packet
-
-
-def footage_time_s(frame: av.VideoFrame) -> float:
-    """Return a picture's time stamp in seconds, rounded once; NaN where it has none."""
-    if frame.pts is None or frame.time_base is None:
-        return float("nan")
-    return float(Fraction(frame.pts) * frame.time_base)
+            packet = next(packets, None)
+        except av.error.FFmpegError as error:
+            tally.broke_off = " ".join((error.strerror or str(error)).split())
+            packet = None
+        if packet is None or packet.size == 0:
+            break
+        if waiting is not None:
+            yield waiting
+        waiting = packet
+    if waiting is not None and waiting.is_corrupt:
+        # The file ends within this packet. A decoder would paint over the missing part, and its
+        # complaint would come when it is asked for its last pictures and take those with it.
+        tally.refuse()
+    elif waiting is not None:
+        yield waiting
+    yield None

@@ -52,9 +52,13 @@ def luma_of(frame: av.VideoFrame) -> Luma:
     # Lines are padded for the decoder's sake: a row of the buffer is wider than the picture.
     if layout.shift == 8:
         # Values in the top bits: every other byte is the picture, and a view is enough.
-        pairs = np.frombuffer(plane, np.uint8).reshape(frame.height, plane.line_size // 2, 2)
+        pairs = np.frombuffer(memoryview(plane), np.uint8).reshape(
+            frame.height, plane.line_size // 2, 2
+        )
         return pairs[:, : frame.width, 1]
-    stored = np.frombuffer(plane, layout.dtype).reshape(frame.height, -1)[:, : frame.width]
+    stored = np.frombuffer(memoryview(plane), layout.dtype).reshape(frame.height, -1)[
+        :, : frame.width
+    ]
     if layout.shift == 0:
         return stored.view(np.uint8)
     eight_bits = np.empty(stored.shape, np.uint8)

@@ -2,29 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
-from itertools import islice
+from collections.abc import Generator, Iterable, Iterator
+from itertools import chain, islice, tee
 from pathlib import Path
 from types import TracebackType
 
+import av
+
 from count_video.errors import FootageError
-from count_video.footage.capture_rate import capture_rate
-from count_video.footage.decoding import DecodeTally, decode, footage_time_s
-from count_video.footage.opening import choose_stream, open_container
-from count_video.footage.pictures import luma_of, quarter_turns, upright
-from count_video.footage.repeats import repeats
+from count_video.footage.capture_rate import capture_rate, check_capture_rate
+from count_video.footage.completeness import Promise, complaints, promise_of
+from count_video.footage.decoding import Reading, seconds
+from count_video.footage.pictures import Luma, luma_of, quarter_turns, upright
+from count_video.footage.pilot import pilot_frames
+from count_video.footage.repeats import LONGEST_RUN, mark_repeats
 from count_video.records import FootageInfo, FootageReport, Frame
+
+__all__ = ["Footage", "open_footage", "pilot_frames"]
+
+REPEATS_WORTH_A_WORD = 3
+"""Fewer copies between real frames are set aside without a word."""
 
 
 class Footage:
-    """A clip that streams; use it as a context manager."""
+    """A clip that streams; a context manager that holds the file open.
 
-    def __init__(self, info: FootageInfo) -> None:
+    One stream of frames at a time: a new call of :meth:`frames` ends the one before.
+    """
+
+    def __init__(self, info: FootageInfo, promise: Promise, reading: Reading) -> None:
         self.info = info
-        self._tally = DecodeTally()
-        self._decoded = 0
-        self._repeated = 0
+        self._promise = promise
+        self._reading = reading
+        self._fresh = True
+        self._stream: Generator[Frame, None, None] | None = None
+        self._repeats = _RepeatCount()
 
     def __enter__(self) -> Footage:
         return self
@@ -38,79 +50,154 @@ class Footage:
         self.close()
 
     def close(self) -> None:
-        """Release the file."""
+        """End the stream of frames, if there is one, and release the file."""
+        if self._stream is not None:
+            self._stream.close()
+        self._reading.close()
 
     def frames(self, start: int = 0, end: int | None = None) -> Iterator[Frame]:
-        """Yield frames ``start`` to ``end`` (exclusive) as they are decoded."""
-        self._tally = tally = DecodeTally()
-        self._decoded = self._repeated = 0
-        previous = None
-        with open_container(self.info.path) as container:
-            stream = choose_stream(self.info.path, container)
-            stream.thread_type = "AUTO"
-            for index, picture in enumerate(islice(decode(container, stream, tally), end)):
-                self._decoded = index + 1
-                if index < start - 1:
-                    continue
-                luma = luma_of(picture)
-                copy = repeats(luma, previous)
-                self._repeated += copy
-                previous = luma
-                if index >= start:
-                    shown = upright(luma, quarter_turns(picture))
-                    yield Frame(index, footage_time_s(picture), shown, copy)
+        """Stream frames ``start`` to ``end`` (exclusive), each as soon as the next is decoded.
+
+        Frames before ``start`` are decoded, so that indices are exact, but not yielded.
+
+        Raises
+        ------
+        FootageError
+            If the size of the picture changes on the way.
+        """
+        if self._stream is not None:
+            self._stream.close()
+        if not self._fresh:
+            self._reading.close()
+            self._reading = Reading(self.info.path)
+        self._fresh = False
+        self._repeats = _RepeatCount()
+        self._stream = self._frames(self._reading, self._repeats, start, end)
+        return self._stream
 
     def report(self) -> FootageReport:
-        """Return what became of the file so far."""
+        """Return what became of the file, as far as it was decoded."""
+        tally = self._reading.tally
+        warnings = [*complaints(self._promise, tally), *self._repeats.complaints(tally.pictures)]
         return FootageReport(
-            self._decoded, self.info.frames_promised, self._repeated, self._tally.errors, ()
+            frames_decoded=tally.pictures,
+            frames_promised=self._promise.frames,
+            frames_repeated=self._repeats.all,
+            decode_errors=tally.errors,
+            warnings=tuple(warnings),
         )
+
+    def _frames(
+        self, reading: Reading, repeats: _RepeatCount, start: int, end: int | None
+    ) -> Generator[Frame, None, None]:
+        turns, tick_s = self.info.rotation_deg // 90, reading.stream.time_base
+        try:
+            now, ahead = tee(self._pictures(islice(reading, end)))
+            copies = mark_repeats(luma for _, luma in ahead)
+            for index, ((picture, luma), copy) in enumerate(zip(now, copies, strict=True)):
+                repeats.add(copy)
+                if index >= start:
+                    time_s = seconds(picture.pts, tick_s)
+                    yield Frame(index, time_s, upright(luma, turns), copy)
+        finally:
+            reading.close()
+
+    def _pictures(self, pictures: Iterable[av.VideoFrame]) -> Iterator[tuple[av.VideoFrame, Luma]]:
+        """Pair pictures with their luma, as long as these keep their size."""
+        first = None
+        for index, picture in enumerate(pictures):
+            luma = luma_of(picture)
+            first = luma.shape if first is None else first
+            if luma.shape != first:
+                raise FootageError(
+                    f"{self.info.path}: the picture size changes at frame {index} from "
+                    f"{first[1]} x {first[0]} to {luma.shape[1]} x {luma.shape[0]} px; "
+                    "cut the clip there and count the parts"
+                )
+            yield picture, luma
+
+
+class _RepeatCount:
+    """Copies among the frames so far."""
+
+    def __init__(self) -> None:
+        self.all = 0
+        self._between = 0
+        self._run = 0
+
+    def add(self, copy: bool) -> None:
+        """Count a frame."""
+        if copy:
+            self.all += 1
+            self._run += 1
+            return
+        self._between, self._run = self._so_far(), 0
+
+    def complaints(self, frames: int) -> Iterator[str]:
+        """Yield a sentence if copies come between real frames."""
+        if self._so_far() >= REPEATS_WORTH_A_WORD:
+            yield (
+                f"{self._so_far()} of {frames} frames repeat the one before them and are set "
+                "aside: the clip was converted to a higher frame rate than it was filmed at"
+            )
+
+    def _so_far(self) -> int:
+        # A long run is a still picture, as it should be while nothing moves.
+        return self._between + (self._run if self._run <= LONGEST_RUN else 0)
 
 
 def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
     """Open a clip and decode its first picture.
 
+    Parameters
+    ----------
+    path
+        The file.
+    capture_fps
+        The camera's frames per second of real time, if the user knows them.
+
     Raises
     ------
     FootageError
-        If the file is no footage.
+        If the file is no footage; the message is one line for the user.
     UsageError
         If ``capture_fps`` is no positive number.
     """
+    check_capture_rate(capture_fps)
     path = Path(path)
-    rate, source = capture_rate(capture_fps, {})
-    with open_container(path) as container:
-        stream = choose_stream(path, container)
-        if capture_fps is None:
-            rate, source = capture_rate(None, container.metadata)
-        first = next(decode(container, stream, DecodeTally()), None)
+    reading = Reading(path)
+    try:
+        first = reading.first()
         if first is None:
-            raise FootageError(f"{path}: no picture can be decoded; the file is damaged")
-        turns = quarter_turns(first)
-        width, height = (
-            (first.width, first.height) if turns % 2 == 0 else (first.height, first.width)
-        )
-        return Footage(
-            FootageInfo(
-                path=path,
-                codec=stream.codec_context.name,
-                pixel_format=first.format.name,
-                width_px=width,
-                height_px=height,
-                rotation_deg=90 * turns,
-                frames_promised=stream.frames or None,
-                container_fps=float(stream.average_rate) if stream.average_rate else None,
-                capture_fps=rate,
-                capture_fps_source=source,
+            raise FootageError(
+                f"{path}: not one picture could be decoded ({reading.tally.errors} packets were "
+                "refused); the file is damaged or cut: copy it again from the camera"
             )
-        )
+        promise = promise_of(path, reading)
+        return Footage(_info(path, reading, first, promise, capture_fps), promise, reading)
+    except BaseException:
+        reading.close()
+        raise
 
 
-def pilot_frames(
-    path: Path, *, budget: int, start: int = 0, end: int | None = None
-) -> list[list[Frame]]:
-    """Return runs of consecutive frames spread over the clip, ``budget`` frames at most."""
-    with open_footage(path) as footage:
-        stop = start + budget if end is None else min(end, start + budget)
-        # The decoder's buffers are given back: these frames outlive the stream.
-        return [[replace(frame, luma=frame.luma.copy()) for frame in footage.frames(start, stop)]]
+def _info(
+    path: Path, reading: Reading, first: av.VideoFrame, promise: Promise, option: float | None
+) -> FootageInfo:
+    turns = quarter_turns(first)
+    sides = (first.width, first.height)
+    width_px, height_px = sides if turns % 2 == 0 else sides[::-1]
+    rate = reading.stream.average_rate
+    tags = chain(reading.container.metadata.items(), reading.stream.metadata.items())
+    capture_fps, source = capture_rate(option, tags)
+    return FootageInfo(
+        path=path,
+        codec=reading.stream.codec_context.name,
+        pixel_format=first.format.name,
+        width_px=width_px,
+        height_px=height_px,
+        rotation_deg=90 * turns,
+        frames_promised=promise.frames,
+        container_fps=float(rate) if rate else None,
+        capture_fps=capture_fps,
+        capture_fps_source=source,
+    )

@@ -23,7 +23,6 @@ from count_video.footage.pictures import luma_layout
 
 Pixels = NDArray[np.uint8]
 
-_QUIET = {"libx265": {"x265-params": "log-level=none"}, "libvpx-vp9": {"deadline": "realtime"}}
 _MP4_LIKE = (".mp4", ".mov", ".m4v")
 _FINEST_TICK = Fraction(1, 90_000)
 """Time base of clips with given time stamps: the customary clock of MPEG, divides 24 to 240 fps."""
@@ -53,6 +52,9 @@ class WriteOptions:
     """Encoder threads; more than one may change the bytes, 0 takes all cores."""
     frame_times_s: Sequence[Fraction | float] | None = None
     """Footage time of every frame for a variable rate, increasing; None for a constant rate."""
+    index_first: bool = True
+    """Put the index of MP4 and MOV before the pictures: then a file that was cut is readable up
+    to the cut. Cameras write it last."""
 
 
 def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | None = None) -> int:
@@ -87,7 +89,7 @@ def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | Non
     try:
         count = _encode(partial, chain([first], pictures), first.shape, options)
         os.replace(partial, path)
-    except (av.error.FFmpegError, OSError, ValueError) as error:
+    except (av.error.FFmpegError, OSError, TypeError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise UsageError(
             f"cannot write {path} ({options.codec}, {options.pixel_format}): {reason}; "
@@ -104,7 +106,7 @@ def _encode(
     """Encode all pictures into ``path`` and return their number."""
     muxer_options = {"fflags": "+bitexact"}
     if path.suffix.lower() in _MP4_LIKE:
-        muxer_options["movflags"] = "use_metadata_tags+faststart"
+        muxer_options["movflags"] = "use_metadata_tags" + "+faststart" * options.index_first
     with av.open(os.path.abspath(path), "w", options=muxer_options) as container:
         container.metadata.update(options.metadata)
         stream = _add_stream(container, shape, options)
@@ -126,7 +128,7 @@ def _add_stream(
     rate = Fraction(options.container_fps).limit_denominator(100_000)
     stream = container.add_stream(options.codec, rate=rate, options=_encoder_options(options))
     if not isinstance(stream, av.VideoStream):
-        raise ValueError(f"{options.codec} is no video codec")
+        raise TypeError(f"{options.codec} is no video codec")
     stream.height, stream.width = shape[:2]
     stream.pix_fmt = _full_range_name(options)
     context = stream.codec_context
@@ -147,11 +149,15 @@ def _full_range_name(options: WriteOptions) -> str:
 
 
 def _encoder_options(options: WriteOptions) -> dict[str, str]:
-    chosen = {"flags": "+bitexact", **_QUIET.get(options.codec, {})}
+    chosen = {"flags": "+bitexact"}
     if options.codec in ("libx264", "libx265"):
         chosen |= {"crf": str(options.crf), "preset": options.preset}
+    if options.codec == "libx265":
+        chosen["x265-params"] = "log-level=none"  # it writes to stderr past FFmpeg's log
     elif options.codec.startswith("libvpx"):
-        chosen |= {"crf": str(options.crf), "b": "0", "cpu-used": "8"}
+        # VP8 and VP9 count from 4 to 63.
+        quality = str(max(4, round(options.crf * 63 / 51)))
+        chosen |= {"crf": quality, "b": "0", "deadline": "realtime", "cpu-used": "8"}
     elif options.codec == "mjpeg":
         # JPEG's quantiser runs from 2 (best) to 31; spread the 0 to 51 of crf over it.
         scale = str(max(2, round(options.crf * 31 / 51)))
@@ -178,8 +184,8 @@ def _video_frame(picture: Pixels, pixel_format: str) -> av.VideoFrame:
     height, width = picture.shape
     frame = av.VideoFrame(width, height, pixel_format)
     for plane, neutral in zip(frame.planes, chain([0], repeat(128)), strict=False):
-        values = np.frombuffer(plane, layout.dtype).reshape(plane.height, -1)
+        values = np.frombuffer(memoryview(plane), layout.dtype).reshape(plane.height, -1)
         values[...] = neutral << layout.shift
-    luma = np.frombuffer(frame.planes[0], layout.dtype).reshape(height, -1)
+    luma = np.frombuffer(memoryview(frame.planes[0]), layout.dtype).reshape(height, -1)
     np.left_shift(picture, layout.shift, out=luma[:, :width], dtype=layout.dtype)
     return frame

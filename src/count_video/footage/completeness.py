@@ -1,0 +1,131 @@
+"""Is all there that the file promises? What is missing is said, with numbers."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import av
+import av.error
+
+from count_video.footage.decoding import Reading, Tally
+from count_video.footage.opening import choose_stream, open_container
+
+_SOUND_S = 1.0
+"""Sound may go on for so long after the last picture of a whole file."""
+_FRAMES_SHORT = 2.5
+"""By so many frames a rounded duration may exceed the end of the last one."""
+_STATES_DURATION = frozenset({"matroska,webm"})
+"""Containers without a count of frames whose duration was written when the file was closed; what
+others are said to last is estimated from what is left of them."""
+_CLOCK = re.compile(r"(\d+):(\d+):(\d+(?:\.\d+)?)")
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What a container says of the length of its film."""
+
+    frames: int | None
+    """Frames, by its own count or by its packets; None if it holds neither."""
+    end_s: float
+    """Footage time at which the film should end; NaN if it does not say or counts its frames."""
+    tolerance_s: float
+    """By so much a whole film may end earlier."""
+
+
+def promise_of(path: Path, reading: Reading) -> Promise:
+    """Ask a container how many frames there should be, and when the last of them should end.
+
+    MP4, MOV and AVI count their frames. Matroska and WebM do not: there the packets are counted,
+    which tells of packets that give no picture, and a cut shows in the duration.
+    """
+    counted = _frames_counted(reading)
+    if counted:
+        return Promise(counted, math.nan, 0.0)
+    end_s, tolerance_s = _stated_end_s(reading)
+    return Promise(_packets_shown(path) or None, end_s, tolerance_s)
+
+
+def complaints(promise: Promise, tally: Tally) -> Iterator[str]:
+    """Yield a sentence with numbers for everything that is missing or damaged."""
+    if tally.errors:
+        yield (
+            f"{_count(tally.errors, 'packet')} could not be decoded (the first after "
+            f"{_count(tally.first_error or 0, 'frame')}): pictures are missing there"
+        )
+    if tally.damaged:
+        yield (
+            f"{_count(tally.damaged, 'frame')} decoded with damage (the first is frame "
+            f"{tally.first_damaged}): positions there may be wrong"
+        )
+    if tally.broke_off:
+        yield f"reading broke off after {_count(tally.pictures, 'frame')}: {tally.broke_off}"
+    if not tally.exhausted:
+        return
+    if promise.frames is not None and promise.frames != tally.pictures:
+        yield (
+            f"the container promises {_count(promise.frames, 'frame')}, {tally.pictures} could be "
+            "decoded: the file may be cut or damaged; copy it again from the camera"
+        )
+    if promise.end_s - tally.end_s > promise.tolerance_s:
+        yield (
+            f"the container promises {promise.end_s:.2f} s of film, the last frame decoded "
+            f"(number {tally.pictures}) ends at {tally.end_s:.2f} s: the file may be cut; copy it "
+            "again from the camera"
+        )
+    if tally.widest_gap_after is not None:
+        yield (
+            f"the time stamps jump by {tally.widest_gap_s:.3f} s after frame "
+            f"{tally.widest_gap_after}: pictures may be missing there"
+        )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def _frames_counted(reading: Reading) -> int:
+    """Return the container's own count of the frames that it shows, 0 if it has none."""
+    stream = reading.stream
+    if stream.frames and reading.container.format.name.startswith("mov"):
+        # An edit list hides frames: some are taken from the index, some are marked in it.
+        return sum(not entry.is_discard for entry in stream.index_entries)
+    return stream.frames
+
+
+def _stated_end_s(reading: Reading) -> tuple[float, float]:
+    """Return when the film should end and by how much that may be off, in seconds."""
+    container, stream = reading.container, reading.stream
+    frame_s = 1 / float(stream.average_rate) if stream.average_rate else _SOUND_S
+    tolerance_s = _FRAMES_SHORT * frame_s
+    if container.format.name not in _STATES_DURATION:
+        return math.nan, tolerance_s
+    if clock := _CLOCK.match(stream.metadata.get("DURATION", "")):
+        hours, minutes, seconds = clock.groups()
+        return 3600 * int(hours) + 60 * int(minutes) + float(seconds), tolerance_s
+    if container.duration is None:
+        return math.nan, tolerance_s
+    shared = len(container.streams) > 1
+    return container.duration / av.time_base, max(tolerance_s, _SOUND_S if shared else 0.0)
+
+
+def _packets_shown(path: Path) -> int:
+    """Count the packets that should give a picture."""
+    with open_container(path) as container:
+        stream = choose_stream(path, container)
+        number = 0
+        try:
+            for packet in container.demux(stream):
+                number += packet.size > 0 and not packet.is_discard and not _is_hidden(packet)
+        except av.error.FFmpegError:
+            pass  # reading to the end meets the same error, and reports it
+    return number
+
+
+def _is_hidden(packet: av.Packet[av.VideoStream]) -> bool:
+    """Tell whether a packet holds a picture for the decoder's eyes only, as VP8 knows them."""
+    # RFC 6386, section 9.1: bit 4 of a frame's first byte says whether it is shown.
+    return packet.stream.codec_context.name == "vp8" and not bytes(packet)[0] >> 4 & 1
