@@ -34,15 +34,16 @@ class Sensor:
         ``read_noise ** 2 + shot_noise * brightness`` in grey levels.
         """
         seen = as_pixels(cv2.multiply(light, self.shading, scale=float(self.gain[frame])))
+        grain = np.zeros_like(seen)
         if self.read_noise or self.shot_noise:
             variance = as_pixels(cv2.cvtColor(seen, cv2.COLOR_RGB2GRAY))
             variance *= np.float32(self.shot_noise)
             variance += np.float32(self.read_noise**2)
             noise = self.rng.standard_normal(variance.shape, dtype=np.float32)
             noise *= np.sqrt(variance)
-            seen += cv2.merge([noise, noise, noise])
-        np.clip(seen, 0, 255, out=seen)
-        return np.asarray(cv2.convertScaleAbs(seen), dtype=np.uint8)  # rounds to the nearest
+            grain = as_pixels(cv2.merge([noise, noise, noise]))
+        # Added in float, then rounded to the nearest and held to 0 to 255, all in one pass.
+        return np.asarray(cv2.add(seen, grain, dtype=cv2.CV_8U), dtype=np.uint8)
 
 
 def sensor_for(

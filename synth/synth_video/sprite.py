@@ -62,7 +62,7 @@ class Sprite:
             x_whole, x_phase = divmod(left + int(j), n)
             y, x = y_whole - y_first, x_whole - x_first
             part = mean[y : y + height, x : x + width]
-            part += self._phase(y_phase, x_phase) * np.float32(weights[i, j])
+            cv2.scaleAdd(self._phase(y_phase, x_phase), float(weights[i, j]), part, dst=part)
         return Placed(x_first, y_first, mean)
 
     def _phase(self, y_phase: int, x_phase: int) -> Pixels:

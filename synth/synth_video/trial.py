@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.errors import UsageError
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.physics.simulator import Motion, simulate
 from synth_video.camera import sensor_for
@@ -39,7 +40,11 @@ def render_trial(scene: Scene, seed: int, clip_path: Path) -> Truth:
     truth = truth_of(scene, seed, motion, schedule, projection)
     pictures = render_frames(scene, seed, motion, schedule, projection)
     write_clip(clip_path, pictures, _write_options(scene.encoding))
-    write_truth(truth, truth_path(clip_path))
+    try:
+        write_truth(truth, truth_path(clip_path))
+    except UsageError:
+        clip_path.unlink()  # a clip without its truth, or with an older one, would mislead
+        raise
     return truth
 
 

@@ -1,0 +1,82 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from synth_video.cli import main
+from synth_video.scene_file import load_scene, scene_names
+
+SMALL = ["--set", "camera.width_px=160", "--set", "camera.height_px=64", "--set", "clip.frames=4"]
+
+
+def test_the_command_writes_a_clip_and_its_truth(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clip = tmp_path / "trial.mp4"
+    wish = [str(clip), "--scene", "gap5-29", "--seed", "7", "--set", "camera.capture_fps=1500"]
+    assert main([*wish, *SMALL]) == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["trial.mp4", "trial.truth.json"]
+    truth = json.loads((tmp_path / "trial.truth.json").read_text(encoding="utf-8"))
+    assert (truth["seed"], truth["capture_fps"]) == (7, 1500.0)
+    told = capsys.readouterr()
+    assert f"4 frames, {truth['count']} collisions" in told.out
+    assert not told.err
+
+
+def test_the_list_names_every_scene_with_its_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == scene_names()
+    for name, line in zip(scene_names(), lines, strict=True):
+        assert line.endswith(load_scene(name).purpose)
+
+
+def test_help_explains_every_option(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == 0
+    told = capsys.readouterr().out
+    assert all(option in told for option in ("--scene", "--seed", "--set", "--list", "clip"))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["--scene", "moon"],
+        ["--seed", "-1"],
+        ["--seed", "many"],
+        ["--set", "camera.tilt_deg=20"],
+        ["--set", "camera.tilt_deg"],
+        ["--set", "encoding.codec=nonsense"],
+        ["--set", "view.width_m=0.001"],
+        ["--frobnicate"],
+    ],
+)
+def test_a_wrong_request_ends_with_two_and_leaves_no_file(
+    arguments: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clip = [str(tmp_path / "clip.mp4")] if arguments else []
+    assert main([*clip, *arguments]) == 2
+    told = capsys.readouterr()
+    assert told.err
+    assert "Traceback" not in told.err
+    assert not told.out
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("setting", ["camera.tilt=20", "encoding.codec=nonsense"])
+def test_a_refused_setting_is_told_in_one_line(
+    setting: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(tmp_path / "clip.mp4"), *SMALL, "--set", setting]) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert told.startswith("synth-video: ")
+
+
+def test_a_folder_that_is_not_there_is_told_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(tmp_path / "none" / "clip.mp4"), *SMALL]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
