@@ -19,8 +19,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Floats
-
 Picture = NDArray[np.uint8]
 Pixels = NDArray[np.float32]
 
@@ -28,15 +26,20 @@ SMOOTHING_PX = 0.8
 REACH_PX = 4
 """Half width of the smoothing kernel: five standard deviations."""
 ROUNDS = 8
-CONVERGED_PX = 0.01
-"""A Gauss-Newton step this small ends the iteration: its square is far below the noise."""
+CONVERGED_PX = 0.05
+"""A Gauss-Newton step this small ends the iteration: what is left is of the order of its square
+times the bend of an edge over its slope, a few thousandths of a px."""
 STEP_AT_MOST_PX = 2.0
+STEP_LIMITS_PX = (-STEP_AT_MOST_PX, STEP_AT_MOST_PX)
 BIWEIGHT = 5.0
 """Residuals beyond this many robust standard deviations have no say."""
-QUANTISATION = 0.29
-"""Standard deviation of rounding to whole grey levels, 1/sqrt(12)."""
-INFORMATIVE_PIXELS = 3000
+SPREAD_STRIDE = 4
+"""The robust standard deviation is taken over every fourth pixel: it need not be finer."""
+INFORMATIVE_PIXELS = 2000
 """More pixels than this cost time and add little: the best are taken."""
+PIXELS_AT_LEAST = 30
+GAIN_AT_LEAST = 0.2
+"""A body whose contrast fades below this share of the sprite's is not there."""
 
 
 @dataclass(frozen=True)
@@ -45,19 +48,30 @@ class Sprite:
 
     appearance: Pixels
     """Mean smoothed luma, shape (height, width)."""
-    slope_x: Pixels
-    slope_y: Pixels
-    """Derivatives of ``appearance`` by x and y, in grey levels per px."""
     weight: Pixels
     """Inverse variance of each pixel in 1 / grey level squared; 0 where it is not the body."""
-    chosen: NDArray[np.intp]
-    """Flat indices of the pixels that take part in the registration."""
+    model: Model
+    """The linearised sprite, at the pixels that take part in the registration."""
 
     @property
     def shape(self) -> tuple[int, int]:
         """Height and width in px."""
         height, width = self.appearance.shape
         return height, width
+
+
+@dataclass(frozen=True)
+class Model:
+    """Brightness of n chosen pixels, linear in shift x, shift y, gain and offset."""
+
+    chosen: NDArray[np.intp]
+    """Flat indices of the pixels within the sprite, shape (n,)."""
+    design: Pixels
+    """Shape (n, 4): minus the slopes by x and y, the centred appearance, ones."""
+    weight: Pixels
+    """Shape (n,)."""
+    solver: Pixels
+    """Weighted least squares solution for all weights as given, shape (4, n)."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +84,8 @@ class Fit:
     sigma_x_px: float
     """Standard uncertainty of ``x_px``."""
     agreement: float
-    """Correlation of the picture with the sprite at its place, -1 to 1."""
+    """Correlation of the picture with the sprite at its place, -1 to 1, over the pixels that
+    were not taken for something in front of the body or behind it."""
     inside: float
     """Share of the sprite's pixels that lie within the picture."""
 
@@ -83,13 +98,27 @@ def make_sprite(appearance: Pixels, weight: Pixels) -> Sprite:
     if len(usable) > INFORMATIVE_PIXELS:
         best = np.argpartition(-worth.ravel()[usable], INFORMATIVE_PIXELS)[:INFORMATIVE_PIXELS]
         usable = np.sort(usable[best])
+    flat = appearance.ravel()[usable]
+    columns = [
+        -slope_x.ravel()[usable],
+        -slope_y.ravel()[usable],
+        flat - flat.mean(),  # centred, so that gain and offset do not mix
+        np.ones_like(flat),
+    ]
+    design = np.stack(columns, axis=1).astype(np.float32)
+    chosen_weight = weight.ravel()[usable].astype(np.float32)
     return Sprite(
         appearance=appearance.astype(np.float32),
-        slope_x=slope_x.astype(np.float32),
-        slope_y=slope_y.astype(np.float32),
         weight=weight.astype(np.float32),
-        chosen=usable,
+        model=Model(usable, design, chosen_weight, _solver(design, chosen_weight)),
     )
+
+
+def _solver(design: Pixels, weight: Pixels) -> Pixels:
+    """Pseudo-inverse of the weighted design; a body without slopes gets the least-norm one."""
+    weighted = (design * weight[:, None]).astype(np.float64)
+    normal = np.linalg.pinv(design.T.astype(np.float64) @ weighted, hermitian=True)
+    return np.asarray(normal @ weighted.T, dtype=np.float32)
 
 
 def look(picture: Picture, x_px: float, y_px: float, shape: tuple[int, int]) -> Pixels:
@@ -132,88 +161,71 @@ def register(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> Fi
 
     Returns None where the equations have no solution or the iteration runs away.
     """
-    chosen, inside = _within(picture, sprite, guess)
-    if len(chosen) < 30:
+    model, inside = _within(picture, sprite, guess)
+    if len(model.chosen) < PIXELS_AT_LEAST:
         return None
-    design, weight = _design(sprite, chosen)
     x, y = guess
     for _ in range(ROUNDS):
-        seen = look(picture, x, y, sprite.shape).ravel()[chosen]
-        solution = _solve(design, weight, seen)
-        if solution is None:
+        seen = look(picture, x, y, sprite.shape).ravel()[model.chosen]
+        step = _step(model, seen)
+        if step is None:
             return None
-        step_x, step_y = solution.step_px
-        x, y = x + step_x, y + step_y
+        x, y = x + step.x_px, y + step.y_px
         if max(abs(x - guess[0]), abs(y - guess[1])) > 4 * STEP_AT_MOST_PX:
             return None
-        if max(abs(step_x), abs(step_y)) < CONVERGED_PX:
+        if max(abs(step.x_px), abs(step.y_px)) < CONVERGED_PX:
             break
-    agreement = _correlation(seen, sprite.appearance.ravel()[chosen], weight)
-    return Fit(x, y, solution.sigma_x_px, agreement, inside)
+    agreement = _correlation(seen, model.design[:, 2], step.weight)
+    return Fit(x, y, step.sigma_x_px, agreement, inside)
 
 
-def _within(
-    picture: Picture, sprite: Sprite, guess: tuple[float, float]
-) -> tuple[NDArray[np.intp], float]:
-    """Those chosen pixels that lie within the picture, and their share."""
+def _within(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> tuple[Model, float]:
+    """Model of those pixels that lie within the picture, and their share."""
     height, width = sprite.shape
     rows, columns = picture.shape
     left, top = round(guess[0]), round(guess[1])
+    model = sprite.model
     if left >= 0 and top >= 0 and left + width <= columns and top + height <= rows:
-        return sprite.chosen, 1.0
-    y, x = np.divmod(sprite.chosen, width)
+        return model, 1.0
+    y, x = np.divmod(model.chosen, width)
     good = (x + left >= 1) & (x + left < columns - 1) & (y + top >= 1) & (y + top < rows - 1)
-    return sprite.chosen[good], float(good.mean()) if len(good) else 0.0
-
-
-def _design(sprite: Sprite, chosen: NDArray[np.intp]) -> tuple[Pixels, Pixels]:
-    """Columns of the linear model: shift in x, shift in y, gain, offset."""
-    flat = sprite.appearance.ravel()[chosen]
-    columns = [
-        -sprite.slope_x.ravel()[chosen],
-        -sprite.slope_y.ravel()[chosen],
-        flat,
-        np.ones_like(flat),
-    ]
-    return np.stack(columns, axis=1), sprite.weight.ravel()[chosen]
+    design, weight = model.design[good], model.weight[good]
+    part = Model(model.chosen[good], design, weight, _solver(design, weight))
+    return part, float(good.mean()) if len(good) else 0.0
 
 
 @dataclass(frozen=True)
-class _Solution:
-    step_px: tuple[float, float]
+class _Step:
+    x_px: float
+    y_px: float
     sigma_x_px: float
+    weight: Pixels
+    """Weights of the pixels, those that disagree taken down."""
 
 
-def _solve(design: Pixels, weight: Pixels, seen: Pixels) -> _Solution | None:
-    """One weighted least squares step; None if it is singular or the sprite fades away."""
-    start = _weighted(design, weight, seen)
-    if start is None:
-        return None
-    scaled = (seen - design @ start[0]) * np.sqrt(weight)
-    spread = 1.4826 * float(np.median(np.abs(scaled))) + 1e-6
-    robust = weight * np.clip(1 - (scaled / (BIWEIGHT * spread)) ** 2, 0, None) ** 2
-    final = _weighted(design, robust, seen)
-    if final is None or final[0][2] < 0.2:
-        return None
-    coefficients, covariance = final
-    gain = float(coefficients[2])
-    step = np.clip(coefficients[:2] / gain, -STEP_AT_MOST_PX, STEP_AT_MOST_PX)
-    variance = float(covariance[0, 0]) * spread**2 * CORRELATION_FACTOR
-    return _Solution((float(step[0]), float(step[1])), float(np.sqrt(variance)) / gain)
-
-
-def _weighted(design: Pixels, weight: Pixels, seen: Pixels) -> tuple[Floats, Floats] | None:
-    """Coefficients and their covariance (for unit variance of the weighted residuals)."""
-    weighted = design * weight[:, None]
-    normal = (design.T @ weighted).astype(np.float64)
-    scale = np.sqrt(np.diag(normal))
-    if not np.all(scale > 0):
-        return None
+def _step(model: Model, seen: Pixels) -> _Step | None:
+    """One robust least squares step; None if it is singular or the sprite fades away."""
+    left_over = seen - model.design @ (model.solver @ seen)
+    scaled = left_over * np.sqrt(model.weight)
+    spread = 1.4826 * float(np.median(np.abs(scaled[::SPREAD_STRIDE]))) + 1e-6
+    ratio = scaled * (1 / (BIWEIGHT * spread))
+    keep = np.maximum(1 - ratio * ratio, 0)
+    weight = model.weight * keep * keep
+    weighted = model.design * weight[:, None]
+    normal = (model.design.T @ weighted).astype(np.float64)
+    wanted = np.zeros((4, 2))
+    wanted[:, 0] = weighted.T @ seen
+    wanted[0, 1] = 1.0  # the second solution is the first column of the covariance
     try:
-        inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
+        solution = np.linalg.solve(normal, wanted)
     except np.linalg.LinAlgError:
         return None
-    return inverse @ (weighted.T @ seen).astype(np.float64), inverse
+    gain = float(solution[2, 0])
+    if not gain > GAIN_AT_LEAST:
+        return None
+    x, y = (float(value) for value in np.clip(solution[:2, 0] / gain, *STEP_LIMITS_PX))
+    variance = max(float(solution[0, 1]), 0.0) * spread**2 * CORRELATION_FACTOR
+    return _Step(x, y, float(np.sqrt(variance)) / gain, weight)
 
 
 def _correlation(seen: Pixels, expected: Pixels, weight: Pixels) -> float:

@@ -43,6 +43,7 @@ BEYOND_OUTLINE_PX = 2
 NOISE_FLOOR = 1.0
 """Variance in grey levels squared that every pixel has at least (rounding, compression)."""
 ROUNDS = 2
+FRAMES_OF_A_RUN = 4
 MAPPED_FRAMES = 60
 
 
@@ -122,6 +123,7 @@ def _find_everywhere(
 ) -> dict[int, tuple[float, float, float]]:
     """Places (x, y, agreement) of the sprite, by frame index, wherever it agrees."""
     frame, (x, y) = known
+    runs = [_thinned(run, frame) for run in runs]
     slope = float(np.tan(np.radians(tilt_deg)))
     found: dict[int, tuple[float, float, float]] = {}
     for run in runs:
@@ -142,6 +144,12 @@ def _find_everywhere(
             guess = (fit.x_px, fit.y_px)
             found[seen.index] = (fit.x_px, fit.y_px, fit.agreement)
     return found
+
+
+def _thinned(run: Sequence[Frame], keep: int) -> list[Frame]:
+    """Some frames of a run, spread over it: neighbours show almost the same."""
+    step = max(1, round((len(run) - 1) / (FRAMES_OF_A_RUN - 1)))
+    return [seen for place, seen in enumerate(run) if place % step == 0 or seen.index == keep]
 
 
 def _average(
