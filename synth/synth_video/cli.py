@@ -11,6 +11,7 @@ from count_video.errors import CountVideoError
 from synth_video.scene_file import load_scene, scene_names
 from synth_video.trial import render_trial
 from synth_video.truth import Truth, truth_path
+from synth_video.variation import varied
 
 EXIT_DONE, EXIT_USAGE, EXIT_INTERRUPTED = 0, 2, 130
 
@@ -30,6 +31,8 @@ def main(argv: Sequence[str]) -> int:
         if options.clip is None:
             _parser().error("name the clip to write, or ask for --list")
         scene = load_scene(options.scene, options.set)
+        if options.vary:
+            scene = varied(scene, options.seed)
         truth = render_trial(scene, options.seed, options.clip)
     except SystemExit as leaving:  # how argparse ends --help and a wrong usage
         return int(leaving.code or 0)
@@ -62,6 +65,11 @@ def _parser() -> argparse.ArgumentParser:
         default=[],
         metavar="SECTION.KEY=VALUE",
         help="change a setting of the scene, e.g. camera.capture_fps=2000; may be repeated",
+    )
+    parser.add_argument(
+        "--vary",
+        action="store_true",
+        help="let the seed draw masses, gaps, restitution, wall side and capture rate as well",
     )
     parser.add_argument("--list", action="store_true", help="list the scenes and what they are for")
     return parser

@@ -36,7 +36,9 @@ def test_the_list_names_every_scene_with_its_sentence(capsys: pytest.CaptureFixt
 def test_help_explains_every_option(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--help"]) == 0
     told = capsys.readouterr().out
-    assert all(option in told for option in ("--scene", "--seed", "--set", "--list", "clip"))
+    assert all(
+        option in told for option in ("--scene", "--seed", "--set", "--vary", "--list", "clip")
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,75 @@
+"""Random set-ups for a scene, so that many clips of it are as many different trials."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from count_video.errors import UsageError
+from count_video.physics.setup import Setup
+from count_video.physics.simulator import Motion, simulate
+from count_video.records import WallSide
+from synth_video.scene import Scene
+
+FEWEST_COLLISIONS, MOST_COLLISIONS = 3, 45
+HIGHEST_RATIO = 250.0
+SHORTEST_INTERVAL_FRAMES = (2.7, 6.0)
+"""The capture rate is drawn so that the shortest interval of the burst takes this many frames."""
+LOWEST_RATE = 120.0
+"""Frames per second: slower is no slow motion."""
+LONGEST_BURST_FRAMES = 1500.0
+_TRIES = 1000
+
+
+def varied(scene: Scene, seed: int) -> Scene:
+    """Draw the set-up, the wall's side and the capture rate of a scene at random.
+
+    Mass ratio from 1 to 250, counts from 3 to 45, restitution 1 in half of the draws and 0.9 to 1
+    in the others. The rate suits the burst: all its collisions can be told apart. A trial that
+    would take too many frames at such a rate is drawn again.
+
+    Raises
+    ------
+    UsageError
+        If the scene's bodies allow no such trial.
+    """
+    rng = np.random.default_rng(seed)
+    for _ in range(_TRIES):
+        setup = _drawn_setup(scene.setup, rng)
+        motion = simulate(setup, seed=seed)
+        interval_frames = rng.uniform(*SHORTEST_INTERVAL_FRAMES)
+        side: WallSide = "left" if rng.random() < 0.5 else "right"
+        if not FEWEST_COLLISIONS <= motion.count <= MOST_COLLISIONS:
+            continue
+        rate = max(LOWEST_RATE, round(interval_frames / _shortest_interval_s(motion), 2))
+        if (motion.burst[-1].time_s - motion.burst[0].time_s) * rate <= LONGEST_BURST_FRAMES:
+            return replace(
+                scene,
+                setup=setup,
+                camera=replace(scene.camera, capture_fps=rate),
+                wall=replace(scene.wall, side=side),
+            )
+    raise UsageError(f"no trial found for scene {scene.name} in {_TRIES} draws; check its set-up")
+
+
+def _drawn_setup(setup: Setup, rng: np.random.Generator) -> Setup:
+    """Masses, gaps, release and restitution at random, all else as it is."""
+    ratio = float(np.exp(rng.uniform(0.0, np.log(HIGHEST_RATIO))))
+    perfect = rng.random() < 0.5
+    bodies, wall = (1.0 if perfect else float(rng.uniform(0.9, 1.0)) for _ in range(2))
+    return replace(
+        setup,
+        heavy_mass_kg=ratio * setup.light_mass_kg,
+        wall_gap_m=float(rng.uniform(0.01, 0.07)),
+        bodies_gap_m=float(rng.uniform(0.0, 0.005)),
+        release_m=float(rng.uniform(0.05, 0.09)),
+        restitution_bodies=bodies,
+        restitution_wall=wall,
+    )
+
+
+def _shortest_interval_s(motion: Motion) -> float:
+    """Shortest time between two collisions of the burst."""
+    return min(b.time_s - a.time_s for a, b in pairwise(motion.burst))
