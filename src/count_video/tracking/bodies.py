@@ -35,6 +35,10 @@ BODY_BEYOND_FEATURES = 0.9
 ALONE_BEYOND_FEATURES = 0.45
 """A body's outline is not further from its features than this share of its height; the second
 where the neighbour's place in the same picture is not known."""
+OVERLAP_SHARE = 0.25
+"""Outlines may overlap by this share of the left one's width: bodies are round, views oblique."""
+ORDERED_SHARE = 0.75
+"""Share of the common sightings in which the order must hold; the others were mistaken."""
 MIRROR_SHARE = 0.05
 """Places whose sum varies by less than this share of their difference are mirror images."""
 
@@ -136,15 +140,17 @@ def _box(patch: Patch, rows: tuple[float, float], toward: int) -> Box:
 
 
 def _side_by_side(left: Body, right: Body) -> bool:
-    """Check the order in every frame with both, and that one is no mirror image of the other."""
+    """Check the order where both were seen, and that one is no mirror image of the other."""
     both = sorted(set(left.sightings) & set(right.sightings))
     if len(both) < 4:
         return False
     a = np.array([left.sightings[index][0] for index in both]) + left.right_edge_px
     b = np.array([right.sightings[index][0] for index in both]) + right.left_edge_px
-    overlap = 0.25 * (left.right_edge_px - left.left_edge_px)
-    if np.mean(b - a > -overlap) < 0.95:
+    overlap = OVERLAP_SHARE * (left.right_edge_px - left.left_edge_px)
+    ordered = b - a > -overlap
+    if np.mean(ordered) < ORDERED_SHARE:
         return False
+    a, b = a[ordered], b[ordered]
     return float(np.std(a + b)) > MIRROR_SHARE * float(np.std(b - a))
 
 
@@ -157,4 +163,10 @@ def _flip(luma: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _features_transposed(run: MovingFeatures) -> MovingFeatures:
-    return MovingFeatures(run.frame, run.y_px, run.x_px, run.speed_y_px_frame, run.speed_x_px_frame)
+    return replace(
+        run,
+        x_px=run.y_px,
+        y_px=run.x_px,
+        speed_x_px_frame=run.speed_y_px_frame,
+        speed_y_px_frame=run.speed_x_px_frame,
+    )

@@ -44,7 +44,11 @@ NOISE_FLOOR = 1.0
 """Variance in grey levels squared that every pixel has at least (rounding, compression)."""
 ROUNDS = 2
 FRAMES_OF_A_RUN = 4
-MAPPED_FRAMES = 60
+PLACE_BIN_PX = 3.0
+FRAMES_OF_A_PLACE = 2
+"""So many frames with the body within one bin take part in the mean."""
+AGREEMENT_SHARE = 0.9
+"""Sightings that agree less than this share of the median are dropped in the end."""
 
 
 @dataclass(frozen=True)
@@ -103,15 +107,16 @@ def learn(runs: Sequence[Sequence[Frame]], seed: Seed, tilt_deg: float) -> Body 
         sprite, moved = outline.sprite, outline.moved
         start = (places[frame][0] + moved[0], places[frame][1] + moved[1])
     places = _find_everywhere(runs, sprite, (frame, start), tilt_deg)
-    agreements = [place[2] for place in places.values()]
     if outline is None or len(places) < 4:
         return None
+    typical = float(np.median([place[2] for place in places.values()]))
+    places = {i: place for i, place in places.items() if place[2] > AGREEMENT_SHARE * typical}
     return Body(
         sprite=sprite,
         left_edge_px=outline.left_px,
         right_edge_px=outline.right_px,
         sightings={index: place[:2] for index, place in places.items()},
-        typical_agreement=float(np.median(agreements)),
+        typical_agreement=typical,
     )
 
 
@@ -152,6 +157,18 @@ def _thinned(run: Sequence[Frame], keep: int) -> list[Frame]:
     return [seen for place, seen in enumerate(run) if place % step == 0 or seen.index == keep]
 
 
+def _spread(places: dict[int, tuple[float, float, float]]) -> list[int]:
+    """Choose frames whose places are spread evenly: a body that rests would smear nothing."""
+    chosen: list[int] = []
+    taken: dict[int, int] = {}
+    for index in sorted(places, key=lambda index: -places[index][2]):
+        bin_ = round(places[index][0] / PLACE_BIN_PX)
+        if taken.get(bin_, 0) < FRAMES_OF_A_PLACE:
+            taken[bin_] = taken.get(bin_, 0) + 1
+            chosen.append(index)
+    return chosen
+
+
 def _average(
     pictures: dict[int, NDArray[np.uint8]],
     places: dict[int, tuple[float, float, float]],
@@ -159,8 +176,7 @@ def _average(
     margin: int,
 ) -> _Mean:
     """Mean and variances of the surroundings of the sprite, over places spread evenly."""
-    order = sorted(places, key=lambda index: places[index][0])
-    used = order[:: max(1, len(order) // MAPPED_FRAMES)]
+    used = _spread(places)
     size = (shape[0], shape[1] + 2 * margin)
     corners = [(places[index][0] - margin, places[index][1]) for index in used]
     pieces = np.array(
