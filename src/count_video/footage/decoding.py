@@ -81,15 +81,15 @@ class Tally:
 class Reading:
     """One pass through a file: the open container, its film, the pictures and their tally."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, threads: bool = True) -> None:
         self.container = open_container(path)
         try:
             self.stream = choose_stream(path, self.container)
         except FootageError:
             self.container.close()
             raise
-        # Several pictures are decoded at once, while the caller looks at one.
-        self.stream.thread_type = "AUTO"
+        # With threads several pictures are decoded at once, while the caller looks at one.
+        self.stream.thread_type = "AUTO" if threads else "NONE"
         self.tally = Tally(tick_s=self.stream.time_base)
         self._rest = decode(self.container, self.stream, self.tally)
         self._first: av.VideoFrame | None = None

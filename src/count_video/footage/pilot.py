@@ -6,10 +6,12 @@ frames are, and the time stamps, put in order, tell which index a decoded pictur
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
-from fractions import Fraction
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 
 import av
@@ -24,6 +26,8 @@ from count_video.records import Frame
 
 RUN_FRAMES = 12
 """Usual length of a run: long enough to see a motion, short enough to see many places."""
+WORKERS_AT_MOST = 4
+"""More decoders at once gain little and hold more pictures."""
 
 Run = list[Frame]
 Span = tuple[int, int]
@@ -69,14 +73,12 @@ def pilot_frames(path: Path, *, budget: int, start: int = 0, end: int | None = N
         raise UsageError(f"a pilot of {budget} frames shows nothing; give at least 1")
     with closing(Reading(path)) as reading:
         survey = _survey(reading)
-        if survey is not None:
-            last = min(len(survey.index), end if end is not None else len(survey.index))
-            spans = _spans(survey, budget, start, last)
-            if spans and (runs := _sought(reading, survey, spans)) is not None:
-                return runs
-    with closing(Reading(path)) as reading:
-        last = start + budget if end is None else min(end, start + budget)
-        return _in_one_go(reading, start, last)
+    spans = [] if survey is None else _spans(survey, budget, start, end)
+    if survey is not None and spans:
+        runs = _sought(path, survey, spans)
+        if runs is not None:
+            return runs
+    return _in_one_go(path, start, start + budget if end is None else min(end, start + budget))
 
 
 def _survey(reading: Reading) -> _Survey | None:
@@ -85,7 +87,7 @@ def _survey(reading: Reading) -> _Survey | None:
     keys: list[int] = []
     try:
         for packet in reading.container.demux(reading.stream):
-            if not packet.size or packet.is_discard:
+            if not packet.size or packet.is_discard or packet.is_corrupt:
                 continue
             if packet.pts is None:
                 return None
@@ -95,68 +97,102 @@ def _survey(reading: Reading) -> _Survey | None:
     except av.error.FFmpegError:
         return None
     index = {stamp: place for place, stamp in enumerate(sorted(stamps))}
-    if len(index) < len(stamps):
+    # Pictures before the first key frame may or may not be decodable: then no index is certain.
+    if len(index) < len(stamps) or not keys or index[min(keys)] != 0:
         return None
     return _Survey(index, tuple((index[stamp], stamp) for stamp in sorted(keys)))
 
 
-def _spans(survey: _Survey, budget: int, start: int, last: int) -> list[Span]:
+def _spans(survey: _Survey, budget: int, start: int, end: int | None) -> list[Span]:
     """Choose runs that begin at key frames, evenly spread; none where there is no need or way."""
+    last = len(survey.index) if end is None else min(end, len(survey.index))
     keys = [place for place, _ in survey.keys if start <= place < last]
     if not keys or last - start <= budget:
         return []
     wanted = np.linspace(start, last, min(len(keys), max(1, budget // RUN_FRAMES)), endpoint=False)
     nearest = np.abs(np.subtract.outer(wanted, keys)).argmin(axis=1)
     firsts = [keys[place] for place in np.unique(nearest)]
-    length = budget // len(firsts)
-    return [(first, min(first + length, after)) for first, after in pairwise([*firsts, last])]
+    rooms = [after - first for first, after in pairwise([*firsts, last])]
+    lengths = _share_out(budget, rooms)
+    return [(first, first + length) for first, length in zip(firsts, lengths, strict=True)]
 
 
-def _sought(reading: Reading, survey: _Survey, spans: list[Span]) -> list[Run] | None:
-    """Decode runs one by one; None if the file cannot be sought or its time stamps mislead."""
+def _share_out(budget: int, rooms: list[int]) -> list[int]:
+    """Split the budget evenly; what a small room cannot take goes to the larger ones."""
+    lengths = [0] * len(rooms)
+    takers = sorted(range(len(rooms)), key=rooms.__getitem__)
+    for served, taker in enumerate(takers):
+        lengths[taker] = min(rooms[taker], budget // (len(takers) - served))
+        budget -= lengths[taker]
+    return lengths
+
+
+def _sought(path: Path, survey: _Survey, spans: list[Span]) -> list[Run] | None:
+    """Decode the runs; None if the file cannot be sought or its time stamps mislead.
+
+    A decoder that works on several pictures at once wastes some at the end of every run. So each
+    decoder takes one picture at a time here, and several decoders share the runs.
+    """
+    workers = min(len(spans), os.cpu_count() or 1, WORKERS_AT_MOST)
+    shares = [spans[worker::workers] for worker in range(workers)]
+    try:
+        with ThreadPoolExecutor(workers) as pool:
+            found = list(pool.map(lambda share: _runs(path, survey, share), shares))
+    except _MisledError:
+        return None
+    return sorted((run for runs in found for run in runs if run), key=lambda run: run[0].index)
+
+
+def _runs(path: Path, survey: _Survey, spans: list[Span]) -> list[Run]:
+    """Decode some of the runs with a decoder of their own."""
     stamps = dict(survey.keys)
-    runs = []
-    for first, last in spans:
-        try:
-            reading.container.seek(stamps[first], stream=reading.stream)
-        except av.error.FFmpegError:
-            return None
-        pictures = []
-        for picture in decode(reading.container, reading.stream, Tally()):
-            place = survey.index.get(picture.pts) if picture.pts is not None else None
-            if place is None:
-                return None
-            if place >= first:
-                pictures.append((place, picture))
-            if place >= last - 1:
-                break
-        places = [place for place, _ in pictures]
-        if places != list(range(first, last)):
-            return None
-        runs.append(_run(first, [picture for _, picture in pictures], reading.stream.time_base))
-    return runs
+    with closing(Reading(path, threads=False)) as reading:
+        runs = []
+        for first, last in spans:
+            try:
+                reading.container.seek(stamps[first], stream=reading.stream)
+            except av.error.FFmpegError as error:
+                raise _MisledError from error
+            runs.append(_run(first, _span(reading, survey, first, last), reading))
+        return runs
 
 
-def _in_one_go(reading: Reading, start: int, last: int) -> list[Run]:
-    pictures = []
-    for place, picture in enumerate(reading):
-        if place >= start:
-            pictures.append(picture)
-        if place >= last - 1:
-            break
-    return [_run(start, pictures, reading.stream.time_base)] if pictures else []
+def _span(reading: Reading, survey: _Survey, first: int, last: int) -> Iterator[av.VideoFrame]:
+    """Decode from where the file stands; pictures before ``first`` are passed over."""
+    wanted = first
+    for picture in decode(reading.container, reading.stream, Tally()):
+        place = None if picture.pts is None else survey.index.get(picture.pts)
+        if place is None:
+            raise _MisledError
+        if place > wanted:  # a picture is missing: the run ends before it
+            return
+        if place == wanted:
+            wanted += 1
+            yield picture
+        if wanted == last:
+            return
 
 
-def _run(first: int, pictures: list[av.VideoFrame], tick_s: Fraction | None) -> Run:
-    lumas = [luma_of(picture) for picture in pictures]
+def _in_one_go(path: Path, start: int, last: int) -> list[Run]:
+    with closing(Reading(path)) as reading:
+        run = _run(start, islice(reading, start, max(start, last)), reading)
+        return [run] if run else []
+
+
+def _run(first: int, pictures: Iterable[av.VideoFrame], reading: Reading) -> Run:
+    tick_s = reading.stream.time_base
+    # Each picture is copied as it comes, which gives its buffers back to the decoder.
+    shots = [(seconds(picture.pts, tick_s), _own(picture)) for picture in pictures]
+    copies = mark_repeats(luma for _, luma in shots)
     return [
-        # A copy of the pixels lets go of the decoder's buffers, which hold the colours too.
-        Frame(first + place, seconds(picture.pts, tick_s), _own(picture, luma), copy)
-        for place, (picture, luma, copy) in enumerate(
-            zip(pictures, lumas, mark_repeats(lumas), strict=True)
-        )
+        Frame(first + place, time_s, luma, copy)
+        for place, ((time_s, luma), copy) in enumerate(zip(shots, copies, strict=True))
     ]
 
 
-def _own(picture: av.VideoFrame, luma: Luma) -> Luma:
-    return np.array(upright(luma, quarter_turns(picture)), order="C")
+def _own(picture: av.VideoFrame) -> Luma:
+    return np.array(upright(luma_of(picture), quarter_turns(picture)), order="C")
+
+
+class _MisledError(Exception):
+    """The time stamps or the index of a file are not what its packets say."""
