@@ -120,6 +120,17 @@ def test_touching_bodies_that_approach_meet_at_once() -> None:
     assert contact_s(Mover(Sliding(), 0.1, -1.0), Mover(Sliding(), 0.1, 0.0), 1.0) == 0.0
 
 
+@given(PENDULUMS, PENDULUMS, PLACES, SPEEDS)
+def test_bodies_pulled_apart_from_a_common_motion_have_left_each_other(
+    upper_law: Pendulum, lower_law: Pendulum, place: float, speed: float
+) -> None:
+    upper, lower = Mover(upper_law, place, speed), Mover(lower_law, place, speed)
+    pull = upper_law.acceleration(place, speed) - lower_law.acceleration(place, speed)
+    jerk = upper_law.bounds(place, speed)[1] + lower_law.bounds(place, speed)[1]
+    assume(pull > 1e-6)
+    assert contact_s(upper, lower, WINDOW_S) >= 3 * pull / jerk
+
+
 def test_touching_bodies_pulled_apart_from_rest_do_not_meet() -> None:
     still = Mover(Sliding(), 0.0, 0.0)
     pulled = Mover(Pendulum.from_thread(1.0, 9.81, 0.0, rest_m=0.05), 0.0, 0.0)
@@ -134,18 +145,18 @@ def test_a_contact_beyond_the_window_is_never() -> None:
 
 
 def test_a_double_zero_is_found_to_the_square_root_of_rounding() -> None:
-    def grazing(tau: float) -> tuple[float, float]:
-        return (tau - 1.0) ** 2, 2.0 * (tau - 1.0)
+    def grazing(tau: float) -> tuple[float, float, float]:
+        return (tau - 1.0) ** 2, 2.0 * (tau - 1.0), 2.0
 
-    assert first_zero(grazing, 0.0, 2.0, 3.0) == pytest.approx(1.0, abs=1e-7)
+    assert first_zero(grazing, 0.0, (2.0, 0.0), 3.0) == pytest.approx(1.0, abs=1e-7)
 
 
 def test_a_near_miss_is_passed_and_the_next_zero_found() -> None:
-    def wave(tau: float) -> tuple[float, float]:  # dips to 1e-9 at π, crosses zero after 2π
-        slow = 1.0 + math.cos(tau) + 1e-9 - (max(0.0, tau - 2 * math.pi)) ** 2
-        return slow, -math.sin(tau) - 2 * max(0.0, tau - 2 * math.pi)
+    def wave(tau: float) -> tuple[float, float, float]:  # dips to 1e-9 at π, is 0 after 2π
+        late = max(0.0, tau - 2 * math.pi)
+        return 1.0 + math.cos(tau) + 1e-9 - late**2, -math.sin(tau) - 2 * late, 0.0
 
-    zero = first_zero(wave, 0.0, 3.0, 100.0)
+    zero = first_zero(wave, 0.0, (3.0, 0.0), 100.0)
     assert zero > 2 * math.pi
     assert wave(zero)[0] == pytest.approx(0.0, abs=1e-12)
 

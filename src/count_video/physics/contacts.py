@@ -38,6 +38,10 @@ class Mover(NamedTuple):
 
 WALL = Mover(REST, 0.0, 0.0)
 
+Signal = Callable[[float], tuple[float, float, float]]
+"""Value, first and second derivative at a time; where the first is negative, the second is not
+needed and may be 0."""
+
 
 def safe_step(gap: float, slope: float, curvature: float) -> float:
     """First positive zero of gap + slope s − curvature s²/2; inf if there is none."""
@@ -47,23 +51,32 @@ def safe_step(gap: float, slope: float, curvature: float) -> float:
     return (slope + root) / curvature if curvature > 0.0 else math.inf
 
 
-def first_zero(
-    evaluate: Callable[[float], tuple[float, float]],
-    start: float,
-    curvature: float,
-    window: float,
-) -> float:
+def opening_step(bend: float, jerk: float) -> float:
+    """Step that is safe while the gap opens, f ≥ 0 and f' ≥ 0, ever faster, f'' = bend > 0.
+
+    The third derivative being within ± jerk, f(τ + s) ≥ bend s²/2 − jerk s³/6. Bodies that have
+    just been pulled apart have no gap and no speed yet: only this step gets them off each other.
+    """
+    if bend <= 0.0:
+        return 0.0
+    return 3.0 * bend / jerk if jerk > 0.0 else math.inf
+
+
+def first_zero(evaluate: Signal, start: float, bounds: tuple[float, float], window: float) -> float:
     """First τ ≥ ``start`` at which a positive function reaches 0; inf if beyond ``window``.
 
-    ``evaluate(τ)`` returns value and derivative; ``curvature`` bounds the second derivative.
+    ``bounds`` are those of the second and third derivative.
     """
+    curvature, jerk = bounds
     tau = start
     window = min(window, MAXIMUM)  # an infinite step then ends the search
     while tau <= window:
-        value, slope = evaluate(tau)
+        value, slope, bend = evaluate(tau)
         if value <= 0.0:  # rounding has carried us a hair beyond: one Newton step back
             return max(start, tau - value / slope) if slope < 0.0 else tau
         step = safe_step(value, slope, curvature)
+        if slope >= 0.0:
+            step = max(step, opening_step(bend, jerk))
         tau += step
         within = STEP_TOLERANCE * tau
         if step <= within or curvature * step * step <= -slope * within:
@@ -84,31 +97,18 @@ def contact_s(upper: Mover, lower: Mover, window_s: float) -> float:
         return 0.0
     upper_bound, upper_jerk = upper_law.bounds(upper_position, upper_velocity)
     lower_bound, lower_jerk = lower_law.bounds(lower_position, lower_velocity)
-    curvature = upper_bound + lower_bound
-    start = 0.0
-    if gap == 0.0:
-        start = _clear_of_contact(
-            slope,
-            upper_law.acceleration(upper_position, upper_velocity)
-            - lower_law.acceleration(lower_position, lower_velocity),
-            curvature,
-            upper_jerk + lower_jerk,
-        )
+    bounds = upper_bound + lower_bound, upper_jerk + lower_jerk
 
-    def evaluate(tau: float) -> tuple[float, float]:
+    def evaluate(tau: float) -> tuple[float, float, float]:
         rise, upper_now = upper_law.advance(upper_position, upper_velocity, tau)
         fall, lower_now = lower_law.advance(lower_position, lower_velocity, tau)
-        return gap + rise - fall, upper_now - lower_now
+        bend = 0.0
+        if upper_now >= lower_now:
+            bend = upper_law.acceleration(upper_position + rise, upper_now)
+            bend -= lower_law.acceleration(lower_position + fall, lower_now)
+        return gap + rise - fall, upper_now - lower_now, bend
 
-    return first_zero(evaluate, start, curvature, window_s)
-
-
-def _clear_of_contact(slope: float, bend: float, curvature: float, jerk: float) -> float:
-    """Return a time by which two touching, separating bodies cannot have met again.
-
-    From f ≥ slope s − curvature s²/2, or, where f'' = bend > 0, f ≥ bend s²/2 − jerk s³/6.
-    """
-    by_slope = safe_step(0.0, slope, curvature)
-    if bend <= 0.0:
-        return by_slope
-    return max(by_slope, 3.0 * bend / jerk if jerk > 0.0 else math.inf)
+    start = 0.0
+    if gap == 0.0:
+        start = max(safe_step(0.0, slope, bounds[0]), opening_step(evaluate(0.0)[2], bounds[1]))
+    return first_zero(evaluate, start, bounds, window_s)

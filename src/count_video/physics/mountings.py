@@ -88,17 +88,17 @@ class Apparatus:
         by_velocity = 2.0 * (light.damping_per_s - heavy.damping_per_s)
         acceleration, jerk = together.bounds(position_m, velocity_m_s)
 
-        def margin(tau: float) -> tuple[float, float]:
+        def margin(tau: float) -> tuple[float, float, float]:
             rise, velocity = together.advance(position_m, velocity_m_s, tau)
             position = position_m + rise
             pull = heavy.acceleration(position, velocity) - light.acceleration(position, velocity)
             change = by_position * velocity + by_velocity * together.acceleration(
                 position, velocity
             )
-            return self.resting_acceleration_m_s2 - pull, -change
+            return self.resting_acceleration_m_s2 - pull, -change, 0.0
 
         curvature = abs(by_position) * acceleration + abs(by_velocity) * jerk
-        return first_zero(margin, 0.0, curvature, window_s)
+        return first_zero(margin, 0.0, (curvature, 0.0), window_s)
 
 
 def build_apparatus(setup: Setup) -> Apparatus:
