@@ -131,7 +131,8 @@ def seconds(ticks: int | None, tick_s: Fraction | None) -> float:
     """Return a time stamp in seconds, rounded once; NaN where there is none."""
     if ticks is None or tick_s is None:
         return math.nan
-    return float(ticks * tick_s)
+    # The quotient of two ints is rounded once, however long they are.
+    return ticks * tick_s.numerator / tick_s.denominator
 
 
 def _packets(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from pathlib import Path
 
 import av
@@ -12,8 +13,8 @@ from av.stream import Disposition
 
 from count_video.errors import FootageError
 
-_TEXT_FORMATS = frozenset({"tty", "bin", "adf", "idf", "xbin"})
-"""FFmpeg paints text files as pictures of text; nobody means that as footage."""
+_TEXT_FORMATS = frozenset({"tty", "bin", "adf", "idf", "xbin", "concat", "hls"})
+"""FFmpeg paints text as pictures and follows lists of other files; nobody means that as footage."""
 
 
 def open_container(path: Path) -> InputContainer:
@@ -71,9 +72,12 @@ def choose_stream(path: Path, container: InputContainer) -> av.VideoStream:
 
 
 def _check_readable(path: Path) -> None:
-    if path.is_dir():
-        raise FootageError(f"{path}: this is a folder, not a video file; give a file in it")
     try:
+        mode = path.stat().st_mode
+        if stat.S_ISDIR(mode):
+            raise FootageError(f"{path}: this is a folder, not a video file; give a file in it")
+        if not stat.S_ISREG(mode):
+            raise FootageError(f"{path}: this is no regular file; save the clip to a file first")
         with path.open("rb") as file:
             if not file.read(1):
                 raise FootageError(f"{path}: the file is empty; copy it again from the camera")

@@ -9,7 +9,7 @@ from types import TracebackType
 
 import av
 
-from count_video.errors import FootageError
+from count_video.errors import FootageError, UsageError
 from count_video.footage.capture_rate import capture_rate, check_capture_rate
 from count_video.footage.completeness import Promise, complaints, promise_of
 from count_video.footage.decoding import Reading, seconds
@@ -64,7 +64,11 @@ class Footage:
         ------
         FootageError
             If the size of the picture changes on the way.
+        UsageError
+            If ``start`` or ``end`` is negative.
         """
+        if start < 0 or (end is not None and end < 0):
+            raise UsageError(f"frames {start} to {end}: frames count from 0; give no negative one")
         if self._stream is not None:
             self._stream.close()
         if not self._fresh:

@@ -7,7 +7,7 @@ by default, and no dates or random identifiers in the container.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import chain, repeat
@@ -16,6 +16,7 @@ from pathlib import Path
 import av
 import av.error
 import numpy as np
+from av.container import OutputContainer
 from numpy.typing import NDArray
 
 from count_video.errors import UsageError
@@ -81,15 +82,18 @@ def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | Non
         If the clip cannot be written as asked; no file is left behind.
     """
     options = options or WriteOptions()
+    path = Path(path)
     partial = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     pictures = iter(frames)
     first = next(pictures, None)
     if first is None:
         raise UsageError(f"cannot write {path}: there is no frame; give at least one")
     try:
-        count = _encode(partial, chain([first], pictures), first.shape, options)
+        with _open(partial, options) as container:
+            stream = _add_stream(container, first.shape, options)
+            count = _encode(chain([first], pictures), stream, container, options)
         os.replace(partial, path)
-    except (av.error.FFmpegError, OSError, TypeError, ValueError) as error:
+    except (av.error.FFmpegError, OSError, _RefusalError) as error:
         reason = " ".join(str(error).split())
         raise UsageError(
             f"cannot write {path} ({options.codec}, {options.pixel_format}): {reason}; "
@@ -100,37 +104,36 @@ def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | Non
     return count
 
 
-def _encode(
-    path: Path, pictures: Iterable[Pixels], shape: tuple[int, ...], options: WriteOptions
-) -> int:
-    """Encode all pictures into ``path`` and return their number."""
+class _RefusalError(Exception):
+    """The options or the pictures do not make a clip."""
+
+
+def _open(path: Path, options: WriteOptions) -> OutputContainer:
     muxer_options = {"fflags": "+bitexact"}
     if path.suffix.lower() in _MP4_LIKE:
         muxer_options["movflags"] = "use_metadata_tags" + "+faststart" * options.index_first
-    with av.open(os.path.abspath(path), "w", options=muxer_options) as container:
-        container.metadata.update(options.metadata)
-        stream = _add_stream(container, shape, options)
-        count = 0
-        for picture, time_stamp in zip(pictures, _time_stamps(options), strict=False):
-            if picture.shape != shape:
-                raise ValueError(f"frame {count} has shape {picture.shape}, the first {shape}")
-            frame = _video_frame(picture, stream.codec_context.pix_fmt or options.pixel_format)
-            frame.pts, frame.time_base = time_stamp, stream.codec_context.time_base
-            container.mux(stream.encode(frame))
-            count += 1
-        container.mux(stream.encode(None))
-    return count
+    try:
+        container = av.open(os.path.abspath(path), "w", options=muxer_options)
+    except ValueError as error:  # no container has such a suffix
+        raise _RefusalError(error) from error
+    container.metadata.update(options.metadata)
+    return container
 
 
 def _add_stream(
-    container: av.container.OutputContainer, shape: tuple[int, ...], options: WriteOptions
+    container: OutputContainer, shape: tuple[int, ...], options: WriteOptions
 ) -> av.VideoStream:
     rate = Fraction(options.container_fps).limit_denominator(100_000)
-    stream = container.add_stream(options.codec, rate=rate, options=_encoder_options(options))
-    if not isinstance(stream, av.VideoStream):
-        raise TypeError(f"{options.codec} is no video codec")
-    stream.height, stream.width = shape[:2]
-    stream.pix_fmt = _full_range_name(options)
+    try:
+        stream = container.add_stream(options.codec, rate=rate, options=_encoder_options(options))
+        if not isinstance(stream, av.VideoStream):
+            raise _RefusalError(f"{options.codec} is no video codec")
+        stream.height, stream.width = shape[:2]
+        stream.pix_fmt = _full_range_name(options)
+    except (ValueError, TypeError) as error:  # unknown to FFmpeg, or not for this container
+        raise _RefusalError(error) from error
+    if "420" in options.pixel_format and (stream.height % 2 or stream.width % 2):
+        raise _RefusalError(f"{stream.width} x {stream.height} px: both sides must be even")
     context = stream.codec_context
     context.thread_count = options.threads
     context.time_base = 1 / rate if options.frame_times_s is None else _FINEST_TICK
@@ -139,6 +142,30 @@ def _add_stream(
     if options.rotation_deg:
         stream.set_display_rotation(options.rotation_deg)
     return stream
+
+
+def _encode(
+    pictures: Iterable[Pixels],
+    stream: av.VideoStream,
+    container: OutputContainer,
+    options: WriteOptions,
+) -> int:
+    """Encode all pictures and return their number."""
+    shape, count, last = None, 0, -1
+    for picture in pictures:
+        shape = shape or picture.shape
+        if picture.shape != shape or picture.dtype != np.uint8:
+            raise _RefusalError(
+                f"frame {count} is {picture.dtype} of shape {picture.shape}; all must be uint8 of "
+                f"shape {shape}"
+            )
+        frame = _video_frame(picture, stream.codec_context.pix_fmt or options.pixel_format)
+        frame.pts = _time_stamp(options, count, last)
+        frame.time_base = stream.codec_context.time_base
+        container.mux(stream.encode(frame))
+        count, last = count + 1, frame.pts
+    container.mux(stream.encode(None))
+    return count
 
 
 def _full_range_name(options: WriteOptions) -> str:
@@ -165,14 +192,16 @@ def _encoder_options(options: WriteOptions) -> dict[str, str]:
     return chosen
 
 
-def _time_stamps(options: WriteOptions) -> Iterator[int]:
+def _time_stamp(options: WriteOptions, number: int, last: int) -> int:
+    """Return the time stamp of a frame in ticks of the encoder's clock."""
     if options.frame_times_s is None:
-        number = 0
-        while True:
-            yield number
-            number += 1
-    for time_s in options.frame_times_s:
-        yield round(Fraction(time_s) / _FINEST_TICK)
+        return number
+    if number >= len(options.frame_times_s):
+        raise _RefusalError(f"frame_times_s ends after {number} frames, but there are more")
+    ticks = round(Fraction(options.frame_times_s[number]) / _FINEST_TICK)
+    if ticks <= last:
+        raise _RefusalError(f"frame_times_s[{number}] does not come after the one before it")
+    return ticks
 
 
 def _video_frame(picture: Pixels, pixel_format: str) -> av.VideoFrame:
