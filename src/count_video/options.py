@@ -140,7 +140,7 @@ def _add_apparatus_options(group: argparse._ArgumentGroup) -> None:
         nargs=2,
         type=_mass,
         help="the two masses in any one unit, taken at their exact decimal value, "
-        "for the bounds on pi (default: not known)",
+        "for the bounds on pi (default: measured from the motion, where that is sharp enough)",
     )
 
 
