@@ -106,8 +106,10 @@ class EncodingSettings:
     container_fps: float = 30.0
     """Frames per second of footage time (the playing rate)."""
     codec: str = "libx264"
-    crf: int = 20
-    preset: str = "veryfast"
+    crf: int = 23
+    preset: str = "superfast"
+    """Speed of libx264 and libx265. From ``veryfast`` on, x264's macroblock tree takes part, whose
+    decisions differ from run to run in common builds: the pictures stay, the bytes do not."""
     pixel_format: str = "yuv420p"
 
     def __post_init__(self) -> None:
