@@ -149,6 +149,15 @@ def test_the_bounds_on_pi_are_held_against_pi(count: int, place: str) -> None:
     assert f"pi lies {place}" in unwrapped
 
 
+@pytest.mark.parametrize(
+    ("ratio", "words"), [(1 / 3, "0.3333"), (101.93098, "101.9"), (100.0, "100"), (1e6, "1000000")]
+)
+def test_the_mass_ratio_is_told_without_digits_that_nobody_measured(
+    ratio: float, words: str
+) -> None:
+    assert f"  Mass ratio   {words}\n" in result_text(made_result(1, mass_ratio=ratio))
+
+
 def test_a_clip_that_is_not_counted_says_why_and_what_to_do() -> None:
     text = result_text(made_refusal(reason="the ball moves at frame 0"))
     assert text.splitlines()[0] == "trial.mp4: not counted"

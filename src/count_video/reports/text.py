@@ -54,7 +54,7 @@ def _notes(result: TrialResult) -> list[tuple[str, str]]:
         ("Evidence", _evidence(result)),
         ("Probability", _probability(result)),
         ("Afterwards", _afterwards(result)),
-        ("Mass ratio", "" if result.mass_ratio is None else f"{result.mass_ratio:.6g}"),
+        ("Mass ratio", _mass_ratio(result.mass_ratio)),
         ("Pi", _pi(result)),
         ("Scene", _scene(result)),
         ("Footage", _footage(result)),
@@ -113,6 +113,12 @@ def _afterwards(result: TrialResult) -> str:
         return ""
     found = plural(result.count_after_burst, "more collision")
     return f"{found} after the heavy body turned back, which the count leaves out"
+
+
+def _mass_ratio(ratio: float | None) -> str:
+    if ratio is None:
+        return ""
+    return f"{ratio:.4g}" if ratio < 1e4 else f"{ratio:.0f}"  # never with an exponent
 
 
 def _pi(result: TrialResult) -> str:
