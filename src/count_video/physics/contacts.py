@@ -95,9 +95,12 @@ def contact_s(upper: Mover, lower: Mover, window_s: float) -> float:
     slope = upper_velocity - lower_velocity
     if gap == 0.0 and slope < 0.0:
         return 0.0
-    upper_bound, upper_jerk = upper_law.bounds(upper_position, upper_velocity)
-    lower_bound, lower_jerk = lower_law.bounds(lower_position, lower_velocity)
-    bounds = upper_bound + lower_bound, upper_jerk + lower_jerk
+    curvature, jerk = _gap_bounds(upper, lower)
+    start = safe_step(gap, slope, curvature)
+    if gap == 0.0 and start <= window_s:
+        start = max(start, opening_step(_pull(upper, lower), jerk))
+    if start > window_s:
+        return math.inf
 
     def evaluate(tau: float) -> tuple[float, float, float]:
         rise, upper_now = upper_law.advance(upper_position, upper_velocity, tau)
@@ -108,7 +111,19 @@ def contact_s(upper: Mover, lower: Mover, window_s: float) -> float:
             bend -= lower_law.acceleration(lower_position + fall, lower_now)
         return gap + rise - fall, upper_now - lower_now, bend
 
-    start = 0.0
-    if gap == 0.0:
-        start = max(safe_step(0.0, slope, bounds[0]), opening_step(evaluate(0.0)[2], bounds[1]))
-    return first_zero(evaluate, start, bounds, window_s)
+    return first_zero(evaluate, start, (curvature, jerk), window_s)
+
+
+def _pull(upper: Mover, lower: Mover) -> float:
+    """Relative acceleration of two bodies at the start."""
+    pull = upper.law.acceleration(upper.position_m, upper.velocity_m_s)
+    return pull - lower.law.acceleration(lower.position_m, lower.velocity_m_s)
+
+
+def _gap_bounds(upper: Mover, lower: Mover) -> tuple[float, float]:
+    """Bounds of the second and third derivative of the gap."""
+    curvature, jerk = upper.law.bounds(upper.position_m, upper.velocity_m_s)
+    lower_curvature, lower_jerk = lower.law.bounds(lower.position_m, lower.velocity_m_s)
+    if jerk == lower_jerk == 0.0:  # constant until a body stops: no bound but the thing itself
+        return abs(_pull(upper, lower)), 0.0
+    return curvature + lower_curvature, jerk + lower_jerk

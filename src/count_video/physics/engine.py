@@ -102,25 +102,41 @@ def _hold_at_wall(apparatus: Apparatus) -> Hold:
     return Hold.BALL_ON_WALL if light <= slight else Hold.APART
 
 
+_LASTING: dict[Hold, tuple[Contact, ...]] = {
+    Hold.APART: (),
+    Hold.BALL_ON_WALL: ("wall",),
+    Hold.TOGETHER: ("bodies",),
+}
+"""Contacts that a hold keeps up, so that they cannot be what happens next."""
+
+
 def _next_event(apparatus: Apparatus, anchor: Anchor) -> tuple[float, Contact]:
     """Time of flight to the next event and what it is; inf if nothing will ever happen."""
     _, heavy_m, heavy_velocity, ball_m, ball_velocity, hold = anchor
     if hold is Hold.PINNED:
         return math.inf, "none"
     heavy_law, ball_law = apparatus.laws(hold)
+    flight_s = min(heavy_law.valid_for_s(heavy_velocity), ball_law.valid_for_s(ball_velocity))
     heavy = Mover(heavy_law, heavy_m, heavy_velocity)
     ball = Mover(ball_law, ball_m, ball_velocity)
-    flight_s = min(heavy_law.valid_for_s(heavy_velocity), ball_law.valid_for_s(ball_velocity))
+    bodies = heavy, ball
+    if hold is Hold.APART and apparatus.relative is not None:
+        gap = Mover(apparatus.relative, heavy_m - ball_m, heavy_velocity - ball_velocity)
+        bodies = gap, WALL
+    pairs: list[tuple[Contact, Mover, Mover]] = [("wall", ball, WALL), ("bodies", *bodies)]
+    if ball_m == 0.0:  # bodies that touch now seldom meet next: they come last, with least to seek
+        pairs.reverse()
     contact: Contact = "none"
-    if hold is not Hold.BALL_ON_WALL:
-        wall_s = contact_s(ball, WALL, flight_s)
-        if wall_s <= flight_s:  # also true if both are inf, and then harmless
-            flight_s, contact = wall_s, "wall"
+    for kind, upper, lower in pairs:
+        if kind not in _LASTING[hold]:
+            touch_s = contact_s(upper, lower, flight_s)
+            if touch_s <= flight_s:  # also true if both are inf, and then harmless
+                flight_s, contact = touch_s, kind
     if hold is Hold.TOGETHER:
         parting_s = apparatus.parting_s(heavy_m, heavy_velocity, flight_s)
-        return (parting_s, "parting") if parting_s < flight_s else (flight_s, contact)
-    bodies_s = contact_s(heavy, ball, flight_s)  # sought no further than the other contact
-    return (bodies_s, "bodies") if bodies_s <= flight_s else (flight_s, contact)
+        if parting_s < flight_s:
+            return parting_s, "parting"
+    return flight_s, contact
 
 
 def _fly(apparatus: Apparatus, anchor: Anchor, flight_s: float, contact: Contact) -> Anchor:

@@ -8,7 +8,7 @@ ever smaller hops.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 from count_video.physics.contacts import first_zero
@@ -47,6 +47,10 @@ class Apparatus:
     heavy: Law
     light: Law
     together: Law
+    relative: Law | None
+    """The law of the gap between cylinder and ball where it has one of its own: the difference
+    of two swings of one frequency and damping is such a swing. Then two nearly equal motions
+    cost no digits, and the bounds of their difference are as small as it is."""
     resting_speed_m_s: float
     """A contact slower than this is no bounce."""
     resting_acceleration_m_s2: float
@@ -104,33 +108,37 @@ class Apparatus:
 def build_apparatus(setup: Setup) -> Apparatus:
     """Laws of motion and thresholds of a set-up."""
     if setup.mounting == "suspended":
-        heavy, light, together = _pendulums(setup)
+        heavy, light, together, relative = _pendulums(setup)
         reach_m = abs(setup.release_m)
         speed = abs(setup.heavy_velocity_m_s) + reach_m * heavy.natural_rad_s
         acceleration = speed * max(heavy.natural_rad_s, light.natural_rad_s)
-        return _apparatus(setup, (heavy, light, together), speed, acceleration)
+        return _apparatus(setup, (heavy, light, together, relative), speed, acceleration)
     sliding = _sliding(setup) if setup.mounting == "floor" else (REST, REST, REST)
     strongest = max(law.deceleration_m_s2 for law in sliding)
-    return _apparatus(setup, sliding, abs(setup.heavy_velocity_m_s), strongest)
+    return _apparatus(setup, (*sliding, None), abs(setup.heavy_velocity_m_s), strongest)
 
 
 def _apparatus(
-    setup: Setup, laws: tuple[Law, Law, Law], speed: float, acceleration: float
+    setup: Setup, laws: tuple[Law, Law, Law, Law | None], speed: float, acceleration: float
 ) -> Apparatus:
-    heavy, light, together = laws
+    heavy, light, together, relative = laws
     return Apparatus(
         heavy_kg=setup.heavy_mass_kg,
         light_kg=setup.light_mass_kg,
         heavy=heavy,
         light=light,
         together=together,
+        relative=relative,
         resting_speed_m_s=RESTING_FRACTION * speed,
         resting_acceleration_m_s2=RESTING_FRACTION * acceleration,
     )
 
 
-def _pendulums(setup: Setup) -> tuple[Pendulum, Pendulum, Pendulum]:
-    """Cylinder, ball, and both as one: forces add, so stiffness, damping and rest are means."""
+def _pendulums(setup: Setup) -> tuple[Pendulum, Pendulum, Pendulum, Pendulum | None]:
+    """Cylinder, ball, both as one, and their gap if it is a pendulum too.
+
+    For both as one forces add, so stiffness, damping and rest are means.
+    """
     heavy = Pendulum.from_thread(
         setup.heavy_thread_m,
         setup.gravity_m_s2,
@@ -146,7 +154,9 @@ def _pendulums(setup: Setup) -> tuple[Pendulum, Pendulum, Pendulum]:
     stiffness = heavy_stiffness + light_stiffness
     rest = (heavy_stiffness * heavy.rest_m + light_stiffness * light.rest_m) / stiffness
     damping = share * heavy.damping_per_s + (1.0 - share) * light.damping_per_s
-    return heavy, light, Pendulum.from_stiffness(stiffness, damping, rest)
+    together = Pendulum.from_stiffness(stiffness, damping, rest)
+    alike = replace(heavy, rest_m=light.rest_m) == light
+    return heavy, light, together, replace(heavy, rest_m=setup.bodies_gap_m) if alike else None
 
 
 def _sliding(setup: Setup) -> tuple[Sliding, Sliding, Sliding]:
