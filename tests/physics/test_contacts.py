@@ -9,6 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from count_video.physics import contacts
 from count_video.physics.contacts import WALL, Mover, contact_s, first_zero, safe_step
 from count_video.physics.flights import Pendulum, Sliding
 
@@ -31,12 +32,16 @@ LOWER = st.builds(Mover, PENDULUMS, PLACES, SPEEDS)
 
 @st.composite
 def pairs(draw: st.DrawFn) -> tuple[Mover, Mover]:
-    """Two pendulums, apart or touching and then separating."""
+    """Two pendulums, alike or not, apart or touching and then separating."""
     lower = draw(LOWER)
+    law: Pendulum = draw(PENDULUMS)
+    if draw(st.booleans()):
+        stiffness = lower.law.natural_rad_s**2 * (1 + draw(st.floats(-1e-3, 1e-3)))
+        rest_m = lower.law.rest_m + draw(st.just(0.0) | st.floats(-1e-3, 1e-3))
+        law = Pendulum.from_stiffness(stiffness, lower.law.damping_per_s, rest_m)
     gap = draw(st.just(0.0) | st.floats(1e-6, 0.1))
     separation = draw(st.floats(1e-3, 3.0)) if gap == 0.0 else draw(st.floats(-3.0, 3.0))
-    upper = Mover(draw(PENDULUMS), lower.position_m + gap, lower.velocity_m_s + separation)
-    return upper, lower
+    return Mover(law, lower.position_m + gap, lower.velocity_m_s + separation), lower
 
 
 def gap_and_slope(upper: Mover, lower: Mover, tau: Any) -> tuple[Any, Any]:
@@ -114,6 +119,25 @@ def test_a_hop_far_smaller_than_a_rounding_of_the_position_is_timed(speed: float
     hop = contact_s(Mover(law, 0.0, speed), WALL, WINDOW_S)
     expected = 2 * math.atan2(speed / law.natural_rad_s, 0.05) / law.natural_rad_s
     assert hop == pytest.approx(expected, rel=TIME_TOLERANCE)
+
+
+@given(st.floats(-1e-6, 1e-6), st.floats(1e-9, 1e-6))
+def test_pendulums_in_nearly_one_motion_are_not_followed_at_a_crawl(
+    difference: float, separation: float
+) -> None:
+    lower_law = Pendulum.from_thread(1.0, 9.81, 0.0, rest_m=0.07)
+    upper_law = Pendulum.from_thread(1.0 + difference, 9.81, 0.0, rest_m=0.07)
+    steps = 0
+
+    def counted(gap: float, slope: float, curvature: float) -> float:
+        nonlocal steps
+        steps += 1
+        return safe_step(gap, slope, curvature)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(contacts, "safe_step", counted)
+        contact_s(Mover(upper_law, 0.0, separation), Mover(lower_law, 0.0, 0.0), 1.0)
+    assert steps < 1000  # with the bounds of each pendulum by itself some hundred thousand
 
 
 def test_touching_bodies_that_approach_meet_at_once() -> None:

@@ -19,7 +19,7 @@ import sys
 from collections.abc import Callable
 from typing import NamedTuple
 
-from count_video.physics.flights import REST, Law
+from count_video.physics.flights import REST, Law, Pendulum
 
 STEP_TOLERANCE = 1e-14
 """Stop when the zero is known to be closer than this fraction of the flight time, or a step adds
@@ -95,7 +95,7 @@ def contact_s(upper: Mover, lower: Mover, window_s: float) -> float:
     slope = upper_velocity - lower_velocity
     if gap == 0.0 and slope < 0.0:
         return 0.0
-    curvature, jerk = _gap_bounds(upper, lower)
+    curvature, jerk = _gap_bounds(upper, lower, window_s)
     start = safe_step(gap, slope, curvature)
     if gap == 0.0 and start <= window_s:
         start = max(start, opening_step(_pull(upper, lower), jerk))
@@ -120,10 +120,37 @@ def _pull(upper: Mover, lower: Mover) -> float:
     return pull - lower.law.acceleration(lower.position_m, lower.velocity_m_s)
 
 
-def _gap_bounds(upper: Mover, lower: Mover) -> tuple[float, float]:
-    """Bounds of the second and third derivative of the gap."""
+def _gap_bounds(upper: Mover, lower: Mover, window_s: float) -> tuple[float, float]:
+    """Bounds of the second and third derivative of the gap within the window."""
+    if isinstance(upper.law, Pendulum) and isinstance(lower.law, Pendulum):
+        return _difference_bounds(
+            (upper.law.phasor(upper.position_m, upper.velocity_m_s), upper.law.rate_per_s),
+            (lower.law.phasor(lower.position_m, lower.velocity_m_s), lower.law.rate_per_s),
+            window_s,
+        )
     curvature, jerk = upper.law.bounds(upper.position_m, upper.velocity_m_s)
     lower_curvature, lower_jerk = lower.law.bounds(lower.position_m, lower.velocity_m_s)
     if jerk == lower_jerk == 0.0:  # constant until a body stops: no bound but the thing itself
         return abs(_pull(upper, lower)), 0.0
     return curvature + lower_curvature, jerk + lower_jerk
+
+
+def _difference_bounds(
+    upper: tuple[complex, complex], lower: tuple[complex, complex], window_s: float
+) -> tuple[float, float]:
+    """Do the same for two pendulums, each given by its phasor and rate; they may nearly be alike.
+
+    With q = Re(C e^{λτ}) the n-th derivative of the gap is Re(A e^{λτ} − B e^{μτ}), A = C λⁿ and
+    likewise B. It is no larger than |A| + |B|, nor, as no motion grows, than
+    |A − B| + |B| |λ − μ| τ. The second is by far the smaller where frequencies and motions are
+    nearly equal, and spares a crawl of a hundred thousand steps along a gap of nanometres.
+    """
+    upper_rate, lower_rate = upper[1], lower[1]
+    upper_term, lower_term = upper[0] * upper_rate**2, lower[0] * lower_rate**2
+    drift = abs(upper_rate - lower_rate) * window_s
+    bounds = []
+    for _ in ("second", "third"):
+        apart, near = abs(upper_term) + abs(lower_term), abs(upper_term - lower_term)
+        bounds.append(min(apart, near + abs(lower_term) * drift))
+        upper_term, lower_term = upper_term * upper_rate, lower_term * lower_rate
+    return bounds[0], bounds[1]

@@ -194,10 +194,19 @@ class Pendulum:
         pull = self.natural_rad_s**2 * (position_m - self.rest_m)
         return -pull - 2.0 * self.damping_per_s * velocity_m_s
 
-    def bounds(self, position_m: float, velocity_m_s: float) -> tuple[float, float]:
-        """|q''| ≤ ω₀² C and |q'''| ≤ ω₀³ C, where q = Re(C e^{(iω − γ)τ}) and |iω − γ| = ω₀."""
+    @property
+    def rate_per_s(self) -> complex:
+        """λ = iω − γ, of magnitude ω₀."""
+        return complex(-self.damping_per_s, self.damped_rad_s)
+
+    def phasor(self, position_m: float, velocity_m_s: float) -> complex:
+        """C in q = Re(C e^{λτ})."""
         q = position_m - self.rest_m
-        amplitude = math.hypot(q, (velocity_m_s + self.damping_per_s * q) / self.damped_rad_s)
+        return complex(q, -(velocity_m_s + self.damping_per_s * q) / self.damped_rad_s)
+
+    def bounds(self, position_m: float, velocity_m_s: float) -> tuple[float, float]:
+        """|q''| ≤ ω₀² |C| and |q'''| ≤ ω₀³ |C|."""
+        amplitude = abs(self.phasor(position_m, velocity_m_s))
         acceleration = amplitude * self.natural_rad_s * self.natural_rad_s
         return acceleration, acceleration * self.natural_rad_s
 
