@@ -1,12 +1,12 @@
-"""Noisy signals over frames: how noisy, and where they turn.
+r"""Noisy signals over frames: how noisy, and where they turn.
 
 Low points of a gap that closes and opens again:
 
     gap
-     |\\            /\\            __/
-     | \\    /\\    /  \\        __/
-     |  \\  /  \\  /    \\    __/
-     |   \\/    \\/      \\__/
+     |\            /\            __/
+     | \    /\    /  \        __/
+     |  \  /  \  /    \    __/
+     |   \/    \/      \__/
      +----1-----2--------3---------> frame
 
 A low point counts once the signal has risen above it by more than the hysteresis, and had come
@@ -28,7 +28,7 @@ from count_video.records import Floats
 
 
 def low_points(signal: Floats, hysteresis: float) -> NDArray[np.intp]:
-    """Indices of the low points of a signal, each deeper than the hysteresis on both sides.
+    """Find the low points of a signal, each deeper than the hysteresis on both sides.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def low_points(signal: Floats, hysteresis: float) -> NDArray[np.intp]:
 
 
 def noise_px(signal: Floats) -> float:
-    """Standard deviation of independent noise on a smooth signal, shape (n,); 0 if n < 4.
+    """Estimate the independent noise on a smooth signal, shape (n,); 0 if n < 4.
 
     Third differences remove any locally quadratic motion; of white noise they have a variance of
     1 + 9 + 9 + 1 = 20. The median keeps the corners of the signal out of it.

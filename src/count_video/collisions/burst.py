@@ -2,7 +2,7 @@
 
 It begins with the first contact of the heavy body with the ball at rest. It ends when the heavy
 body, driven back, turns round again. A clip supports a count if it shows the ball at rest before,
-and either that turn or, at its end, bodies that part and no wall that the ball could reach before it.
+and either that turn or, at its end, bodies that part and no wall that the ball could reach before.
 """
 
 from __future__ import annotations

@@ -139,7 +139,7 @@ def _side(
 
 
 def signal_of(kind: CollisionKind, gaps: Gaps) -> Floats:
-    """The gap that closes in a collision of this kind (the ball's distance for the wall)."""
+    """Return the gap that closes in such a collision (for the wall, the ball's distance)."""
     return gaps.ball_px if kind == "wall" else gaps.gap_px
 
 

@@ -1,4 +1,4 @@
-"""Corroboration: is the gap closed where the relative velocity changes its sign?
+"""Corroborate that a gap is closed where the relative velocity changes its sign.
 
 A pendulum or a thrown ball turns round smoothly and touches nothing. A collision has both a jump
 of the velocity and a contact: all wall contacts happen at one distance of the ball, all contacts
@@ -84,4 +84,4 @@ def is_contact(
     place = int(np.argmin(np.abs(gaps.frame - candidate.lowest)))
     around = signal[max(0, place - 2) : place + 3]
     motion = float(np.nanmax(np.abs(np.diff(around)))) if len(around) > 1 else 0.0
-    return -tolerance < signal[place] - closed < tolerance + motion
+    return -tolerance < float(signal[place]) - closed < tolerance + motion

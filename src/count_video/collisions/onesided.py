@@ -80,7 +80,8 @@ def fit_side(frame: Floats, signal: Floats, about: float, sigma: float) -> Side 
         # Bodies do not follow polynomials, and noise is not white: what is left over counts too.
         variance = max(variance, float(left_over @ left_over) / freedom)
     bend = float(solution[2]) if order == 2 else 0.0
-    return Side(float(solution[0]), float(solution[1]), bend, variance * inverse[:2, :2], count)
+    covariance = np.asarray(variance * inverse[:2, :2], dtype=np.float64)
+    return Side(float(solution[0]), float(solution[1]), bend, covariance, count)
 
 
 def side_frames(frame: Floats, signal: Floats, corner: float, limit: float) -> NDArray[np.intp]:

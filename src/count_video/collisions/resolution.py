@@ -1,4 +1,4 @@
-"""Do the frames show every collision, or may some lie between them?
+"""Judge whether the frames show every collision, or some may lie between them.
 
 Two checks on neighbouring collisions: they must be of different kinds (the ball cannot strike the
 same thing twice without striking the other, unless it turned round visibly by itself), and the

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -51,7 +52,8 @@ class MovingFeatures:
 def moving_features(run: Sequence[Frame]) -> MovingFeatures:
     """Follow features through a run of consecutive frames and keep those that move steadily."""
     frames = np.array([frame.index for frame in run], dtype=np.float64)
-    nothing = MovingFeatures(float(frames.mean()), *(np.empty(0) for _ in range(5)))
+    none = np.empty(0)
+    nothing = MovingFeatures(float(frames.mean()), none, none, none, none, none)
     if len(run) < 4:
         return nothing
     pictures, scale = _prepare(run)
@@ -64,7 +66,7 @@ def moving_features(run: Sequence[Frame]) -> MovingFeatures:
     )
     if start is None:
         return nothing
-    paths, good = _follow(pictures, start)
+    paths, good = _follow(pictures, np.asarray(start, dtype=np.float32))
     return _steady(frames, paths[:, good] * scale)
 
 
@@ -100,19 +102,29 @@ def _follow(
     pictures: Sequence[NDArray[np.uint8]], start: NDArray[np.float32]
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Paths of shape (frames, features, 2), and which features came back to their start."""
-    window = {"winSize": (WINDOW_PX, WINDOW_PX), "maxLevel": PYRAMID_LEVELS}
     paths = [start[:, 0]]
     points, good = start, np.ones(len(start), dtype=bool)
-    for before, after in zip(pictures, pictures[1:], strict=False):
-        points, found, _ = cv2.calcOpticalFlowPyrLK(before, after, points, None, **window)
-        good &= found[:, 0] > 0
+    for before, after in pairwise(pictures):
+        points, found = _flow(before, after, points)
+        good &= found
         paths.append(points[:, 0])
     back = points
-    for before, after in zip(pictures[::-1], pictures[-2::-1], strict=False):
-        back, found, _ = cv2.calcOpticalFlowPyrLK(before, after, back, None, **window)
-        good &= found[:, 0] > 0
+    for before, after in pairwise(reversed(pictures)):
+        back, found = _flow(before, after, back)
+        good &= found
     good &= np.hypot(*(back - start)[:, 0].T) < RETURN_ERROR_PX
     return np.array(paths, dtype=np.float64), good
+
+
+def _flow(
+    before: NDArray[np.uint8], after: NDArray[np.uint8], points: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Follow points, shape (n, 1, 2), from one picture to the next; which of them were found."""
+    window = (WINDOW_PX, WINDOW_PX)
+    moved, found, _ = cv2.calcOpticalFlowPyrLK(
+        before, after, points, np.empty(0), winSize=window, maxLevel=PYRAMID_LEVELS
+    )
+    return np.asarray(moved, dtype=np.float32), np.asarray(found)[:, 0] > 0
 
 
 def _steady(frames: Floats, paths: Floats) -> MovingFeatures:
@@ -127,4 +139,5 @@ def _steady(frames: Floats, paths: Floats) -> MovingFeatures:
     keep = (scatter < PATH_SCATTER_PX) & (travel > MOVED_AT_LEAST_PX)
     keep &= travel > MOVED_OVER_SCATTER * scatter
     sigma = scatter / np.sqrt(float(lever @ lever))
-    return MovingFeatures(middle, *place[keep].T, *speed[keep].T, sigma[keep])
+    (x, y), (speed_x, speed_y) = place[keep].T, speed[keep].T
+    return MovingFeatures(middle, x, y, speed_x, speed_y, sigma[keep])

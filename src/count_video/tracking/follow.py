@@ -9,9 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from count_video.records import Frame
 from count_video.tracking.register import Fit, Picture, register
 from count_video.tracking.search import search
 from count_video.tracking.sprite import Body
@@ -99,16 +96,3 @@ class Follower:
             and fit.inside >= INSIDE_AT_LEAST
             and fit.agreement >= AGREEMENT_SHARE * self.body.typical_agreement
         )
-
-
-def seen_by(body: Body, frames: list[Frame], slope: float) -> Follower:
-    """Follow a body through frames that are at hand."""
-    follower = Follower(body, slope)
-    for frame in frames:
-        follower.see(frame.index, frame.luma)
-    return follower
-
-
-def as_array(values: list[float]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Noted values as an array of shape (n,)."""
-    return np.array(values, dtype=np.float64)

@@ -31,6 +31,8 @@ CONVERGED_PX = 0.05
 times the bend of an edge over its slope, a few thousandths of a px."""
 STEP_AT_MOST_PX = 2.0
 STEP_LIMITS_PX = (-STEP_AT_MOST_PX, STEP_AT_MOST_PX)
+ASTRAY_PX = 8.0
+"""The linear model leads nowhere from further away than this."""
 BIWEIGHT = 5.0
 """Residuals beyond this many robust standard deviations have no say."""
 SPREAD_STRIDE = 4
@@ -159,7 +161,7 @@ def _kernel(fraction: float) -> Pixels:
 def register(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> Fit | None:
     """Place the sprite in the picture, starting from a guess that is right to a pixel or two.
 
-    Returns None where the equations have no solution or the iteration runs away.
+    Returns None where the equations have no solution or the iteration does not settle nearby.
     """
     model, inside = _within(picture, sprite, guess)
     if len(model.chosen) < PIXELS_AT_LEAST:
@@ -171,12 +173,12 @@ def register(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> Fi
         if step is None:
             return None
         x, y = x + step.x_px, y + step.y_px
-        if max(abs(x - guess[0]), abs(y - guess[1])) > 4 * STEP_AT_MOST_PX:
+        if max(abs(x - guess[0]), abs(y - guess[1])) > ASTRAY_PX:
             return None
         if max(abs(step.x_px), abs(step.y_px)) < CONVERGED_PX:
-            break
-    agreement = _correlation(seen, model.design[:, 2], step.weight)
-    return Fit(x, y, step.sigma_x_px, agreement, inside)
+            agreement = _correlation(seen, model.design[:, 2], step.weight)
+            return Fit(x, y, step.sigma_x_px, agreement, inside)
+    return None
 
 
 def _within(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> tuple[Model, float]:

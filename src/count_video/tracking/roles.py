@@ -1,4 +1,4 @@
-"""Which of the two bodies is the ball, and on which side stands the wall?
+"""Tell which of the two bodies is the ball, and on which side the wall stands.
 
 Only the ball bounces off the wall: on the side away from its neighbour it reverses with a jump of
 its velocity. The heavy body reverses on its far side too, when it swings back, but smoothly.

@@ -152,7 +152,7 @@ def _find_everywhere(
 
 
 def _thinned(run: Sequence[Frame], keep: int) -> list[Frame]:
-    """Some frames of a run, spread over it: neighbours show almost the same."""
+    """Take some frames of a run, spread over it: neighbours show almost the same."""
     step = max(1, round((len(run) - 1) / (FRAMES_OF_A_RUN - 1)))
     return [seen for place, seen in enumerate(run) if place % step == 0 or seen.index == keep]
 

@@ -84,7 +84,7 @@ def _check_region(footage: Footage, region: Region | None) -> None:
 
 
 def _pilot(footage: Footage, settings: TrackSettings) -> list[list[Frame]]:
-    """Runs of frames spread over the clip; copies of pictures are left out."""
+    """Take runs of frames spread over the clip; copies of pictures are left out."""
     size = footage.info.width_px * footage.info.height_px
     budget = int(np.clip(PILOT_BYTES // size, PILOT_FRAMES_AT_LEAST, PILOT_FRAMES))
     runs = pilot_frames(footage.info.path, budget=budget, start=settings.start, end=settings.end)
