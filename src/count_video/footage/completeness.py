@@ -16,8 +16,14 @@ from count_video.footage.opening import choose_stream, open_container
 
 _SOUND_S = 1.0
 """Sound may go on for so long after the last picture of a whole file."""
-_FRAMES_SHORT = 2.5
-"""By so many frames a rounded duration may exceed the end of the last one."""
+_ROUNDING_FRAMES = 0.5
+"""A stated duration is rounded, but not by a whole frame."""
+_UNSAID_FRAMES = 2.0
+"""Where the last picture does not say how long it lasts, it may last longer than the others."""
+_GAP_SHARE = 5.0
+"""Steps so many times the usual one come of no variable rate: phones stay below 4."""
+_FEW_JUMPS = 0.02
+"""Where longer steps are that rare, the rate is constant and a long step misses a picture."""
 _STATES_DURATION = frozenset({"matroska,webm"})
 """Containers without a count of frames whose duration was written when the file was closed; what
 others are said to last is estimated from what is left of them."""
@@ -53,9 +59,11 @@ def complaints(promise: Promise, tally: Tally) -> Iterator[str]:
     """Yield a sentence with numbers for everything that is missing or damaged."""
     if tally.errors:
         yield (
-            f"{_count(tally.errors, 'packet')} could not be decoded (the first after "
-            f"{_count(tally.first_error or 0, 'frame')}): pictures are missing there"
+            f"{_count(tally.errors, 'packet')} could not be decoded (the first near frame "
+            f"{tally.first_error}): pictures are missing there"
         )
+    if tally.cut_off:
+        yield "the file ends in the middle of a packet: it was cut"
     if tally.damaged:
         yield (
             f"{_count(tally.damaged, 'frame')} decoded with damage (the first is frame "
@@ -70,17 +78,31 @@ def complaints(promise: Promise, tally: Tally) -> Iterator[str]:
             f"the container promises {_count(promise.frames, 'frame')}, {tally.pictures} could be "
             "decoded: the file may be cut or damaged; copy it again from the camera"
         )
-    if promise.end_s - tally.end_s > promise.tolerance_s:
+    end_s = _end_s(tally)
+    if promise.end_s - end_s > promise.tolerance_s:
         yield (
             f"the container promises {promise.end_s:.2f} s of film, the last frame decoded "
-            f"(number {tally.pictures}) ends at {tally.end_s:.2f} s: the file may be cut; copy it "
-            "again from the camera"
+            f"(number {tally.pictures}) ends at {end_s:.2f} s: the file may be cut; copy it again "
+            "from the camera"
         )
-    if tally.widest_gap_after is not None:
+    if _is_gap(tally):
         yield (
-            f"the time stamps jump by {tally.widest_gap_s:.3f} s after frame "
-            f"{tally.widest_gap_after}: pictures may be missing there"
+            f"the time stamps jump {_count(tally.jumps, 'time')}, most after frame "
+            f"{tally.widest_jump_after}, by {tally.widest_jump_s:.3f} s "
+            f"({tally.widest_jump_share:.1f} times the usual step): pictures may be missing there"
         )
+
+
+def _is_gap(tally: Tally) -> bool:
+    """Tell jumps over lost pictures from the uneven steps of a variable rate."""
+    if tally.widest_jump_share >= _GAP_SHARE:
+        return True
+    return 0 < tally.jumps <= max(1.0, _FEW_JUMPS * tally.pictures)
+
+
+def _end_s(tally: Tally) -> float:
+    """Return when the last picture ends, at the latest."""
+    return tally.time_s + (tally.lasts_s or _UNSAID_FRAMES * tally.usual_step_s)
 
 
 def _count(number: int, noun: str) -> str:
@@ -100,7 +122,7 @@ def _stated_end_s(reading: Reading) -> tuple[float, float]:
     """Return when the film should end and by how much that may be off, in seconds."""
     container, stream = reading.container, reading.stream
     frame_s = 1 / float(stream.average_rate) if stream.average_rate else _SOUND_S
-    tolerance_s = _FRAMES_SHORT * frame_s
+    tolerance_s = _ROUNDING_FRAMES * frame_s
     if container.format.name not in _STATES_DURATION:
         return math.nan, tolerance_s
     if clock := _CLOCK.match(stream.metadata.get("DURATION", "")):

@@ -17,9 +17,8 @@ from av.container import InputContainer
 from count_video.errors import FootageError
 from count_video.footage.opening import choose_stream, open_container
 
-GAP_SHARE = 5.0
-"""A step between time stamps so many times the usual one is a gap; phones that film at a variable
-rate stay below 4."""
+JUMP_SHARE = 1.7
+"""A step between time stamps so many times the usual one is a jump: a picture was left out."""
 STEPS_KEPT = 15
 """Steps of which the median is the usual one."""
 
@@ -31,9 +30,11 @@ class Tally:
     pictures: int = 0
     """Pictures decoded so far."""
     errors: int = 0
-    """Packets that the decoder refused or that the file's end cuts off."""
+    """Packets that the decoder refused."""
     first_error: int | None = None
     """How many pictures had come when the first packet was refused."""
+    cut_off: bool = False
+    """True if the file ends within a packet."""
     damaged: int = 0
     """Pictures that the decoder gave but calls damaged."""
     first_damaged: int | None = None
@@ -42,17 +43,26 @@ class Tally:
     """Why reading failed before the end of the file; None if it did not."""
     time_s: float = math.nan
     """Footage time of the last picture so far; NaN without time stamps."""
-    end_s: float = math.nan
-    """Footage time at which that picture ends."""
-    widest_gap_s: float = 0.0
-    """Longest step between time stamps that is far beyond the usual."""
-    widest_gap_after: int | None = None
-    """Index of the picture before that gap; None if there is none."""
+    lasts_s: float = 0.0
+    """How long that picture is said to last; 0 if nothing is said."""
+    jumps: int = 0
+    """Steps between time stamps that are longer than usual."""
+    widest_jump_s: float = 0.0
+    """The longest of them."""
+    widest_jump_share: float = 0.0
+    """How many times the usual step that one is."""
+    widest_jump_after: int = 0
+    """Index of the picture before it."""
     exhausted: bool = False
     """True once the file was decoded to its end."""
     tick_s: Fraction | None = None
     """Unit of the time stamps."""
     _steps: deque[float] = field(default_factory=lambda: deque(maxlen=STEPS_KEPT))
+
+    @property
+    def usual_step_s(self) -> float:
+        """Median of the last steps between time stamps; infinite before there are any."""
+        return sorted(self._steps)[len(self._steps) // 2] if self._steps else math.inf
 
     def refuse(self) -> None:
         """Count a packet that gave no picture."""
@@ -68,13 +78,16 @@ class Tally:
                 self.first_damaged = self.pictures
         now_s = seconds(picture.pts, self.tick_s)
         step_s = now_s - self.time_s
-        usual_s = sorted(self._steps)[len(self._steps) // 2] if self._steps else math.inf
-        if step_s > max(GAP_SHARE * usual_s, self.widest_gap_s):
-            self.widest_gap_s, self.widest_gap_after = step_s, self.pictures - 1
+        share = step_s / self.usual_step_s
+        if share > JUMP_SHARE:
+            self.jumps += 1
+            if share > self.widest_jump_share:
+                self.widest_jump_s, self.widest_jump_share = step_s, share
+                self.widest_jump_after = self.pictures - 1
         if step_s > 0:
             self._steps.append(step_s)
         self.time_s = now_s
-        self.end_s = now_s + seconds(picture.duration or 0, self.tick_s)
+        self.lasts_s = seconds(picture.duration or 0, self.tick_s)
         self.pictures += 1
 
 
@@ -153,9 +166,9 @@ def _packets(
             yield waiting
         waiting = packet
     if waiting is not None and waiting.is_corrupt:
-        # The file ends within this packet. A decoder would paint over the missing part, and its
-        # complaint would come when it is asked for its last pictures and take those with it.
-        tally.refuse()
+        # A decoder would paint over the missing part of the packet, or complain when it is asked
+        # for its last pictures and keep those to itself.
+        tally.cut_off = True
     elif waiting is not None:
         yield waiting
     yield None

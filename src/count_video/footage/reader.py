@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator
-from itertools import chain, islice, tee
+from collections import deque
+from collections.abc import Generator, Iterator
+from itertools import chain, islice
 from pathlib import Path
 from types import TracebackType
 
@@ -94,22 +95,25 @@ class Footage:
     def _frames(
         self, reading: Reading, repeats: _RepeatCount, start: int, end: int | None
     ) -> Generator[Frame, None, None]:
-        turns, tick_s = self.info.rotation_deg // 90, reading.stream.time_base
+        turns = self.info.rotation_deg // 90
+        # Whether a frame is a copy is known when the next one is there: it waits here till then.
+        waiting: deque[tuple[float, Luma]] = deque()
         try:
-            now, ahead = tee(self._pictures(islice(reading, end)))
-            copies = mark_repeats(luma for _, luma in ahead)
-            for index, ((picture, luma), copy) in enumerate(zip(now, copies, strict=True)):
+            copies = mark_repeats(self._lumas(reading, end, waiting))
+            for index, copy in enumerate(copies):
                 repeats.add(copy)
+                time_s, luma = waiting.popleft()
                 if index >= start:
-                    time_s = seconds(picture.pts, tick_s)
                     yield Frame(index, time_s, upright(luma, turns), copy)
         finally:
             reading.close()
 
-    def _pictures(self, pictures: Iterable[av.VideoFrame]) -> Iterator[tuple[av.VideoFrame, Luma]]:
-        """Pair pictures with their luma, as long as these keep their size."""
+    def _lumas(
+        self, reading: Reading, end: int | None, waiting: deque[tuple[float, Luma]]
+    ) -> Iterator[Luma]:
+        """Yield the luma of every picture, as long as these keep their size."""
         first = None
-        for index, picture in enumerate(pictures):
+        for index, picture in enumerate(islice(reading, end)):
             luma = luma_of(picture)
             first = luma.shape if first is None else first
             if luma.shape != first:
@@ -118,7 +122,8 @@ class Footage:
                     f"{first[1]} x {first[0]} to {luma.shape[1]} x {luma.shape[0]} px; "
                     "cut the clip there and count the parts"
                 )
-            yield picture, luma
+            waiting.append((seconds(picture.pts, reading.stream.time_base), luma))
+            yield luma
 
 
 class _RepeatCount:

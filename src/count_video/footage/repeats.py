@@ -66,7 +66,7 @@ def mark_repeats(lumas: Iterable[Luma]) -> Iterator[bool]:
         if len(window) > 1:
             yield judge.is_copy(tuple(window)[:-1], window[-1])
     if window:
-        yield judge.is_copy(tuple(window)[1:], None)
+        yield judge.is_copy(tuple(window)[-3:], None)
 
 
 class _Sample:
@@ -90,12 +90,14 @@ class _Sample:
 
 def _change(picture: Luma, before: Luma) -> float:
     """Return the largest mean difference over the blocks of two pictures, in grey levels."""
-    blocks = picture.shape[1] // BLOCK_PX, picture.shape[0] // BLOCK_ROWS
-    if picture.shape != before.shape or not all(blocks):
+    if picture.shape != before.shape:
         return math.inf
     difference = cv2.absdiff(picture, before)
     if not difference.max():
         return 0.0
+    blocks = picture.shape[1] // BLOCK_PX, picture.shape[0] // BLOCK_ROWS
+    if not all(blocks):  # smaller than a block
+        return math.inf
     whole = difference[: blocks[1] * BLOCK_ROWS, : blocks[0] * BLOCK_PX]
     scaled = cv2.convertScaleAbs(whole, alpha=SUBLEVELS)
     largest = int(cv2.resize(scaled, blocks, interpolation=cv2.INTER_AREA).max())

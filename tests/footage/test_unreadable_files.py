@@ -1,0 +1,134 @@
+from __future__ import annotations
+
+import os
+import wave
+from collections.abc import Callable
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+import pytest
+from numbered_frames import numbered, write_numbered
+
+from count_video.errors import FootageError
+from count_video.footage.reader import open_footage, pilot_frames
+
+
+def missing(path: Path) -> None:
+    assert not path.exists()
+
+
+def folder(path: Path) -> None:
+    path.mkdir()
+
+
+def empty(path: Path) -> None:
+    path.touch()
+
+
+def text(path: Path) -> None:
+    path.write_text("One collision, two collisions.\n" * 300, "utf-8")
+
+
+def list_of_files(path: Path) -> None:
+    write_numbered(path.with_name("other.mp4"), 5)
+    path.write_text("ffconcat version 1.0\nfile other.mp4\n", "utf-8")
+
+
+def random_bytes(path: Path) -> None:
+    path.write_bytes(np.random.default_rng(1).bytes(30_000))
+
+
+def sound_only(path: Path) -> None:
+    with path.open("wb") as file, wave.open(file) as sound:
+        sound.setnchannels(1)
+        sound.setsampwidth(2)
+        sound.setframerate(8000)
+        sound.writeframes(bytes(16_000))
+
+
+def no_whole_picture(path: Path) -> None:
+    write_numbered(path, 5)
+    with av.open(str(path)) as container:
+        first = next(container.demux(video=0))
+    path.write_bytes(path.read_bytes()[: (first.pos or 0) + first.size // 2])
+
+
+UNREADABLE: dict[Callable[[Path], None], str] = {
+    missing: "no such file",
+    folder: "folder",
+    empty: "empty",
+    text: "not readable as video",
+    list_of_files: "text file",
+    random_bytes: "not readable as video",
+    sound_only: "audio",
+    no_whole_picture: "not one picture",
+}
+
+
+@pytest.mark.parametrize(("make", "said"), UNREADABLE.items(), ids=lambda value: str(value)[:20])
+def test_the_refusal_is_one_sentence_with_the_name_and_the_reason(
+    tmp_path: Path, make: Callable[[Path], None], said: str
+) -> None:
+    path = tmp_path / "clip.mp4"
+    make(path)
+    with pytest.raises(FootageError, match=said) as caught:
+        open_footage(path)
+    message = str(caught.value)
+    assert message.startswith(str(path))
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize("make", [missing, text, sound_only], ids=lambda make: make.__name__)
+def test_the_pilot_refuses_them_as_well(tmp_path: Path, make: Callable[[Path], None]) -> None:
+    path = tmp_path / "clip.mp4"
+    make(path)
+    with pytest.raises(FootageError):
+        pilot_frames(path, budget=10)
+
+
+def test_a_text_file_is_no_film_of_text(tmp_path: Path) -> None:
+    path = tmp_path / "notes.txt"
+    text(path)
+    with pytest.raises(FootageError, match="text file"):
+        open_footage(path)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no named pipes")
+def test_a_pipe_is_refused_rather_than_waited_for(tmp_path: Path) -> None:
+    path = tmp_path / "clip.mp4"
+    os.mkfifo(path)
+    with pytest.raises(FootageError, match="no regular file"):
+        open_footage(path)
+
+
+def test_a_file_without_read_permission_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_numbered(tmp_path / "clip.mp4", 3)
+
+    def refuse(*_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    # Not by chmod: who may do everything would read the file all the same.
+    monkeypatch.setattr(Path, "open", refuse)
+    with pytest.raises(FootageError, match=r"clip\.mp4.*Permission denied"):
+        open_footage(path)
+
+
+def test_a_still_picture_is_a_clip_of_one_frame(tmp_path: Path) -> None:
+    path = tmp_path / "still.png"
+    encoded, data = cv2.imencode(".png", numbered(7))
+    assert encoded
+    path.write_bytes(data.tobytes())
+    with open_footage(path) as footage:
+        (frame,) = footage.frames()
+    assert np.abs(frame.luma.astype(int) - numbered(7)).max() <= 1
+
+
+@pytest.mark.parametrize("name", ["a:b.mp4", "100 %d.mp4", "größe.mp4", "-.mp4", "a'b.mp4"])
+def test_a_name_is_only_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    with open_footage(write_numbered(Path(name), 5)) as footage:
+        assert len(list(footage.frames())) == 5
