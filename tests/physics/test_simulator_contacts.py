@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from count_video.physics.engine import Anchor, events
+from count_video.physics.engine import Anchor, events, settle
 from count_video.physics.flights import Pendulum
 from count_video.physics.mountings import RESTING_FRACTION, Hold, build_apparatus
 from count_video.physics.setup import Setup
@@ -123,6 +123,51 @@ def test_a_pressed_ball_waits_on_the_wall_for_the_cylinder() -> None:
     before = motion.sample(np.linspace(0.0, first.time_s, 50)[:-1])
     np.testing.assert_array_equal(before.ball_far_face_m, 0.0)
     assert (first.kind, first.light_before_m_s) == ("bodies", 0.0)
+
+
+@pytest.mark.parametrize(
+    ("wall_gap_m", "bodies_gap_m", "heavy_kg", "hold"),
+    [
+        (-0.02, -0.02, 1.0, Hold.PINNED),  # both threads press
+        (0.05, -0.06, 100.0, Hold.PINNED),  # a heavy cylinder presses harder than the ball pulls
+        (0.05, -0.06, 1.0, Hold.TOGETHER),  # a light one is pushed away by the ball
+        (0.05, 0.0, 1.0, Hold.TOGETHER),  # both pulled away alike
+        (-0.02, 0.05, 1.0, Hold.BALL_ON_WALL),  # only the cylinder is pulled away
+        (0.02, 0.05, 1.0, Hold.APART),  # the cylinder is pulled away faster than the ball
+    ],
+)
+def test_who_stays_in_contact_at_the_wall_follows_from_the_pulls(
+    wall_gap_m: float, bodies_gap_m: float, heavy_kg: float, hold: Hold
+) -> None:
+    setup = Setup(
+        heavy_mass_kg=heavy_kg,
+        light_mass_kg=1.0,
+        wall_gap_m=wall_gap_m,
+        bodies_gap_m=bodies_gap_m,
+        release_m=0.1,
+    )
+    at_wall = Anchor(0.0, 0.0, 0.0, 0.0, 0.0, Hold.APART)
+    assert settle(build_apparatus(setup), at_wall).hold is hold
+
+
+def test_a_cylinder_pushes_a_sluggish_ball_along_the_floor_to_a_common_stop() -> None:
+    setup = Setup(
+        mounting="floor",
+        heavy_mass_kg=2.0,
+        light_mass_kg=1.0,
+        heavy_friction=0.1,
+        light_friction=0.7,
+        restitution_bodies=0.0,
+        heavy_velocity_m_s=-1.0,
+        release_m=0.0,
+        wall_gap_m=0.5,
+    )
+    end = simulate(setup).anchors[-1]
+    common = 2.0 / 3.0  # perfectly inelastic
+    mean_friction = (2.0 * 0.1 + 1.0 * 0.7) / 3.0
+    path_m = common**2 / (2.0 * mean_friction * setup.gravity_m_s2)
+    assert end.hold is Hold.TOGETHER
+    assert setup.wall_gap_m - end.ball_m == pytest.approx(path_m, rel=1e-12)
 
 
 def test_everything_at_rest_stays_at_rest() -> None:

@@ -95,6 +95,12 @@ def test_the_default_end_does_not_change_what_came_before(setup: Setup, stop_s: 
     assert part.burst_end_s in (whole.burst_end_s, math.inf)
 
 
+def test_a_collision_at_time_zero_belongs_to_the_shortest_run() -> None:
+    touching = Setup(mounting="free", heavy_velocity_m_s=-1.0, release_m=0.0)
+    first = simulate(touching, until_s=0.0).collisions
+    assert [bounce.time_s for bounce in first] == [0.0]
+
+
 def test_an_earlier_end_leaves_a_motion_as_it_is() -> None:
     motion = simulate(Setup())
     assert extend(motion, 0.1) is motion

@@ -95,6 +95,15 @@ def test_collisions_are_seen_as_contacts_in_the_samples(setup: Setup) -> None:
         assert (np.abs(gap) <= POSITION_ROUNDING + 3.0 * np.spacing(times)).all()
 
 
+def test_a_sample_at_a_collision_is_the_state_after_it() -> None:
+    motion = simulate(TABLE_1)
+    sample = motion.sample(np.array([bounce.time_s for bounce in motion.collisions]))
+    after = [(bounce.heavy_after_m_s, bounce.light_after_m_s) for bounce in motion.collisions]
+    np.testing.assert_array_equal(
+        np.column_stack([sample.heavy_velocity_m_s, sample.ball_velocity_m_s]), after
+    )
+
+
 @given(suspended() | sliding() | free())
 def test_bodies_never_pass_through_each_other_or_the_wall(setup: Setup) -> None:
     motion = simulate(setup)

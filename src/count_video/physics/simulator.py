@@ -77,23 +77,27 @@ class Motion:
     @property
     def burst(self) -> tuple[SimulatedCollision, ...]:
         """The collisions that count: those before the cylinder turns back toward the wall."""
-        return tuple(c for c in self.collisions if c.time_s <= self.burst_end_s)
+        return tuple(bounce for bounce in self.collisions if bounce.time_s <= self.burst_end_s)
 
     @property
     def after_burst(self) -> tuple[SimulatedCollision, ...]:
         """The collisions after that."""
-        return tuple(c for c in self.collisions if c.time_s > self.burst_end_s)
+        return tuple(bounce for bounce in self.collisions if bounce.time_s > self.burst_end_s)
 
     @property
     def count(self) -> int:
-        """Number of collisions of the burst."""
+        """Number of collisions of the burst.
+
+        Very inelastic bodies (free, 1:100: restitution below about 0.83) collapse onto the wall in
+        infinitely many bounces; then this is how many were faster than a resting contact.
+        """
         return len(self.burst)
 
     def sample(self, times_s: Floats) -> Sample:
         """State at ``times_s``, shape (n,), exact; the run is continued if it is too short.
 
         Before time 0 a suspended trial is held at its start; a free or sliding cylinder comes in
-        on a straight line. At the very time of a collision the state after it is given.
+        as it must have. At the very time of a collision the state after it is given.
 
         Raises
         ------
@@ -162,7 +166,7 @@ def simulate(setup: Setup, *, seed: int = 0, until_s: float | None = None) -> Mo
         heavy_m = ball_m
     start = Anchor(0.0, heavy_m, setup.heavy_velocity_m_s, ball_m, 0.0, Hold.APART)
     start = settle(build_apparatus(setup), start)
-    still = Motion(setup, seed, 0.0, (), math.inf, (start,))
+    still = Motion(setup, seed, -math.inf, (), math.inf, (start,))
     return _run(still, None) if until_s is None else extend(still, until_s)
 
 
