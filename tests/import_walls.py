@@ -17,9 +17,14 @@ _BELOW_A_STAGE = _SHARED | {"physics", "signals"}
 
 MAY_IMPORT: Mapping[str, frozenset[str]] = {
     "__main__": frozenset({"cli"}),
-    "cli": frozenset({"options", "campaign", "trial", "reports", "physics"}) | _SHARED,
+    "cli": frozenset(
+        {"options", "campaign", "trial", "evidence", "corrections", "reports", "physics"}
+    )
+    | _SHARED,
     "options": _SHARED,
-    "campaign": frozenset({"trial", "reports", "physics"}) | _SHARED,
+    "campaign": frozenset({"trial", "evidence", "corrections", "reports", "physics"}) | _SHARED,
+    "evidence": frozenset({"trial", "corrections", "reports", "footage", "physics"}) | _SHARED,
+    "corrections": _SHARED,
     "trial": frozenset({"verdict", "collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
     "verdict": frozenset({"collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
     "reports": _BELOW_A_STAGE,

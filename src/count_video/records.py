@@ -27,6 +27,7 @@ CollisionKind = Literal["bodies", "wall"]
 WallSide = Literal["left", "right"]
 RateSource = Literal["option", "metadata", "unknown"]
 Status = Literal["counted", "not_counted"]
+CorrectionAction = Literal["wrong", "missed"]
 
 
 @dataclass(frozen=True)
@@ -156,6 +157,21 @@ class Collision:
 
 
 @dataclass(frozen=True)
+class Correction:
+    """What a person who looked at the frames changed."""
+
+    action: CorrectionAction
+    """``wrong`` takes a collision of the tool away, ``missed`` adds one."""
+    kind: CollisionKind
+    frame: float
+    """Frame coordinate of the contact."""
+    number: int | None
+    """Number of the collision that is wrong; None for one that was missed."""
+    changes_count: bool
+    """False where the collision lies beyond the burst."""
+
+
+@dataclass(frozen=True)
 class TrialResult:
     """The answer for one clip: what ``count-video`` prints."""
 
@@ -187,3 +203,6 @@ class TrialResult:
     mass_ratio: float | None
     """Heavy over light; given by the user or measured from the velocity steps."""
     warnings: tuple[str, ...]
+    reviewed_count: int | None = None
+    """The count after a person's corrections; None where nobody reviewed the clip."""
+    corrections: tuple[Correction, ...] = ()

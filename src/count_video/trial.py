@@ -13,11 +13,11 @@ from fractions import Fraction
 from pathlib import Path
 
 from count_video import verdict
-from count_video.collisions.seen import seen_collisions
+from count_video.collisions.seen import SeenCollisions, seen_collisions
 from count_video.errors import TrackingError
 from count_video.footage.reader import open_footage
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import TrialResult, WallSide
+from count_video.records import FootageInfo, Track, TrialResult, WallSide
 from count_video.tracking.track import Region, TrackSettings, track_clip
 
 
@@ -39,10 +39,27 @@ class TrialSettings:
     """Heavy and light mass, in any one unit."""
 
 
+@dataclass(frozen=True)
+class Trial:
+    """One clip worked through: the answer and what it rests on."""
+
+    result: TrialResult
+    info: FootageInfo
+    track: Track | None
+    """None where no bodies could be followed."""
+    found: SeenCollisions | None
+    """What the frames show; None without a track."""
+
+
 def count_clip(
     path: Path, settings: TrialSettings, progress: Progress = NO_PROGRESS
 ) -> TrialResult:
-    """Count the collisions in one clip.
+    """Count the collisions in one clip; raises what :func:`work_through` raises."""
+    return work_through(path, settings, progress).result
+
+
+def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PROGRESS) -> Trial:
+    """Count the collisions in one clip and keep what the count rests on.
 
     Raises
     ------
@@ -56,9 +73,10 @@ def count_clip(
         try:
             track = track_clip(footage, looking, progress)
         except TrackingError as error:
-            return verdict.nothing_to_count(footage.info, footage.report(), str(error))
+            nothing = verdict.nothing_to_count(footage.info, footage.report(), str(error))
+            return Trial(nothing, footage.info, None, None)
         found = seen_collisions(track)
-        return verdict.counted(
+        result = verdict.counted(
             footage.info,
             footage.report(),
             track,
@@ -66,3 +84,4 @@ def count_clip(
             settings.masses,
             settings.ball_diameter_mm,
         )
+        return Trial(result, footage.info, track, found)

@@ -34,6 +34,8 @@ KEYS = [
     "pi_high",
     "mass_ratio",
     "warnings",
+    "reviewed_count",
+    "corrections",
 ]
 COLLISION_KEYS = [
     "number",

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import math
 
-from count_video.records import Collision, TrialResult, Velocities
+from count_video.records import Collision, Correction, TrialResult, Velocities
 
 SCHEMA_VERSION = 1
 
@@ -46,6 +46,8 @@ def json_object(result: TrialResult) -> dict[str, object]:
         "pi_high": _number(result.pi_high),
         "mass_ratio": _number(result.mass_ratio),
         "warnings": [_text(warning) for warning in result.warnings],
+        "reviewed_count": _whole(result.reviewed_count),
+        "corrections": [_correction(correction) for correction in result.corrections],
     }
 
 
@@ -60,6 +62,16 @@ def _collision(collision: Collision) -> dict[str, object]:
         "position_px": _number(collision.position_px),
         "velocity_before_px_frame": _velocities(collision.velocity_before),
         "velocity_after_px_frame": _velocities(collision.velocity_after),
+    }
+
+
+def _correction(correction: Correction) -> dict[str, object]:
+    return {
+        "action": correction.action,
+        "kind": correction.kind,
+        "frame": _number(correction.frame),
+        "number": _whole(correction.number),
+        "changes_count": bool(correction.changes_count),
     }
 
 
