@@ -114,15 +114,13 @@ class Motion:
         tau_s = times - self._anchor_times_s[rows]
         if self.setup.mounting == "suspended":
             tau_s = np.maximum(tau_s, 0.0)
-        states = self._anchor_states[:, rows]
-        holds = self._anchor_holds[rows]
+        states, holds = self._anchor_states[:, rows], self._anchor_holds[rows]
         apparatus = build_apparatus(self.setup)
         for hold in self._holds_used:
             part = holds == hold
             states[:, part] = _advance_states(apparatus, hold, states[:, part], tau_s[part])
-        heavy_m, heavy_velocity, ball_m, ball_velocity = states
         diameter_m = self.setup.ball_diameter_m
-        return Sample(heavy_m + diameter_m, heavy_velocity, ball_m, ball_velocity, diameter_m)
+        return Sample(states[0] + diameter_m, *states[1:], diameter_m)
 
     @cached_property
     def _anchor_times_s(self) -> Floats:
@@ -165,8 +163,8 @@ def simulate(setup: Setup, *, seed: int = 0, until_s: float | None = None) -> Mo
     if abs(heavy_m - ball_m) < CONTACT_AT_START_M:
         heavy_m = ball_m
     start = Anchor(0.0, heavy_m, setup.heavy_velocity_m_s, ball_m, 0.0, Hold.APART)
-    start = settle(build_apparatus(setup), start)
-    still = Motion(setup, seed, -math.inf, (), math.inf, (start,))
+    settled = settle(build_apparatus(setup), start)
+    still = Motion(setup, seed, -math.inf, (), math.inf, (settled,))
     return _run(still, None) if until_s is None else extend(still, until_s)
 
 
