@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.collisions.gaps import Gaps
-from count_video.collisions.onesided import Corner, Side, crossing, fit_side, side_frames
+from count_video.collisions.onesided import Corner, Side, crossing, fit_side, widest_needed
 from count_video.records import CollisionKind, Floats
 from count_video.signals import low_points, noise_px
 
@@ -131,11 +131,12 @@ def _side(
     candidate: Candidate, gaps: Gaps, limit: float, anchor: tuple[float, float] | None
 ) -> Side | None:
     signal = signal_of(candidate.kind, gaps)
-    chosen = side_frames(gaps.frame, signal, candidate.frame, limit)
+    sigma = sigma_of(signal)
+    chosen = widest_needed(gaps.frame, signal, candidate.frame, limit, sigma)
     frame, values = gaps.frame[chosen], signal[chosen]
     if len(chosen) < FEW_POINTS and anchor is not None:
         frame, values = np.append(frame, anchor[0]), np.append(values, anchor[1])
-    return fit_side(frame, values, candidate.frame, sigma_of(signal))
+    return fit_side(frame, values, candidate.frame, sigma)
 
 
 def signal_of(kind: CollisionKind, gaps: Gaps) -> Floats:

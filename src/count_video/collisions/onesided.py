@@ -19,6 +19,9 @@ HALF_EXPOSURE = 0.5
 """Frames: the longest shutter is open for the whole frame, half of it before its centre."""
 WINDOW_FRAMES = 24.0
 """A side reaches this far at most: motion further away says little about the corner."""
+WINDOW_AT_MOST_FRAMES = 192.0
+CLEAR_SIGMAS = 10.0
+"""A slope that exceeds its uncertainty by this factor needs no wider window."""
 BENT_FROM = 9
 """With so many points a side may be bent (gravity on the threads); below, it is straight."""
 
@@ -84,18 +87,43 @@ def fit_side(frame: Floats, signal: Floats, about: float, sigma: float) -> Side 
     return Side(float(solution[0]), float(solution[1]), bend, covariance, count)
 
 
-def side_frames(frame: Floats, signal: Floats, corner: float, limit: float) -> NDArray[np.intp]:
+def side_frames(
+    frame: Floats,
+    signal: Floats,
+    corner: float,
+    limit: float,
+    window: float = WINDOW_FRAMES,
+) -> NDArray[np.intp]:
     """Select the frames of one side: between the corner and the limit, clear of both corners.
 
     ``limit`` is the neighbouring corner (or -inf, inf) and tells by its sign which side is meant.
     """
     if limit < corner:
         inside = (frame < corner - HALF_EXPOSURE) & (frame > limit + HALF_EXPOSURE)
-        inside &= frame > corner - WINDOW_FRAMES
+        inside &= frame > corner - window
     else:
         inside = (frame > corner + HALF_EXPOSURE) & (frame < limit - HALF_EXPOSURE)
-        inside &= frame < corner + WINDOW_FRAMES
+        inside &= frame < corner + window
     return np.flatnonzero(inside & np.isfinite(signal))
+
+
+def widest_needed(
+    frame: Floats, signal: Floats, corner: float, limit: float, sigma: float
+) -> NDArray[np.intp]:
+    """Select one side, wider the slower the signal moves there.
+
+    The window doubles until the side's slope stands clear of its uncertainty: two bodies that
+    drift together by a pixel in a hundred frames collide all the same.
+    """
+    window = WINDOW_FRAMES
+    while True:
+        chosen = side_frames(frame, signal, corner, limit, window)
+        side = fit_side(frame[chosen], signal[chosen], corner, sigma)
+        if side is None or window >= WINDOW_AT_MOST_FRAMES:
+            return chosen
+        if abs(side.slope) > CLEAR_SIGMAS * float(np.sqrt(side.covariance[1, 1])):
+            return chosen
+        window *= 2
 
 
 def crossing(before: Side, after: Side, about: float) -> Corner | None:

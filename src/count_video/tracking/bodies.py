@@ -23,7 +23,7 @@ from count_video.tracking.seeds import (
     patches,
     rank_pairs,
 )
-from count_video.tracking.sprite import Body, Box, Seed, learn
+from count_video.tracking.learning import Body, Box, Seed, learn
 
 CANDIDATES = 6
 """So many pairs of patches are tried, best first."""
@@ -89,12 +89,11 @@ def find_bodies(runs: Sequence[Sequence[Frame]]) -> Bodies | NotFound:
 def _learn_pair(
     runs: Sequence[Sequence[Frame]], pair: PatchPair, tilt_deg: float
 ) -> tuple[Body, Body] | None:
-    left, right = _seeds(runs, pair)
-    first = learn(runs, left, tilt_deg)
-    second = None if first is None else learn(runs, right, tilt_deg)
-    if first is None or second is None or not _side_by_side(first, second):
+    learnt = learn(runs, _seeds(runs, pair), tilt_deg)
+    if learnt is None or not _side_by_side(*learnt):
         return None
-    return first, second
+    left, right = learnt
+    return left, right
 
 
 def _seeds(runs: Sequence[Sequence[Frame]], pair: PatchPair) -> tuple[Seed, Seed]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from count_video.tracking.register import Fit, Picture, register
 from count_video.tracking.search import search
-from count_video.tracking.sprite import Body
+from count_video.tracking.learning import Body
 
 AGREEMENT_SHARE = 0.75
 """A fit is believed from this share of the body's typical correlation on."""

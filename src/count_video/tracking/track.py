@@ -24,6 +24,8 @@ PILOT_BYTES = 90_000_000
 """Pictures of the pilot are held in memory; so much may they take."""
 PILOT_FRAMES = 180
 PILOT_FRAMES_AT_LEAST = 24
+SMALL_CLIP_PIXELS = 4e8
+"""Clips with fewer pixels in all frames together are decoded whole for the pilot."""
 RUN_FRAMES = 12
 """Runs are cut to about this length."""
 FRAMES_AT_LEAST = 12
@@ -84,12 +86,37 @@ def _check_region(footage: Footage, region: Region | None) -> None:
 
 
 def _pilot(footage: Footage, settings: TrackSettings) -> list[list[Frame]]:
-    """Take runs of frames spread over the clip; copies of pictures are left out."""
+    """Take runs of frames spread over the clip; copies of pictures are left out.
+
+    A small clip is decoded for it from end to end, which costs little and shows every phase; of a
+    large one only what follows its key frames.
+    """
     size = footage.info.width_px * footage.info.height_px
     budget = int(np.clip(PILOT_BYTES // size, PILOT_FRAMES_AT_LEAST, PILOT_FRAMES))
-    runs = pilot_frames(footage.info.path, budget=budget, start=settings.start, end=settings.end)
+    promised = footage.info.frames_promised
+    if promised is not None and budget < promised < SMALL_CLIP_PIXELS / size:
+        runs = _evenly(footage, settings, budget, promised)
+    else:
+        runs = pilot_frames(
+            footage.info.path, budget=budget, start=settings.start, end=settings.end
+        )
     fresh = [[_cropped(f, settings.region) for f in run if not f.repeats_previous] for run in runs]
     return [piece for run in fresh for piece in _pieces(run)]
+
+
+def _evenly(
+    footage: Footage, settings: TrackSettings, budget: int, promised: int
+) -> list[list[Frame]]:
+    """Keep short runs, evenly spaced, of a clip that is decoded whole."""
+    last = promised if settings.end is None else min(settings.end, promised)
+    spacing = max(1.0, (last - settings.start) / max(1, budget // RUN_FRAMES))
+    runs: dict[int, list[Frame]] = {}
+    for frame in footage.frames(settings.start, settings.end):
+        number, place = divmod(frame.index - settings.start, spacing)
+        if place < RUN_FRAMES:
+            kept = replace(frame, luma=frame.luma.copy())
+            runs.setdefault(int(number), []).append(kept)
+    return list(runs.values())
 
 
 def _pieces(run: list[Frame]) -> list[list[Frame]]:

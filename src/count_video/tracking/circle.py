@@ -1,0 +1,125 @@
+"""Is there a circle among these edge points? A ball's outline, found in spite of its markings.
+
+Random triples of points propose circles and the points near each circle vote (Fischler and Bolles
+1981). Nothing depends on it but the scale and the ball's centre: bodies need not be round.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+
+TRIPLES = 600
+SEED = 20260101
+"""Draws are repeatable: the same footage gives the same answer."""
+NEAR_PX = 1.0
+"""Points this near to the circle are on it: edges are found to about half a pixel."""
+SECTORS = 24
+SECTORS_AT_LEAST = 11
+"""So many of the circle's 24 sectors must hold points, with some on each side."""
+SECTORS_OF_A_SIDE = 4
+POINTS_AT_LEAST = 16
+RADIUS_SHARE = (0.28, 0.7)
+"""Radius as a share of the height of the area that is searched."""
+VOTES_SHARE = 0.8
+REFINEMENTS = 3
+OUTSIDE_AT_MOST = 0.15
+"""Share of the edge points beside a circle beyond which it is not the outline."""
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A circle in px."""
+
+    x_px: float
+    y_px: float
+    radius_px: float
+
+
+def circle_through(
+    x: NDArray[np.intp], y: NDArray[np.intp], shape: tuple[int, ...]
+) -> Circle | None:
+    """Find the circle that most of its sectors show; None if there is none.
+
+    Parameters
+    ----------
+    x, y
+        Edge points, shape (n,), in px.
+    shape
+        Height and width of the area they lie in.
+    """
+    if len(x) < POINTS_AT_LEAST:
+        return None
+    points = np.stack([x, y], axis=1).astype(np.float64)
+    rng = np.random.default_rng(SEED)
+    triples = points[rng.integers(0, len(points), (TRIPLES, 3))]
+    circles = _through_three(triples)
+    low, high = (share * shape[0] for share in RADIUS_SHARE)
+    circles = circles[(circles[:, 2] > low) & (circles[:, 2] < high)]
+    if len(circles) == 0:
+        return None
+    votes = _votes(points, circles)
+    good = circles[votes >= VOTES_SHARE * votes.max()]
+    # An arc and the ring of a ball make up smaller circles: the largest good one is the outline.
+    best = good[int(np.argmax(good[:, 2]))]
+    for _ in range(REFINEMENTS):
+        best = _refined(points, best)
+    circle = Circle(float(best[0]), float(best[1]), float(best[2]))
+    return circle if low < circle.radius_px < high and _shown(points, best) else None
+
+
+def _through_three(triples: Floats) -> Floats:
+    """Circles (x, y, radius) through three points each, shape (n, 3); NaN-free."""
+    a, b, c = triples[:, 0], triples[:, 1], triples[:, 2]
+    ab, ac = b - a, c - a
+    cross = 2 * (ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0])
+    good = np.abs(cross) > 1.0
+    a, ab, ac, cross = a[good], ab[good], ac[good], cross[good]
+    square_b, square_c = (ab**2).sum(axis=1), (ac**2).sum(axis=1)
+    x = (ac[:, 1] * square_b - ab[:, 1] * square_c) / cross
+    y = (ab[:, 0] * square_c - ac[:, 0] * square_b) / cross
+    return np.stack([a[:, 0] + x, a[:, 1] + y, np.hypot(x, y)], axis=1)
+
+
+def _votes(points: Floats, circles: Floats) -> NDArray[np.intp]:
+    """How many sectors of each circle hold points: many points of one arc count once."""
+    counts = []
+    for circle in circles:
+        sectors = _sectors(points, circle)
+        counts.append(np.count_nonzero(np.bincount(sectors, minlength=SECTORS)))
+    return np.array(counts)
+
+
+def _sectors(points: Floats, circle: Floats) -> NDArray[np.intp]:
+    away = points - circle[:2]
+    near = np.abs(np.hypot(away[:, 0], away[:, 1]) - circle[2]) < NEAR_PX
+    angle = np.arctan2(away[near, 1], away[near, 0])
+    return (np.floor((angle / (2 * np.pi) + 0.5) * SECTORS).astype(np.intp)) % SECTORS
+
+
+def _refined(points: Floats, circle: Floats) -> Floats:
+    """Least squares circle through the points near one (Kasa 1976, linear in its unknowns)."""
+    away = points - circle[:2]
+    near = points[np.abs(np.hypot(away[:, 0], away[:, 1]) - circle[2]) < 2 * NEAR_PX]
+    if len(near) < POINTS_AT_LEAST:
+        return circle
+    design = np.column_stack([2 * near, np.ones(len(near))])
+    (x, y, rest), *_ = np.linalg.lstsq(design, (near**2).sum(axis=1), rcond=None)
+    return np.array([x, y, np.sqrt(max(rest + x * x + y * y, 0.0))])
+
+
+def _shown(points: Floats, circle: Floats) -> bool:
+    """Whether enough of the circle is there, left and right."""
+    shown = np.bincount(_sectors(points, circle), minlength=SECTORS) > 0
+    # Sectors run from angle -180 degrees: the left side is at both ends, the right in the middle.
+    right = int(shown[SECTORS // 4 : 3 * SECTORS // 4].sum())
+    left = int(shown.sum()) - right
+    beside = np.abs(points[:, 1] - circle[1]) < circle[2] / 2
+    outside = np.abs(points[:, 0] - circle[0]) > circle[2] + 2 * NEAR_PX
+    if (outside & beside).sum() > OUTSIDE_AT_MOST * max(1, beside.sum()):
+        return False
+    return int(shown.sum()) >= SECTORS_AT_LEAST and min(left, right) >= SECTORS_OF_A_SIDE

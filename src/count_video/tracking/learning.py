@@ -1,0 +1,231 @@
+"""From a box in one picture to the appearance of a body, learnt from many pictures.
+
+Each box is found again in pictures spread over the clip, and the pieces are laid upon each other
+and averaged. To smear out what is not the body, pictures count by how rare they are: those in
+which a body rests, or two move along side by side, are many and show nothing new.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats, Frame
+from count_video.tracking.outline import Mean, Outline, find_outline
+from count_video.tracking.register import Sprite, look, make_sprite, register
+from count_video.tracking.search import search
+
+Box = tuple[float, float, float, float]
+"""Left, top, right, bottom in px."""
+
+SURROUNDINGS = 0.6
+"""The surroundings that are averaged too, on either side, as a share of the box's height."""
+AGREEMENT_AT_LEAST = 0.5
+"""Correlation below which a piece is not taken for the body."""
+AGREEMENT_SHARE = 0.9
+"""Sightings that agree less than this share of the median are dropped in the end."""
+INSIDE_AT_LEAST = 0.7
+"""Share of the sprite that must lie within a picture to learn from it."""
+NOISE_FLOOR = 1.0
+"""Variance in grey levels squared that every pixel has at least (rounding, compression)."""
+ROUNDS = 2
+FRAMES_OF_A_RUN = 4
+"""Of a run of frames only so many are used: neighbours show almost the same."""
+SIGHTINGS_AT_LEAST = 4
+PLACE_BIN_PX = 3.0
+"""Pictures with the same bin of places, or of distances to the neighbour, are alike."""
+
+
+@dataclass(frozen=True)
+class Seed:
+    """Where one picture shows a body."""
+
+    frame: int
+    box: Box
+    fence: tuple[float, float] = (-np.inf, np.inf)
+    """Image x within which the body lies in that picture: beyond are its neighbours."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A sprite with its outline; x is measured from the sprite's left column."""
+
+    sprite: Sprite
+    left_edge_px: float
+    right_edge_px: float
+    """Where the outline's outermost points are."""
+    round_: bool
+    """Whether the outline is a circle."""
+    sightings: dict[int, tuple[float, float]]
+    """Frame index -> (x, y) of the sprite's top left pixel, where it was seen on the way."""
+    typical_agreement: float
+    """Median correlation with the pictures it was learnt from."""
+
+
+@dataclass(frozen=True)
+class _Place:
+    x_px: float
+    y_px: float
+    agreement: float
+
+
+@dataclass(frozen=True)
+class _Sketch:
+    """A body as far as it is known."""
+
+    seed: Seed
+    sprite: Sprite
+    start: tuple[float, float]
+    """Place of the sprite's top left pixel in the seed's picture."""
+    outline: Outline | None = None
+
+
+def learn(
+    runs: Sequence[Sequence[Frame]], seeds: Sequence[Seed], tilt_deg: float
+) -> list[Body] | None:
+    """Learn neighbouring bodies together from runs of frames, given a box for each.
+
+    Returns None if one of them cannot be found again, or shows no outline.
+    """
+    pictures = {seen.index: seen.luma for run in runs for seen in run}
+    sketches = [_sketch(pictures, seed) for seed in seeds]
+    for _ in range(ROUNDS):
+        places = [_find_everywhere(runs, sketch, tilt_deg) for sketch in sketches]
+        improved = []
+        for number, sketch in enumerate(sketches):
+            others = [found for other, found in enumerate(places) if other != number]
+            better = _improved(pictures, sketch, places[number], others)
+            if better is None:
+                return None
+            improved.append(better)
+        sketches = improved
+    bodies = [_finished(sketch, _find_everywhere(runs, sketch, tilt_deg)) for sketch in sketches]
+    learnt = [body for body in bodies if body is not None]
+    return learnt if len(learnt) == len(bodies) else None
+
+
+def _sketch(pictures: Mapping[int, NDArray[np.uint8]], seed: Seed) -> _Sketch:
+    left, top, right, bottom = (round(edge) for edge in seed.box)
+    shape = (bottom - top, right - left)
+    piece = look(pictures[seed.frame], left, top, shape)
+    return _Sketch(
+        seed, make_sprite(piece, np.ones(shape, dtype=np.float32)), (float(left), float(top))
+    )
+
+
+def _improved(
+    pictures: Mapping[int, NDArray[np.uint8]],
+    sketch: _Sketch,
+    places: dict[int, _Place],
+    others: Sequence[dict[int, _Place]],
+) -> _Sketch | None:
+    """Sketch the body anew from the mean of where it was found."""
+    seed = sketch.seed
+    if len(places) < SIGHTINGS_AT_LEAST or seed.frame not in places:
+        return None
+    margin = round(SURROUNDINGS * sketch.sprite.shape[0])
+    weight = _rarity(places, others)
+    mean = _average(pictures, places, weight, (sketch.sprite.shape, margin))
+    here = places[seed.frame]
+    first = here.x_px - margin
+    outline = find_outline(mean, (seed.fence[0] - first, seed.fence[1] - first))
+    if outline is None:
+        return None
+    return _Sketch(seed, outline.sprite, (first + outline.begin_px, here.y_px), outline)
+
+
+def _finished(sketch: _Sketch, places: dict[int, _Place]) -> Body | None:
+    if sketch.outline is None or len(places) < SIGHTINGS_AT_LEAST:
+        return None
+    typical = float(np.median([place.agreement for place in places.values()]))
+    return Body(
+        sprite=sketch.sprite,
+        left_edge_px=sketch.outline.left_px,
+        right_edge_px=sketch.outline.right_px,
+        round_=sketch.outline.round_,
+        sightings={
+            index: (place.x_px, place.y_px)
+            for index, place in places.items()
+            if place.agreement > AGREEMENT_SHARE * typical
+        },
+        typical_agreement=typical,
+    )
+
+
+def _find_everywhere(
+    runs: Sequence[Sequence[Frame]], sketch: _Sketch, tilt_deg: float
+) -> dict[int, _Place]:
+    """Places of the sprite, by frame index, wherever it agrees."""
+    slope = float(np.tan(np.radians(tilt_deg)))
+    frame = sketch.seed.frame
+    found: dict[int, _Place] = {}
+    for run in (_thinned(run, frame) for run in runs):
+        guess: tuple[float, float] | None = None
+        order = list(run)
+        if any(seen.index == frame for seen in run):
+            order.sort(key=lambda seen: abs(seen.index - frame))
+            guess = sketch.start
+        for seen in order:
+            if guess is None:
+                guess = search(seen.luma, sketch.sprite, sketch.start, slope)
+            if guess is None:
+                continue
+            fit = register(seen.luma, sketch.sprite, guess)
+            if fit is None or fit.agreement < AGREEMENT_AT_LEAST or fit.inside < INSIDE_AT_LEAST:
+                guess = None
+                continue
+            guess = (fit.x_px, fit.y_px)
+            found[seen.index] = _Place(fit.x_px, fit.y_px, fit.agreement)
+    return found
+
+
+def _thinned(run: Sequence[Frame], keep: int) -> list[Frame]:
+    """Take some frames of a run, spread over it."""
+    step = max(1, round((len(run) - 1) / (FRAMES_OF_A_RUN - 1)))
+    return [seen for place, seen in enumerate(run) if place % step == 0 or seen.index == keep]
+
+
+def _rarity(places: dict[int, _Place], others: Sequence[dict[int, _Place]]) -> Floats:
+    """Weight of each picture, shape (n,), sum 1: rare places and rare distances count more."""
+    bins = [_bins({index: place.x_px for index, place in places.items()})]
+    for other in others:
+        bins.append(
+            _bins({i: other[i].x_px - place.x_px for i, place in places.items() if i in other})
+        )
+    weight = np.ones(len(places))
+    for binned in bins:
+        crowd = Counter(binned.values())
+        weight /= [crowd[binned[index]] if index in binned else 1 for index in places]
+    return np.asarray(weight / weight.sum(), dtype=np.float64)
+
+
+def _bins(values: dict[int, float]) -> dict[int, int]:
+    return {index: round(value / PLACE_BIN_PX) for index, value in values.items()}
+
+
+def _average(
+    pictures: Mapping[int, NDArray[np.uint8]],
+    places: dict[int, _Place],
+    weight: Floats,
+    extent: tuple[tuple[int, int], int],
+) -> Mean:
+    """Weighted mean and variance of the sprite's box and a margin beside it."""
+    (height, width), margin = extent
+    size = (height, width + 2 * margin)
+    pieces = np.array(
+        [
+            look(pictures[index], place.x_px - margin, place.y_px, size)
+            for index, place in places.items()
+        ]
+    )
+    # Lamps flicker: every piece is brought to the common mean brightness first.
+    level = np.median(pieces, axis=(1, 2))
+    pieces *= (np.median(level) / (level + 1e-6))[:, None, None]
+    share = weight.astype(np.float32)
+    mean = np.tensordot(share, pieces, axes=1)
+    variance = np.tensordot(share, (pieces - mean) ** 2, axes=1) + NOISE_FLOOR
+    return Mean(mean, variance)
