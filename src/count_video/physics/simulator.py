@@ -120,7 +120,7 @@ class Motion:
             part = holds == hold
             states[:, part] = _advance_states(apparatus, hold, states[:, part], tau_s[part])
         diameter_m = self.setup.ball_diameter_m
-        return Sample(states[0] + diameter_m, *states[1:], diameter_m)
+        return Sample(states[0] + diameter_m, states[1], states[2], states[3], diameter_m)
 
     @cached_property
     def _anchor_times_s(self) -> Floats:
