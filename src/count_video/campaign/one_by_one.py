@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from count_video import trial
-from count_video.errors import CountVideoError, FootageError
+from count_video.campaign.folder import clips_in
+from count_video.errors import CountVideoError
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import TrialResult
-
-VIDEO_SUFFIXES = (
-    *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm"),
-    *(".3gp", ".mpg", ".mpeg", ".mts", ".m2ts", ".wmv"),
-)
-"""Which files of a folder are taken for clips; upper and lower case alike."""
 
 
 @dataclass(frozen=True)
@@ -42,48 +36,23 @@ def count_clips(
         try:
             clips = clips_in(path) if path.is_dir() else [path]
         except (CountVideoError, OSError) as error:
-            yield _refused(path, error)
+            yield refused(path, error)
             continue
         for clip in clips:
             yield _count_one(clip, settings, progress)
-
-
-def clips_in(folder: Path) -> list[Path]:
-    """List the video files of a folder (not of its subfolders), clip2 before clip10.
-
-    Raises
-    ------
-    FootageError
-        The folder holds no video file.
-    """
-    clips = [
-        entry
-        for entry in folder.iterdir()
-        if entry.suffix.lower() in VIDEO_SUFFIXES
-        and not entry.name.startswith(".")  # what other systems leave beside a clip
-        and entry.is_file()
-    ]
-    if not clips:
-        raise FootageError(f"no video file in this folder (looked for {' '.join(VIDEO_SUFFIXES)})")
-    return sorted(clips, key=_natural_order)
-
-
-def _natural_order(path: Path) -> tuple[list[str | int], str]:
-    # Splitting at a captured group alternates text and digits, so that like meets like.
-    parts = re.split(r"(\d+)", path.name.casefold())
-    return [int(part) if part.isdecimal() else part for part in parts], path.name
 
 
 def _count_one(clip: Path, settings: trial.TrialSettings, progress: Progress) -> Outcome:
     try:
         return Outcome(trial.count_clip(clip, settings, progress), None)
     except (CountVideoError, OSError) as error:
-        return _refused(clip, error)
+        return refused(clip, error)
     finally:
         progress.finish()
 
 
-def _refused(path: Path, error: CountVideoError | OSError) -> Outcome:
+def refused(path: Path, error: CountVideoError | OSError) -> Outcome:
+    """Make the outcome of a clip that could not be worked on."""
     # An OSError's own text repeats number and path; its plain words are enough.
     plain_words = error.strerror if isinstance(error, OSError) else None
     reason = plain_words or str(error).removeprefix(f"{path}: ") or type(error).__name__
