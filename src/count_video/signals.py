@@ -26,6 +26,9 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 
+NOISE_AT_LEAST_PX = 0.03
+"""Footage is compressed: no track is better than this over a few frames."""
+
 
 def low_points(signal: Floats, hysteresis: float) -> NDArray[np.intp]:
     """Find the low points of a signal, each deeper than the hysteresis on both sides.
@@ -66,3 +69,8 @@ def noise_px(signal: Floats) -> float:
     if len(third) == 0:
         return 0.0
     return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
+
+
+def sigma_of(signal: Floats) -> float:
+    """Noise of one frame of a track, not below what compression leaves."""
+    return max(noise_px(signal), NOISE_AT_LEAST_PX)

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.collisions.candidates import Candidate, sigma_of
+from count_video.collisions.candidates import Candidate
+from count_video.collisions.foresight import parted_until_turn
 from count_video.collisions.gaps import Gaps
 from count_video.collisions.onesided import HALF_EXPOSURE, WINDOW_FRAMES, fit_side, side_frames
 from count_video.collisions.swing import Swing
 from count_video.records import Floats
-from count_video.signals import low_points
+from count_video.signals import low_points, sigma_of
 
 FRAMES_TO_JUDGE = 4
 """Fewer frames before the first or after the last collision do not tell how the bodies move."""
@@ -28,8 +29,6 @@ CLOSING_SIGMAS = 4.0
 TURN_SIGMAS = 12.0
 """The heavy body has turned round when it came back by so many standard deviations."""
 TURN_AT_LEAST_PX = 1.0
-MARGIN = 1.25
-"""The ball's way back to the wall must take this much longer than the cylinder's to its turn."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +102,7 @@ def _beginning(inside: Sequence[Candidate], gaps: Gaps) -> str | None:
 
 
 def _ending(inside: Sequence[Candidate], gaps: Gaps, end: float, swing: Swing | None) -> str | None:
-    """Judge the state after the last collision: bodies that part, no wall ahead of the ball."""
+    """Judge the state after the last collision: bodies that part, no contact ahead."""
     if not inside or np.isfinite(end):
         return None
     last, final = inside[-1].frame, float(gaps.frame[-1])
@@ -113,45 +112,15 @@ def _ending(inside: Sequence[Candidate], gaps: Gaps, end: float, swing: Swing | 
     ball = _rate(gaps, gaps.ball_px, (since, final))
     if ball is None or gap is None or heavy is None:
         what = "right after a collision"
-    elif gap < 0:
-        what = "while the ball still catches up with the cylinder"
     elif heavy < 0:
         what = "while the cylinder still moves to the wall"
-    elif ball < 0 and not _turns_first(inside, gaps, swing, ball, heavy):
+    elif gap < 0 and not parted_until_turn(gaps, swing, (inside[0].frame, last)):
+        what = "while the ball still catches up with the cylinder"
+    elif ball < 0 and not parted_until_turn(gaps, swing, (inside[0].frame, last)):
         what = "while the ball still moves to the wall"
     else:
         return None
     return f"the clip ends {what}, before the burst can be over; let it run longer"
-
-
-def _turns_first(
-    inside: Sequence[Candidate],
-    gaps: Gaps,
-    swing: Swing | None,
-    ball_speed: float,
-    heavy_speed: float,
-) -> bool:
-    """Whether the cylinder turns round before the ball, swinging back, can reach the wall.
-
-    Both swing at the rate measured on the cylinder, the ball about the place where it hung at
-    first; a margin of a quarter covers threads of somewhat unlike length.
-    """
-    if swing is None or swing.rate_squared < CLOSING_SIGMAS * swing.rate_squared_sigma:
-        return False
-    rate = float(np.sqrt(swing.rate_squared))
-    final = float(gaps.frame[-1])
-    heavy = float(np.nanmean(gaps.heavy_px[gaps.frame > final - FRAMES_TO_JUDGE]))
-    ball = float(np.nanmean(gaps.ball_px[gaps.frame > final - FRAMES_TO_JUDGE]))
-    rest = float(np.nanmedian(gaps.ball_px[gaps.frame < inside[0].frame]))
-    wall = float(np.nanmin(gaps.ball_px))
-    turn = np.pi / 2 - np.arctan2(rate * (heavy - swing.centre_px), heavy_speed)
-    # From phase p = atan2(rate * offset, speed) the ball is at rest + amplitude * sin(p + rate t).
-    phase = np.arctan2(rate * (ball - rest), ball_speed)
-    amplitude = float(np.hypot(ball - rest, ball_speed / rate))
-    if amplitude <= rest - wall:
-        return True
-    reach = np.pi + np.arcsin((rest - wall) / amplitude) - phase
-    return bool(reach % (2 * np.pi) > MARGIN * turn)
 
 
 def _rate(gaps: Gaps, signal: Floats, between: tuple[float, float]) -> float | None:

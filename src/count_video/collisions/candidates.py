@@ -15,12 +15,10 @@ import numpy as np
 from count_video.collisions.gaps import Gaps
 from count_video.collisions.onesided import Corner, Side, crossing, fit_side, widest_needed
 from count_video.records import CollisionKind, Floats
-from count_video.signals import low_points, noise_px
+from count_video.signals import low_points, sigma_of
 
 HYSTERESIS_SIGMAS = 6.0
 """Of 10 000 independent frames none strays from its neighbours by so much."""
-NOISE_AT_LEAST_PX = 0.03
-"""Footage is compressed: no track is better than this over a few frames."""
 ROUNDS = 4
 """Corners limit each other's sides; after so many rounds their times stand still."""
 CORNER_MOVES_AT_MOST = 1.5
@@ -73,11 +71,6 @@ def find_candidates(gaps: Gaps) -> list[Candidate]:
             frame = float(gaps.frame[place])
             found.append(Candidate(kind, frame, frame, 0.5, None))
     return sorted(found, key=lambda candidate: candidate.frame)
-
-
-def sigma_of(signal: Floats) -> float:
-    """Noise of one frame of a track, not below what compression leaves."""
-    return max(noise_px(signal), NOISE_AT_LEAST_PX)
 
 
 def sharpen(

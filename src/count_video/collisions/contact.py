@@ -11,14 +11,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from count_video.collisions.candidates import Candidate, Contacts, ball_at, sigma_of, signal_of
+from count_video.collisions.candidates import Candidate, Contacts, ball_at, signal_of
 from count_video.collisions.gaps import Gaps
+from count_video.collisions.onesided import Corner
 from count_video.records import Floats
+from count_video.signals import sigma_of
 
 JUMP_SIGMAS = 4.0
 """A jump of the velocity must exceed its uncertainty by this factor."""
-JUMP_OVER_BEND = 0.5
-"""And this share of what the bends of both sides could turn within their windows."""
+JUMP_OVER_TURN = 0.25
+"""And this share of what the bends of both sides turn the rate by within their windows: a smooth
+turn that two polynomials do not quite follow shows a small jump."""
 CONTACT_SHARE = 0.05
 """Outline and contact agree to this share of the ball's diameter."""
 CONTACT_AT_LEAST_PX = 1.5
@@ -31,23 +34,32 @@ def is_sharp(candidate: Candidate) -> bool:
         return True
     jump = corner.slope_after - corner.slope_before
     closes = corner.slope_before < 0 < corner.slope_after
-    return closes and jump > JUMP_SIGMAS * corner.slope_sigma
+    return closes and jump > max(JUMP_SIGMAS * corner.slope_sigma, JUMP_OVER_TURN * corner.turn)
 
 
 def learn_contacts(candidates: Sequence[Candidate], gaps: Gaps) -> Contacts:
     """Learn where the gaps are closed, from the candidates that have corners."""
-    wall = [c.corner.value for c in candidates if c.kind == "wall" and c.corner]
+    wall = [c.corner for c in candidates if c.kind == "wall" and c.corner]
     bodies = [c for c in candidates if c.kind == "bodies" and c.corner]
     places = np.array([ball_at(gaps, c.frame) for c in bodies])
     values = np.array([c.corner.value for c in bodies if c.corner])
     about = float(places.mean()) if len(places) else 0.0
     gap, slope = _robust_line(places - about, values)
     return Contacts(
-        wall_ball_px=float(np.median(wall)) if wall else _lowest(gaps.ball_px),
+        wall_ball_px=_level(wall) if wall else _lowest(gaps.ball_px),
         bodies_gap_px=gap,
         bodies_gap_slope=slope,
         bodies_about_px=about,
     )
+
+
+def _level(corners: Sequence[Corner]) -> float:
+    """Median of the corners' values, each with the weight of its jump: hard bounces tell best."""
+    values = np.array([corner.value for corner in corners])
+    jumps = np.array([corner.slope_after - corner.slope_before for corner in corners])
+    order = np.argsort(values)
+    share = np.cumsum(jumps[order])
+    return float(values[order][np.searchsorted(share, share[-1] / 2)])
 
 
 def _lowest(signal: Floats) -> float:

@@ -12,8 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from count_video.collisions.candidates import Candidate, sigma_of, signal_of
+from count_video.collisions.candidates import Candidate, signal_of
 from count_video.collisions.gaps import Gaps
+from count_video.signals import sigma_of
 
 RESOLVED_FRAMES = 2.5
 """From this interval on every flight of the ball holds at least one frame clear of corners."""

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from count_video.collisions.burst import find_burst
-from count_video.collisions.candidates import Candidate, find_candidates, sharpen, sigma_of
+from count_video.collisions.candidates import Candidate, find_candidates, sharpen
 from count_video.collisions.contact import is_contact, is_sharp, learn_contacts
 from count_video.collisions.gaps import Gaps, gaps_of
 from count_video.collisions.onesided import fit_side, side_frames
 from count_video.collisions.resolution import shortest_interval, unresolved
 from count_video.collisions.swing import Swing, fit_swing
 from count_video.records import Collision, Floats, Track, Velocities
+from count_video.signals import sigma_of
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Frame
 from count_video.tracking.features import MovingFeatures, moving_features
+from count_video.tracking.learning import Body, Box, Seed, learn
 from count_video.tracking.seeds import (
     Patch,
     PatchPair,
@@ -23,7 +24,6 @@ from count_video.tracking.seeds import (
     patches,
     rank_pairs,
 )
-from count_video.tracking.learning import Body, Box, Seed, learn
 
 CANDIDATES = 6
 """So many pairs of patches are tried, best first."""

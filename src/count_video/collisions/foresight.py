@@ -1,0 +1,71 @@
+"""What follows the clip's last frame, as far as two pendulums let it be foreseen.
+
+After the last collision the ball may still drift to the wall, or the cylinder slow down before the
+ball does; whether they meet once more before the cylinder turns round is then a matter of their
+threads. Both swing at the rate measured on the cylinder, the ball about the place where it hung at
+first, and the paths are followed until the cylinder's turn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from count_video.collisions.gaps import Gaps
+from count_video.collisions.onesided import Side, fit_side, side_frames
+from count_video.collisions.swing import Swing
+from count_video.records import Floats
+from count_video.signals import sigma_of
+
+STATE_FRAMES = 64.0
+"""The state at the end is fitted to at most so many frames."""
+POINTS_AT_LEAST = 4
+RATE_SIGMAS = 4.0
+"""The swing must be measured this clearly to foresee anything by it."""
+SAMPLES = 400
+CLEARANCE_SHARE = 0.005
+"""Paths that come nearer than this share of the bodies' distance to rest are too near to call."""
+
+
+def parted_until_turn(gaps: Gaps, swing: Swing | None, burst: tuple[float, float]) -> bool:
+    """Whether ball, cylinder and wall stay apart from the last frame to the cylinder's turn.
+
+    Parameters
+    ----------
+    gaps
+        The clip's distances.
+    swing
+        The cylinder's swing; without it nothing can be foreseen.
+    burst
+        Frames of the first and the last collision.
+    """
+    if swing is None or swing.rate_squared < RATE_SIGMAS * swing.rate_squared_sigma:
+        return False
+    heavy = _state(gaps, gaps.heavy_px, burst[1])
+    ball = _state(gaps, gaps.ball_px, burst[1])
+    before = gaps.ball_px[gaps.frame < burst[0]]
+    if heavy is None or ball is None or not np.isfinite(before).any():
+        return False
+    rest = float(np.nanmedian(before))
+    rate = float(np.sqrt(swing.rate_squared))
+    turn = np.pi / 2 - np.arctan2(rate * (heavy.value - swing.centre_px), heavy.slope)
+    phase = np.linspace(0.0, turn, SAMPLES)
+    heavy_path = _path(heavy, swing.centre_px, rate, phase)
+    ball_path = _path(ball, rest, rate, phase)
+    contact = float(np.nanmin(gaps.heavy_px - gaps.ball_px))
+    wall = float(np.nanmin(gaps.ball_px))
+    clear_wall = ball_path - wall > CLEARANCE_SHARE * (rest - wall)
+    clear_heavy = heavy_path - ball_path - contact > 0
+    return bool(np.all(clear_wall) and np.all(clear_heavy))
+
+
+def _state(gaps: Gaps, signal: Floats, since: float) -> Side | None:
+    """Value and slope of a path at the clip's end."""
+    final = float(gaps.frame[-1])
+    chosen = side_frames(gaps.frame, signal, final + 1.0, since, STATE_FRAMES)
+    side = fit_side(gaps.frame[chosen], signal[chosen], final, sigma_of(signal))
+    return side if side is not None and side.points >= POINTS_AT_LEAST else None
+
+
+def _path(state: Side, centre: float, rate: float, phase: Floats) -> Floats:
+    """Positions of a pendulum at phases after a state."""
+    return centre + (state.value - centre) * np.cos(phase) + state.slope / rate * np.sin(phase)
