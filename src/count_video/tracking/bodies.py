@@ -31,6 +31,7 @@ WIDTH_OVER_HEIGHT = 1.3
 """Of a long body only the part next to its neighbour is learnt."""
 BEYOND_FEATURES = 0.2
 """Corner features lie within the outline: the box is larger by this share of its height."""
+CORE_MARGIN_PX = 4
 BODY_BEYOND_FEATURES = 0.9
 ALONE_BEYOND_FEATURES = 0.45
 """A body's outline is not further from its features than this share of its height; the second
@@ -112,11 +113,15 @@ def _seeds(runs: Sequence[Sequence[Frame]], pair: PatchPair) -> tuple[Seed, Seed
     left = Seed(
         _nearest_frame(runs, pair.left.frame),
         _box(pair.left, rows, 1),
+        _core(pair.left),
+        pair.left.speed_px_frame,
         (pair.left.left_px - beyond, left_ends),
     )
     right = Seed(
         _nearest_frame(runs, pair.right.frame),
         _box(pair.right, rows, -1),
+        _core(pair.right),
+        pair.right.speed_px_frame,
         (right_begins, pair.right.right_px + beyond),
     )
     return left, right
@@ -136,6 +141,17 @@ def _box(patch: Patch, rows: tuple[float, float], toward: int) -> Box:
     if right - left > widest:
         left, right = (right - widest, right) if toward > 0 else (left, left + widest)
     return left - margin / 2, top - margin, right + margin / 2, bottom + margin
+
+
+def _core(patch: Patch) -> Box:
+    """Box that just holds the patch's features and the windows they were followed by."""
+    margin = CORE_MARGIN_PX
+    return (
+        patch.left_px - margin,
+        patch.top_px - margin,
+        patch.right_px + margin,
+        patch.bottom_px + margin,
+    )
 
 
 def _side_by_side(left: Body, right: Body) -> bool:

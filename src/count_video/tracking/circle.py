@@ -98,7 +98,8 @@ def _sectors(points: Floats, circle: Floats) -> NDArray[np.intp]:
     away = points - circle[:2]
     near = np.abs(np.hypot(away[:, 0], away[:, 1]) - circle[2]) < NEAR_PX
     angle = np.arctan2(away[near, 1], away[near, 0])
-    return (np.floor((angle / (2 * np.pi) + 0.5) * SECTORS).astype(np.intp)) % SECTORS
+    sectors = np.floor((angle / (2 * np.pi) + 0.5) * SECTORS).astype(np.intp) % SECTORS
+    return np.asarray(sectors, dtype=np.intp)
 
 
 def _refined(points: Floats, circle: Floats) -> Floats:

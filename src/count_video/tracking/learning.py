@@ -36,6 +36,9 @@ ROUNDS = 2
 FRAMES_OF_A_RUN = 4
 """Of a run of frames only so many are used: neighbours show almost the same."""
 SIGHTINGS_AT_LEAST = 4
+NEAR_FRAMES = 6
+SPEED_SLACK = 0.05
+"""px per frame; features tell a velocity to about this."""
 PLACE_BIN_PX = 3.0
 """Pictures with the same bin of places, or of distances to the neighbour, are alike."""
 
@@ -46,6 +49,11 @@ class Seed:
 
     frame: int
     box: Box
+    """What is cut out of the picture."""
+    core: Box
+    """The part of it that surely moves along: where the features are."""
+    speed_px_frame: float
+    """How fast they move along the line."""
     fence: tuple[float, float] = (-np.inf, np.inf)
     """Image x within which the body lies in that picture: beyond are its neighbours."""
 
@@ -112,9 +120,11 @@ def _sketch(pictures: Mapping[int, NDArray[np.uint8]], seed: Seed) -> _Sketch:
     left, top, right, bottom = (round(edge) for edge in seed.box)
     shape = (bottom - top, right - left)
     piece = look(pictures[seed.frame], left, top, shape)
-    return _Sketch(
-        seed, make_sprite(piece, np.ones(shape, dtype=np.float32)), (float(left), float(top))
-    )
+    weight = np.zeros(shape, dtype=np.float32)
+    x, y = np.meshgrid(np.arange(left, right), np.arange(top, bottom))
+    core = seed.core
+    weight[(x >= core[0]) & (y >= core[1]) & (x <= core[2]) & (y <= core[3])] = 1.0
+    return _Sketch(seed, make_sprite(piece, weight), (float(left), float(top)))
 
 
 def _improved(
@@ -141,6 +151,8 @@ def _improved(
 def _finished(sketch: _Sketch, places: dict[int, _Place]) -> Body | None:
     if sketch.outline is None or len(places) < SIGHTINGS_AT_LEAST:
         return None
+    if not _moves_along(sketch.seed, places):
+        return None
     typical = float(np.median([place.agreement for place in places.values()]))
     return Body(
         sprite=sketch.sprite,
@@ -154,6 +166,19 @@ def _finished(sketch: _Sketch, places: dict[int, _Place]) -> Body | None:
         },
         typical_agreement=typical,
     )
+
+
+def _moves_along(seed: Seed, places: dict[int, _Place]) -> bool:
+    """Check that around the seed's frame the body moves as its features did.
+
+    What was learnt by mistake from the scenery stands still there.
+    """
+    near = [index for index in places if abs(index - seed.frame) <= NEAR_FRAMES]
+    if len(near) < 2:
+        return True
+    first, last = min(near), max(near)
+    speed = (places[last].x_px - places[first].x_px) / (last - first)
+    return abs(speed - seed.speed_px_frame) < max(SPEED_SLACK, 0.5 * abs(seed.speed_px_frame))
 
 
 def _find_everywhere(
@@ -228,4 +253,4 @@ def _average(
     share = weight.astype(np.float32)
     mean = np.tensordot(share, pieces, axes=1)
     variance = np.tensordot(share, (pieces - mean) ** 2, axes=1) + NOISE_FLOOR
-    return Mean(mean, variance)
+    return Mean(mean.astype(np.float32), variance.astype(np.float32))

@@ -26,6 +26,10 @@ PILOT_FRAMES = 180
 PILOT_FRAMES_AT_LEAST = 24
 SMALL_CLIP_PIXELS = 4e8
 """Clips with fewer pixels in all frames together are decoded whole for the pilot."""
+SLOW_STRIDE = 4
+"""Where nothing is found, the runs are made so many times as long."""
+UNKNOWN_LENGTH_FRAMES = 2000
+"""Taken for the length of a clip that does not tell it."""
 RUN_FRAMES = 12
 """Runs are cut to about this length."""
 FRAMES_AT_LEAST = 12
@@ -64,8 +68,10 @@ def track_clip(
         If the region does not fit into the picture.
     """
     _check_region(footage, settings.region)
-    runs = _pilot(footage, settings)
-    bodies = find_bodies(runs)
+    bodies = find_bodies(_pilot(footage, settings))
+    if isinstance(bodies, NotFound):
+        # Bodies may creep, or show up far from any key frame: look at longer stretches.
+        bodies = find_bodies(_evenly(footage, settings, SLOW_STRIDE))
     if isinstance(bodies, NotFound):
         _pass_over(footage, settings, progress)
         raise TrackingError(bodies.reason)
@@ -91,31 +97,41 @@ def _pilot(footage: Footage, settings: TrackSettings) -> list[list[Frame]]:
     A small clip is decoded for it from end to end, which costs little and shows every phase; of a
     large one only what follows its key frames.
     """
-    size = footage.info.width_px * footage.info.height_px
-    budget = int(np.clip(PILOT_BYTES // size, PILOT_FRAMES_AT_LEAST, PILOT_FRAMES))
     promised = footage.info.frames_promised
-    if promised is not None and budget < promised < SMALL_CLIP_PIXELS / size:
-        runs = _evenly(footage, settings, budget, promised)
-    else:
-        runs = pilot_frames(
-            footage.info.path, budget=budget, start=settings.start, end=settings.end
-        )
+    small = promised is not None and promised < SMALL_CLIP_PIXELS / _pixels(footage)
+    if small:
+        return _evenly(footage, settings, 1)
+    runs = pilot_frames(
+        footage.info.path, budget=_budget(footage), start=settings.start, end=settings.end
+    )
     fresh = [[_cropped(f, settings.region) for f in run if not f.repeats_previous] for run in runs]
     return [piece for run in fresh for piece in _pieces(run)]
 
 
-def _evenly(
-    footage: Footage, settings: TrackSettings, budget: int, promised: int
-) -> list[list[Frame]]:
-    """Keep short runs, evenly spaced, of a clip that is decoded whole."""
+def _pixels(footage: Footage) -> int:
+    return footage.info.width_px * footage.info.height_px
+
+
+def _budget(footage: Footage) -> int:
+    """How many pictures the pilot may hold."""
+    return int(np.clip(PILOT_BYTES // _pixels(footage), PILOT_FRAMES_AT_LEAST, PILOT_FRAMES))
+
+
+def _evenly(footage: Footage, settings: TrackSettings, stride: int) -> list[list[Frame]]:
+    """Keep runs of every ``stride``-th frame, evenly spaced, of a clip that is decoded whole."""
+    promised = footage.info.frames_promised or UNKNOWN_LENGTH_FRAMES
     last = promised if settings.end is None else min(settings.end, promised)
-    spacing = max(1.0, (last - settings.start) / max(1, budget // RUN_FRAMES))
+    span = RUN_FRAMES * stride
+    spacing = max(span, -(-(last - settings.start) * RUN_FRAMES // _budget(footage)))
     runs: dict[int, list[Frame]] = {}
+    held = 0
     for frame in footage.frames(settings.start, settings.end):
         number, place = divmod(frame.index - settings.start, spacing)
-        if place < RUN_FRAMES:
+        wanted = place < span and place % stride == 0 and not frame.repeats_previous
+        if wanted and held < _budget(footage):
             kept = replace(frame, luma=frame.luma.copy())
-            runs.setdefault(int(number), []).append(kept)
+            runs.setdefault(number, []).append(_cropped(kept, settings.region))
+            held += 1
     return list(runs.values())
 
 
