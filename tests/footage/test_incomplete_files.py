@@ -26,7 +26,8 @@ TIMED = [("clip.mkv", "libx264"), ("clip.mkv", "ffv1"), ("clip.webm", "libvpx-vp
 
 
 def whole(path: Path, codec: str) -> Path:
-    return write_numbered(path, FRAMES, WriteOptions(codec=codec, gop=GOP))
+    options = WriteOptions(codec=codec, gop=GOP, b_frames=3)
+    return write_numbered(path, FRAMES, options)
 
 
 def packet_places(path: Path) -> list[tuple[int, int]]:

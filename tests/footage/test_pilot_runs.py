@@ -31,7 +31,7 @@ FORMATS = {
 
 def written(folder: Path, kind: str, frames: int = FRAMES) -> Path:
     name, codec, gop = FORMATS[kind]
-    return write_numbered(folder / name, frames, WriteOptions(codec=codec, gop=gop))
+    return write_numbered(folder / name, frames, WriteOptions(codec=codec, gop=gop, b_frames=2))
 
 
 def indices(runs: list[list[Frame]]) -> list[int]:

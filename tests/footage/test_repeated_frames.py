@@ -105,9 +105,9 @@ def test_slow_and_fast_motion_in_noise_is_not_taken_for_copies(
 ) -> None:
     frames = read(tmp_path, list(filmed(zigzag(100, speed_px, phase_px=100), NOISE_LEVELS)), crf)
     marked = [(before, copy) for before, copy in pairwise(frames) if copy.repeats_previous]
-    # An encoder that finds too little news before a key frame makes a true copy.
+    # Where an encoder finds too little news to store, it makes a true copy.
     assert all((before.luma == copy.luma).all() for before, copy in marked)
-    assert len(marked) <= len(frames) // GOP
+    assert speed_px < 0.3 or not marked
 
 
 def test_a_ball_that_creeps_without_noise_repeats_only_what_is_identical() -> None:

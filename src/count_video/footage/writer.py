@@ -1,7 +1,9 @@
 """Write clips: luma planes or RGB pictures to any container and codec that PyAV offers.
 
-The same pictures and options give the same bytes on one build of FFmpeg: one encoder thread
-by default, and no dates or random identifiers in the container.
+The same pictures and options give the same file: one encoder thread by default, and no dates or
+random identifiers in the container. The exception is libx264, whose rate control (mb-tree) reads
+memory that it never wrote on some processors: there a few bytes may differ, and pictures by a
+rounding.
 """
 
 from __future__ import annotations
@@ -49,6 +51,9 @@ class WriteOptions:
     """Counter-clockwise turn that display is asked for: 0, 90, 180 or 270."""
     gop: int | None = None
     """Frames from one key frame to the next; None leaves it to the encoder."""
+    b_frames: int | None = None
+    """Frames in a row that are stored after one that they are shown before, in H.264 and HEVC;
+    None leaves it to the encoder."""
     threads: int = 1
     """Encoder threads; more than one may change the bytes, 0 takes all cores."""
     frame_times_s: Sequence[Fraction | float] | None = None
@@ -179,6 +184,8 @@ def _encoder_options(options: WriteOptions) -> dict[str, str]:
     chosen = {"flags": "+bitexact"}
     if options.codec in ("libx264", "libx265"):
         chosen |= {"crf": str(options.crf), "preset": options.preset}
+        if options.b_frames is not None:
+            chosen["bf"] = str(options.b_frames)
     if options.codec == "libx265":
         chosen["x265-params"] = "log-level=none"  # it writes to stderr past FFmpeg's log
     elif options.codec.startswith("libvpx"):
