@@ -1,9 +1,8 @@
 """Write clips: luma planes or RGB pictures to any container and codec that PyAV offers.
 
-The same pictures and options give the same file: one encoder thread by default, and no dates or
-random identifiers in the container. The exception is libx264, whose rate control (mb-tree) reads
-memory that it never wrote on some processors: there a few bytes may differ, and pictures by a
-rounding.
+The same pictures and options give the same bytes: one encoder thread by default, and no dates or
+random identifiers in the container. The exception is libx264 with mb-tree (all presets but the
+fastest), which is not repeatable on some processors.
 """
 
 from __future__ import annotations
