@@ -41,6 +41,8 @@ class MovingFeatures:
 
     frame: float
     """Frame coordinate of the middle of the run, to which positions refer."""
+    span_frames: float
+    """From the first frame of the run to its last."""
     x_px: Floats
     y_px: Floats
     speed_x_px_frame: Floats
@@ -53,7 +55,9 @@ def moving_features(run: Sequence[Frame]) -> MovingFeatures:
     """Follow features through a run of consecutive frames and keep those that move steadily."""
     frames = np.array([frame.index for frame in run], dtype=np.float64)
     none = np.empty(0)
-    nothing = MovingFeatures(float(frames.mean()), none, none, none, none, none)
+    nothing = MovingFeatures(
+        float(frames.mean()), float(np.ptp(frames)), none, none, none, none, none
+    )
     if len(run) < 4:
         return nothing
     pictures, scale = _prepare(run)
@@ -140,4 +144,4 @@ def _steady(frames: Floats, paths: Floats) -> MovingFeatures:
     keep &= travel > MOVED_OVER_SCATTER * scatter
     sigma = scatter / np.sqrt(float(lever @ lever))
     (x, y), (speed_x, speed_y) = place[keep].T, speed[keep].T
-    return MovingFeatures(middle, x, y, speed_x, speed_y, sigma[keep])
+    return MovingFeatures(middle, float(np.ptp(frames)), x, y, speed_x, speed_y, sigma[keep])

@@ -22,12 +22,14 @@ FEATURES_AT_LEAST = 5
 DIRECTION_BIN_DEG = 2.0
 OFF_LINE_DEG = 12.0
 """Features that move in another direction than this are not on the line of motion."""
-SPEED_SCATTER_PX_FRAME = 0.03
+TRAVEL_SCATTER_PX = 0.33
 SPEED_SCATTER_RELATIVE = 0.06
-"""Features of one rigid body agree in velocity to this absolute and relative scatter."""
+"""Features of one rigid body agree to this much in their travel over a run, and to this share."""
 SPACING_OVER_WIDTH = 0.08
 """Features of one body leave no wider gap between them, as a share of the picture's width."""
 
+OVERLAP_PX = 4.0
+"""Features are placed to half a window: boxes of bodies that touch may overlap so much."""
 PATCHES_ACROSS = 12
 """So many of the best patches are paired across runs."""
 
@@ -38,6 +40,8 @@ class Patch:
 
     frame: float
     """Frame coordinate of the middle of the run."""
+    span_frames: float
+    """From the first frame of the run to its last."""
     speed_px_frame: float
     """Common velocity along the line of motion."""
     left_px: float
@@ -116,7 +120,8 @@ def _largest_group(
 ) -> NDArray[np.intp]:
     """Find the candidates that share the most common velocity and lie together."""
     speed = features.speed_x_px_frame[candidates]
-    tolerance = SPEED_SCATTER_PX_FRAME + SPEED_SCATTER_RELATIVE * np.abs(speed)
+    tolerance = TRAVEL_SCATTER_PX / max(features.span_frames, 1.0)
+    tolerance = tolerance + SPEED_SCATTER_RELATIVE * np.abs(speed)
     tolerance = tolerance + features.speed_sigma_px_frame[candidates]
     agree = np.abs(speed[None, :] - speed[:, None]) < tolerance[:, None]
     best: NDArray[np.intp] = np.empty(0, dtype=np.intp)
@@ -142,6 +147,7 @@ def _patch(features: MovingFeatures, members: NDArray[np.intp]) -> Patch:
     top, bottom = np.quantile(y, (0.05, 0.95))
     return Patch(
         frame=features.frame,
+        span_frames=features.span_frames,
         speed_px_frame=float(np.median(features.speed_x_px_frame[members])),
         left_px=float(x.min()),
         right_px=float(x.max()),
@@ -195,7 +201,8 @@ def _alike(one: Patch, other: Patch) -> bool:
 
 def _speed_noise(one: Patch, other: Patch) -> float:
     fastest = max(abs(one.speed_px_frame), abs(other.speed_px_frame))
-    return SPEED_SCATTER_PX_FRAME + SPEED_SCATTER_RELATIVE * fastest
+    span = max(min(one.span_frames, other.span_frames), 1.0)
+    return TRAVEL_SCATTER_PX / span + SPEED_SCATTER_RELATIVE * fastest
 
 
 def rank_pairs(runs: Sequence[Sequence[Patch]]) -> list[PatchPair]:
@@ -204,7 +211,7 @@ def rank_pairs(runs: Sequence[Sequence[Patch]]) -> list[PatchPair]:
         PatchPair(left, right, _score(left, right))
         for run in runs
         for left, right in pairwise(run)
-        if left.right_px <= right.left_px and _level(left, right)
+        if left.right_px <= right.left_px + OVERLAP_PX and _level(left, right)
     ]
     return sorted((pair for pair in pairs if pair.score > 0), key=lambda pair: -pair.score)
 
