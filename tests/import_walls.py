@@ -22,7 +22,8 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
     )
     | _SHARED,
     "options": _SHARED,
-    "campaign": frozenset({"trial", "evidence", "corrections", "reports", "physics"}) | _SHARED,
+    "campaign": frozenset({"options", "trial", "evidence", "corrections", "reports", "physics"})
+    | _SHARED,
     "evidence": frozenset({"trial", "corrections", "reports", "footage", "physics"}) | _SHARED,
     "corrections": _SHARED,
     "trial": frozenset({"verdict", "collisions", "tracking", "footage"}) | _BELOW_A_STAGE,

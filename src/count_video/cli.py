@@ -62,6 +62,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _answer(options: argparse.Namespace) -> int:
+    if _is_campaign(options):
+        from count_video.campaign.cli import answer_campaign
+
+        return answer_campaign(options, _settings(options))
     from count_video.campaign import count_clips
 
     code = EXIT_COUNTED
@@ -73,6 +77,14 @@ def _answer(options: argparse.Namespace) -> int:
             gap = "\n"
         code = max(code, _exit_code(outcome))
     return code
+
+
+def _is_campaign(options: argparse.Namespace) -> bool:
+    """Tell a campaign, which is summed up, from single clips, each of which speaks for itself."""
+    manifest = any(path.suffix.lower() == ".csv" for path in options.clips)
+    folder = any(os.path.isdir(path) for path in options.clips)
+    asked_for = options.output is not None or options.scheduler is not None
+    return manifest or asked_for or (folder and not options.json)
 
 
 def _settings(options: argparse.Namespace) -> TrialSettings:

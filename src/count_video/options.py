@@ -24,6 +24,7 @@ examples:
   count-video trial.mp4
   count-video trial.mp4 --capture-fps 960 --masses 1050 10.5
   count-video --json clips/ > counts.jsonl
+  count-video trials/ -o results/
 
 exit code:
   0 every clip was counted, 1 a clip was not counted, 2 the request was wrong,
@@ -71,7 +72,8 @@ def _parser() -> _Parser:
         metavar="CLIP",
         nargs="+",
         type=Path,
-        help="a video file, or a folder: then every video file in it, in natural order",
+        help="a video file, or a folder: then every video file in it, in natural order; or a "
+        "manifest (.csv): then a clip a line, with options of its own",
     )
     parser.add_argument(
         "--version",
@@ -84,8 +86,16 @@ def _parser() -> _Parser:
         action="store_true",
         help="print one JSON object a clip, each on a line, instead of text (default: text)",
     )
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="DIR",
+        type=Path,
+        help="folder to keep results in, made if needed (default: nothing is kept)",
+    )
     _add_footage_options(parser.add_argument_group("the footage"))
     _add_apparatus_options(parser.add_argument_group("the apparatus"))
+    _add_campaign_options(parser.add_argument_group("a campaign of many clips"))
     return parser
 
 
@@ -144,6 +154,27 @@ def _add_apparatus_options(group: argparse._ArgumentGroup) -> None:
     )
 
 
+def _add_campaign_options(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--jobs",
+        metavar="N",
+        type=_number_above_0,
+        help="clips to count at the same time (default: one for every core)",
+    )
+    group.add_argument(
+        "--fresh",
+        action="store_true",
+        help="count every clip again (default: a result kept in the output folder is used again "
+        "while the clip, the options and the tool are the same)",
+    )
+    group.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="let a Dask cluster count the clips, e.g. tcp://host:8786; its workers need "
+        "count-video and the clips under the same paths (default: this machine)",
+    )
+
+
 def _positive(text: str) -> float:
     try:
         value = float(text)
@@ -152,6 +183,12 @@ def _positive(text: str) -> float:
     if not (value > 0 and math.isfinite(value)):
         raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
     return value
+
+
+def _number_above_0(text: str) -> int:
+    if not re.fullmatch(r"0*[1-9][0-9]{0,3}", text):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 to 9999")
+    return int(text)
 
 
 def _frame(text: str) -> int:

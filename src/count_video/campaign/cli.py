@@ -1,0 +1,91 @@
+"""The campaign part of the command: options in, the growing table and the summary out."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+
+from count_video.campaign.crew import Crew, cluster_crew, local_crew
+from count_video.campaign.plan import is_manifest, jobs_of
+from count_video.campaign.run import Told, run_campaign, write_tables
+from count_video.campaign.statistics import summarise
+from count_video.campaign.store import ResultStore, open_store
+from count_video.errors import UsageError
+from count_video.progress import NO_PROGRESS, Progress
+from count_video.reports.campaign_rows import TrialRow
+from count_video.reports.campaign_text import TRIAL_HEADING, campaign_text, trial_line
+from count_video.trial import TrialSettings
+
+EXIT_COUNTED, EXIT_NOT_COUNTED = 0, 1
+
+
+def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int:
+    """Run a campaign and return the exit code: 1 if a trial is not counted or not kept.
+
+    Raises
+    ------
+    UsageError
+        The request is wrong, or another run is at work in the folder.
+    OSError
+        The tables cannot be written; the trials are done and printed by then.
+    """
+    jobs = jobs_of(options.clips, settings)
+    _spare_the_manifest(options)
+    rows: list[TrialRow] = []
+    with ExitStack() as stack:
+        store = None
+        if options.output is not None:
+            store = stack.enter_context(open_store(options.output, fresh=options.fresh))
+        progress, aside = _progress()
+        if not options.json:
+            print(TRIAL_HEADING, flush=True)
+        for told in run_campaign(jobs, _crew(options), store, progress):
+            rows.append(told.row)
+            with aside():
+                _show(told, as_json=options.json)
+        _conclude(rows, store, as_json=options.json)
+    done = all(row.status == "counted" and row.not_kept is None for row in rows)
+    return EXIT_COUNTED if done else EXIT_NOT_COUNTED
+
+
+def _spare_the_manifest(options: argparse.Namespace) -> None:
+    """Refuse to write the table over a manifest that is to be read again."""
+    table = None if options.output is None else options.output / "trials.csv"
+    for path in options.clips:
+        if table is not None and is_manifest(path) and path.resolve() == table.resolve():
+            raise UsageError(
+                f"{path}: the results would overwrite this manifest; rename it, or give another "
+                "folder with -o"
+            )
+
+
+def _crew(options: argparse.Namespace) -> Callable[[], Crew]:
+    if options.scheduler is not None:
+        return lambda: cluster_crew(options.scheduler)
+    return lambda: local_crew(options.jobs)
+
+
+def _show(told: Told, *, as_json: bool) -> None:
+    print(told.text if as_json else trial_line(told.row), flush=True)
+
+
+def _conclude(rows: list[TrialRow], store: ResultStore | None, *, as_json: bool) -> None:
+    summary = summarise(rows)
+    if not as_json:
+        print("", campaign_text(rows, summary), sep="\n", flush=True)
+    if store is not None:
+        write_tables(rows, summary, store)
+
+
+def _progress() -> tuple[Progress, Callable[[], AbstractContextManager[None]]]:
+    """Return who is told of the progress, and how to write beside it."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        return NO_PROGRESS, nullcontext
+    from count_video.reports.campaign_bar import CampaignBar
+
+    bar = CampaignBar(sys.stderr)
+    together = sys.stdout is not None and os.isatty(sys.stdout.fileno())
+    return bar, bar.aside if together else nullcontext

@@ -1,0 +1,84 @@
+"""What a campaign has to do: one job a trial, each with a name of its own."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, count
+from pathlib import Path
+
+from count_video.campaign.folder import clips_in
+from count_video.campaign.manifest import MANIFEST_SUFFIX, read_manifest
+from count_video.errors import FootageError
+from count_video.trial import TrialSettings
+
+RESERVED_NAMES = frozenset({"campaign"})
+"""Names of trials whose results would overwrite the campaign's own files."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One trial to count."""
+
+    name: str
+    """Its result is kept as ``NAME.json``; no two of a campaign are alike."""
+    clip: str
+    """The clip as the user named it."""
+    settings: TrialSettings
+    problem: str | None = None
+    """Why there is no clip to count; None for a clip."""
+
+    @property
+    def file(self) -> Path:
+        """Where the clip lies."""
+        return Path(self.clip)
+
+
+def jobs_of(paths: Iterable[Path], settings: TrialSettings) -> list[Job]:
+    """List the trials that files, folders and manifests stand for, in the order given.
+
+    A folder stands for its clips in natural order, a manifest (``.csv``) for its lines. A folder
+    without a clip, or one that cannot be read, is a job with its problem.
+
+    Raises
+    ------
+    UsageError
+        A manifest cannot be read or says what makes no sense.
+    """
+    wanted = list(chain.from_iterable(_wanted(path, settings) for path in paths))
+    taken: set[str] = set(RESERVED_NAMES)
+    return [replace(job, name=_free_name(job, taken)) for job in wanted]
+
+
+def is_manifest(path: Path) -> bool:
+    """Tell a manifest from a clip, by its suffix."""
+    return path.suffix.lower() == MANIFEST_SUFFIX
+
+
+def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
+    """Yield jobs whose names are wishes: empty, or given by a manifest."""
+    if is_manifest(path):
+        for line in read_manifest(path, settings):
+            yield Job(line.name, str(line.clip), line.settings)
+    elif path.is_dir():
+        try:
+            clips: Sequence[Path] = clips_in(path)
+        except (FootageError, OSError) as error:
+            yield Job("", str(path), settings, getattr(error, "strerror", None) or str(error))
+        else:
+            yield from (Job("", str(clip), settings) for clip in clips)
+    else:
+        yield Job("", str(path), settings)
+
+
+def _free_name(job: Job, taken: set[str]) -> str:
+    """Choose the shortest name that is still free, and take it."""
+    full = job.file.name or "clip"
+    stem = job.name or job.file.stem or full
+    folder = Path(os.path.abspath(job.clip)).parent.name
+    wishes = chain([stem, full, f"{folder}-{full}"], (f"{stem}-{number}" for number in count(2)))
+    # Many file systems do not tell upper from lower case.
+    name = next(name for name in wishes if name.casefold() not in taken)
+    taken.add(name.casefold())
+    return name

@@ -1,0 +1,53 @@
+"""The work on one trial, as it is done in a worker process on this machine or another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+
+from count_video import trial
+from count_video.campaign.fingerprint import content_digest, tool_version
+from count_video.campaign.one_by_one import refused, unread_result
+from count_video.campaign.plan import Job
+from count_video.errors import CountVideoError
+from count_video.reports.json_object import json_line
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came of a job."""
+
+    text: str
+    """The result as one line of JSON, without the line's end."""
+    content: str | None
+    """Digest of the clip; None where it could not be read."""
+    final: bool
+    """True if the same clip, options and tool would give the same answer again."""
+    tool: str
+    """Version of the tool that did the work."""
+
+
+def count_job(job: Job) -> Answer:
+    """Count one clip; what is wrong with it becomes its answer, faults of the program are raised.
+
+    Workers share the cores between them, so each does its own work in one thread.
+    """
+    cv2.setNumThreads(1)
+    if job.problem is not None:
+        return failure(job, job.problem)
+    content = None
+    try:
+        content = content_digest(job.file)
+        result = trial.count_clip(job.file, job.settings)
+    except (CountVideoError, OSError) as error:
+        refusal = replace(refused(job.file, error).result, clip=job.clip)
+        return Answer(
+            json_line(refusal), content, isinstance(error, CountVideoError), tool_version()
+        )
+    return Answer(json_line(replace(result, clip=job.clip)), content, True, tool_version())
+
+
+def failure(job: Job, reason: str) -> Answer:
+    """Make the answer of a job that failed for a reason other than its clip."""
+    return Answer(json_line(unread_result(job.clip, reason)), None, False, tool_version())
