@@ -22,7 +22,7 @@ _KIND_IN_WORDS = {"bodies": "between the bodies", "wall": "with the wall"}
 
 def result_text(result: TrialResult) -> str:
     """Write the result as plain text of at most 80 columns, without a line's end at its end."""
-    lines = [_headline(result), ""]
+    lines = [headline(result), ""]
     for label, sentence in _notes(result):
         lines += _labelled(label, printable(sentence))
     if result.collisions:
@@ -37,7 +37,8 @@ def plural(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
-def _headline(result: TrialResult) -> str:
+def headline(result: TrialResult) -> str:
+    """Say the answer in a few words: the clip's name and its count."""
     clip = printable(Path(result.clip).name)
     if result.count is None or result.status == "not_counted":
         return f"{clip}: not counted"
