@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from count_video.errors import CountVideoError
+from synth_video.campaign.cli import main as campaign
 from synth_video.scene_file import load_scene, scene_names
 from synth_video.trial import render_trial
 from synth_video.truth import Truth, truth_path
@@ -24,6 +25,9 @@ def run() -> None:
 def main(argv: Sequence[str]) -> int:
     """Run the command with these arguments and return its exit code."""
     try:
+        if argv[:1] == ["campaign"]:
+            campaign(argv[1:])
+            return EXIT_DONE
         options = _parser().parse_args(argv)
         if options.list:
             sys.stdout.write(_scene_list())
@@ -49,6 +53,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="synth-video",
         description="Render a simulated trial to a clip and write its truth beside it.",
+        epilog="synth-video campaign --help tells how to render many trials with known figures.",
     )
     parser.add_argument(
         "clip", nargs="?", type=Path, help="clip to write; the suffix names the container"
