@@ -102,7 +102,9 @@ def _sharpened(
     before, after = sides
     if before is not None and after is not None:
         corner = crossing(before, after, candidate.frame)
-        if corner is None or abs(corner.frame - candidate.lowest) > _moves_at_most(corner):
+        if corner is None or not limits[0] < corner.frame < limits[1]:
+            return candidate
+        if abs(corner.frame - candidate.lowest) > _moves_at_most(corner):
             return candidate
         return replace(candidate, frame=corner.frame, frame_sigma=corner.frame_sigma, corner=corner)
     one = before or after

@@ -22,20 +22,21 @@ TURN_FRAMES = 12
 """A ball that turns round by itself between two collisions of a kind is seen for so long."""
 
 
-def unresolved(candidates: Sequence[Candidate], gaps: Gaps) -> list[str]:
-    """Sentences on collisions that may be missing; empty if the frames show them all."""
+def unresolved(candidates: Sequence[Candidate], gaps: Gaps, pace: float) -> list[str]:
+    """Say which collisions may be missing; empty if the pictures show them all.
+
+    Candidates and gaps count in pictures, of which each takes ``pace`` frames.
+    """
     found = []
     for before, after in pairwise(candidates):
         if before.kind == after.kind and not _turned(before, after, gaps):
             what = "cylinder" if before.kind == "wall" else "wall"
-            found.append(
-                f"between frames {before.frame:.1f} and {after.frame:.1f} a collision of the "
-                f"ball with the {what} was missed"
-            )
+            span = f"{before.frame * pace:.1f} and {after.frame * pace:.1f}"
+            found.append(f"between frames {span} a collision of the ball with the {what} was missed")
     shortest = shortest_interval(candidates)
     if shortest < RESOLVED_FRAMES:
         found.append(
-            f"collisions follow each other within {shortest:.1f} frames, less than the "
+            f"collisions follow each other within {shortest:.1f} pictures, less than the "
             f"{RESOLVED_FRAMES} that show each for certain; film at a higher rate"
         )
     return found

@@ -12,6 +12,12 @@ from count_video.collisions.candidates import Candidate, find_candidates, sharpe
 from count_video.collisions.contact import is_contact, is_sharp, learn_contacts
 from count_video.collisions.gaps import Gaps, gaps_of
 from count_video.collisions.onesided import fit_side, side_frames
+from count_video.collisions.pace import (
+    frames_per_picture,
+    in_frames,
+    in_pictures,
+    swing_in_frames,
+)
 from count_video.collisions.resolution import shortest_interval, unresolved
 from count_video.collisions.swing import Swing, fit_swing
 from count_video.records import Collision, Floats, Track, Velocities
@@ -38,18 +44,19 @@ class SeenCollisions:
 
 def seen_collisions(track: Track) -> SeenCollisions:
     """Find the collisions that a track of both bodies shows."""
-    gaps = gaps_of(track)
+    pace = frames_per_picture(track)
+    gaps = gaps_of(in_pictures(track, pace))
     found = _corroborated(gaps, track.ball_diameter_px)
-    collisions = tuple(_collisions(found, gaps))
+    collisions = _collisions(found, gaps)
     burst = find_burst(found, gaps, fit_swing(gaps, collisions))
     inside = found[: burst.count]
     return SeenCollisions(
-        collisions=collisions,
+        collisions=tuple(in_frames(collision, pace) for collision in collisions),
         burst=burst.count,
         shortcomings=burst.shortcomings,
-        doubts=tuple(unresolved(inside, gaps)),
-        shortest_interval_frames=shortest_interval(inside),
-        swing=fit_swing(gaps, collisions[: burst.count]),
+        doubts=tuple(unresolved(inside, gaps, pace)),
+        shortest_interval_frames=shortest_interval(inside) * pace,
+        swing=swing_in_frames(fit_swing(gaps, collisions[: burst.count]), pace),
     )
 
 
@@ -59,7 +66,8 @@ def _corroborated(gaps: Gaps, ball_diameter_px: float) -> list[Candidate]:
     found = [candidate for candidate in found if is_sharp(candidate)]
     contacts = learn_contacts(found, gaps)
     found = [c for c in found if is_contact(c, gaps, contacts, ball_diameter_px)]
-    return sharpen(found, gaps, learn_contacts(found, gaps))
+    found = sharpen(found, gaps, learn_contacts(found, gaps))
+    return sorted(found, key=lambda candidate: candidate.frame)
 
 
 def _collisions(found: Sequence[Candidate], gaps: Gaps) -> list[Collision]:
