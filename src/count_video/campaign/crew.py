@@ -20,7 +20,12 @@ from count_video.campaign.plan import Job
 from count_video.campaign.work import Answer, count_job
 from count_video.errors import UsageError
 
-_ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+_ONE_THREAD = {
+    "COUNT_VIDEO_THREADS": "1",  # decoders
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+}
 CONNECT_TIMEOUT_S = 10
 
 
@@ -143,7 +148,7 @@ def cores() -> int:
 
 @contextmanager
 def _as_workers_start() -> Iterator[None]:
-    """Let processes that start now be deaf to Ctrl-C and use one thread in their mathematics.
+    """Let processes that start now be deaf to Ctrl-C and work in one thread.
 
     Ctrl-C reaches all processes of a terminal; who started the workers decides what it means. The
     mask of signals and the environment are inherited, so they hold before the first import.

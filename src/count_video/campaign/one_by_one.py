@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,10 @@ from count_video.campaign.folder import clips_in
 from count_video.errors import CountVideoError
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import TrialResult
+
+
+Work = Callable[[Path, trial.TrialSettings, Progress], TrialResult]
+"""What is done with a clip; ``trial.count_clip`` is the plainest."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,10 @@ class Outcome:
 
 
 def count_clips(
-    paths: Iterable[Path], settings: trial.TrialSettings, progress: Progress = NO_PROGRESS
+    paths: Iterable[Path],
+    settings: trial.TrialSettings,
+    progress: Progress = NO_PROGRESS,
+    work: Work | None = None,
 ) -> Iterator[Outcome]:
     """Count clips in the order given, each answered as soon as it is ready.
 
@@ -39,12 +46,14 @@ def count_clips(
             yield refused(path, error)
             continue
         for clip in clips:
-            yield _count_one(clip, settings, progress)
+            yield _count_one(clip, settings, progress, work or trial.count_clip)
 
 
-def _count_one(clip: Path, settings: trial.TrialSettings, progress: Progress) -> Outcome:
+def _count_one(
+    clip: Path, settings: trial.TrialSettings, progress: Progress, work: Work
+) -> Outcome:
     try:
-        return Outcome(trial.count_clip(clip, settings, progress), None)
+        return Outcome(work(clip, settings, progress), None)
     except (CountVideoError, OSError) as error:
         return refused(clip, error)
     finally:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections import deque
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field
@@ -14,13 +15,34 @@ import av
 import av.error
 from av.container import InputContainer
 
-from count_video.errors import FootageError
+from count_video.errors import FootageError, UsageError
 from count_video.footage.opening import choose_stream, open_container
 
 JUMP_SHARE = 1.7
 """A step between time stamps so many times the usual one is a jump: a picture was left out."""
 STEPS_KEPT = 15
 """Steps of which the median is the usual one."""
+
+
+THREADS_VARIABLE = "COUNT_VIDEO_THREADS"
+"""Environment variable that says how many threads may decode a clip. Processes that share the
+cores between them, one clip each, set it to 1."""
+
+
+def decoder_threads() -> int:
+    """Return how many threads may decode at a time: those allowed, else as many as cores.
+
+    Raises
+    ------
+    UsageError
+        The environment variable is not a whole number above 0.
+    """
+    allowed = os.environ.get(THREADS_VARIABLE)
+    if allowed is None:
+        return os.cpu_count() or 1
+    if not allowed.isdecimal() or int(allowed) == 0:
+        raise UsageError(f"{THREADS_VARIABLE} is {allowed!r}; set it to a whole number from 1")
+    return int(allowed)
 
 
 @dataclass
@@ -102,7 +124,10 @@ class Reading:
             self.container.close()
             raise
         # With threads several pictures are decoded at once, while the caller looks at one.
-        self.stream.thread_type = "AUTO" if threads else "NONE"
+        at_most = decoder_threads()
+        self.stream.thread_type = "AUTO" if threads and at_most > 1 else "NONE"
+        if THREADS_VARIABLE in os.environ:  # else the decoder knows best
+            self.stream.codec_context.thread_count = at_most
         self.tally = Tally(tick_s=self.stream.time_base)
         self._rest = decode(self.container, self.stream, self.tally)
         self._first: av.VideoFrame | None = None

@@ -6,7 +6,6 @@ frames are, and the time stamps, put in order, tell which index a decoded pictur
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
@@ -19,7 +18,7 @@ import av.error
 import numpy as np
 
 from count_video.errors import UsageError
-from count_video.footage.decoding import Reading, Tally, decode, seconds
+from count_video.footage.decoding import Reading, Tally, decode, decoder_threads, seconds
 from count_video.footage.pictures import Luma, luma_of, quarter_turns, upright
 from count_video.footage.repeats import mark_repeats
 from count_video.records import Frame
@@ -133,7 +132,7 @@ def _sought(path: Path, survey: _Survey, spans: list[Span]) -> list[Run] | None:
     A decoder that works on several pictures at once wastes some at the end of every run. So each
     decoder takes one picture at a time here, and several decoders share the runs.
     """
-    workers = min(len(spans), os.cpu_count() or 1, WORKERS_AT_MOST)
+    workers = min(len(spans), decoder_threads(), WORKERS_AT_MOST)
     shares = [spans[worker::workers] for worker in range(workers)]
     try:
         with ThreadPoolExecutor(workers) as pool:
