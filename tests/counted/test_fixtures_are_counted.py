@@ -1,0 +1,89 @@
+"""Every fixture, through the whole command, against its truth."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from counting import FIXTURES, Truth, answer, assert_counted, burst, fixture_clips, truth_of
+
+CLIPS = fixture_clips()
+RESOLVED = [clip for clip in CLIPS if truth_of(clip)["resolved"]]
+UNRESOLVED = [clip for clip in CLIPS if clip not in RESOLVED]
+SCALE_ERROR = 0.04
+"""Of the ball's diameter: its rim is blurred by about a pixel at either side, of fifty or more."""
+
+
+def name(clip: Path) -> str:
+    return clip.stem
+
+
+def test_the_fixtures_hold_the_counts_that_they_are_for() -> None:
+    truths = [truth_of(clip) for clip in RESOLVED]
+    known = {(round(truth["mass_ratio"]), truth["count"]) for truth in truths}
+    assert known >= {(1, 3), (16, 12), (100, 31), (100, 29)}
+
+
+@pytest.mark.parametrize("clip", RESOLVED, ids=name)
+def test_a_resolved_clip_is_counted_exactly_with_kinds_and_times(clip: Path) -> None:
+    assert_counted(answer(clip), truth_of(clip))
+
+
+@pytest.mark.parametrize("clip", RESOLVED, ids=name)
+def test_what_a_resolved_clip_shows_was_seen_and_nothing_made_up(clip: Path) -> None:
+    said, truth = answer(clip), truth_of(clip)
+    assert (said["seen"], said["between_frames"]) == (truth["count"], 0)
+    assert all(collision["seen"] for collision in burst(said))
+    assert said["count_after_burst"] == len(truth["events_after_burst"])
+    assert said["frames_decoded"] == said["frames_promised"] == len(truth["frames"])
+    assert said["wall_side"] == wall_side(truth)
+    assert max(said["probability"], key=said["probability"].__getitem__) == str(truth["count"])
+
+
+@pytest.mark.parametrize("clip", UNRESOLVED, ids=name)
+def test_an_unresolved_clip_is_counted_right_or_said_to_be_in_doubt(clip: Path) -> None:
+    said = answer(clip)
+    in_doubt = said["status"] == "not_counted" and said["count"] is None and said["reason"]
+    assert in_doubt or said["count"] == truth_of(clip)["count"]
+
+
+@pytest.mark.parametrize("clip", CLIPS, ids=name)
+def test_the_scale_comes_from_the_ball(clip: Path) -> None:
+    said, truth = answer(clip), truth_of(clip)
+    diameter_px = ball_diameter_px(truth)
+    assert said["ball_diameter_px"] == pytest.approx(diameter_px, rel=SCALE_ERROR)
+    assert said["millimetres_per_px"] == pytest.approx(40.0 / said["ball_diameter_px"])
+
+
+def test_the_installed_command_counts_a_folder_one_line_a_clip() -> None:
+    command = [sys.executable, "-m", "count_video", "--json", str(FIXTURES)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    said = [json.loads(line) for line in done.stdout.splitlines()]
+    clips = [Path(one["clip"]).name for one in said]
+    assert sorted(clips) == [clip.name for clip in CLIPS]
+    counts = {Path(one["clip"]).stem: one["count"] for one in said}
+    assert {stem: counts[stem] for stem in map(name, RESOLVED)} == {
+        clip.stem: truth_of(clip)["count"] for clip in RESOLVED
+    }
+    left_out = [one for one in said if one["status"] == "not_counted"]
+    assert done.returncode == (1 if left_out else 0)
+    assert len(done.stderr.splitlines()) == len(left_out)
+
+
+def wall_side(truth: Truth) -> str:
+    """Side of the wall: stated, or where it stands from the ball."""
+    frame = truth["frames"][0]
+    if "wall_side" in truth:
+        return str(truth["wall_side"])
+    return "left" if frame["wall"][0] < frame["ball_centre"][0] else "right"
+
+
+def ball_diameter_px(truth: Truth) -> float:
+    """Diameter of the ball: stated, or from its outline at rest."""
+    if "ball_diameter_px" in truth:
+        return float(truth["ball_diameter_px"])
+    frame = truth["frames"][0]
+    return float(frame["ball_outline_right"][0] - frame["ball_outline_left"][0])

@@ -1,0 +1,175 @@
+"""What the count does not depend on: light, side, place, turn and speed of playing.
+
+Each law is tried on a rendered and on a ray traced trial of twelve collisions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from counting import FIXTURES, Answer, answer, assert_counted, burst, truth_of
+from numpy.typing import NDArray
+
+from count_video.footage.reader import open_footage
+from count_video.footage.writer import WriteOptions, write_clip
+
+Luma = NDArray[np.uint8]
+
+CLIPS = [FIXTURES / "ratio16-count12.mp4", FIXTURES / "cluttered-1to16.mp4"]
+ENCODING = WriteOptions(crf=18, preset="superfast", threads=0)
+PLACE_ERROR_PX = 1.0
+"""The same body in the same picture, found a second time from other pictures."""
+
+on_both_clips = pytest.mark.parametrize("clip", CLIPS, ids=lambda clip: clip.stem)
+
+
+def rewritten(
+    clip: Path, target: Path, change: Callable[[Luma], Luma], options: WriteOptions = ENCODING
+) -> Path:
+    """Write a clip again with each of its pictures changed."""
+    with open_footage(clip) as footage:
+        pictures = (np.ascontiguousarray(change(frame.luma)) for frame in footage.frames())
+        write_clip(target, pictures, options)
+    return target
+
+
+def brightness(gain: float, offset: float) -> Callable[[Luma], Luma]:
+    def change(luma: Luma) -> Luma:
+        return np.clip(luma * gain + offset, 0, 255).astype(np.uint8)
+
+    return change
+
+
+def mirrored(luma: Luma) -> Luma:
+    return luma[:, ::-1]
+
+
+def half_turn(luma: Luma) -> Luma:
+    return luma[::-1, ::-1]
+
+
+def transposed(luma: Luma) -> Luma:
+    return luma.T
+
+
+def quarter_turn(luma: Luma) -> Luma:
+    return np.rot90(luma)
+
+
+def upside_down(luma: Luma) -> Luma:
+    return luma[::-1]
+
+
+@on_both_clips
+@pytest.mark.parametrize(
+    "change",
+    [brightness(0.5, 10), brightness(0.7, 75), brightness(1.2, 0)],
+    ids=["darker", "paler", "brighter"],
+)
+def test_light_does_not_change_the_count(
+    clip: Path, change: Callable[[Luma], Luma], tmp_path: Path
+) -> None:
+    said = answer(rewritten(clip, tmp_path / "trial.mp4", change))
+    assert_counted(said, truth_of(clip))
+    assert said["wall_side"] == "left"
+
+
+@on_both_clips
+@pytest.mark.parametrize(
+    ("change", "side"),
+    [
+        *((mirrored, "right"), (half_turn, "right"), (upside_down, "left")),
+        *((transposed, "left"), (quarter_turn, "right")),
+    ],
+    ids=lambda value: getattr(value, "__name__", None),
+)
+def test_how_the_camera_is_held_does_not_change_the_count(
+    clip: Path, change: Callable[[Luma], Luma], side: str, tmp_path: Path
+) -> None:
+    said = answer(rewritten(clip, tmp_path / "trial.mp4", change))
+    assert_counted(said, truth_of(clip))
+    assert said["wall_side"] == side
+
+
+@on_both_clips
+def test_a_clip_stored_on_its_side_is_counted_as_it_is_displayed(
+    clip: Path, tmp_path: Path
+) -> None:
+    turned = replace(ENCODING, rotation_deg=90)  # counter-clockwise, as np.rot90 turns
+    stored = rewritten(clip, tmp_path / "trial.mp4", lambda luma: np.rot90(luma, -1), turned)
+    said = answer(stored)
+    assert_counted(said, truth_of(clip))
+    assert places(said) == pytest.approx(places(answer(clip)), abs=PLACE_ERROR_PX)
+
+
+@on_both_clips
+def test_a_mirrored_trial_is_the_mirror_image_of_the_answer(clip: Path, tmp_path: Path) -> None:
+    said = answer(rewritten(clip, tmp_path / "trial.mp4", mirrored))
+    with open_footage(clip) as footage:
+        last_column = footage.info.width_px - 1
+    turned_back = [last_column - place for place in places(said)]
+    assert turned_back == pytest.approx(places(answer(clip)), abs=PLACE_ERROR_PX)
+    speeds, own = (impact_speeds(one) for one in (said, answer(clip)))
+    assert [s > 0 for s in speeds] == [s < 0 for s in own]
+
+
+@on_both_clips
+def test_a_region_around_the_bodies_does_not_change_the_count(clip: Path) -> None:
+    said = answer(clip, "--region", region_around_the_bodies(clip))
+    assert_counted(said, truth_of(clip))
+    assert places(said) == pytest.approx(places(answer(clip)), abs=PLACE_ERROR_PX)
+
+
+@on_both_clips
+def test_a_cropped_clip_has_the_same_count_at_shifted_places(clip: Path, tmp_path: Path) -> None:
+    x, y, width, height = map(int, region_around_the_bodies(clip).split(","))
+    cropped = rewritten(
+        clip, tmp_path / "trial.mp4", lambda luma: luma[y : y + height, x : x + width]
+    )
+    said = answer(cropped)
+    assert_counted(said, truth_of(clip))
+    shifted = [place + x for place in places(said)]
+    assert shifted == pytest.approx(places(answer(clip)), abs=PLACE_ERROR_PX)
+
+
+@on_both_clips
+@pytest.mark.parametrize("label", [Fraction(24000, 1001), Fraction(240)], ids=["slow", "fast"])
+def test_the_playing_rate_changes_nothing(clip: Path, label: Fraction, tmp_path: Path) -> None:
+    options = replace(ENCODING, container_fps=label)
+    said = answer(rewritten(clip, tmp_path / "trial.mp4", lambda luma: luma, options))
+    assert_counted(said, truth_of(clip))
+    assert said["capture_fps"] is None
+    assert [collision["time_s"] for collision in burst(said)] == [None] * said["count"]
+
+
+@on_both_clips
+def test_the_capture_rate_gives_times_and_changes_nothing_else(clip: Path) -> None:
+    said, without = answer(clip, "--capture-fps", "960"), answer(clip)
+    assert (said["capture_fps"], said["capture_fps_source"]) == (960, "option")
+    times_s = [collision["time_s"] for collision in said["collisions"]]
+    assert times_s == pytest.approx([c["frame"] / 960 for c in said["collisions"]])
+    told = {"capture_fps": None, "capture_fps_source": "unknown"}
+    timeless = [{**collision, "time_s": None} for collision in said["collisions"]]
+    assert {**said, **told, "collisions": timeless} == without
+
+
+def places(said: Answer) -> list[float]:
+    return [collision["position_px"] for collision in burst(said)]
+
+
+def impact_speeds(said: Answer) -> list[float]:
+    return [collision["velocity_before_px_frame"]["ball"] for collision in burst(said)[1:]]
+
+
+def region_around_the_bodies(clip: Path) -> str:
+    """Leave out a strip above, below and at either side; the bodies stay inside."""
+    with open_footage(clip) as footage:
+        width, height = footage.info.width_px, footage.info.height_px
+    margins = {"ratio16-count12": (30, 20), "cluttered-1to16": (60, 50)}
+    x, y = margins[clip.stem]
+    return f"{x},{y},{width - 2 * x},{height - 2 * y}"

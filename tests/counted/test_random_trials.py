@@ -1,0 +1,48 @@
+"""Trials drawn at random, filmed in many scenes, counted exactly.
+
+A few are filmed and counted with every run of the tests; all forty take minutes and run with
+``pytest -m slow tests/counted``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from counting import answer, assert_counted, truth_of
+
+from synth_video.scene_file import load_scene
+from synth_video.trial import render_trial
+from synth_video.variation import varied
+
+SCENES = (
+    *("paper", "black-cloth", "bright-wall", "shelf", "small-ball"),
+    *("tilted", "low-light", "wall-right", "ratio16", "equal-masses"),
+)
+"""Each is another look; masses, gaps, losses, side and rate are drawn anew for each trial."""
+FIRST_SEED = 1000
+TRIALS = range(40)
+FEW = TRIALS[:6]
+
+
+def trial_name(number: int) -> str:
+    return f"{SCENES[number % len(SCENES)]}-{FIRST_SEED + number}"
+
+
+def assert_counted_when_filmed(number: int, folder: Path) -> None:
+    seed = FIRST_SEED + number
+    scene = varied(load_scene(SCENES[number % len(SCENES)]), seed)
+    clip = folder / f"{trial_name(number)}.mp4"
+    assert render_trial(scene, seed, clip).resolved
+    assert_counted(answer(clip), truth_of(clip))
+
+
+@pytest.mark.parametrize("number", FEW, ids=trial_name)
+def test_a_random_resolved_trial_is_counted_exactly(number: int, tmp_path: Path) -> None:
+    assert_counted_when_filmed(number, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", TRIALS, ids=trial_name)
+def test_forty_random_resolved_trials_are_counted_exactly(number: int, tmp_path: Path) -> None:
+    assert_counted_when_filmed(number, tmp_path)
