@@ -25,7 +25,7 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
     "campaign": frozenset({"options", "trial", "evidence", "corrections", "reports", "physics"})
     | _SHARED,
     "evidence": frozenset({"trial", "corrections", "reports", "footage", "physics"}) | _SHARED,
-    "corrections": _SHARED,
+    "corrections": frozenset({"reports"}) | _SHARED,
     "trial": frozenset({"verdict", "collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
     "verdict": frozenset({"collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
     "reports": _BELOW_A_STAGE,

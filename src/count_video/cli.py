@@ -22,6 +22,7 @@ from count_video.reports.printable import printable
 
 if TYPE_CHECKING:
     from count_video.campaign import Outcome
+    from count_video.campaign.one_by_one import Work
     from count_video.trial import TrialSettings
 
 PROGRAM = "count-video"
@@ -62,6 +63,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _answer(options: argparse.Namespace) -> int:
+    if options.theory is not None:
+        return _answer_theory(options)
     if _is_campaign(options):
         from count_video.campaign.cli import answer_campaign
 
@@ -70,7 +73,8 @@ def _answer(options: argparse.Namespace) -> int:
 
     code = EXIT_COUNTED
     gap = ""
-    for outcome in count_clips(options.clips, _settings(options), _progress()):
+    work = _work(options)
+    for outcome in count_clips(options.clips, _settings(options), _progress(), work):
         if options.json:
             _show_as_json(outcome)
         elif _show_as_text(outcome, gap):
@@ -83,8 +87,35 @@ def _is_campaign(options: argparse.Namespace) -> bool:
     """Tell a campaign, which is summed up, from single clips, each of which speaks for itself."""
     manifest = any(path.suffix.lower() == ".csv" for path in options.clips)
     folder = any(os.path.isdir(path) for path in options.clips)
-    asked_for = options.output is not None or options.scheduler is not None
+    kept = options.output is not None and len(options.clips) > 1
+    asked_for = kept or options.scheduler is not None
     return manifest or asked_for or (folder and not options.json)
+
+
+def _answer_theory(options: argparse.Namespace) -> int:
+    from count_video.reports.theory_text import theory_text
+
+    print(theory_text(*options.theory))
+    if options.output is not None:
+        from count_video.reports.theory_picture import write_theory_picture
+
+        write_theory_picture(tuple(options.theory), options.output, options.picture_format)
+    return EXIT_COUNTED
+
+
+def _work(options: argparse.Namespace) -> Work | None:
+    """Choose what is done with each clip; None for counting alone."""
+    if options.output is not None:
+        from count_video.evidence import EvidenceSettings, with_evidence
+
+        wanted = EvidenceSettings(options.output, options.picture_format, options.corrections)
+        return with_evidence(wanted)
+    if options.corrections is not None:
+        from count_video.corrections import with_corrections
+        from count_video.trial import count_clip
+
+        return with_corrections(count_clip, options.corrections)
+    return None
 
 
 def _settings(options: argparse.Namespace) -> TrialSettings:

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import ParamSpec
 
 from count_video.errors import UsageError
 from count_video.records import Collision, Correction, TrialResult
+from count_video.reports.printable import storable
 
 CORRECTIONS_VERSION = 1
 SAME_COLLISION_FRAMES = 1.0
@@ -22,6 +24,20 @@ SAME_COLLISION_FRAMES = 1.0
 may place it a little differently, and give it another number."""
 MOST_BYTES = 10_000_000
 """A larger file is not one that the page has saved."""
+
+
+_Request = ParamSpec("_Request")
+
+
+def with_corrections(
+    count: Callable[_Request, TrialResult], path: Path
+) -> Callable[_Request, TrialResult]:
+    """Let a function that counts a clip lay the corrections of a file over its result."""
+
+    def count_reviewed(*args: _Request.args, **kwargs: _Request.kwargs) -> TrialResult:
+        return reviewed(count(*args, **kwargs), path)
+
+    return count_reviewed
 
 
 def reviewed(result: TrialResult, path: Path) -> TrialResult:
@@ -33,7 +49,7 @@ def reviewed(result: TrialResult, path: Path) -> TrialResult:
         If the file cannot be read, belongs to another clip, or corrects what is not there.
     """
     stored = _stored(path)
-    clip = Path(result.clip).name
+    clip = storable(Path(result.clip).name)
     if stored.get("clip") != clip:
         raise UsageError(
             f"{path}: these corrections are for {stored.get('clip')!r}, not for {clip!r}; "

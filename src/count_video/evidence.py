@@ -1,16 +1,38 @@
-"""The evidence for one clip: pictures, annotated clip, tables and page, next to its count."""
+"""The evidence for one clip: pictures, annotated clip, tables and page, next to its count.
+
+The clip is decoded a second time, once for everything: each frame is drawn into the annotated
+clip and leaves its line in the space-time image and its cut-outs at the contacts on the page.
+"""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import TrialResult
-from count_video.trial import TrialSettings
+from count_video.corrections import reviewed
+from count_video.errors import UsageError
+from count_video.footage.reader import open_footage
+from count_video.footage.writer import WriteOptions, write_clip
+from count_video.progress import NO_PROGRESS, Progress, counted_off
+from count_video.records import Floats, Track, TrialResult
+from count_video.reports.annotated_clip import AnnotatedClip
+from count_video.reports.csv_files import collisions_csv, track_csv
+from count_video.reports.drawing import picture_bytes
+from count_video.reports.material import Material, Pendulum
+from count_video.reports.pace import frame_times_s
+from count_video.reports.page import Footage, Picture, clip_page
+from count_video.reports.picture import trial_figure
+from count_video.reports.printable import printable
+from count_video.reports.thumbnail import thumbnail_jpeg
+from count_video.trial import Trial, TrialSettings, work_through
 
 PictureFormat = Literal["png", "svg"]
+MEDIA_TYPES: dict[PictureFormat, str] = {"png": "image/png", "svg": "image/svg+xml"}
+CRF = 23
+"""Quality of the annotated clip: lines and letters stay clean, a page holds it easily."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +44,8 @@ class EvidenceSettings:
     picture_format: PictureFormat = "png"
     corrections: Path | None = None
     """File of a person's corrections to lay over the result."""
+    name: str | None = None
+    """What the files are named after; None for the clip's name without its suffix."""
 
 
 def count_with_evidence(
@@ -32,15 +56,139 @@ def count_with_evidence(
 ) -> TrialResult:
     """Count a clip as ``trial.count_clip`` does and write its evidence beside the answer.
 
-    Files are named after the clip: for ``trial7.mp4`` they are ``trial7.html``, ``trial7.png``,
-    ``trial7.strip.jpg``, ``trial7.annotated.mp4``, ``trial7.track.csv``,
-    ``trial7.collisions.csv``.
+    Files are named after the clip: for ``trial7.mp4`` they are ``trial7.html``, ``trial7.png``
+    (or ``.svg``), ``trial7.strip.jpg``, ``trial7.annotated.mp4``, ``trial7.track.csv`` and
+    ``trial7.collisions.csv``. Where no bodies could be followed there is the page alone. Each
+    appears when it is complete.
 
     Raises
     ------
     FootageError
         If the file cannot be read as footage.
     UsageError
-        If a setting does not fit the clip, or the evidence cannot be written.
+        If a setting does not fit the clip, the corrections are not for it, or the evidence cannot
+        be written.
     """
-    raise NotImplementedError
+    trial = work_through(path, settings, progress)
+    result = trial.result
+    if evidence.corrections is not None:
+        result = reviewed(result, evidence.corrections)
+    files = _Files(evidence.folder, evidence.name or path.stem)
+    files.make_folder()
+    if trial.track is None:
+        files.write("html", clip_page(result, None, None).encode("utf-8"))
+    else:
+        _write_all(trial, trial.track, result, settings, (files, evidence.picture_format), progress)
+    return result
+
+
+def with_evidence(
+    evidence: EvidenceSettings,
+) -> Callable[[Path, TrialSettings, Progress], TrialResult]:
+    """Make a function that counts a clip and writes its evidence."""
+
+    def count(path: Path, settings: TrialSettings, progress: Progress) -> TrialResult:
+        return count_with_evidence(path, settings, evidence, progress)
+
+    return count
+
+
+@dataclass(frozen=True)
+class _Files:
+    """The files of one clip."""
+
+    folder: Path
+    name: str
+
+    def make_folder(self) -> None:
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise _unwritable(self.folder, error) from error
+
+    def path(self, suffix: str) -> Path:
+        # Not with_suffix: a name may hold dots.
+        return self.folder / f"{self.name}.{suffix}"
+
+    def write(self, suffix: str, data: bytes) -> None:
+        """Let a file appear under its name when it is complete."""
+        target = self.path(suffix)
+        partial = target.with_name(f".{target.name}.{os.getpid()}.part")
+        try:
+            partial.write_bytes(data)
+            os.replace(partial, target)
+        except OSError as error:
+            raise _unwritable(target, error) from error
+        finally:
+            partial.unlink(missing_ok=True)
+
+    def read(self, suffix: str) -> bytes:
+        try:
+            return self.path(suffix).read_bytes()
+        except OSError as error:
+            raise _unwritable(self.path(suffix), error) from error
+
+
+def _unwritable(path: Path, error: OSError) -> UsageError:
+    reason = error.strerror or "it failed"
+    return UsageError(f"cannot write {printable(str(path))}: {reason}; give another folder")
+
+
+def _write_all(
+    trial: Trial,
+    track: Track,
+    result: TrialResult,
+    settings: TrialSettings,
+    into: tuple[_Files, PictureFormat],
+    progress: Progress,
+) -> None:
+    files, picture_format = into
+    files.write("track.csv", track_csv(track, result).encode("utf-8"))
+    files.write("collisions.csv", collisions_csv(result).encode("utf-8"))
+    clip = AnnotatedClip(result, track, (trial.info.height_px, trial.info.width_px))
+    shown_s = frame_times_s(
+        track.frame, [c.frame for c in result.collisions], trial.info.container_fps
+    )
+    _write_clip(files.path("annotated.mp4"), trial, clip, shown_s, progress)
+    material = _material(trial, track, result, settings, clip)
+    picture = picture_bytes(trial_figure(material), picture_format)
+    files.write(picture_format, picture)
+    files.write("strip.jpg", thumbnail_jpeg(material))
+    footage = Footage(files.read("annotated.mp4"), track.frame, shown_s, clip.contact_frames.found)
+    page = clip_page(result, footage, Picture(picture, MEDIA_TYPES[picture_format]))
+    files.write("html", page.encode("utf-8"))
+
+
+def _write_clip(
+    path: Path, trial: Trial, clip: AnnotatedClip, shown_s: Floats, progress: Progress
+) -> None:
+    first, last = int(clip.track.frame[0]), int(clip.track.frame[-1])
+    progress.start(last + 1 - first, "drawing")
+    options = WriteOptions(frame_times_s=shown_s.tolist(), crf=CRF)
+    with open_footage(trial.info.path) as footage:
+        frames = counted_off(footage.frames(first, last + 1), progress)
+        write_clip(path, clip.pictures(frames), options)
+
+
+def _material(
+    trial: Trial,
+    track: Track,
+    result: TrialResult,
+    settings: TrialSettings,
+    clip: AnnotatedClip,
+) -> Material:
+    swing = None if trial.found is None else trial.found.swing
+    ratio, sigma = (
+        (None, 0.0) if swing is None else (swing.mass_ratio, swing.mass_ratio_relative_sigma)
+    )
+    if settings.masses is not None:
+        heavy, light = settings.masses
+        ratio, sigma = float(heavy / light), 0.0
+    return Material(
+        result=result,
+        track=track,
+        space_time=clip.space_time(),
+        mass_ratio=None if ratio is None else float(ratio),
+        mass_ratio_relative_sigma=float(sigma),
+        pendulum=None if swing is None else Pendulum(swing.rate_squared, swing.centre_px),
+    )

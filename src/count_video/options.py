@@ -24,7 +24,10 @@ examples:
   count-video trial.mp4
   count-video trial.mp4 --capture-fps 960 --masses 1050 10.5
   count-video --json clips/ > counts.jsonl
+  count-video trial.mp4 -o evidence/
+  count-video trial.mp4 --corrections trial.corrections.json
   count-video trials/ -o results/
+  count-video --theory 1050 10.5
 
 exit code:
   0 every clip was counted, 1 a clip was not counted, 2 the request was wrong,
@@ -56,7 +59,20 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
             f"--start {options.start} leaves no frame before --end {options.end}: "
             "give a start below the end"
         )
+    _check_what_is_wanted(options)
     return options
+
+
+def _check_what_is_wanted(options: argparse.Namespace) -> None:
+    if options.theory is None and not options.clips:
+        raise UsageError("no clip: give a video file or a folder (see count-video --help)")
+    if options.theory is not None and options.clips:
+        raise UsageError("--theory needs no clip: ask for the one or count the other")
+    if options.theory is not None and (options.json or options.corrections is not None):
+        raise UsageError("--theory goes with -o and --format alone")
+    one_file = len(options.clips) == 1 and not options.clips[0].is_dir()
+    if options.corrections is not None and not one_file:
+        raise UsageError("--corrections are those of one clip: give that clip alone")
 
 
 def _parser() -> _Parser:
@@ -70,7 +86,7 @@ def _parser() -> _Parser:
     parser.add_argument(
         "clips",
         metavar="CLIP",
-        nargs="+",
+        nargs="*",
         type=Path,
         help="a video file, or a folder: then every video file in it, in natural order; or a "
         "manifest (.csv): then a clip a line, with options of its own",
@@ -91,7 +107,30 @@ def _parser() -> _Parser:
         "--output",
         metavar="DIR",
         type=Path,
-        help="folder to keep results in, made if needed (default: nothing is kept)",
+        help="folder to keep results in, made if needed: for a clip its page, picture, annotated "
+        "clip and tables (default: nothing is kept)",
+    )
+    parser.add_argument(
+        "--format",
+        dest="picture_format",
+        choices=("png", "svg"),
+        default="png",
+        help="kind of the pictures in the output folder (default: png)",
+    )
+    parser.add_argument(
+        "--corrections",
+        metavar="FILE",
+        type=Path,
+        help="a person's corrections, saved from the clip's page: the reviewed count is told "
+        "beside the tool's own (default: none)",
+    )
+    parser.add_argument(
+        "--theory",
+        metavar=("HEAVY", "LIGHT"),
+        nargs=2,
+        type=_mass,
+        help="tell the exact count for two masses, with angles and bounds on pi, instead of "
+        "counting a clip; with -o draw the phase circle (default: count)",
     )
     _add_footage_options(parser.add_argument_group("the footage"))
     _add_apparatus_options(parser.add_argument_group("the apparatus"))

@@ -6,7 +6,10 @@ is the listener that does nothing.
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Iterable, Iterator
+from typing import Protocol, TypeVar
+
+_Item = TypeVar("_Item")
 
 
 class Progress(Protocol):
@@ -36,3 +39,10 @@ class _NoProgress:
 
 
 NO_PROGRESS: Progress = _NoProgress()
+
+
+def counted_off(frames: Iterable[_Item], progress: Progress) -> Iterator[_Item]:
+    """Pass frames on and tell of each once it is done with."""
+    for frame in frames:
+        yield frame
+        progress.advance(1)

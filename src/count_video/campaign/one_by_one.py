@@ -12,7 +12,6 @@ from count_video.errors import CountVideoError
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import TrialResult
 
-
 Work = Callable[[Path, trial.TrialSettings, Progress], TrialResult]
 """What is done with a clip; ``trial.count_clip`` is the plainest."""
 

@@ -69,13 +69,13 @@ class AnnotatedClip:
         self.contact_frames = ContactFrames(track)
         self.contact_frames.want(result.collisions)
         self._result = result
-        self._track = track
+        self.track = track
         self._sampler = SpaceTimeSampler(track.line, track.ball_diameter_px, shape)
         self._rows: list[Pixels] = []
 
     def pictures(self, frames: Iterable[Frame]) -> Iterator[Pixels]:
         """Draw one picture for each frame of the track, RGB, shape (height, width, 3)."""
-        rows = {int(index): row for row, index in enumerate(self._track.frame)}
+        rows = {int(index): row for row, index in enumerate(self.track.frame)}
         for frame in frames:
             row = rows.get(frame.index)
             if row is not None:
@@ -85,7 +85,7 @@ class AnnotatedClip:
 
     def space_time(self) -> SpaceTime:
         """Put the rows of all frames seen so far together."""
-        return SpaceTime(self._track.frame[: len(self._rows)], np.array(self._rows))
+        return SpaceTime(self.track.frame[: len(self._rows)], np.array(self._rows))
 
     def _picture(self, frame: Frame, row: int) -> Pixels:
         layout = self.layout
@@ -106,7 +106,7 @@ class AnnotatedClip:
         return canvas
 
     def _draw_bodies(self, canvas: Pixels, row: int) -> None:
-        track, line = self._track, self._track.line
+        track, line = self.track, self.track.line
         ball = float(track.ball.position_px[row])
         if np.isfinite(ball):
             middle = ball + (track.ball.low_edge_px + track.ball.high_edge_px) / 2
@@ -123,8 +123,8 @@ class AnnotatedClip:
         path(canvas, points, rgb(HEAVY))
 
     def _aside(self, along_px: float, aside_px: float) -> Point:
-        x, y = image_point(self._track.line, along_px)
-        return (x + aside_px, y) if self._track.line.upright else (x, y + aside_px)
+        x, y = image_point(self.track.line, along_px)
+        return (x + aside_px, y) if self.track.line.upright else (x, y + aside_px)
 
     def _draw_marks(self, canvas: Pixels, index: int) -> None:
         for collision in self._result.collisions:
@@ -132,5 +132,5 @@ class AnnotatedClip:
                 mark(canvas, collision.kind, self._contact(collision), MARK_PX, seen=collision.seen)
 
     def _contact(self, collision: Collision) -> Point:
-        along = contact_px(collision, self._track)
-        return self.layout.place(image_point(self._track.line, along))
+        along = contact_px(collision, self.track)
+        return self.layout.place(image_point(self.track.line, along))

@@ -1,4 +1,4 @@
-"""The page and the picture of a campaign: plain records in, ``campaign.html`` and its picture out."""
+"""The page and the picture of a campaign: plain records in, files out."""
 
 from __future__ import annotations
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+from contextlib import AbstractContextManager
 from functools import cache
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.patheffects as effects
@@ -15,7 +17,7 @@ from count_video.reports.printable import printable
 
 FONT = "DejaVu Sans"
 """Comes with matplotlib, so that pictures are the same on every machine."""
-STYLE = {
+STYLE: Any = {
     "font.family": FONT,
     "font.size": 11,
     "axes.titlesize": 12,
@@ -36,9 +38,10 @@ HALO = (effects.withStroke(linewidth=2.5, foreground="white"),)
 """A white rim that keeps numbers readable on footage."""
 
 
-def styled() -> object:
+def styled() -> AbstractContextManager[None]:
     """Context in which a figure is made and written."""
-    return mpl.rc_context(STYLE)
+    context: AbstractContextManager[None] = mpl.rc_context(STYLE)
+    return context
 
 
 def picture_bytes(figure: Figure, picture_format: str) -> bytes:

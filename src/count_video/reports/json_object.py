@@ -11,6 +11,7 @@ import json
 import math
 
 from count_video.records import Collision, Correction, TrialResult, Velocities
+from count_video.reports.printable import storable
 
 SCHEMA_VERSION = 1
 
@@ -24,9 +25,9 @@ def json_object(result: TrialResult) -> dict[str, object]:
     """Turn the result into what ``json.dumps`` takes; the keys are in reading order."""
     return {
         "schema_version": SCHEMA_VERSION,
-        "clip": _text(result.clip),
+        "clip": storable(result.clip),
         "status": result.status,
-        "reason": None if result.reason is None else _text(result.reason),
+        "reason": None if result.reason is None else storable(result.reason),
         "count": _whole(result.count),
         "seen": _whole(result.seen),
         "between_frames": _whole(result.between_frames),
@@ -45,7 +46,7 @@ def json_object(result: TrialResult) -> dict[str, object]:
         "pi_low": _number(result.pi_low),
         "pi_high": _number(result.pi_high),
         "mass_ratio": _number(result.mass_ratio),
-        "warnings": [_text(warning) for warning in result.warnings],
+        "warnings": [storable(warning) for warning in result.warnings],
         "reviewed_count": _whole(result.reviewed_count),
         "corrections": [_correction(correction) for correction in result.corrections],
     }
@@ -89,9 +90,3 @@ def _number(value: float | None) -> float | None:
 
 def _whole(value: int | None) -> int | None:
     return None if value is None else int(value)
-
-
-def _text(text: str) -> str:
-    # The bytes of a file name that is not UTF-8 arrive as lone surrogates, which strict readers
-    # of JSON refuse.
-    return text.encode("utf-8", "backslashreplace").decode("utf-8")

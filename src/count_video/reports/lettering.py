@@ -14,9 +14,7 @@ Pixels = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
 
-def write(
-    canvas: Pixels, text: str, at: tuple[int, int], size_px: int, colour: Colour
-) -> int:
+def write(canvas: Pixels, text: str, at: tuple[int, int], size_px: int, colour: Colour) -> int:
     """Write a line of text with its left top corner at (x, y); what sticks out is cut off.
 
     Returns the x at which the text ends.
@@ -31,7 +29,7 @@ def write(
         piece = cover[top:height, left:width, None]
         under = canvas[y + top : y + height, x + left : x + width]
         under[...] = (under * (1 - piece) + piece * np.array(colour)).astype(np.uint8)
-    return end
+    return int(end)
 
 
 def text_width(text: str, size_px: int) -> int:
@@ -46,4 +44,4 @@ def _cover(text: str, size_px: int) -> NDArray[np.float32]:
     width = max(1, round(font.getlength(text)))
     image = Image.new("L", (width, round(1.3 * size_px)))
     ImageDraw.Draw(image).text((0, 0), text, fill=255, font=font)
-    return np.asarray(image, np.float32) / 255
+    return np.asarray(image, np.float32) / np.float32(255)

@@ -49,7 +49,7 @@ class Material:
 
 
 def contact_px(collision: Collision, track: Track) -> float:
-    """Place along the line where the ball touches: its edge turned to the other body or the wall."""
+    """Place along the line where the ball touches: its edge turned to heavy body or wall."""
     to_wall_low = track.wall_side == "left"
     low = to_wall_low == (collision.kind == "wall")
     edge = track.ball.low_edge_px if low else track.ball.high_edge_px

@@ -49,4 +49,5 @@ def _fixed(point: Point) -> tuple[int, int]:
 
 
 def _length(length: float) -> int:
-    return max(1, round(length * 2**_FINE))
+    fixed: int = round(length * 2**_FINE)
+    return max(1, fixed)

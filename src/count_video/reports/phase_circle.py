@@ -1,4 +1,4 @@
-"""The phase circle of the paper's figures: circle, momentum lines, state points, stopping region."""
+"""The phase circle of the paper's figures: momentum lines, state points, stopping region."""
 
 from __future__ import annotations
 
@@ -70,6 +70,8 @@ def number_points(
             va="center",
             fontsize=size,
             gid="number",
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5},
+            zorder=3,
         )
 
 

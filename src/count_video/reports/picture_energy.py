@@ -23,7 +23,9 @@ def draw_energy(axes: Axes, material: Material) -> None:
     axes.plot(states.number, heavy, "s-", color=HEAVY, markersize=4, label="cylinder, moving")
     axes.plot(states.number, light, "o-", color=BALL, markersize=4, label="ball, moving")
     if material.pendulum is not None:
-        axes.plot(states.number, swing, "^-", color=GREEN, markersize=4, label="raised by the swing")
+        axes.plot(
+            states.number, swing, "^-", color=GREEN, markersize=4, label="raised by the swing"
+        )
     axes.plot(
         states.number,
         heavy + light + swing,

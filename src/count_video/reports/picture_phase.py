@@ -55,7 +55,7 @@ def draw_measured_phase_circle(axes: Axes, material: Material) -> None:
 
 
 def _counts(material: Material, ratio: float) -> str:
-    """Counts of the theory within two standard uncertainties of the mass ratio."""
+    """Say the counts of the theory within two standard uncertainties of the mass ratio."""
     spread = 1 + 2 * material.mass_ratio_relative_sigma
     low, high = collision_count(ratio / spread), collision_count(ratio * spread)
     if low == high:

@@ -2,55 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from numpy.typing import ArrayLike
 
-from count_video.records import Collision, CollisionKind
+from count_video.records import Collision, CollisionKind, Floats
 from count_video.reports.drawing import HALO
 from count_video.reports.material import Material, ball_edges_px, contact_px, scale_of
 from count_video.reports.palette import BALL, BLACK, GREY, HEAVY, MARKS, YELLOW
+from count_video.reports.stretch import Range, shown_places
 
-Range = tuple[float, float]
-CROWD_SHARE = 0.6
-"""The enlarged stretch is the shortest that holds this share of the burst."""
-MARGIN_SHARE = 0.06
-"""Of a stretch of frames, shown on either side of it."""
+Converter = Callable[[ArrayLike], Floats]
 BRIGHTEST_PERCENTILES = (1.0, 99.5)
-
-
-def shown_frames(material: Material) -> Range:
-    """First and last frame of the whole picture: all collisions, or the clip without any."""
-    frames = material.track.frame
-    ends = (float(frames[0]), float(frames[-1]))
-    collisions = material.result.collisions
-    if not collisions:
-        return ends
-    low, high = collisions[0].frame, collisions[-1].frame
-    margin = max(10.0, 2 * MARGIN_SHARE * (high - low))
-    return max(ends[0], low - margin), min(ends[1], high + margin)
-
-
-def crowded_frames(material: Material) -> Range:
-    """The shortest stretch of frames that holds most of the burst."""
-    times = [collision.frame for collision in material.burst]
-    if len(times) < 3:
-        return shown_frames(material)
-    held = max(3, round(CROWD_SHARE * len(times)))
-    starts = range(len(times) - held + 1)
-    start = min(starts, key=lambda first: times[first + held - 1] - times[first])
-    low, high = times[start], times[start + held - 1]
-    margin = MARGIN_SHARE * (high - low) + 1.0
-    return low - margin, high + margin
 
 
 def draw_space_time(
     axes: Axes, material: Material, frames: Range, *, enlarged: Range | None = None
 ) -> None:
     """Draw a stretch of frames; ``enlarged`` is what another panel shows larger, if any does."""
-    places = _shown_places(material, frames)
+    places = shown_places(material, frames)
     _draw_image(axes, material, frames, places)
     _draw_tracks(axes, material)
     _draw_marks(axes, material, frames, enlarged)
@@ -67,20 +40,6 @@ def draw_space_time(
         axes.set_title("The crowded middle")
         axes.set_xlabel("")
         axes.tick_params(labelbottom=False)
-
-
-def _shown_places(material: Material, frames: Range) -> Range:
-    """Lowest and highest position shown: from the wall to the heavy body's face, with room."""
-    track = material.track
-    inside = (track.frame >= frames[0]) & (track.frame <= frames[1])
-    low, high = (edge[inside] for edge in ball_edges_px(track))
-    face = track.heavy.position_px[inside] if track.heavy is not None else high
-    values = np.concatenate([low, high, face])
-    values = values[np.isfinite(values)]
-    if values.size == 0:
-        return 0.0, float(material.space_time.image.shape[1])
-    room = 0.35 * track.ball_diameter_px
-    return float(values.min()) - room, float(values.max()) + room
 
 
 def _draw_image(axes: Axes, material: Material, frames: Range, places: Range) -> None:
@@ -185,24 +144,28 @@ def _add_units(axes: Axes, material: Material) -> None:
     outward = material.outward
     wall = float(np.nanmin(edges[0])) if outward > 0 else float(np.nanmax(edges[1]))
     if scale.length_unit != "px":
-        side = axes.secondary_yaxis(
-            "right",
-            functions=(
-                lambda place: (place - wall) * outward * scale.length,
-                lambda length: length / scale.length * outward + wall,
-            ),
-        )
+        factor = outward * scale.length
+        side = axes.secondary_yaxis("right", functions=_linear(factor, -wall * factor))
         side.set_ylabel(f"from the wall ({scale.length_unit})")
     if scale.time_unit != "frame":
-        top = axes.secondary_xaxis(
-            "top",
-            functions=(lambda frame: frame * scale.time, lambda time: time / scale.time),
-        )
+        top = axes.secondary_xaxis("top", functions=_linear(scale.time, 0.0))
         top.set_xlabel(f"time ({scale.time_unit})", loc="right", labelpad=2)
 
 
+def _linear(factor: float, shift: float) -> tuple[Converter, Converter]:
+    """Give y = factor x + shift and its inverse."""
+
+    def forward(values: ArrayLike) -> Floats:
+        return np.asarray(values, np.float64) * factor + shift
+
+    def backward(values: ArrayLike) -> Floats:
+        return (np.asarray(values, np.float64) - shift) / factor
+
+    return forward, backward
+
+
 def legend_handles(material: Material) -> list[Line2D]:
-    """What the lines and marks of all panels mean."""
+    """Say what the lines and marks of all panels mean."""
     handles = [Line2D([], [], color=BALL, linewidth=3, label="ball (its two edges)")]
     if material.track.heavy is not None:
         handles.append(Line2D([], [], color=HEAVY, linewidth=3, label="cylinder (its face)"))

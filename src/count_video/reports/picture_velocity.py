@@ -41,11 +41,19 @@ def draw_velocities(axes: Axes, material: Material, frames: tuple[float, float])
 
 def _bodies(material: Material) -> list[_Body]:
     track = material.track
-    bodies = [_Body("ball", BALL, track.ball.position_px, lambda v: v.ball_px_frame)]
+    bodies = [_Body("ball", BALL, track.ball.position_px, _ball)]
     if track.heavy is not None:
         position = track.heavy.position_px
-        bodies.append(_Body("cylinder", HEAVY, position, lambda v: v.heavy_px_frame))
+        bodies.append(_Body("cylinder", HEAVY, position, _heavy))
     return bodies
+
+
+def _ball(velocities: Velocities) -> float:
+    return velocities.ball_px_frame
+
+
+def _heavy(velocities: Velocities) -> float:
+    return velocities.heavy_px_frame
 
 
 def _draw_dots(axes: Axes, material: Material, body: _Body, unit: float) -> None:
@@ -58,9 +66,7 @@ def _draw_dots(axes: Axes, material: Material, body: _Body, unit: float) -> None
     axes.plot(middle[~crossed], step[~crossed], ".", color=body.colour, markersize=5, alpha=0.55)
 
 
-def _draw_pieces(
-    axes: Axes, collisions: tuple[Collision, ...], body: _Body, unit: float
-) -> None:
+def _draw_pieces(axes: Axes, collisions: tuple[Collision, ...], body: _Body, unit: float) -> None:
     """Lines of what was fitted between the collisions, joined by the jumps."""
     x, y = [], []
     for collision in collisions:
@@ -69,17 +75,11 @@ def _draw_pieces(
     axes.plot(x, y, color=body.colour, linewidth=2.0, label=body.label, gid=body.label)
 
 
-def _limits(
-    material: Material, frames: tuple[float, float], unit: float
-) -> tuple[float, float]:
-    values = [
-        side(velocity) * unit
-        for c in material.result.collisions
-        if frames[0] <= c.frame <= frames[1]
-        for velocity in (c.velocity_before, c.velocity_after)
-        for side in (lambda v: v.ball_px_frame, lambda v: v.heavy_px_frame)
-        if np.isfinite(side(velocity))
-    ]
-    low, high = min(values, default=-1.0), max(values, default=1.0)
+def _limits(material: Material, frames: tuple[float, float], unit: float) -> tuple[float, float]:
+    shown = [c for c in material.result.collisions if frames[0] <= c.frame <= frames[1]]
+    sides = [side for c in shown for side in (c.velocity_before, c.velocity_after)]
+    values = [rate * unit for side in sides for rate in (side.ball_px_frame, side.heavy_px_frame)]
+    known = [value for value in values if np.isfinite(value)]
+    low, high = min(known, default=-1.0), max(known, default=1.0)
     room = 0.12 * (high - low) or 1.0
     return low - room, high + room

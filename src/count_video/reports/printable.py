@@ -9,3 +9,8 @@ def printable(text: str) -> str:
         sign if sign.isprintable() else sign.encode("unicode_escape").decode("ascii")
         for sign in text
     )
+
+
+def storable(text: str) -> str:
+    """Replace what UTF-8 cannot hold: the lone surrogates of a file name that is not UTF-8."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")

@@ -1,0 +1,128 @@
+"""The page of one clip: everything in one file, without a network, for a person to check."""
+
+from __future__ import annotations
+
+import base64
+import math
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from count_video.records import Collision, Correction, Floats, TrialResult
+from count_video.reports.contact_frames import ContactFrame
+from count_video.reports.printable import printable, storable
+from count_video.reports.text import plural, result_text
+
+
+@dataclass(frozen=True)
+class Footage:
+    """The annotated clip on the page."""
+
+    mp4: bytes
+    frame: Floats
+    """Frames of the footage that it shows, shape (n,)."""
+    shown_s: Floats
+    """When it shows each, in seconds from its start, shape (n,)."""
+    cuts: Mapping[int, Sequence[ContactFrame]]
+    """Enlarged frames of each contact, by the collision's number."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The picture of the trial on the page."""
+
+    data: bytes
+    media_type: str
+    """``image/png`` or ``image/svg+xml``."""
+
+
+def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | None) -> str:
+    """Write the page; without footage (no bodies were followed) it holds the answer alone."""
+    name = Path(result.clip).name
+    page = environment().get_template("clip.html")
+    return page.render(
+        clip=printable(name),
+        command=_command(name),
+        answer=_answer(result),
+        doubt=printable(result.reason or ""),
+        text=result_text(result),
+        video=None if footage is None else _base64(footage.mp4),
+        picture=None if picture is None else _base64(picture.data),
+        picture_type=None if picture is None else picture.media_type,
+        data=None if footage is None else _data(result, footage),
+        style=own_file("clip.css"),
+        script=own_file("clip.js"),
+    )
+
+
+def environment() -> Environment:
+    """Templates of this package, with everything that is filled in escaped."""
+    return Environment(
+        loader=PackageLoader("count_video.reports"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def own_file(name: str) -> Markup:
+    """Style or script of this package, which goes into a page as it is."""
+    return Markup((Path(__file__).parent / "templates" / name).read_text("utf-8"))
+
+
+def _command(name: str) -> str:
+    saved = f"{Path(name).stem}.corrections.json"
+    return printable(f"count-video {shlex.quote(name)} --corrections {shlex.quote(saved)}")
+
+
+def _answer(result: TrialResult) -> str:
+    return "not counted" if result.count is None else plural(result.count, "collision")
+
+
+def _base64(data: bytes) -> str:
+    return base64.b64encode(data).decode("ascii")
+
+
+def _data(result: TrialResult, footage: Footage) -> dict[str, object]:
+    """Collect what the script works with; jinja2 escapes it so that no name can end the script."""
+    name = storable(Path(result.clip).name)
+    size = result.count if result.count is not None else result.seen or 0
+    beyond = [c.frame for c in result.collisions if c.number > size]
+    return {
+        "clip": name,
+        "save_as": f"{Path(name).stem}.corrections.json",
+        "count": result.count,
+        "burst_ends": min(beyond, default=1e300),
+        "frames": [int(frame) for frame in footage.frame],
+        "times": [round(float(time), 5) for time in footage.shown_s],
+        "collisions": [_entry(c, size, footage.cuts.get(c.number, ())) for c in result.collisions],
+        "corrections": [_correction(correction) for correction in result.corrections],
+    }
+
+
+def _entry(collision: Collision, size: int, cuts: Sequence[ContactFrame]) -> dict[str, object]:
+    return {
+        "number": collision.number,
+        "kind": collision.kind,
+        "frame": round(collision.frame, 3) if math.isfinite(collision.frame) else 0.0,
+        "seen": collision.seen,
+        "in_burst": collision.number <= size,
+        "cuts": [
+            {"frame": cut.frame, "picture": f"data:image/jpeg;base64,{_base64(cut.jpeg)}"}
+            for cut in cuts
+        ],
+    }
+
+
+def _correction(correction: Correction) -> dict[str, object]:
+    return {
+        "action": correction.action,
+        "kind": correction.kind,
+        "frame": correction.frame,
+        "number": correction.number,
+    }
