@@ -1,0 +1,66 @@
+"""The command with the work on a clip replaced by what the clip's text says.
+
+Workers import this file again as they start, so the replacement holds in them too. A clip holds
+words: ``count N``, ``chance P``, ``sleep S``, ``die`` (always), ``die-once``, ``fault``, ``bad``.
+Every start of work is a line in the file named by the environment variable ``STUB_LOG``.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from count_video import cli, trial
+from count_video.campaign import unread_result
+from count_video.errors import FootageError
+from count_video.progress import NO_PROGRESS, Progress
+from count_video.records import TrialResult
+
+
+def count_clip(
+    path: Path, settings: trial.TrialSettings, progress: Progress = NO_PROGRESS
+) -> TrialResult:
+    """Answer as the clip's words say."""
+    words = path.read_text("utf-8").split()
+    told = dict(zip(words[::2], words[1::2], strict=True))
+    log(path.name)
+    time.sleep(float(told.get("sleep", 0)))
+    marker = path.with_suffix(".died")
+    if "die" in told and (told["die"] == "always" or not marker.exists()):
+        marker.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    if "fault" in told:
+        raise ZeroDivisionError("a fault of the program")
+    if "bad" in told:
+        raise FootageError(f"{path}: the file is cut off; copy it again")
+    count, chance = int(told["count"]), float(told.get("chance", 0.98))
+    return replace(
+        unread_result(str(path), ""),
+        status="counted",
+        reason=None,
+        count=count,
+        seen=count,
+        between_frames=0,
+        probability={count: chance, count + 1: 1 - chance},
+        capture_fps=settings.capture_fps,
+        mass_ratio=100.0,
+    )
+
+
+def log(line: str) -> None:
+    """Write a line that other processes cannot tear apart."""
+    place = os.environ.get("STUB_LOG")
+    if place:
+        descriptor = os.open(place, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+        os.write(descriptor, f"{line}\n".encode())
+        os.close(descriptor)
+
+
+trial.count_clip = count_clip  # type: ignore[assignment]
+
+if __name__ == "__main__":
+    sys.exit(cli.main())
