@@ -24,11 +24,13 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
     "options": _SHARED,
     "campaign": frozenset({"options", "trial", "evidence", "corrections", "reports", "physics"})
     | _SHARED,
-    "evidence": frozenset({"trial", "corrections", "reports", "footage", "physics"}) | _SHARED,
+    "evidence": frozenset({"trial", "corrections", "reports", "collisions", "footage"}) | _SHARED,
     "corrections": frozenset({"reports"}) | _SHARED,
-    "trial": frozenset({"verdict", "collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
-    "verdict": frozenset({"collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
+    "trial": frozenset({"verdict", "between", "collisions", "tracking", "footage"})
+    | _BELOW_A_STAGE,
+    "verdict": frozenset({"between", "collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
     "reports": _BELOW_A_STAGE,
+    "between": _BELOW_A_STAGE | {"collisions"},  # a step of its own: what is seen knows no model
     "collisions": _BELOW_A_STAGE,
     "tracking": _BELOW_A_STAGE | {"footage"},  # it draws its frames itself, from pilot and stream
     "footage": _BELOW_A_STAGE,

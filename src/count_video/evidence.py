@@ -9,9 +9,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
+from count_video.collisions.swing import Swing
 from count_video.corrections import reviewed
 from count_video.errors import UsageError
 from count_video.footage.reader import open_footage
@@ -21,12 +25,14 @@ from count_video.records import Floats, Track, TrialResult
 from count_video.reports.annotated_clip import AnnotatedClip
 from count_video.reports.csv_files import collisions_csv, track_csv
 from count_video.reports.drawing import picture_bytes
+from count_video.reports.levelling import FRAMES_ENOUGH, levelled
 from count_video.reports.material import Material, Pendulum
 from count_video.reports.pace import frame_times_s
 from count_video.reports.page import Footage, Picture, clip_page
 from count_video.reports.picture import trial_figure
 from count_video.reports.printable import printable
 from count_video.reports.thumbnail import thumbnail_jpeg
+from count_video.reports.touching import touching
 from count_video.trial import Trial, TrialSettings, work_through
 
 PictureFormat = Literal["png", "svg"]
@@ -78,7 +84,8 @@ def count_with_evidence(
     if trial.track is None:
         files.write("html", clip_page(result, None, None).encode("utf-8"))
     else:
-        _write_all(trial, trial.track, result, settings, (files, evidence.picture_format), progress)
+        track = _shown_track(trial.info.path, trial.track, result)
+        _write_all(trial, track, result, settings, (files, evidence.picture_format), progress)
     return result
 
 
@@ -159,6 +166,13 @@ def _write_all(
     files.write("html", page.encode("utf-8"))
 
 
+def _shown_track(path: Path, track: Track, result: TrialResult) -> Track:
+    """Put the outlines where they are seen to be; the motion is that of the track."""
+    with open_footage(path) as footage:
+        frames = list(islice(footage.frames(int(track.frame[0])), FRAMES_ENOUGH))
+    return levelled(touching(track, result.collisions), frames)
+
+
 def _write_clip(
     path: Path, trial: Trial, clip: AnnotatedClip, shown_s: Floats, progress: Progress
 ) -> None:
@@ -178,17 +192,25 @@ def _material(
     clip: AnnotatedClip,
 ) -> Material:
     swing = None if trial.found is None else trial.found.swing
-    ratio, sigma = (
-        (None, 0.0) if swing is None else (swing.mass_ratio, swing.mass_ratio_relative_sigma)
-    )
+    ratio, sigma = None, 0.0
     if settings.masses is not None:
-        heavy, light = settings.masses
-        ratio, sigma = float(heavy / light), 0.0
+        ratio = float(settings.masses[0] / settings.masses[1])
+    elif swing is not None:
+        ratio, sigma = float(swing.mass_ratio), float(swing.mass_ratio_relative_sigma)
     return Material(
         result=result,
         track=track,
         space_time=clip.space_time(),
-        mass_ratio=None if ratio is None else float(ratio),
-        mass_ratio_relative_sigma=float(sigma),
-        pendulum=None if swing is None else Pendulum(swing.rate_squared, swing.centre_px),
+        mass_ratio=ratio,
+        mass_ratio_relative_sigma=sigma,
+        pendulum=None if swing is None else _pendulum(swing, trial.track, track),
     )
+
+
+def _pendulum(swing: Swing, measured: Track | None, shown: Track) -> Pendulum | None:
+    """Give the swing of the heavy body's face as it is shown: shifted as the face is."""
+    if measured is None or measured.heavy is None or shown.heavy is None:
+        return None
+    shift = float(np.nanmedian(shown.heavy.position_px - measured.heavy.position_px))
+    outward = 1 if shown.wall_side == "left" else -1
+    return Pendulum(swing.rate_squared, swing.centre_px + outward * shift)

@@ -6,7 +6,7 @@ import math
 import textwrap
 from pathlib import Path
 
-from count_video.records import Collision, TrialResult
+from count_video.records import Collision, Correction, TrialResult
 from count_video.reports.printable import printable
 from count_video.reports.table import collision_lines
 
@@ -40,17 +40,23 @@ def plural(number: int, noun: str) -> str:
 def headline(result: TrialResult) -> str:
     """Say the answer in a few words: the clip's name and its count."""
     clip = printable(Path(result.clip).name)
+    reviewed = f", {result.reviewed_count} after review" if _is_reviewed(result) else ""
     if result.count is None or result.status == "not_counted":
-        return f"{clip}: not counted"
+        return f"{clip}: not counted{reviewed}"
     count = plural(result.count, "collision")
     likely = result.probability.get(result.count, 1.0) >= _LIKELY
-    return f"{clip}: {count}" if likely else f"{clip}: probably {count}"
+    return f"{clip}: {'' if likely else 'probably '}{count}{reviewed}"
+
+
+def _is_reviewed(result: TrialResult) -> bool:
+    return result.reviewed_count is not None
 
 
 def _notes(result: TrialResult) -> list[tuple[str, str]]:
     notes = [
         ("Why" if result.status == "not_counted" else "In doubt", result.reason or ""),
         ("What to do", _advice(result)),
+        ("Reviewed", _reviewed(result)),
         ("Kinds", _kinds(result)),
         ("Evidence", _evidence(result)),
         ("Probability", _probability(result)),
@@ -81,6 +87,21 @@ def _advice(result: TrialResult) -> str:
         "turns back. Cut away what does not belong to it with --start, --end and "
         "--region X,Y,W,H, or name the side of the wall with --wall."
     )
+
+
+def _reviewed(result: TrialResult) -> str:
+    if not _is_reviewed(result):
+        return ""
+    changes = [_change(correction) for correction in result.corrections]
+    return f"{result.reviewed_count}; changed by a person: {'; '.join(changes) or 'nothing'}"
+
+
+def _change(correction: Correction) -> str:
+    words = _KIND_IN_WORDS[correction.kind]
+    beyond = "" if correction.changes_count else ", after the burst"
+    if correction.action == "wrong":
+        return f"no. {correction.number} {words} is wrong (frame {correction.frame:.1f}{beyond})"
+    return f"one {words} was missed (frame {correction.frame:.1f}{beyond})"
 
 
 def _kinds(result: TrialResult) -> str:
