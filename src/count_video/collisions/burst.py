@@ -112,7 +112,7 @@ def _ending(inside: Sequence[Candidate], gaps: Gaps, end: float, swing: Swing | 
     ball = _rate(gaps, gaps.ball_px, (since, final))
     if ball is None or gap is None or heavy is None:
         what = "right after a collision"
-    elif heavy < 0:
+    elif heavy < 0 and not _driven_back(gaps):
         what = "while the cylinder still moves to the wall"
     elif gap < 0 and not parted_until_turn(gaps, swing, (inside[0].frame, last)):
         what = "while the ball still catches up with the cylinder"
@@ -121,6 +121,12 @@ def _ending(inside: Sequence[Candidate], gaps: Gaps, end: float, swing: Swing | 
     else:
         return None
     return f"the clip ends {what}, before the burst can be over; let it run longer"
+
+
+def _driven_back(gaps: Gaps) -> bool:
+    """Whether the heavy body is clearly further away than it once was."""
+    seen = gaps.heavy_px[np.isfinite(gaps.heavy_px)]
+    return float(seen[-1] - seen.min()) > _turn_depth(gaps)
 
 
 def _rate(gaps: Gaps, signal: Floats, between: tuple[float, float]) -> float | None:

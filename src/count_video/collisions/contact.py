@@ -13,28 +13,41 @@ import numpy as np
 
 from count_video.collisions.candidates import Candidate, Contacts, ball_at, signal_of
 from count_video.collisions.gaps import Gaps
+from count_video.collisions.kink import has_kink
 from count_video.collisions.onesided import Corner
 from count_video.records import Floats
 from count_video.signals import sigma_of
 
 JUMP_SIGMAS = 4.0
 """A jump of the velocity must exceed its uncertainty by this factor."""
-JUMP_OVER_TURN = 0.25
-"""And this share of what the bends of both sides turn the rate by within their windows: a smooth
-turn that two polynomials do not quite follow shows a small jump."""
 CONTACT_SHARE = 0.05
 """Outline and contact agree to this share of the ball's diameter."""
 CONTACT_AT_LEAST_PX = 1.5
 
 
-def is_sharp(candidate: Candidate) -> bool:
-    """Whether the gap closes and opens with a jump of its rate; unsampled corners pass."""
+def is_sharp(candidate: Candidate, gaps: Gaps, limits: tuple[float, float]) -> bool:
+    """Whether the gap closes and opens with a jump of its rate; unsampled corners pass.
+
+    ``limits`` are the frames of the neighbouring candidates.
+    """
     corner = candidate.corner
     if corner is None:
         return True
     jump = corner.slope_after - corner.slope_before
     closes = corner.slope_before < 0 < corner.slope_after
-    return closes and jump > max(JUMP_SIGMAS * corner.slope_sigma, JUMP_OVER_TURN * corner.turn)
+    if not closes or jump <= JUMP_SIGMAS * corner.slope_sigma:
+        return False
+    return has_kink(gaps.frame, signal_of(candidate.kind, gaps), corner, limits)
+
+
+def sharp_ones(candidates: Sequence[Candidate], gaps: Gaps) -> list[Candidate]:
+    """Keep the candidates whose gap closes and opens with a jump of its rate."""
+    frames = [-np.inf, *(candidate.frame for candidate in candidates), np.inf]
+    return [
+        candidate
+        for place, candidate in enumerate(candidates)
+        if is_sharp(candidate, gaps, (frames[place], frames[place + 2]))
+    ]
 
 
 def learn_contacts(candidates: Sequence[Candidate], gaps: Gaps) -> Contacts:

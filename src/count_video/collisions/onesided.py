@@ -38,8 +38,6 @@ class Side:
     """Half its second derivative."""
     covariance: Floats
     """Of value and slope, shape (2, 2)."""
-    turn: float
-    """How much the bend turns the slope over the frames that were fitted."""
     points: int
 
 
@@ -55,8 +53,6 @@ class Corner:
     slope_after: float
     slope_sigma: float
     """Standard uncertainty of the jump of the slope."""
-    turn: float
-    """How much the bends of both sides turn the slope over their windows."""
     points: tuple[int, int]
     """How many frames support each side."""
 
@@ -87,9 +83,8 @@ def fit_side(frame: Floats, signal: Floats, about: float, sigma: float) -> Side 
         # Bodies do not follow polynomials, and noise is not white: what is left over counts too.
         variance = max(variance, float(left_over @ left_over) / freedom)
     bend = float(solution[2]) if order == 2 else 0.0
-    turn = 2 * abs(bend) * float(np.ptp(frame))
     covariance = np.asarray(variance * inverse[:2, :2], dtype=np.float64)
-    return Side(float(solution[0]), float(solution[1]), bend, covariance, turn, count)
+    return Side(float(solution[0]), float(solution[1]), bend, covariance, count)
 
 
 def side_frames(
@@ -153,6 +148,5 @@ def crossing(before: Side, after: Side, about: float) -> Corner | None:
         slope_before=before.slope + 2 * before.bend * step,
         slope_after=after.slope + 2 * after.bend * step,
         slope_sigma=jump_sigma,
-        turn=before.turn + after.turn,
         points=(before.points, after.points),
     )

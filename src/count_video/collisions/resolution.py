@@ -32,7 +32,9 @@ def unresolved(candidates: Sequence[Candidate], gaps: Gaps, pace: float) -> list
         if before.kind == after.kind and not _turned(before, after, gaps):
             what = "cylinder" if before.kind == "wall" else "wall"
             span = f"{before.frame * pace:.1f} and {after.frame * pace:.1f}"
-            found.append(f"between frames {span} a collision of the ball with the {what} was missed")
+            found.append(
+                f"between frames {span} a collision of the ball with the {what} was missed"
+            )
     shortest = shortest_interval(candidates)
     if shortest < RESOLVED_FRAMES:
         found.append(

@@ -9,7 +9,7 @@ import numpy as np
 
 from count_video.collisions.burst import find_burst
 from count_video.collisions.candidates import Candidate, find_candidates, sharpen
-from count_video.collisions.contact import is_contact, is_sharp, learn_contacts
+from count_video.collisions.contact import is_contact, learn_contacts, sharp_ones
 from count_video.collisions.gaps import Gaps, gaps_of
 from count_video.collisions.onesided import fit_side, side_frames
 from count_video.collisions.pace import (
@@ -63,7 +63,7 @@ def seen_collisions(track: Track) -> SeenCollisions:
 def _corroborated(gaps: Gaps, ball_diameter_px: float) -> list[Candidate]:
     """Candidates with a jump of the velocity and a contact, their times sharpened."""
     found = sharpen(find_candidates(gaps), gaps)
-    found = [candidate for candidate in found if is_sharp(candidate)]
+    found = sharp_ones(found, gaps)
     contacts = learn_contacts(found, gaps)
     found = [c for c in found if is_contact(c, gaps, contacts, ball_diameter_px)]
     found = sharpen(found, gaps, learn_contacts(found, gaps))

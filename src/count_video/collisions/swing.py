@@ -22,6 +22,8 @@ from count_video.records import Collision, Floats
 FRAMES_BEYOND = 60.0
 """The path is used this far before the first and after the last collision."""
 POINTS_AT_LEAST = 20
+UNSHOWN_AT_MOST = 0.34
+"""Share of the velocity steps that may be filled in from their neighbours."""
 CORRELATED_FRAMES = 10
 """What is left over is not white (reflections creep over polished brass): so many neighbouring
 frames count as one."""
@@ -53,8 +55,9 @@ def fit_swing(gaps: Gaps, burst: Sequence[Collision]) -> Swing | None:
     steps = gaps.sign * np.array(
         [c.velocity_after.ball_px_frame - c.velocity_before.ball_px_frame for c in bodies]
     )
-    if len(steps) == 0 or not np.all(np.isfinite(steps)):
+    if len(steps) == 0 or np.isnan(steps).mean() > UNSHOWN_AT_MOST:
         return None
+    steps = _filled(steps)
     used = (gaps.frame > times[0] - FRAMES_BEYOND) & (gaps.frame < times[-1] + FRAMES_BEYOND)
     used &= np.isfinite(gaps.heavy_px)
     frame, place = gaps.frame[used], gaps.heavy_px[used]
@@ -71,6 +74,13 @@ def fit_swing(gaps: Gaps, burst: Sequence[Collision]) -> Swing | None:
         rate_squared_sigma=sigma[3],
         centre_px=float(place.mean()) + 2 * bend / rate_squared if rate_squared else np.nan,
     )
+
+
+def _filled(steps: Floats) -> Floats:
+    """Put in steps that the frames do not show, from their neighbours: they change slowly."""
+    number = np.arange(len(steps))
+    shown = np.isfinite(steps)
+    return np.interp(number, number[shown], steps[shown])
 
 
 def _design(frame: Floats, place: Floats, times: Floats, steps: Floats) -> Floats:

@@ -74,6 +74,8 @@ class Model:
     """Shape (n,)."""
     solver: Pixels
     """Weighted least squares solution for all weights as given, shape (4, n)."""
+    correlation: float
+    """Variance of the shift by x over that which independent pixels would give."""
 
 
 @dataclass(frozen=True)
@@ -109,10 +111,12 @@ def make_sprite(appearance: Pixels, weight: Pixels) -> Sprite:
     ]
     design = np.stack(columns, axis=1).astype(np.float32)
     chosen_weight = weight.ravel()[usable].astype(np.float32)
+    solver = _solver(design, chosen_weight)
+    correlation = _correlation_factor(usable, solver[0], appearance.shape)
     return Sprite(
         appearance=appearance.astype(np.float32),
         weight=weight.astype(np.float32),
-        model=Model(usable, design, chosen_weight, _solver(design, chosen_weight)),
+        model=Model(usable, design, chosen_weight, solver, correlation),
     )
 
 
@@ -121,6 +125,24 @@ def _solver(design: Pixels, weight: Pixels) -> Pixels:
     weighted = (design * weight[:, None]).astype(np.float64)
     normal = np.linalg.pinv(design.T.astype(np.float64) @ weighted, hermitian=True)
     return np.asarray(normal @ weighted.T, dtype=np.float32)
+
+
+def _correlation_factor(
+    chosen: NDArray[np.intp], combination: Pixels, shape: tuple[int, ...]
+) -> float:
+    """How much a combination of pixels gains in variance because smoothing made them share noise.
+
+    White noise of variance v, smoothed by a kernel g, has the variance v sum(g^2) in each pixel;
+    a combination c of its pixels has v sum((c * g)^2) instead of v sum(g^2) sum(c^2).
+    """
+    picture = np.zeros((shape[0] + 2 * REACH_PX, shape[1] + 2 * REACH_PX), dtype=np.float32)
+    row, column = np.divmod(chosen, shape[1])
+    picture[row + REACH_PX, column + REACH_PX] = combination
+    power = float((picture.astype(np.float64) ** 2).sum())
+    if power == 0.0:
+        return 1.0
+    shared = float((_smooth(picture, 0.0, 0.0).astype(np.float64) ** 2).sum())
+    return shared / power / float((_kernel(0.0).astype(np.float64) ** 2).sum()) ** 2
 
 
 def look(picture: Picture, x_px: float, y_px: float, shape: tuple[int, int]) -> Pixels:
@@ -144,7 +166,7 @@ def _cut(picture: Picture, left: int, top: int, shape: tuple[int, int]) -> Pictu
     return picture[np.ix_(y, x)]
 
 
-def _smooth(piece: Picture, fraction_x: float, fraction_y: float) -> Pixels:
+def _smooth(piece: Picture | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
     smoothed = cv2.sepFilter2D(
         np.ascontiguousarray(piece), cv2.CV_32F, _kernel(fraction_x), _kernel(fraction_y)
     )
@@ -192,7 +214,8 @@ def _within(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> tup
     y, x = np.divmod(model.chosen, width)
     good = (x + left >= 1) & (x + left < columns - 1) & (y + top >= 1) & (y + top < rows - 1)
     design, weight = model.design[good], model.weight[good]
-    part = Model(model.chosen[good], design, weight, _solver(design, weight))
+    solver = _solver(design, weight)
+    part = Model(model.chosen[good], design, weight, solver, model.correlation)
     return part, float(good.mean()) if len(good) else 0.0
 
 
@@ -226,7 +249,7 @@ def _step(model: Model, seen: Pixels) -> _Step | None:
     if not gain > GAIN_AT_LEAST:
         return None
     x, y = (float(value) for value in np.clip(solution[:2, 0] / gain, *STEP_LIMITS_PX))
-    variance = max(float(solution[0, 1]), 0.0) * spread**2 * CORRELATION_FACTOR
+    variance = max(float(solution[0, 1]), 0.0) * spread**2 * model.correlation
     return _Step(x, y, float(np.sqrt(variance)) / gain, weight)
 
 
@@ -237,10 +260,3 @@ def _correlation(seen: Pixels, expected: Pixels, weight: Pixels) -> float:
     power = float((weight * a) @ a) * float((weight * b) @ b)
     return float((weight * a) @ b) / float(np.sqrt(power)) if power > 0 else 0.0
 
-
-# Neighbouring pixels of a smoothed picture share their noise. For white noise smoothed by a
-# Gaussian of width s, a slowly varying combination of n pixels has a variance larger than that of
-# n independent ones by 4 pi s^2, the area under the squared kernel's autocorrelation; the slopes
-# used here vary along x as the derivative of an edge does, which the same smoothing made, and
-# the factor comes down to sqrt(4 pi) s times the share that survives a second smoothing in x.
-CORRELATION_FACTOR = float(np.sqrt(4 * np.pi) * SMOOTHING_PX)

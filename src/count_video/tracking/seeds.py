@@ -120,9 +120,11 @@ def _largest_group(
 ) -> NDArray[np.intp]:
     """Find the candidates that share the most common velocity and lie together."""
     speed = features.speed_x_px_frame[candidates]
-    tolerance = TRAVEL_SCATTER_PX / max(features.span_frames, 1.0)
-    tolerance = tolerance + SPEED_SCATTER_RELATIVE * np.abs(speed)
-    tolerance = tolerance + features.speed_sigma_px_frame[candidates]
+    tolerance = (
+        TRAVEL_SCATTER_PX / max(features.span_frames, 1.0)
+        + SPEED_SCATTER_RELATIVE * np.abs(speed)
+        + features.speed_sigma_px_frame[candidates]
+    )
     agree = np.abs(speed[None, :] - speed[:, None]) < tolerance[:, None]
     best: NDArray[np.intp] = np.empty(0, dtype=np.intp)
     for row in agree[np.argsort(-agree.sum(axis=1))[:8]]:
