@@ -71,8 +71,12 @@ def complaints(promise: Promise, tally: Tally) -> Iterator[str]:
         )
     if tally.broke_off:
         yield f"reading broke off after {_count(tally.pictures, 'frame')}: {tally.broke_off}"
-    if not tally.exhausted:
-        return
+    if tally.exhausted:
+        yield from _shortfalls(promise, tally)
+
+
+def _shortfalls(promise: Promise, tally: Tally) -> Iterator[str]:
+    """Yield what a clip that was decoded to its end lacks."""
     if promise.frames is not None and promise.frames != tally.pictures:
         yield (
             f"the container promises {_count(promise.frames, 'frame')}, {tally.pictures} could be "
