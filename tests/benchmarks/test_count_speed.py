@@ -1,0 +1,156 @@
+"""What ``count-video`` costs beyond decoding, as a ratio in the same run, and its memory.
+
+Both are processes of their own, from the interpreter's start to its end: the whole command, and a
+program that decodes the same clip with PyAV in the decoder's threads and does nothing else. They
+take turns, and the best of each is compared. Run it alone, on a machine with nothing else to do:
+
+    pytest -m slow tests/benchmarks/test_count_speed.py
+
+Wall time is what is asked about. Beside it stands the time of all processors together, which
+depends less on what else the machine does and on how many of them it has.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import av
+import pytest
+from pytest_benchmark.fixture import BenchmarkFixture
+
+from synth_video.scene_file import load_scene
+from synth_video.trial import render_trial
+
+if not hasattr(os, "wait4"):
+    pytest.skip("this system does not tell what a process used", allow_module_level=True)
+
+FRAMES = 1500
+LOOPS = 10
+SCENE = (
+    *("camera.width_px=1280", "camera.height_px=720", "camera.capture_fps=1750"),
+    *(f"clip.frames={FRAMES}", "encoding.crf=20"),
+)
+"""The paper's trial, whole, in as many frames."""
+ROUNDS = 3
+MOST_TO_DECODING = 1.5
+MOST_MEMORY_MB = 300.0
+SAME_MEMORY = 0.10
+"""Share by which two runs of one command differ in memory, with room to spare."""
+
+DECODE = """
+import sys
+import av
+with av.open(sys.argv[1]) as container:
+    stream = container.streams.video[0]
+    stream.thread_type = "AUTO"
+    for frame in container.decode(stream):
+        pass
+"""
+
+pytestmark = pytest.mark.slow
+
+
+@dataclass(frozen=True)
+class Use:
+    """What one process took."""
+
+    wall_s: float
+    processors_s: float
+    memory_mb: float
+    stdout: str
+
+
+def used(*arguments: str) -> Use:
+    """Run Python with these arguments to its end."""
+    start = time.perf_counter()
+    with subprocess.Popen(
+        [sys.executable, *arguments], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as process:
+        assert process.stdout is not None
+        stdout = process.stdout.read()
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    per_mb = 1e6 if sys.platform == "darwin" else 1e6 / 1024
+    return Use(
+        wall_s=time.perf_counter() - start,
+        processors_s=usage.ru_utime + usage.ru_stime,
+        memory_mb=usage.ru_maxrss / per_mb,
+        stdout=stdout,
+    )
+
+
+def count(clip: Path) -> Use:
+    return used("-m", "count_video", "--json", str(clip))
+
+
+def decode(clip: Path) -> Use:
+    return used("-c", DECODE, str(clip))
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("speed") / "trial.mp4"
+    render_trial(load_scene("paper", SCENE), 7, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def long_clip(clip: Path) -> Path:
+    """The same trial over and over, packet by packet, in one file."""
+    path = clip.with_name("long.mp4")
+    with av.open(str(clip)) as source, av.open(str(path), "w") as target:
+        stream = source.streams.video[0]
+        copy = target.add_stream_from_template(stream)
+        packets = [packet for packet in source.demux(stream) if packet.dts is not None]
+        ticks = sum(packet.duration or 0 for packet in packets)
+        for loop in range(LOOPS):
+            for packet in packets:
+                later = av.Packet(bytes(packet))
+                later.pts = (packet.pts or 0) + loop * ticks
+                later.dts = (packet.dts or 0) + loop * ticks
+                later.duration, later.time_base = packet.duration, stream.time_base
+                later.is_keyframe, later.stream = packet.is_keyframe, copy
+                target.mux(later)
+    return path
+
+
+def test_counting_takes_little_longer_than_decoding(
+    benchmark: BenchmarkFixture, clip: Path
+) -> None:
+    counting: list[Use] = []
+    decoding: list[Use] = []
+    count(clip)  # the first one reads the file and the libraries from the disk
+    benchmark.pedantic(
+        lambda: counting.append(count(clip)),
+        setup=lambda: decoding.append(decode(clip)),
+        rounds=ROUNDS,
+    )
+    if benchmark.stats is None:
+        pytest.skip("benchmarks are switched off")
+    truth = json.loads(clip.with_suffix(".truth.json").read_text("utf-8"))
+    assert [json.loads(one.stdout)["count"] for one in counting] == [truth["count"]] * ROUNDS
+    ratio = min(one.wall_s for one in counting) / min(one.wall_s for one in decoding)
+    benchmark.extra_info["ratio_to_decoding"] = ratio
+    benchmark.extra_info["ratio_of_processor_time"] = min(
+        one.processors_s for one in counting
+    ) / min(one.processors_s for one in decoding)
+    assert ratio <= MOST_TO_DECODING, benchmark.extra_info
+
+
+def test_memory_does_not_grow_with_the_length_of_the_clip(
+    benchmark: BenchmarkFixture, clip: Path, long_clip: Path
+) -> None:
+    short = count(clip)
+    long: list[Use] = []
+    benchmark.pedantic(lambda: long.append(count(long_clip)), rounds=1)
+    assert json.loads(long[0].stdout)["frames_decoded"] == LOOPS * FRAMES
+    memory_mb = {"short": short.memory_mb, "long": long[0].memory_mb}
+    benchmark.extra_info["memory_mb"] = memory_mb
+    assert max(memory_mb.values()) <= MOST_MEMORY_MB
+    assert memory_mb["long"] == pytest.approx(memory_mb["short"], rel=SAME_MEMORY)
