@@ -10,8 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from count_video.tracking.learning import Body
-from count_video.tracking.register import Fit, Picture, register
+from count_video.tracking.register import Fit, register
 from count_video.tracking.search import search
+from count_video.tracking.sprite import Picture
 
 AGREEMENT_SHARE = 0.75
 """A fit is believed from this share of the body's typical correlation on."""

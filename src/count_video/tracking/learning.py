@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
 from count_video.tracking.outline import Mean, Outline, find_outline
-from count_video.tracking.register import Sprite, look, make_sprite, register
+from count_video.tracking.register import register
 from count_video.tracking.search import search
+from count_video.tracking.sprite import Sprite, look, make_sprite
 
 Box = tuple[float, float, float, float]
 """Left, top, right, bottom in px."""

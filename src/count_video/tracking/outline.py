@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.tracking.circle import circle_through
-from count_video.tracking.register import Pixels, Sprite, make_sprite
+from count_video.tracking.sprite import Pixels, Sprite, make_sprite
 
 EDGE_POSSIBLE = 0.35
 """Slope per px over the standard deviation, from which on an edge can be the body's own."""

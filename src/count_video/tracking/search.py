@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.tracking.register import Pixels, Sprite
+from count_video.tracking.sprite import Pixels, Sprite
 
 COARSE_HEIGHT_PX = 28
 """The sprite is reduced until it is about this high."""
