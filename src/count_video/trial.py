@@ -3,6 +3,7 @@
 file -> frames            footage
 frames -> track           tracking
 track -> collisions       collisions
+in doubt -> fitted        between (a model of the motion, for what lies between the frames)
 collisions -> result      verdict
 """
 
@@ -13,6 +14,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from count_video import verdict
+from count_video.between.infer import Between, Misfit, count_between
 from count_video.collisions.seen import SeenCollisions, seen_collisions
 from count_video.errors import TrackingError
 from count_video.footage.reader import open_footage
@@ -37,6 +39,8 @@ class TrialSettings:
     """Frame to stop before; None for the clip's end."""
     masses: tuple[Fraction, Fraction] | None = None
     """Heavy and light mass, in any one unit."""
+    seen_only: bool = False
+    """Count what the frames show and infer nothing between them."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,8 @@ class Trial:
     """None where no bodies could be followed."""
     found: SeenCollisions | None
     """What the frames show; None without a track."""
+    between: Between | Misfit | None = None
+    """What a fitted model says where the frames leave doubts; None where it was not asked."""
 
 
 def count_clip(
@@ -84,4 +90,9 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
             settings.masses,
             settings.ball_diameter_mm,
         )
-        return Trial(result, footage.info, track, found)
+        between = None
+        if verdict.leaves_room(found) and not settings.seen_only:
+            known = verdict.knowledge(footage.info, settings.masses)
+            between = count_between(track, found, known)
+            result = verdict.inferred(result, found, between)
+        return Trial(result, footage.info, track, found, between)

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
+from count_video.between.infer import Between, Misfit
+from count_video.between.rivals import Knowledge
 from count_video.collisions.seen import SeenCollisions
 from count_video.footage.clock import real_time_s
 from count_video.physics.theory import pi_bounds
@@ -21,6 +23,14 @@ PROBABILITY_RESOLVED = 0.98
 """Share of resolved clips that come out right, not above what tests have shown."""
 MASS_RATIO_SIGMA_AT_MOST = 0.1
 """A measured mass ratio is told only if it is known to this share."""
+
+
+PROBABILITY_AT_LEAST = 0.5
+"""A count that is inferred must be more probable than all others together."""
+MASS_RELATIVE_SIGMA = 0.002
+"""Standard uncertainty of a mass ratio that the user gives: kitchen scales and a ring of thread."""
+ENDS_EARLY = "the clip ends"
+"""How the shortcomings begin that a fitted model can make up for, as it knows what follows."""
 
 
 def counted(
@@ -89,6 +99,54 @@ def why_not(found: SeenCollisions) -> str | None:
         return "no collision is seen: no gap between two bodies closes and opens with a jump"
     reasons: Sequence[str] = (*found.shortcomings, *found.doubts)
     return "; ".join(reasons) if reasons else None
+
+
+def leaves_room(found: SeenCollisions) -> bool:
+    """Whether collisions may lie where no frame shows them, and the beginning is there."""
+    doubtful = bool(found.doubts or found.shortcomings)
+    whole = all(shortcoming.startswith(ENDS_EARLY) for shortcoming in found.shortcomings)
+    return found.burst > 1 and doubtful and whole
+
+
+def knowledge(info: FootageInfo, masses: tuple[Fraction, Fraction] | None) -> Knowledge:
+    """Tell a fit what is known besides the track."""
+    if masses is None:
+        return Knowledge(info.capture_fps)
+    ratio = float(masses[0] / masses[1])
+    return Knowledge(info.capture_fps, ratio, MASS_RELATIVE_SIGMA * ratio)
+
+
+def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misfit) -> TrialResult:
+    """Complete the answer by what lies between the frames, or say why nothing can be said."""
+    if isinstance(between, Misfit):
+        return replace(result, reason=f"{result.reason}; {between.reason}")
+    count, chance = between.count, between.probability[between.count]
+    if chance < PROBABILITY_AT_LEAST:
+        likely = ", ".join(f"{n} ({p:.0%})" for n, p in between.probability.items() if p > 0.02)
+        return replace(
+            result,
+            reason=f"{result.reason}; a model of the motion leaves open which of {likely} it is",
+            probability=between.probability,
+        )
+    burst = tuple(_timed(collision, result.capture_fps) for collision in between.collisions)
+    after = result.collisions[found.burst :]
+    later = tuple(replace(c, number=count + place) for place, c in enumerate(after, 1))
+    seen = sum(collision.seen for collision in burst)
+    ratio = result.mass_ratio or between.mass_ratio.value
+    pi = pi_bounds(count, ratio, 1)
+    return replace(
+        result,
+        status="counted",
+        reason=None,
+        count=count,
+        seen=seen,
+        between_frames=count - seen,
+        probability=between.probability,
+        collisions=(*burst, *later),
+        pi_low=pi.low,
+        pi_high=pi.high,
+        mass_ratio=ratio,
+    )
 
 
 def probabilities(count: int) -> dict[int, float]:

@@ -1,0 +1,1 @@
+"""Collisions between the frames: an event-driven model fitted to the track."""

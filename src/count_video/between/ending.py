@@ -1,0 +1,37 @@
+"""What follows the last collision: whether the two may meet once more before the turn."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from count_video.between.model import follow
+from count_video.between.observations import Observations
+from count_video.between.parameters import within_limits
+from count_video.between.solving import Solution
+from count_video.records import Floats
+
+DRAWS = 200
+
+
+def chance_of_more(observed: Observations, solution: Solution) -> float:
+    """Probability that a collision follows between the clip's end and the heavy body's turn.
+
+    Draws from the fit's uncertainty are followed for one collision more. One that the frames would
+    have to show is none: the fit has decided on those.
+    """
+    rng = np.random.default_rng(0)  # the same clip gets the same answer
+    sets = within_limits(_draws(solution, rng))
+    paths = follow(sets, solution.count + 1, float(observed.frame[0]) - 1.0)
+    last, following = paths.time[:, -2], paths.time[:, -1]
+    heavy, velocity = paths.states[0, :, -2], paths.states[1, :, -2]
+    rate, rest = paths.pendulums.heavy_rate, paths.pendulums.heavy_rest
+    turn = last + np.arctan2(velocity, rate * (heavy - rest)) % np.pi / rate
+    return float(np.mean((following > observed.end) & (following < turn)))
+
+
+def _draws(solution: Solution, rng: np.random.Generator) -> Floats:
+    covariance = np.linalg.pinv(solution.hessian, hermitian=True)
+    values, vectors = np.linalg.eigh(covariance)
+    widths = np.sqrt(np.maximum(values, 0.0))
+    normal = rng.normal(size=(DRAWS, len(widths)))
+    return np.asarray(solution.values + (normal * widths) @ vectors.T)

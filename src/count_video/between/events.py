@@ -1,0 +1,95 @@
+"""From a fitted model to the collisions of the burst, those that the frames show marked so."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from count_video.between.model import Paths, follow
+from count_video.between.observations import Observations
+from count_video.between.solving import Solution, derivative_widths
+from count_video.collisions.seen import SeenCollisions
+from count_video.records import Collision, CollisionKind, Floats, Velocities
+
+SAME_FRAMES = 0.5
+"""A modelled collision is the one seen if they are not further apart ..."""
+SAME_SHARE = 0.5
+"""... and not further than this share of the way to the next one."""
+
+
+def collisions_of(
+    observed: Observations, solution: Solution, found: SeenCollisions
+) -> tuple[Collision, ...]:
+    """Collisions of the fitted burst, numbered from 1."""
+    start = float(observed.frame[0]) - 1.0
+    paths = follow(solution.values[None], solution.count, start)
+    frames = observed.origin + paths.time[0, 1:]
+    sigmas = _time_sigmas(solution, start)
+    partners = _partners(frames, found.collisions[: found.burst])
+    return tuple(
+        _collision(observed, paths, event, (frames[event], sigmas[event]), partners.get(event))
+        for event in range(solution.count)
+    )
+
+
+def _time_sigmas(solution: Solution, start: float) -> Floats:
+    """Give the standard uncertainties of the event times, shape (events,)."""
+    widths = derivative_widths(solution.values)
+    sets = np.repeat(solution.values[None], len(widths) + 1, axis=0)
+    sets[np.arange(1, len(sets)), np.arange(len(widths))] += widths
+    times = follow(sets, solution.count, start).time[:, 1:]
+    with np.errstate(invalid="ignore"):
+        jacobian = (times[1:] - times[0]) / widths[:, None]
+    jacobian = np.where(np.isfinite(jacobian), jacobian, 0.0)
+    covariance = np.linalg.pinv(solution.hessian, hermitian=True)
+    variances = np.einsum("pe,pq,qe->e", jacobian, covariance, jacobian)
+    return np.asarray(np.sqrt(np.maximum(variances, 0.0)))
+
+
+def _partners(frames: Floats, seen: Sequence[Collision]) -> dict[int, Collision]:
+    """Find the collision seen for each modelled one, as far as there is one; nearest first."""
+    room = np.diff(frames, prepend=-np.inf, append=np.inf)
+    reach = np.minimum(SAME_FRAMES, SAME_SHARE * np.minimum(room[:-1], room[1:]))
+    pairs = sorted(
+        (abs(collision.frame - frame), event, place)
+        for event, frame in enumerate(frames)
+        for place, collision in enumerate(seen)
+        if collision.kind == _kind(event)
+        and abs(collision.frame - frame) <= max(reach[event], 3 * collision.frame_sigma)
+    )
+    partners: dict[int, Collision] = {}
+    used: set[int] = set()
+    for _, event, place in pairs:
+        if event not in partners and place not in used:
+            partners[event] = seen[place]
+            used.add(place)
+    return partners
+
+
+def _kind(event: int) -> CollisionKind:
+    return "wall" if event % 2 else "bodies"
+
+
+def _collision(
+    observed: Observations,
+    paths: Paths,
+    event: int,
+    when: tuple[float, float],
+    partner: Collision | None,
+) -> Collision:
+    """One collision; its time is the seen one where there is one, the rest is the model's."""
+    before, after = paths.before[:, 0, event + 1], paths.states[:, 0, event + 1]
+    sign = observed.sign
+    frame, sigma = when if partner is None else (partner.frame, partner.frame_sigma)
+    return Collision(
+        number=event + 1,
+        kind=_kind(event),
+        frame=float(frame),
+        frame_sigma=float(sigma),
+        time_s=None,
+        seen=partner is not None,
+        position_px=sign * float(after[2]),
+        velocity_before=Velocities(sign * float(before[3]), sign * float(before[1])),
+        velocity_after=Velocities(sign * float(after[3]), sign * float(after[1])),
+    )

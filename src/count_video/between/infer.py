@@ -1,0 +1,240 @@
+"""Count what lies between the frames: the door of this room.
+
+A model of the whole burst is fitted to the track for each number of collisions that comes into
+question. What the frames show of the motion on both sides, what single frames caught in the thick
+of it, and the bend of the heavy body's path decide between them; the theory's count does not enter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from count_video.between.ending import chance_of_more
+from count_video.between.events import collisions_of
+from count_video.between.observations import Observations, observe
+from count_video.between.parameters import FIRST_DEVIATION, Column, Prior
+from count_video.between.rivals import (
+    SCATTERS,
+    Knowledge,
+    coarse_fits,
+    fine_fit,
+    log_evidence,
+    prior_of,
+)
+from count_video.between.solving import Noise, Solution, modelled, noise_of, scaled
+from count_video.between.starting import rough_values
+from count_video.collisions.seen import SeenCollisions
+from count_video.records import Collision, Track
+
+FRAMES_AT_LEAST = 20
+MISFIT_SIGMAS = 12.0
+"""The model does not describe a track from which it strays by more than so many sigmas, ..."""
+MISFIT_SHARE = 0.02
+"""... or by this share of the ball's diameter, as a root mean square."""
+DOUBT = 0.02
+"""Share of counts that turn out wrong for reasons outside the model."""
+RIVALS = 5
+"""Counts that are fitted finely."""
+HOPELESS = 150.0
+"""A count whose loss exceeds the best by so much needs no further look."""
+NOTHING_KNOWN = Knowledge()
+CORRELATED_AT_MOST = 12
+"""Lag in frames up to which residuals may hang together."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A number with its standard uncertainty."""
+
+    value: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Between:
+    """What the fitted model says of a burst."""
+
+    count: int
+    probability: dict[int, float]
+    """Of each count; sums to 1."""
+    collisions: tuple[Collision, ...]
+    """The burst, numbered from 1; real times are not filled in."""
+    mass_ratio: Measured
+    restitution_bodies: Measured
+    restitution_wall: Measured
+    rate_squared: float
+    """Square of the heavy body's angular rate, radians per frame squared."""
+    heavy_rest_px: float
+    """Where the heavy body's threads hang straight, as a position of its face."""
+    ball_rest_px: float
+    misfit_px: float
+    """Root mean square of what the model leaves unexplained of the ball's places."""
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """The model does not describe the track."""
+
+    reason: str
+    """A clause for the user."""
+
+
+def count_between(
+    track: Track, found: SeenCollisions, known: Knowledge = NOTHING_KNOWN
+) -> Between | Misfit:
+    """Fit the model to a track and count the collisions of its burst.
+
+    Parameters
+    ----------
+    track
+        A track of both bodies.
+    found
+        What its frames show; at least one collision.
+    known
+        What is known besides.
+    """
+    observed = observe(track, found)
+    before = int((observed.frame < -1).sum())
+    if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
+        return Misfit("too few frames surround the collisions to fit a model of the motion to them")
+    rough = rough_values(observed, found.collisions[: found.burst], known.expected_rate)
+    prior = prior_of(rough, known)
+    coarse = coarse_fits(observed, rough, prior)
+    if not coarse or not np.isfinite(coarse[0].loss):
+        return Misfit("no motion of two bodies and a wall resembles the track")
+    fits, noise = _fine_fits(observed, prior, coarse[:RIVALS])
+    best = fits[0]
+    misfit_px = _root_mean_square(best, observed)
+    limit = max(MISFIT_SIGMAS * observed.ball_sigma_px, MISFIT_SHARE * track.ball_diameter_px)
+    if misfit_px > limit:
+        return Misfit(
+            f"the modelled motion strays from the track by {misfit_px:.1f} px where "
+            f"{limit:.1f} are allowed: something else than two swinging bodies and a wall took part"
+        )
+    rivals = _rival_fits(observed, noise, prior, fits)
+    return _answer(track, found, observed, rivals, misfit_px)
+
+
+def _fine_fits(
+    observed: Observations, prior: Prior, coarse: list[Solution]
+) -> tuple[list[Solution], Noise]:
+    """Fit the likeliest counts finely, best first, and widen the noise to what is left over."""
+    noise = _noise_at(observed, coarse[0])
+    scatter = SCATTERS[len(SCATTERS) // 2]
+    fits = [fine_fit(observed, noise, prior, solution, scatter) for solution in coarse]
+    fits.sort(key=lambda solution: solution.loss)
+    best = fits[0]
+    noise = _noise_at(observed, best)
+    return fits, scaled(
+        noise,
+        _inflation(best.ball_residuals / noise.ball),
+        _inflation(best.heavy_residuals / noise.heavy),
+    )
+
+
+def _noise_at(observed: Observations, solution: Solution) -> Noise:
+    _, sampled = modelled(observed, solution.values[None], solution.count)
+    return noise_of(observed, sampled)
+
+
+def _inflation(residuals: np.ndarray) -> float:
+    """Factor on the noise for residuals that are larger than it, or hang together."""
+    kept = residuals[np.isfinite(residuals)]
+    if len(kept) < FRAMES_AT_LEAST:
+        return 1.0
+    spread = float(np.sqrt(np.mean(np.clip(kept, -6, 6) ** 2)))
+    centred = np.clip(kept, -6, 6) / max(spread, 1e-9)
+    together = 1.0
+    for lag in range(1, min(CORRELATED_AT_MOST, len(kept) // 4)):
+        correlation = float(np.mean(centred[lag:] * centred[:-lag]))
+        if correlation < 2 / np.sqrt(len(kept)):
+            break
+        together += 2 * correlation
+    return max(1.0, spread) * float(np.sqrt(together))
+
+
+def _root_mean_square(solution: Solution, observed: Observations) -> float:
+    """Of the ball's residuals, the worst fiftieth aside."""
+    squares = np.sort(solution.ball_residuals[np.isfinite(solution.ball_residuals)] ** 2)
+    return float(np.sqrt(squares[: max(1, int(0.98 * len(squares)))].mean()))
+
+
+def _rival_fits(
+    observed: Observations, noise: Noise, prior: Prior, rivals: list[Solution]
+) -> list[tuple[float, Solution]]:
+    """Logarithm of the evidence and the fit, for each count and each scatter."""
+    best = rivals[0]
+    near = [rival for rival in rivals if rival.loss < best.loss + HOPELESS]
+    starts = {rival.count: rival for rival in reversed(near)}
+    for count in (best.count - 1, best.count + 1):
+        starts.setdefault(count, _recounted(best, count))
+    fits = []
+    for start in starts.values():
+        solution = start
+        for scatter in SCATTERS[::-1]:
+            solution = fine_fit(observed, noise, prior, solution, scatter)
+            fits.append((log_evidence(solution, scatter), solution))
+    return [fit for fit in fits if np.isfinite(fit[0])]
+
+
+def _recounted(solution: Solution, count: int) -> Solution:
+    return replace(solution, count=count, values=solution.values[:FIRST_DEVIATION])
+
+
+def _answer(
+    track: Track,
+    found: SeenCollisions,
+    observed: Observations,
+    fits: list[tuple[float, Solution]],
+    misfit_px: float,
+) -> Between:
+    chances = _probabilities(fits)
+    count = max(chances, key=lambda number: chances[number])
+    solution = max((fit for fit in fits if fit[1].count == count), key=lambda fit: fit[0])[1]
+    more = 0.0 if found.burst < len(found.collisions) else chance_of_more(observed, solution)
+    values, sigmas = solution.values, np.sqrt(np.diag(np.linalg.pinv(solution.hessian)))
+    ratio = float(np.exp(-values[Column.LIGHTNESS]))
+    rate = float(np.exp(values[Column.SWING]))
+    rest = values[Column.HEAVY] + values[Column.HEAVY_PULL] / rate**2 + values[Column.CONTACT]
+    near_edge = track.ball.high_edge_px if observed.sign > 0 else -track.ball.low_edge_px
+    return Between(
+        count=count,
+        probability=_doubted(_shifted(chances, count, more), count),
+        collisions=collisions_of(observed, solution, found),
+        mass_ratio=Measured(ratio, ratio * float(sigmas[Column.LIGHTNESS])),
+        restitution_bodies=Measured(float(values[Column.BODIES]), float(sigmas[Column.BODIES])),
+        restitution_wall=Measured(float(values[Column.BOUNCE]), float(sigmas[Column.BOUNCE])),
+        rate_squared=rate**2,
+        heavy_rest_px=observed.sign * (float(rest) + near_edge),
+        ball_rest_px=observed.sign * float(values[Column.BALL_REST]),
+        misfit_px=misfit_px,
+    )
+
+
+def _probabilities(fits: list[tuple[float, Solution]]) -> dict[int, float]:
+    highest = max(evidence for evidence, _ in fits)
+    shares: dict[int, float] = {}
+    for evidence, solution in fits:
+        share = float(np.exp(evidence - highest))
+        shares[solution.count] = shares.get(solution.count, 0.0) + share
+    total = sum(shares.values())
+    return {count: share / total for count, share in shares.items()}
+
+
+def _shifted(chances: dict[int, float], count: int, more: float) -> dict[int, float]:
+    """Give the chance that one more collision follows the clip's end to the next count."""
+    shifted = dict(chances)
+    moved = more * shifted[count]
+    shifted[count] -= moved
+    shifted[count + 1] = shifted.get(count + 1, 0.0) + moved
+    return shifted
+
+
+def _doubted(chances: dict[int, float], count: int) -> dict[int, float]:
+    doubted = {number: chance * (1 - DOUBT) for number, chance in chances.items()}
+    for number in (count - 1, count + 1):
+        doubted[number] = doubted.get(number, 0.0) + DOUBT / 2
+    kept = {number for number, chance in doubted.items() if chance >= 1e-6} | {count}
+    return {number: doubted[number] for number in sorted(kept)}

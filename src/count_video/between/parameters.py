@@ -1,0 +1,87 @@
+"""What the fitted model consists of: its parameters, in px and frames, and what is known before.
+
+Distances grow away from the wall. The heavy body's place is that of the ball's centre when the two
+touch, so that a contact of the bodies is where ball and heavy body are at the same place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from count_video.records import Floats
+
+
+class Column(IntEnum):
+    """Columns of an array of parameter sets, shape (sets, len(Column) + collisions).
+
+    The columns beyond these are the deviations of the restitution at each collision.
+    """
+
+    HEAVY = 0
+    """Place of the heavy body at time 0, px."""
+    HEAVY_RATE = 1
+    """Its velocity at time 0, px per frame; negative, toward the wall."""
+    HEAVY_PULL = 2
+    """Its acceleration at time 0, px per frame squared."""
+    SWING = 3
+    """Logarithm of the angular rate of its pendulum, radians per frame."""
+    BALL_SWING = 4
+    """Logarithm of the ball's angular rate over the heavy body's."""
+    BALL_REST = 5
+    """Place where the ball hangs at rest, px."""
+    WALL = 6
+    """Place of the ball at the wall, px."""
+    CONTACT = 7
+    """What the outlines leave between ball and heavy body in contact at the ball's rest, px."""
+    EXPOSURE = 8
+    """Time of exposure, frames."""
+    LIGHTNESS = 9
+    """Logarithm of the ball's mass over the heavy body's."""
+    BODIES = 10
+    """Restitution of the contact of the bodies."""
+    BOUNCE = 11
+    """Restitution of the contact with the wall."""
+    PARALLAX = 12
+    """Growth of what the outlines leave with the distance from the ball's rest: a camera close by
+    sees the face's rim and the ball under changing angles."""
+
+
+FIRST_DEVIATION = len(Column)
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Independent normal distributions of all columns; infinite where nothing is known."""
+
+    mean: Floats
+    """Shape (columns,)."""
+    sigma: Floats
+    """Shape (columns,)."""
+
+    def with_value(self, column: Column, mean: float, sigma: float) -> Prior:
+        """Return the prior with one column replaced."""
+        means, sigmas = self.mean.copy(), self.sigma.copy()
+        means[column], sigmas[column] = mean, sigma
+        return Prior(means, sigmas)
+
+
+def within_limits(sets: Floats) -> Floats:
+    """Parameter sets, shape (sets, columns), brought back to where the model is defined."""
+    limited = sets.copy()
+    for column, low, high in _LIMITS:
+        limited[:, column] = np.clip(limited[:, column], low, high)
+    return limited
+
+
+_LIMITS = (
+    (Column.SWING, np.log(1e-5), np.log(0.5)),
+    (Column.BALL_SWING, np.log(0.2), np.log(5.0)),
+    (Column.EXPOSURE, 0.01, 1.0),
+    (Column.LIGHTNESS, np.log(1e-6), np.log(2.0)),
+    (Column.BODIES, 0.3, 1.005),
+    (Column.BOUNCE, 0.3, 1.005),
+)
+"""A little above 1 is allowed: a limit right where perfect bodies lie would bias their fit."""

@@ -1,0 +1,139 @@
+"""Rival counts: each number of collisions gets its own best fit, and its share of probability.
+
+The evidence for a count is its likelihood integrated over all parameters (Laplace's approximation
+about the best fit), so that a count that needs unlikely scatter of the restitution pays for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from count_video.between.observations import Observations
+from count_video.between.parameters import FIRST_DEVIATION, Column, Prior
+from count_video.between.solving import Noise, Solution, modelled, noise_of, solve
+from count_video.between.starting import scan
+from count_video.records import Floats
+
+USUAL_RATE_PER_S = 3.13
+"""Angular rate of a thread of 1 m, radians per second."""
+RATE_SIGMA = 0.3
+"""Of its logarithm: threads from half a metre to two."""
+RATE_SIGMA_UNKNOWN = 1.0
+"""The same where the capture rate is not known."""
+PULL_SHARE = 0.3
+"""The heavy body hangs from the ball's rest by about this share of the ball's way to the wall."""
+FLOORS_PX = (3.0, 0.6)
+"""The fit begins coarsely: far from the solution only large residuals should pull."""
+SCATTERS = (0.0015, 0.006, 0.02)
+"""Standard deviations of the restitution from collision to collision that are tried."""
+STARTS = 7
+"""Numbers of collisions that are fitted from the scan."""
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """What is known of a trial besides its track."""
+
+    capture_fps: float | None = None
+    """The camera's rate; None if unknown."""
+    mass_ratio: float | None = None
+    """Heavy over light; None to let the fit measure it."""
+    mass_ratio_sigma: float = 0.0
+    """Its standard uncertainty."""
+
+    @property
+    def expected_rate(self) -> float | None:
+        """Angular rate of usual threads in radians per frame."""
+        return None if self.capture_fps is None else USUAL_RATE_PER_S / self.capture_fps
+
+
+def prior_of(rough: Floats, known: Knowledge) -> Prior:
+    """State what is known before the fit about the parameters without deviations."""
+    prior = Prior(rough.copy(), np.full(FIRST_DEVIATION, np.inf))
+    rate, sigma = float(rough[Column.SWING]), RATE_SIGMA_UNKNOWN
+    if known.expected_rate is not None:
+        rate, sigma = float(np.log(known.expected_rate)), RATE_SIGMA
+    pull = PULL_SHARE * np.exp(2 * rate) * (rough[Column.BALL_REST] - rough[Column.WALL])
+    prior = prior.with_value(Column.HEAVY_PULL, 0.0, float(pull))
+    prior = prior.with_value(Column.SWING, rate, sigma)
+    prior = prior.with_value(Column.BALL_SWING, 0.0, 0.05)
+    prior = prior.with_value(Column.EXPOSURE, 0.5, 0.3)
+    prior = prior.with_value(Column.PARALLAX, 0.0, 0.05)
+    prior = prior.with_value(Column.BODIES, 0.95, 0.1)
+    prior = prior.with_value(Column.BOUNCE, 0.95, 0.1)
+    if known.mass_ratio is not None:
+        relative = max(known.mass_ratio_sigma / known.mass_ratio, 1e-4)
+        prior = prior.with_value(Column.LIGHTNESS, -float(np.log(known.mass_ratio)), relative)
+    return prior
+
+
+def with_deviations(prior: Prior, count: int, scatter: float) -> Prior:
+    """Let the restitution of each collision deviate by a scatter."""
+    return Prior(
+        np.concatenate([prior.mean[:FIRST_DEVIATION], np.zeros(count)]),
+        np.concatenate([prior.sigma[:FIRST_DEVIATION], np.full(count, scatter)]),
+    )
+
+
+def coarse_fits(observed: Observations, rough: Floats, prior: Prior) -> list[Solution]:
+    """Best coarse fit of each promising count, without scatter; by rising loss."""
+    first = _fitted_starts(observed, rough, prior, 3)
+    best = min(first, key=lambda solution: solution.loss)
+    second = _fitted_starts(observed, best.values, prior, STARTS)
+    chosen: dict[int, Solution] = {}
+    for solution in sorted([*first, *second], key=lambda solution: solution.loss):
+        chosen.setdefault(solution.count, solution)
+    return list(chosen.values())
+
+
+def _fitted_starts(
+    observed: Observations, values: Floats, prior: Prior, number: int
+) -> list[Solution]:
+    solutions = []
+    for row in _best_of_each_count(scan(observed, values, prior), number):
+        count, start = int(row[-2]), row[:FIRST_DEVIATION]
+        for floor in FLOORS_PX:
+            noise = _noise_at(observed, start, count, floor)
+            solution = solve(observed, noise, prior, start, count)
+            start = solution.values
+        solutions.append(solution)
+    return solutions
+
+
+def _best_of_each_count(rows: Floats, number: int) -> Iterable[Floats]:
+    counts: set[int] = set()
+    for row in rows:
+        if len(counts) == number:
+            return
+        if row[-2] > 0 and row[-2] not in counts:
+            counts.add(row[-2])
+            yield row
+
+
+def _noise_at(observed: Observations, values: Floats, count: int, floor: float) -> Noise:
+    _, sampled = modelled(observed, values[None], count)
+    return noise_of(observed, sampled, floor)
+
+
+def fine_fit(
+    observed: Observations, noise: Noise, prior: Prior, coarse: Solution, scatter: float
+) -> Solution:
+    """Fit with scatter of the restitution, from a coarse fit or another fine one."""
+    start = np.concatenate([coarse.values, np.zeros(coarse.count)])
+    start = start[: FIRST_DEVIATION + coarse.count]  # a fine fit brings deviations of its own
+    full = with_deviations(prior, coarse.count, scatter)
+    return solve(observed, noise, full, start, coarse.count)
+
+
+def log_evidence(solution: Solution, scatter: float) -> float:
+    """Logarithm of the evidence for a count, up to what all counts have in common."""
+    if not np.isfinite(solution.loss):
+        return -np.inf
+    scale = np.sqrt(np.maximum(np.diag(solution.hessian), 1e-300))
+    scaled = solution.hessian / scale[:, None] / scale
+    _, log_determinant = np.linalg.slogdet(scaled + 1e-10 * np.eye(len(scaled)))
+    volume = log_determinant + 2 * np.log(scale).sum()
+    return float(-solution.loss - 0.5 * volume - solution.count * np.log(scatter))

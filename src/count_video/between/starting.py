@@ -1,0 +1,207 @@
+"""Where the fit may start: what the calm frames tell, and a scan over what they do not.
+
+The heavy body's approach, the ball's place at rest, the wall and the contact are read off. The
+lightness of the ball follows roughly from how near the heavy body comes: a ball between two walls
+keeps the product of speed and free way, 2 V d at first; at the turn it has taken up the heavy
+body's XX Then lightness and restitution are
+scanned, and each number of collisions keeps its best places.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from count_video.between.observations import Observations
+from count_video.between.parameters import FIRST_DEVIATION, Column, Prior, within_limits
+from count_video.between.solving import modelled
+from count_video.records import Collision, Floats
+
+CLEAR_FRAMES = 0.6
+"""Frames nearer to a collision may hold it in their exposure."""
+CALM_FRAMES = 3.0
+"""Flights this long on both sides show where a contact is."""
+CALM_CONTACTS = 4
+"""Fewer do not tell a trend."""
+PARALLAX_AT_MOST = 0.15
+LIGHTNESS_SPAN = (-0.35, 0.95)
+"""The scan reaches so far from the rough value, in its logarithm: losses let the heavy body come
+nearer, so that the ball looks lighter than it is."""
+STEPS_AT_MOST = 401
+RATES = (5e-4, 0.1)
+"""Angular rates in radians per frame that threads and cameras bring about."""
+RATE_UNKNOWN = 4e-3
+RATE_FACTOR = 1.5
+"""Threads are hardly twice as long or half as long as usual."""
+PHASE_STEP = 0.25
+"""Collisions by which neighbours of the scan differ at most through their lightness."""
+RESTITUTIONS = np.linspace(-0.04, 0.04, 9)
+"""Added to the rough restitution of both contacts."""
+RESTITUTION_UNKNOWN = 0.96
+RESTITUTION_AT_LEAST = 0.7
+SCAN_FRAMES = 80
+SCAN_FLOOR_PX = 2.0
+"""At first anything nearer than this is as good."""
+
+
+def rough_values(
+    observed: Observations, burst: Sequence[Collision], expected_rate: float | None
+) -> Floats:
+    """Read the parameters off the calm frames; shape (columns without deviations,).
+
+    ``expected_rate`` is the angular rate of usual threads in radians per frame, if it can be said.
+    """
+    values = np.zeros(FIRST_DEVIATION)
+    before = observed.frame < -CLEAR_FRAMES
+    wall = _wall_place(observed, burst)
+    rest = float(np.nanmedian(observed.ball_px[before]))
+    rate = _swing_rate(observed, expected_rate)
+    place, velocity = _approach(observed.frame[before], observed.heavy_px[before] - rest, rate)
+    values[Column.BALL_REST] = values[Column.HEAVY] = rest
+    values[Column.WALL] = wall
+    values[Column.CONTACT] = place
+    values[Column.HEAVY_RATE] = velocity
+    values[Column.SWING] = np.log(rate)
+    parallax = values[Column.PARALLAX] = _parallax(observed, burst)
+    nearest = (float(np.nanmin(observed.heavy_px)) - place - rest) / (1 + parallax) + rest - wall
+    share = np.clip(nearest / max(rest - wall, 1e-9), 0.01, 1.0)
+    values[Column.LIGHTNESS] = 2 * np.log(share)
+    values[Column.EXPOSURE] = 0.5
+    calm = calm_ones(burst)
+    values[Column.BODIES] = _restitution([c for c in calm if c.kind == "bodies"])
+    values[Column.BOUNCE] = _restitution([c for c in calm if c.kind == "wall"])
+    return values
+
+
+def calm_ones(burst: Sequence[Collision]) -> list[Collision]:
+    """Select the collisions with flights on both sides that are long enough to be measured."""
+    frames = [-np.inf, *(collision.frame for collision in burst), np.inf]
+    return [
+        collision
+        for place, collision in enumerate(burst)
+        if min(collision.frame - frames[place], frames[place + 2] - collision.frame) > CALM_FRAMES
+    ]
+
+
+def _restitution(calm: Sequence[Collision]) -> float:
+    """Restitution from calm collisions of one kind, the median by closing speed."""
+    ratios = []
+    for collision in calm:
+        before, after = collision.velocity_before, collision.velocity_after
+        wall = collision.kind == "wall"
+        closing = before.ball_px_frame - (0.0 if wall else before.heavy_px_frame)
+        parting = after.ball_px_frame - (0.0 if wall else after.heavy_px_frame)
+        if np.isfinite(closing) and np.isfinite(parting) and closing:
+            ratios.append(-parting / closing)
+    if not ratios:
+        return RESTITUTION_UNKNOWN
+    return float(np.clip(np.median(ratios), RESTITUTION_AT_LEAST, 1.0))
+
+
+def _wall_place(observed: Observations, burst: Sequence[Collision]) -> float:
+    """Median of the places at wall contacts whose flights are long enough to show them."""
+    calm = [observed.sign * c.position_px for c in calm_ones(burst) if c.kind == "wall"]
+    return float(np.median(calm)) if calm else float(np.nanmin(observed.ball_px))
+
+
+def _parallax(observed: Observations, burst: Sequence[Collision]) -> float:
+    """Change of the outlines' gap in contact with the distance; 0 where few contacts tell it."""
+    contacts = [c for c in calm_ones(burst) if c.kind == "bodies"]
+    calm = [(observed.sign * c.position_px, c.frame - observed.origin) for c in contacts]
+    if len(calm) < CALM_CONTACTS:
+        return 0.0
+    ball, frame = np.array(calm).T
+    seen = np.isfinite(observed.heavy_px)
+    heavy = np.interp(frame, observed.frame[seen], observed.heavy_px[seen])
+    first, second = np.triu_indices(len(ball), 1)
+    run, rise = ball[first] - ball[second], (heavy - ball)[first] - (heavy - ball)[second]
+    far = np.abs(run) > 0.2 * np.ptp(ball)
+    return float(np.clip(np.median(rise[far] / run[far]), -PARALLAX_AT_MOST, PARALLAX_AT_MOST))
+
+
+def _approach(frame: Floats, heavy: Floats, rate: float) -> tuple[float, float]:
+    """Place and velocity of the heavy body at time 0, from its swing about 0 before."""
+    seen = np.isfinite(heavy)
+    if seen.sum() < 2:
+        return float(np.nanmedian(heavy)), 0.0
+    design = np.column_stack([np.cos(rate * frame), np.sin(rate * frame) / rate])
+    solution, *_ = np.linalg.lstsq(design[seen], heavy[seen], rcond=None)
+    return float(solution[0]), float(solution[1])
+
+
+def _swing_rate(observed: Observations, expected: float | None) -> float:
+    """Angular rate of the heavy body's pendulum, from its free path before and after the burst.
+
+    x(t) = a + b t - w^2 (second integral of x), with a and b of their own on each side.
+    """
+    contact = float(np.interp(0.0, observed.frame, observed.heavy_px))
+    columns, places = [], []
+    sides = (observed.frame < -CLEAR_FRAMES, observed.frame > observed.last + CLEAR_FRAMES)
+    for number, side in enumerate(sides):
+        chosen = side & np.isfinite(observed.heavy_px)
+        if chosen.sum() < 8:
+            continue
+        frame = observed.frame[chosen]
+        offset = observed.heavy_px[chosen] - contact
+        clock = frame - frame[0]
+        once = np.concatenate([[0], np.cumsum(np.diff(frame) * (offset[1:] + offset[:-1]) / 2)])
+        twice = np.concatenate([[0], np.cumsum(np.diff(frame) * (once[1:] + once[:-1]) / 2)])
+        free = np.zeros((len(frame), 4))
+        free[:, 2 * number], free[:, 2 * number + 1] = 1.0, clock
+        columns.append(np.column_stack([free, -twice]))
+        places.append(offset)
+    if not columns:
+        return RATE_UNKNOWN if expected is None else expected
+    solution, *_ = np.linalg.lstsq(np.vstack(columns), np.concatenate(places), rcond=None)
+    low, high = RATES if expected is None else (expected / RATE_FACTOR, expected * RATE_FACTOR)
+    return float(np.sqrt(np.clip(solution[-1], low**2, high**2)))
+
+
+def scan(observed: Observations, rough: Floats, prior: Prior) -> Floats:
+    """Scan lightness and restitution; the sets by rising loss, shape (sets, columns).
+
+    The last column is the number of collisions until the last frame.
+    """
+    steps = _lightness_steps(rough, prior)
+    lightness, restitution = (a.ravel() for a in np.meshgrid(steps, RESTITUTIONS))
+    sets = np.repeat(rough[None], len(lightness), axis=0)
+    sets[:, Column.LIGHTNESS] = lightness
+    for column in (Column.BODIES, Column.BOUNCE):
+        sets[:, column] = rough[column] + restitution
+    sets = within_limits(sets)
+    thin = _thinned(observed)
+    most = round(1.5 * np.pi / np.sqrt(np.exp(steps.min()))) + 4
+    paths, sampled = modelled(thin, sets, most)
+    with np.errstate(invalid="ignore"):
+        loss = _capped(sampled.ball - thin.ball_px) + _capped(sampled.heavy - thin.heavy_px)
+    counts = (paths.time[:, 1:] <= observed.frame[-1]).sum(axis=1)
+    return np.asarray(np.column_stack([sets, counts, loss])[np.argsort(loss)])
+
+
+def _lightness_steps(rough: Floats, prior: Prior) -> Floats:
+    low, high = rough[Column.LIGHTNESS] + np.array(LIGHTNESS_SPAN)
+    if np.isfinite(prior.sigma[Column.LIGHTNESS]):
+        reach = 3 * prior.sigma[Column.LIGHTNESS]
+        low, high = prior.mean[Column.LIGHTNESS] + np.array([-reach, reach])
+    # N is about pi sqrt(M/m): its logarithm moves half as much as that of the lightness.
+    collisions = np.pi / np.sqrt(np.exp(low))
+    number = 2 + int(np.ceil((high - low) * collisions / 2 / PHASE_STEP))
+    return np.linspace(low, high, min(number, STEPS_AT_MOST))
+
+
+def _thinned(observed: Observations) -> Observations:
+    keep = np.unique(np.linspace(0, len(observed.frame) - 1, SCAN_FRAMES).round().astype(int))
+    return replace(
+        observed,
+        frame=observed.frame[keep],
+        ball_px=observed.ball_px[keep],
+        heavy_px=observed.heavy_px[keep],
+    )
+
+
+def _capped(residuals: Floats) -> Floats:
+    squares = (residuals / SCAN_FLOOR_PX) ** 2
+    finite = np.where(np.isfinite(squares), squares, 1e6)
+    return np.asarray(np.log1p(finite).sum(axis=1))
