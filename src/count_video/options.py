@@ -70,6 +70,8 @@ def _check_what_is_wanted(options: argparse.Namespace) -> None:
         raise UsageError("--theory needs no clip: ask for the one or count the other")
     if options.theory is not None and (options.json or options.corrections is not None):
         raise UsageError("--theory goes with -o and --format alone")
+    if options.pages and options.output is None:
+        raise UsageError("--pages need a folder to go to: give one with -o")
     one_file = len(options.clips) == 1 and not options.clips[0].is_dir()
     if options.corrections is not None and not one_file:
         raise UsageError("--corrections are those of one clip: give that clip alone")
@@ -205,6 +207,12 @@ def _add_campaign_options(group: argparse._ArgumentGroup) -> None:
         action="store_true",
         help="count every clip again (default: a result kept in the output folder is used again "
         "while the clip, the options and the tool are the same)",
+    )
+    group.add_argument(
+        "--pages",
+        action="store_true",
+        help="write each clip's page, picture, annotated clip and tables into the output folder as "
+        "well, and link them to the campaign's page (default: the campaign's own page and tables)",
     )
     group.add_argument(
         "--scheduler",

@@ -51,7 +51,9 @@ def test_a_campaign_keeps_a_result_a_clip_a_table_and_a_summary(campaign: StubCa
     done = campaign.run("--masses", "1050", "10.5")
     assert (done.returncode, done.stderr) == (0, "")
     kept = {file.name for file in campaign.results.iterdir() if file.is_file()}
-    assert kept == {"trial1.json", "trial2.json", "trial10.json", "trials.csv", "campaign.json"}
+    trials = {"trial1.json", "trial2.json", "trial10.json"}
+    together = {"trials.csv", "campaign.json", "campaign.html", "campaign.png"}
+    assert kept == trials | together
     summary = json.loads((campaign.results / "campaign.json").read_text("utf-8"))
     assert (summary["trials"], summary["counted"], summary["theory"]) == (3, 3, 31)
     rows = table_rows(campaign.results)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 
 from count_video.campaign.crew import Crew, cluster_crew, local_crew
-from count_video.campaign.plan import is_manifest, jobs_of
+from count_video.campaign.plan import Pages, is_manifest, jobs_of
 from count_video.campaign.run import Told, run_campaign, write_tables
 from count_video.campaign.statistics import summarise
 from count_video.campaign.store import ResultStore, open_store
@@ -32,7 +32,8 @@ def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int
     OSError
         The tables cannot be written; the trials are done and printed by then.
     """
-    jobs = jobs_of(options.clips, settings)
+    pages = Pages(options.output, options.picture_format) if options.pages else None
+    jobs = jobs_of(options.clips, settings, pages)
     _spare_the_manifest(options)
     rows: list[TrialRow] = []
     with ExitStack() as stack:
@@ -46,7 +47,7 @@ def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int
             rows.append(told.row)
             with aside():
                 _show(told, as_json=options.json)
-        _conclude(rows, store, as_json=options.json)
+        _conclude(rows, store, options)
     done = all(row.status == "counted" and row.not_kept is None for row in rows)
     return EXIT_COUNTED if done else EXIT_NOT_COUNTED
 
@@ -72,12 +73,15 @@ def _show(told: Told, *, as_json: bool) -> None:
     print(told.text if as_json else trial_line(told.row), flush=True)
 
 
-def _conclude(rows: list[TrialRow], store: ResultStore | None, *, as_json: bool) -> None:
+def _conclude(rows: list[TrialRow], store: ResultStore | None, options: argparse.Namespace) -> None:
     summary = summarise(rows)
-    if not as_json:
+    if not options.json:
         print("", campaign_text(rows, summary), sep="\n", flush=True)
     if store is not None:
         write_tables(rows, summary, store)
+        from count_video.reports.campaign_page import write_campaign_page
+
+        write_campaign_page(rows, summary, store.folder, options.picture_format)
 
 
 def _progress() -> tuple[Progress, Callable[[], AbstractContextManager[None]]]:

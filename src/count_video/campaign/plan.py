@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, count
 from pathlib import Path
+from typing import Literal
 
 from count_video.campaign.folder import clips_in
 from count_video.campaign.manifest import MANIFEST_SUFFIX, read_manifest
@@ -15,6 +16,14 @@ from count_video.trial import TrialSettings
 
 RESERVED_NAMES = frozenset({"campaign"})
 """Names of trials whose results would overwrite the campaign's own files."""
+
+
+@dataclass(frozen=True)
+class Pages:
+    """That each trial gets its evidence: page, pictures, annotated clip, tables."""
+
+    folder: Path
+    picture_format: Literal["png", "svg"] = "png"
 
 
 @dataclass(frozen=True)
@@ -28,6 +37,8 @@ class Job:
     settings: TrialSettings
     problem: str | None = None
     """Why there is no clip to count; None for a clip."""
+    pages: Pages | None = None
+    """None where the count alone is wanted."""
 
     @property
     def file(self) -> Path:
@@ -35,7 +46,9 @@ class Job:
         return Path(self.clip)
 
 
-def jobs_of(paths: Iterable[Path], settings: TrialSettings) -> list[Job]:
+def jobs_of(
+    paths: Iterable[Path], settings: TrialSettings, pages: Pages | None = None
+) -> list[Job]:
     """List the trials that files, folders and manifests stand for, in the order given.
 
     A folder stands for its clips in natural order, a manifest (``.csv``) for its lines. A folder
@@ -48,7 +61,7 @@ def jobs_of(paths: Iterable[Path], settings: TrialSettings) -> list[Job]:
     """
     wanted = list(chain.from_iterable(_wanted(path, settings) for path in paths))
     taken: set[str] = set(RESERVED_NAMES)
-    return [replace(job, name=_free_name(job, taken)) for job in wanted]
+    return [replace(job, name=_free_name(job, taken), pages=pages) for job in wanted]
 
 
 def is_manifest(path: Path) -> bool:

@@ -68,8 +68,13 @@ def write_tables(rows: Sequence[TrialRow], summary: CampaignSummary, store: Resu
 
 
 def _known(jobs: Sequence[Job], store: ResultStore) -> dict[str, Told]:
-    texts = ((job, store.known(job)) for job in jobs)
+    texts = ((job, store.known(job)) for job in jobs if _has_its_page(job))
     return {job.name: Told(row_of(job, text), text) for job, text in texts if text is not None}
+
+
+def _has_its_page(job: Job) -> bool:
+    """Whether nothing but the count is wanted, or the page is there: it is written last."""
+    return job.pages is None or (job.pages.folder / f"{job.name}.html").is_file()
 
 
 def _arriving(

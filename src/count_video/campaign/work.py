@@ -11,6 +11,7 @@ from count_video.campaign.fingerprint import content_digest, tool_version
 from count_video.campaign.one_by_one import refused, unread_result
 from count_video.campaign.plan import Job
 from count_video.errors import CountVideoError
+from count_video.records import TrialResult
 from count_video.reports.json_object import json_line
 
 
@@ -39,13 +40,23 @@ def count_job(job: Job) -> Answer:
     content = None
     try:
         content = content_digest(job.file)
-        result = trial.count_clip(job.file, job.settings)
+        result = _counted(job)
     except (CountVideoError, OSError) as error:
         refusal = replace(refused(job.file, error).result, clip=job.clip)
         return Answer(
             json_line(refusal), content, isinstance(error, CountVideoError), tool_version()
         )
     return Answer(json_line(replace(result, clip=job.clip)), content, True, tool_version())
+
+
+def _counted(job: Job) -> TrialResult:
+    if job.pages is None:
+        return trial.count_clip(job.file, job.settings)
+    # Drawing takes long to import, and most campaigns draw nothing.
+    from count_video.evidence import EvidenceSettings, count_with_evidence  # noqa: PLC0415
+
+    wanted = EvidenceSettings(job.pages.folder, job.pages.picture_format, name=job.name)
+    return count_with_evidence(job.file, job.settings, wanted)
 
 
 def failure(job: Job, reason: str) -> Answer:

@@ -1,55 +1,33 @@
-"""The page and the picture of a campaign: plain records in, files out."""
+"""The page and the picture of a campaign: the table, the histogram, every trial with its picture.
+
+The page links to what lies beside it in the folder: ``NAME.html`` and ``NAME.strip.jpg`` of each
+trial, as far as they are there.
+"""
 
 from __future__ import annotations
 
+import base64
+import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import quote
 
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
-@dataclass(frozen=True)
-class CampaignRow:
-    """One trial of a campaign."""
+from count_video.reports.campaign_rows import CampaignSummary, TrialRow
+from count_video.reports.campaign_text import advice
+from count_video.reports.drawing import picture_bytes, styled
+from count_video.reports.page import environment, own_file
+from count_video.reports.palette import BLUE, SKY_BLUE, VERMILION
+from count_video.reports.printable import printable, storable
 
-    clip: str
-    """Name to show."""
-    count: int | None
-    """None where the clip was not counted."""
-    probability: float | None
-    """Probability of the count; None where there is none."""
-    doubt: str | None
-    """Why a person should look, and what to do; None if all is well."""
-    page: str | None
-    """Address of the clip's page, relative to the folder; None if there is none."""
-    strip: str | None
-    """Address of its small space-time picture, relative to the folder; None if there is none."""
-
-
-@dataclass(frozen=True)
-class CampaignSummary:
-    """What the trials say together: the paper's table; None where nothing was counted."""
-
-    title: str
-    trials: int
-    counted: int
-    maximum: int | None
-    minimum: int | None
-    mean: float | None
-    sd_population: float | None
-    """Divided by n, as the paper has it."""
-    sd_sample: float | None
-    """Divided by n - 1."""
-    theory: int | None
-    """Exact count of the masses; None where they are not known."""
-    notes: tuple[str, ...] = ()
-    """Further sentences to show, e.g. on restitution; empty for none."""
+MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 
 
 def write_campaign_page(
-    rows: Sequence[CampaignRow],
-    summary: CampaignSummary,
-    folder: Path,
-    picture_format: str = "png",
+    rows: Sequence[TrialRow], summary: CampaignSummary, folder: Path, picture_format: str = "png"
 ) -> None:
     """Write ``campaign.html`` and ``campaign.png`` (or ``.svg``) into a folder.
 
@@ -58,4 +36,122 @@ def write_campaign_page(
     OSError
         If a file cannot be written.
     """
-    raise NotImplementedError
+    with styled():
+        picture = picture_bytes(campaign_figure(summary), picture_format)
+    _write(folder / f"campaign.{picture_format}", picture)
+    page = campaign_page(rows, summary, folder, (picture, MEDIA_TYPES[picture_format]))
+    _write(folder / "campaign.html", page.encode("utf-8"))
+
+
+def campaign_figure(summary: CampaignSummary) -> Figure:
+    """Draw the histogram of the counts against the theory."""
+    with styled():
+        figure = Figure(figsize=(9.0, 5.0))
+        figure.set_layout_engine("constrained", w_pad=0.15, h_pad=0.15)
+        axes = figure.add_subplot()
+        _draw_histogram(axes, summary)
+        return figure
+
+
+def campaign_page(
+    rows: Sequence[TrialRow],
+    summary: CampaignSummary,
+    folder: Path,
+    picture: tuple[bytes, str],
+) -> str:
+    """Write the page; those that need a person come first."""
+    ordered = sorted(rows, key=lambda row: not row.needs_a_person)
+    return (
+        environment()
+        .get_template("campaign.html")
+        .render(
+            summary=summary,
+            table=_table(summary),
+            trials=[_trial(row, folder) for row in ordered],
+            doubtful=sum(row.needs_a_person for row in rows),
+            picture=base64.b64encode(picture[0]).decode("ascii"),
+            picture_type=picture[1],
+            style=own_file("clip.css") + own_file("campaign.css"),
+        )
+    )
+
+
+def _draw_histogram(axes: Axes, summary: CampaignSummary) -> None:
+    counts = list(summary.histogram)
+    theory = summary.theory
+    shown = [*counts, *([] if theory is None else [theory])]
+    axes.set_title(f"Counts of {summary.counted} trials")
+    axes.set_xlabel("collisions counted")
+    axes.set_ylabel("trials")
+    if not shown:
+        return
+    span = range(min(shown), max(shown) + 1)
+    trials = [summary.histogram.get(count, 0) for count in span]
+    bars = axes.bar(list(span), trials, color=SKY_BLUE, edgecolor=BLUE, label="trials", gid="bar")
+    labels = [str(number) if number else "" for number in trials]
+    axes.bar_label(bars, labels=labels, backgroundcolor="white", padding=3)
+    if theory is not None:
+        label = f"theory: {theory}"
+        axes.axvline(theory, color=VERMILION, linestyle="--", linewidth=2, label=label)
+    if summary.mean is not None:
+        label = f"mean: {summary.mean:.2f}"
+        axes.axvline(summary.mean, color="black", linestyle=":", linewidth=2, label=label)
+    axes.set_xlim(span[0] - 1.5, span[-1] + 1.5)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(integer=True))
+    axes.legend(loc="upper left")
+
+
+def _table(summary: CampaignSummary) -> list[tuple[str, str]]:
+    """Rows of the paper's table and what goes with it; what is not known is left out."""
+    decimals = [
+        ("Mean", summary.mean),
+        ("Standard deviation", summary.sd_population),
+        ("Sample standard deviation", summary.sd_sample),
+        ("Uncertainty of the mean", summary.mean_uncertainty),
+    ]
+    rows: list[tuple[str, str]] = [
+        (label, str(value))
+        for label, value in (("Maximum", summary.maximum), ("Minimum", summary.minimum))
+        if value is not None
+    ]
+    rows += [(label, f"{value:.2f}") for label, value in decimals if value is not None]
+    rows.append(("Number of trials", f"{summary.trials}, {summary.counted} counted"))
+    if summary.theory is not None:
+        rows.append(("Theory", str(summary.theory)))
+    spreads = [
+        ("Restitution, bodies", summary.restitution_bodies),
+        ("Restitution, wall", summary.restitution_wall),
+        ("Energy kept", summary.energy_kept),
+    ]
+    rows += [(label, f"{s.mean:.3f} ± {s.sd:.3f}") for label, s in spreads if s is not None]
+    if summary.geometric_share is not None:
+        rows.append(("Geometric endings", f"{summary.geometric_share:.0%}"))
+    return rows
+
+
+def _trial(row: TrialRow, folder: Path) -> dict[str, object]:
+    doubt = ". ".join(filter(None, (row.not_kept or row.reason, advice(row))))
+    return {
+        "clip": printable(Path(row.clip).name),
+        "answer": "not counted" if row.count is None else str(row.count),
+        "probability": None if row.probability is None else f"{row.probability:.0%}",
+        "doubt": printable(doubt or ""),
+        "needs_a_person": row.needs_a_person,
+        "page": _link(folder, f"{row.name}.html"),
+        "strip": _link(folder, f"{row.name}.strip.jpg"),
+    }
+
+
+def _link(folder: Path, name: str) -> str | None:
+    """Address of a file beside the page; None if it is not there."""
+    return quote(storable(name)) if (folder / name).is_file() else None
+
+
+def _write(path: Path, data: bytes) -> None:
+    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        partial.write_bytes(data)
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)

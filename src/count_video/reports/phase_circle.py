@@ -15,6 +15,7 @@ from count_video.reports.palette import BLACK, GREY, SKY_BLUE, VERMILION
 
 MOST_POINTS = 700
 """More points than this melt into a line; the circle is then drawn alone."""
+DEEP = 0.6
 REACH = 1.24
 """Half the side of the panel, in radii."""
 
@@ -61,7 +62,8 @@ def number_points(
         length = np.hypot(x, y)
         if not length > 0:  # NaN, or the centre
             continue
-        away = max(1.0, length) + 0.075
+        # Close to a point deep inside, else all on one ring outside of the circle.
+        away = (max(1.0, length) if length > DEEP else length) + 0.075
         axes.text(
             x / length * away,
             y / length * away,

@@ -16,6 +16,8 @@ from count_video.reports.palette import BALL, BLACK, GREY, HEAVY, MARKS, YELLOW
 from count_video.reports.stretch import Range, shown_places
 
 Converter = Callable[[ArrayLike], Floats]
+NUMBER_ROOM = 0.025
+"""Numbers stand at least this share of the panel's width apart, where others show them all."""
 BRIGHTEST_PERCENTILES = (1.0, 99.5)
 
 
@@ -83,9 +85,13 @@ def _draw_marks(axes: Axes, material: Material, frames: Range, enlarged: Range |
             _scatter(axes, material, [c for c in chosen if c in burst], (kind, seen), None)
             _scatter(axes, material, [c for c in chosen if c not in burst], (kind, seen), GREY)
     size = 10 if enlarged is None else 8
+    last: dict[CollisionKind, float] = {}
+    room = NUMBER_ROOM * (frames[1] - frames[0])
     for collision in shown:
-        if enlarged is None or not _amid(collision, enlarged, burst):
+        crowded = collision.frame - last.get(collision.kind, -np.inf) < room
+        if enlarged is None or not (crowded or _amid(collision, enlarged, burst)):
             _number(axes, material, collision, size)
+            last[collision.kind] = collision.frame
 
 
 def _amid(collision: Collision, stretch: Range, burst: Sequence[Collision]) -> bool:

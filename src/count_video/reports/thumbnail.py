@@ -14,6 +14,7 @@ from count_video.reports.stretch import shown_frames, shown_places
 WIDTH_PX, HEIGHT_PX = 480, 130
 MARK_PX = 4.0
 JPEG_QUALITY = 85
+BRIGHTEST_PERCENTILES = (1.0, 99.5)
 
 
 def thumbnail_jpeg(material: Material) -> bytes:
@@ -53,6 +54,9 @@ def _background(
     piece = image[inside, low : max(low + 2, int(places[1]) + 1)].T
     if material.outward > 0:
         piece = piece[::-1]
+    darkest, brightest = np.percentile(piece, BRIGHTEST_PERCENTILES)
+    spread = max(1.0, float(brightest - darkest))
+    piece = np.clip((piece - darkest) * (255 / spread), 0, 255).astype(np.uint8)
     small = cv2.resize(
         np.ascontiguousarray(piece), (WIDTH_PX, HEIGHT_PX), interpolation=cv2.INTER_AREA
     )
