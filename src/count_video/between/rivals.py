@@ -6,7 +6,6 @@ about the best fit), so that a count that needs unlikely scatter of the restitut
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,8 +28,12 @@ FLOORS_PX = (3.0, 0.6)
 """The fit begins coarsely: far from the solution only large residuals should pull."""
 SCATTERS = (0.0015, 0.006, 0.02)
 """Standard deviations of the restitution from collision to collision that are tried."""
-STARTS = 7
-"""Numbers of collisions that are fitted from the scan."""
+STARTS = 3
+"""Numbers of collisions that are fitted from the first scan."""
+ROUNDS = 6
+"""The best count moves by its neighbours at most so often."""
+NEIGHBOURS = (-2, 2)
+"""A pair more or less: single ones are settled where the burst ends, which is seen."""
 
 
 @dataclass(frozen=True)
@@ -79,38 +82,46 @@ def with_deviations(prior: Prior, count: int, scatter: float) -> Prior:
 
 
 def coarse_fits(observed: Observations, rough: Floats, prior: Prior) -> list[Solution]:
-    """Best coarse fit of each promising count, without scatter; by rising loss."""
-    first = _fitted_starts(observed, rough, prior, 3)
-    best = min(first, key=lambda solution: solution.loss)
-    second = _fitted_starts(observed, best.values, prior, STARTS)
-    chosen: dict[int, Solution] = {}
-    for solution in sorted([*first, *second], key=lambda solution: solution.loss):
-        chosen.setdefault(solution.count, solution)
-    return list(chosen.values())
+    """Fit promising counts coarsely, without scatter; the solutions by rising loss.
+
+    It begins with the counts that the scan likes best. As long as the best one's neighbours have
+    not been tried they come next: each takes the scan's best place about the best fit so far.
+    """
+    fitted: dict[int, Solution] = {}
+    rows = scan(observed, rough, prior)
+    wanted = _likeliest(rows, STARTS)
+    for _ in range(ROUNDS):
+        for count in wanted:
+            solution = _coarse_fit(observed, prior, _start_for(rows, count), count)
+            if count not in fitted or solution.loss < fitted[count].loss:
+                fitted[count] = solution
+        best = min(fitted.values(), key=lambda solution: solution.loss)
+        wanted = [best.count + step for step in NEIGHBOURS if best.count + step not in fitted]
+        if not wanted:
+            break
+        rows = scan(observed, best.values, prior)
+        wanted += [count for count in _likeliest(rows, 2) if count not in fitted]
+    return sorted(fitted.values(), key=lambda solution: solution.loss)
 
 
-def _fitted_starts(
-    observed: Observations, values: Floats, prior: Prior, number: int
-) -> list[Solution]:
-    solutions = []
-    for row in _best_of_each_count(scan(observed, values, prior), number):
-        count, start = int(row[-2]), row[:FIRST_DEVIATION]
-        for floor in FLOORS_PX:
-            noise = _noise_at(observed, start, count, floor)
-            solution = solve(observed, noise, prior, start, count)
-            start = solution.values
-        solutions.append(solution)
-    return solutions
+def _likeliest(rows: Floats, number: int) -> list[int]:
+    """Counts with the best places of a scan, at most so many."""
+    counts = [int(count) for count in rows[:, -2] if count > 0]
+    return list(dict.fromkeys(counts))[:number]
 
 
-def _best_of_each_count(rows: Floats, number: int) -> Iterable[Floats]:
-    counts: set[int] = set()
-    for row in rows:
-        if len(counts) == number:
-            return
-        if row[-2] > 0 and row[-2] not in counts:
-            counts.add(row[-2])
-            yield row
+def _start_for(rows: Floats, count: int) -> Floats:
+    """Best place of a scan with a count, or the one with the next best count."""
+    nearest = int(np.argmin(np.abs(rows[:, -2] - count)))  # the first of equals: lowest loss
+    return rows[nearest, :FIRST_DEVIATION]
+
+
+def _coarse_fit(observed: Observations, prior: Prior, start: Floats, count: int) -> Solution:
+    for floor in FLOORS_PX:
+        noise = _noise_at(observed, start, count, floor)
+        solution = solve(observed, noise, prior, start, count)
+        start = solution.values
+    return solution
 
 
 def _noise_at(observed: Observations, values: Floats, count: int, floor: float) -> Noise:
