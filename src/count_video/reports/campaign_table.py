@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from count_video.reports.campaign_rows import TrialRow
 from count_video.reports.campaign_text import advice
+from count_video.reports.printable import printable
 
 COLUMNS = (
     *("name", "clip", "status", "count", "probability", "needs_a_person", "reason", "what_to_do"),
@@ -47,6 +48,6 @@ def _cell(value: object) -> str:
         return ""
     if isinstance(value, float):
         return f"{value:.6g}"
-    text = str(value).encode("utf-8", "backslashreplace").decode("utf-8")
+    text = printable(str(value))
     # A spreadsheet would run a cell that begins so as a formula; a clip's name is only text.
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text

@@ -1,0 +1,179 @@
+"""The campaign's text, table and JSON from rows made by hand."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import pty
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from count_video.campaign.statistics import summarise
+from count_video.reports.campaign_bar import CampaignBar
+from count_video.reports.campaign_json import campaign_json
+from count_video.reports.campaign_rows import TrialRow
+from count_video.reports.campaign_table import COLUMNS, trials_csv
+from count_video.reports.campaign_text import advice, campaign_text, trial_line
+from count_video.reports.printable import printable
+
+KEYS = [
+    *("schema_version", "trials", "counted", "maximum", "minimum", "mean", "sd_population"),
+    *("sd_sample", "mean_uncertainty", "mean_expected", "theory", "theory_source", "histogram"),
+    *("restitution_bodies", "restitution_wall", "energy_kept", "geometric_share"),
+    "need_a_person",
+]
+
+
+def row(
+    name: str = "trial", count: int | None = 31, chance: float = 0.98, **more: object
+) -> TrialRow:
+    told: dict[str, object] = {
+        **dict.fromkeys(TrialRow.__dataclass_fields__),
+        "name": name,
+        "clip": f"clips/{name}.mp4",
+        "status": "counted" if count is not None else "not_counted",
+        "count": count,
+        "chances": {} if count is None else {count: chance, count - 1: 1 - chance},
+        "reason": "nothing moves" if count is None else None,
+    }
+    return TrialRow(**(told | more))  # type: ignore[arg-type]
+
+
+def text_of(*rows: TrialRow) -> str:
+    return campaign_text(rows, summarise(rows))
+
+
+def cells_of(*rows: TrialRow) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(trials_csv(rows))))
+
+
+@pytest.mark.parametrize(
+    ("trial", "doubtful"),
+    [
+        (row(), False),
+        (row(chance=0.9), False),
+        (row(chance=0.89), True),
+        (row(count=None), True),
+        (row(not_kept="no room"), True),
+    ],
+    ids=["sure", "just sure", "less than sure", "not counted", "not kept"],
+)
+def test_who_needs_a_person_is_marked_everywhere_with_what_to_do(
+    trial: TrialRow, doubtful: bool
+) -> None:
+    assert trial.needs_a_person == doubtful
+    assert ("needs a person" in trial_line(trial)) == doubtful
+    assert ("need a person" in text_of(trial)) == doubtful
+    assert (advice(trial) != "") == doubtful
+    assert (cells_of(trial)[0]["needs_a_person"] == "yes") == doubtful
+    told = json.loads(campaign_json([trial], summarise([trial])))["need_a_person"]
+    assert [doubt["what_to_do"] for doubt in told] == [advice(trial)] * doubtful
+
+
+def test_those_who_need_a_person_come_first_with_the_reason() -> None:
+    rows = [row("a"), row("b", None), row("c", 30, 0.6)]
+    lines = text_of(*rows).splitlines()
+    assert lines[0] == "2 of 3 trials need a person:"
+    words = " ".join(text_of(*rows).split())
+    assert "b: nothing moves" in words
+    assert "c: probably 30 (30: 60%, 29: 40%)" in words
+    assert words.index("b: nothing moves") < words.index("Number of trials")
+    assert [cells["name"] for cells in cells_of(*rows)] == ["b", "c", "a"]
+
+
+def test_the_summary_is_the_papers_table() -> None:
+    rows = [
+        row(str(k), count, 1.0) for k, count in enumerate([31] * 22 + [30] * 4 + [29] * 3 + [28])
+    ]
+    told = {line[:30].strip(): line[30:].split()[0] for line in text_of(*rows).splitlines()[:8]}
+    assert told == {
+        "Number of trials": "30",
+        "of these counted": "30",
+        "Maximum value": "31",
+        "Minimum value": "28",
+        "Mean value": "30.57",
+        "Standard deviation": "0.80",
+        "of a sample": "0.82",
+        "Theory": "-",
+    }
+
+
+def test_the_histogram_has_a_line_a_count_and_marks_the_theory() -> None:
+    rows = [row(str(k), count, theory=31) for k, count in enumerate([31, 31, 28])]
+    lines = text_of(*rows).partition("Collisions  trials\n")[2].splitlines()
+    assert [line.split() for line in lines] == [
+        ["31", "2", "##", "<", "theory"],
+        ["30", "0"],
+        ["29", "0"],
+        ["28", "1", "#"],
+    ]
+
+
+def test_a_long_campaign_keeps_its_histogram_on_the_screen() -> None:
+    rows = [row(str(k)) for k in range(1000)]
+    assert max(map(len, text_of(*rows).splitlines())) <= 80
+
+
+def test_no_trial_at_all_has_a_summary() -> None:
+    assert "Number of trials                     0" in text_of()
+    assert json.loads(campaign_json([], summarise([])))["mean"] is None
+
+
+@pytest.mark.parametrize("count", [31, None])
+def test_the_keys_of_the_json_are_always_the_same(count: int | None) -> None:
+    told = json.loads(campaign_json([row(count=count)], summarise([row(count=count)])))
+    assert list(told) == KEYS
+
+
+def test_the_physics_is_told_where_it_is_known() -> None:
+    rows = [row("a", restitution_wall=0.98, ending="geometric"), row("b", restitution_wall=0.96)]
+    told = json.loads(campaign_json(rows, summarise(rows)))
+    assert told["restitution_wall"] == {
+        "number": 2,
+        "mean": pytest.approx(0.97),
+        "sd": pytest.approx(0.01),
+    }
+    assert told["restitution_bodies"] is None
+    assert told["geometric_share"] == 1.0
+    assert "Restitution at the wall" in text_of(*rows)
+    assert "Restitution" not in text_of(row())
+
+
+@given(st.text(max_size=30), st.text(max_size=30))
+def test_any_name_and_reason_stay_in_their_cell_and_off_the_terminal(
+    name: str, reason: str
+) -> None:
+    trial = row(name, None, reason=reason)
+    (cells,) = cells_of(trial)
+    assert set(cells) == set(COLUMNS)
+    assert cells["name"] in (printable(name), f"'{printable(name)}")
+    assert all(sign.isprintable() or sign == "\n" for sign in text_of(trial))
+    assert trial_line(trial).isprintable()
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@x"])
+def test_a_name_is_never_a_spreadsheets_formula(name: str) -> None:
+    assert cells_of(row(name))[0]["name"] == f"'{name}"
+
+
+def test_the_bar_tells_clips_done_and_gives_way_to_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "120")
+    reader, writer = pty.openpty()
+    with os.fdopen(writer, "w", encoding="utf-8") as terminal:
+        bar = CampaignBar(terminal)
+        bar.start(30, "")
+        bar.advance(12)
+        with bar.aside():
+            terminal.write("a line\n")
+            terminal.flush()
+        bar.finish()
+        shown = os.read(reader, 1 << 16).decode()
+    os.close(reader)
+    assert "12/30" in shown
+    assert "/min" in shown
+    assert "a line" in shown
