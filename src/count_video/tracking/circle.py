@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 
-TRIPLES = 600
+TRIPLES = 300
 SEED = 20260101
 """Draws are repeatable: the same footage gives the same answer."""
 NEAR_PX = 1.0
@@ -23,6 +23,8 @@ SECTORS_AT_LEAST = 11
 """So many of the circle's 24 sectors must hold points, with some on each side."""
 SECTORS_OF_A_SIDE = 4
 POINTS_AT_LEAST = 16
+POINTS_AT_MOST = 500
+"""More points are thinned out at random: the vote does not need them."""
 RADIUS_SHARE = (0.28, 0.7)
 """Radius as a share of the height of the area that is searched."""
 VOTES_SHARE = 0.8
@@ -56,6 +58,8 @@ def circle_through(
         return None
     points = np.stack([x, y], axis=1).astype(np.float64)
     rng = np.random.default_rng(SEED)
+    if len(points) > POINTS_AT_MOST:
+        points = points[rng.choice(len(points), POINTS_AT_MOST, replace=False)]
     triples = points[rng.integers(0, len(points), (TRIPLES, 3))]
     circles = _through_three(triples)
     low, high = (share * shape[0] for share in RADIUS_SHARE)

@@ -18,11 +18,10 @@ import numpy as np
 from count_video.tracking.sprite import Model, Picture, Pixels, Sprite, look, solve
 
 ROUNDS = 8
-CONVERGED_PX = 0.05
+CONVERGED_PX = 0.1
 """A Gauss-Newton step this small ends the iteration: what is left is of the order of its square
-times the bend of an edge over its slope, a few thousandths of a px."""
+times the bend of an edge over its slope, some thousandths of a px."""
 STEP_AT_MOST_PX = 2.0
-STEP_LIMITS_PX = (-STEP_AT_MOST_PX, STEP_AT_MOST_PX)
 ASTRAY_PX = 8.0
 """The linear model leads nowhere from further away than this."""
 BIWEIGHT = 5.0
@@ -88,7 +87,9 @@ def _within(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> tup
     good = (x + left >= 1) & (x + left < columns - 1) & (y + top >= 1) & (y + top < rows - 1)
     design, weight = model.design[good], model.weight[good]
     solver = solve(design, weight)
-    part = Model(model.chosen[good], design, weight, solver, model.correlation)
+    part = Model(
+        model.chosen[good], design, weight, model.root_weight[good], solver, model.correlation
+    )
     return part, float(good.mean()) if len(good) else 0.0
 
 
@@ -104,8 +105,10 @@ class _Step:
 def _step(model: Model, seen: Pixels) -> _Step | None:
     """One robust least squares step; None if it is singular or the sprite fades away."""
     left_over = seen - model.design @ (model.solver @ seen)
-    scaled = left_over * np.sqrt(model.weight)
-    spread = 1.4826 * float(np.median(np.abs(scaled[::SPREAD_STRIDE]))) + 1e-6
+    scaled = left_over * model.root_weight
+    some = np.abs(scaled[::SPREAD_STRIDE])
+    middle = len(some) // 2
+    spread = 1.4826 * float(np.partition(some, middle)[middle]) + 1e-6
     ratio = scaled * (1 / (BIWEIGHT * spread))
     keep = np.maximum(1 - ratio * ratio, 0)
     weight = model.weight * keep * keep
@@ -121,7 +124,10 @@ def _step(model: Model, seen: Pixels) -> _Step | None:
     gain = float(solution[2, 0])
     if not gain > GAIN_AT_LEAST:
         return None
-    x, y = (float(value) for value in np.clip(solution[:2, 0] / gain, *STEP_LIMITS_PX))
+    x, y = (
+        min(max(float(value) / gain, -STEP_AT_MOST_PX), STEP_AT_MOST_PX)
+        for value in solution[:2, 0]
+    )
     variance = max(float(solution[0, 1]), 0.0) * spread**2 * KEPT * model.correlation
     return _Step(x, y, float(np.sqrt(variance)) / gain, weight)
 

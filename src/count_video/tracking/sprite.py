@@ -51,6 +51,8 @@ class Model:
     """Shape (n, 4): minus the slopes by x and y, the centred appearance, ones."""
     weight: Pixels
     """Shape (n,)."""
+    root_weight: Pixels
+    """Square root of ``weight``."""
     solver: Pixels
     """Weighted least squares solution for all weights as given, shape (4, n)."""
     correlation: float
@@ -79,7 +81,7 @@ def make_sprite(appearance: Pixels, weight: Pixels) -> Sprite:
     return Sprite(
         appearance=appearance.astype(np.float32),
         weight=weight.astype(np.float32),
-        model=Model(usable, design, chosen_weight, solver, correlation),
+        model=Model(usable, design, chosen_weight, np.sqrt(chosen_weight), solver, correlation),
     )
 
 
@@ -130,14 +132,27 @@ def _cut(picture: Picture, left: int, top: int, shape: tuple[int, int]) -> Pictu
 
 
 def _smooth(piece: Picture | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
-    smoothed = cv2.sepFilter2D(
-        np.ascontiguousarray(piece), cv2.CV_32F, _kernel(fraction_x), _kernel(fraction_y)
+    in_order: Picture | Pixels = (
+        piece if piece.strides[1] == piece.itemsize else np.ascontiguousarray(piece)
     )
+    smoothed = cv2.sepFilter2D(in_order, cv2.CV_32F, _kernel(fraction_x), _kernel(fraction_y))
     return np.asarray(smoothed, dtype=np.float32)
 
 
 def _kernel(fraction: float) -> Pixels:
-    """Gaussian sampled about ``fraction``, normalised."""
+    """Gaussian sampled about ``fraction``, from -0.5 to 0.5, normalised."""
+    kernel: Pixels = KERNELS[round((fraction + 0.5) * KERNEL_STEPS)]
+    return kernel
+
+
+def _kernels() -> Pixels:
+    """Kernels for all fractions, shape (steps + 1, taps)."""
+    fraction = np.linspace(-0.5, 0.5, KERNEL_STEPS + 1)[:, None]
     taps = np.arange(-REACH_PX, REACH_PX + 1) - fraction
     bell = np.exp(-0.5 * (taps / SMOOTHING_PX) ** 2)
-    return np.asarray(bell / bell.sum(), dtype=np.float32)
+    return np.asarray(bell / bell.sum(axis=1, keepdims=True), dtype=np.float32)
+
+
+KERNEL_STEPS = 4096
+"""Fractions of a pixel are told apart to 0.00012 px at worst, far below any noise."""
+KERNELS = _kernels()
