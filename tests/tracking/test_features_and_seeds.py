@@ -1,0 +1,110 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from drawn import Scene, as_frames
+
+from count_video.tracking.features import MovingFeatures, moving_features
+from count_video.tracking.seeds import (
+    Patch,
+    motion_direction_deg,
+    pairs_across_runs,
+    patches,
+    rank_pairs,
+)
+
+RUN = np.arange(12.0)
+SPEED_PX_FRAME = 0.1
+DIRECTION_DEG = 1.5
+
+
+def run_of(scene: Scene) -> MovingFeatures:
+    return moving_features(as_frames(scene.frames()))
+
+
+def moving(tilt_deg: float = 0.0) -> Scene:
+    return Scene(ball_px=80.0 + 1.5 * RUN, face_px=190.0 - 0.8 * RUN, tilt_deg=tilt_deg)
+
+
+def test_features_of_both_bodies_move_as_they_do() -> None:
+    found = run_of(moving())
+
+    ball = np.hypot(found.x_px - (80.0 + 1.5 * 5.5), found.y_px - 55.5) < 20.0
+    heavy = found.x_px > 170.0
+    assert ball.sum() >= 5
+    assert heavy.sum() >= 5
+    assert np.median(found.speed_x_px_frame[ball]) == pytest.approx(1.5, abs=SPEED_PX_FRAME)
+    assert np.median(found.speed_x_px_frame[heavy]) == pytest.approx(-0.8, abs=SPEED_PX_FRAME)
+    assert found.frame == 5.5
+    assert found.span_frames == 11.0
+
+
+def test_nothing_moves_in_a_still_picture() -> None:
+    still = Scene(ball_px=np.full(12, 80.0), face_px=np.full(12, 190.0))
+
+    assert len(run_of(still).x_px) == 0
+
+
+def test_a_run_of_three_frames_shows_nothing() -> None:
+    found = moving_features(as_frames(moving().frames()[:3]))
+
+    assert len(found.x_px) == 0
+
+
+@pytest.mark.parametrize("tilt_deg", [-8.0, -3.0, 0.0, 5.0, 8.0])
+def test_the_line_of_motion_is_found_at_any_tilt(tilt_deg: float) -> None:
+    direction = motion_direction_deg([run_of(moving(tilt_deg))])
+
+    assert direction == pytest.approx(tilt_deg, abs=DIRECTION_DEG)
+
+
+def test_nothing_that_moves_gives_no_direction() -> None:
+    assert motion_direction_deg([]) is None
+
+
+def test_the_two_bodies_are_two_patches_from_left_to_right() -> None:
+    found = patches(run_of(moving()), 0.0, 320)
+
+    assert len(found) == 2
+    left, right = found
+    assert left.speed_px_frame == pytest.approx(1.5, abs=SPEED_PX_FRAME)
+    assert right.speed_px_frame == pytest.approx(-0.8, abs=SPEED_PX_FRAME)
+    assert left.right_px < right.left_px
+    assert left.left_px > 80.0 + 1.5 * 5.5 - 22.0
+    assert left.right_px < 80.0 + 1.5 * 5.5 + 22.0
+
+
+def a_patch(frame: float, left: float, speed: float, features: int = 20) -> Patch:
+    return Patch(frame, 11.0, speed, left, left + 30.0, 40.0, 70.0, features)
+
+
+def test_a_pair_moves_at_different_velocities() -> None:
+    alike = [a_patch(5, 50, 1.0), a_patch(5, 120, 1.0)]
+    apart = [a_patch(5, 50, 1.0), a_patch(5, 120, -1.0)]
+
+    assert rank_pairs([alike]) == []
+    (pair,) = rank_pairs([apart])
+    assert (pair.left, pair.right) == tuple(apart)
+
+
+def test_bodies_at_different_heights_are_no_pair() -> None:
+    low = replace(a_patch(5, 120, -1.0), top_px=80.0, bottom_px=110.0)
+
+    assert rank_pairs([[a_patch(5, 50, 1.0), low]]) == []
+
+
+def test_the_pair_with_more_features_comes_first() -> None:
+    poor = [a_patch(5, 50, 1.0, 6), a_patch(5, 120, -1.0, 40)]
+    rich = [a_patch(30, 50, 1.0, 30), a_patch(30, 120, -1.0, 25)]
+
+    assert [pair.left.frame for pair in rank_pairs([poor, rich])] == [30, 5]
+
+
+def test_bodies_that_move_in_turns_pair_across_runs() -> None:
+    runs = [[a_patch(5, 120, -1.0)], [a_patch(30, 50, -1.0)]]
+
+    (pair,) = pairs_across_runs(runs)
+
+    assert (pair.left.frame, pair.right.frame) == (30, 5)
