@@ -20,7 +20,7 @@ from count_video.reports.campaign_rows import CampaignSummary, TrialRow
 from count_video.reports.campaign_text import advice
 from count_video.reports.drawing import picture_bytes, styled
 from count_video.reports.page import environment, own_file
-from count_video.reports.palette import BLUE, SKY_BLUE, VERMILION
+from count_video.reports.palette import SKY_BLUE, VERMILION
 from count_video.reports.printable import printable, storable
 
 MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
@@ -36,8 +36,7 @@ def write_campaign_page(
     OSError
         If a file cannot be written.
     """
-    with styled():
-        picture = picture_bytes(campaign_figure(summary), picture_format)
+    picture = picture_bytes(campaign_figure(summary), picture_format)
     _write(folder / f"campaign.{picture_format}", picture)
     page = campaign_page(rows, summary, folder, (picture, MEDIA_TYPES[picture_format]))
     _write(folder / "campaign.html", page.encode("utf-8"))
@@ -50,6 +49,8 @@ def campaign_figure(summary: CampaignSummary) -> Figure:
         figure.set_layout_engine("constrained", w_pad=0.15, h_pad=0.15)
         axes = figure.add_subplot()
         _draw_histogram(axes, summary)
+        if axes.get_legend_handles_labels()[0]:
+            figure.legend(loc="outside lower center", ncols=3)
         return figure
 
 
@@ -87,7 +88,7 @@ def _draw_histogram(axes: Axes, summary: CampaignSummary) -> None:
         return
     span = range(min(shown), max(shown) + 1)
     trials = [summary.histogram.get(count, 0) for count in span]
-    bars = axes.bar(list(span), trials, color=SKY_BLUE, edgecolor=BLUE, label="trials", gid="bar")
+    bars = axes.bar(list(span), trials, color=SKY_BLUE, label="trials", gid="bar")
     labels = [str(number) if number else "" for number in trials]
     axes.bar_label(bars, labels=labels, backgroundcolor="white", padding=3)
     if theory is not None:
@@ -99,7 +100,7 @@ def _draw_histogram(axes: Axes, summary: CampaignSummary) -> None:
     axes.set_xlim(span[0] - 1.5, span[-1] + 1.5)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(integer=True))
-    axes.legend(loc="upper left")
+    axes.set_ylim(0, 1.15 * max(*trials, 1))
 
 
 def _table(summary: CampaignSummary) -> list[tuple[str, str]]:

@@ -48,7 +48,8 @@ def picture_bytes(figure: Figure, picture_format: str) -> bytes:
     """Write a figure as PNG or SVG; the same figure gives the same bytes."""
     target = io.BytesIO()
     metadata = {"Date": None} if picture_format == "svg" else {"Software": "count-video"}
-    figure.savefig(target, format=picture_format, dpi=DOTS_PER_INCH, metadata=metadata)
+    with styled():
+        figure.savefig(target, format=picture_format, dpi=DOTS_PER_INCH, metadata=metadata)
     return target.getvalue()
 
 

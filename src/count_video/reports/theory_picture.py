@@ -36,8 +36,7 @@ def write_theory_picture(
         If it cannot be written.
     """
     path = folder / f"theory.{picture_format}"
-    with styled():
-        data = picture_bytes(theory_figure(*masses), picture_format)
+    data = picture_bytes(theory_figure(*masses), picture_format)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)

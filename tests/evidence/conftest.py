@@ -1,0 +1,39 @@
+"""The evidence of one rendered clip with known truth, made once for all tests."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from evidence_made import CLIP, FIXTURES, Made, Truth
+
+from count_video.evidence import EvidenceSettings, count_with_evidence
+from count_video.footage.reader import open_footage
+from count_video.records import Floats
+from count_video.trial import TrialSettings
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    folder = tmp_path_factory.mktemp("evidence")
+    settings = TrialSettings(capture_fps=480.0)
+    return Made(CLIP, folder, count_with_evidence(CLIP, settings, EvidenceSettings(folder)))
+
+
+@pytest.fixture(scope="session")
+def truth() -> Truth:
+    stored = json.loads((FIXTURES / "ratio16-count12.truth.json").read_text("utf-8"))
+
+    def points(face: str) -> Floats:
+        return np.array([row[f"{face}_point_px"] for row in stored["frames"]], dtype=np.float64)
+
+    ball = (points("ball_near") + points("ball_far")) / 2
+    return Truth(ball[:, 0], ball[:, 1], stored["ball_diameter_px"], points("cylinder")[:, 0])
+
+
+@pytest.fixture(scope="session")
+def annotated(made: Made) -> list[np.ndarray]:
+    """Brightness of every picture of the annotated clip."""
+    with open_footage(made.file("annotated.mp4")) as footage:
+        return [frame.luma.copy() for frame in footage.frames()]

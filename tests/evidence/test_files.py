@@ -1,0 +1,129 @@
+"""The files of a clip, its tables, and what is not done without being asked for."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from evidence_made import CLIP, Made
+
+from count_video import cli
+from count_video.errors import UsageError
+from count_video.evidence import EvidenceSettings, count_with_evidence
+from count_video.reports.csv_files import COLLISION_HEADINGS, TRACK_HEADINGS, collisions_csv
+from count_video.trial import TrialSettings, count_clip
+
+SUFFIXES = ("annotated.mp4", "collisions.csv", "html", "png", "strip.jpg", "track.csv")
+
+
+def read_csv(path: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(path.read_text("utf-8").splitlines()))
+
+
+def test_the_folder_holds_these_files_and_no_others(made: Made) -> None:
+    assert sorted(file.name for file in made.folder.iterdir()) == [
+        f"{CLIP.stem}.{suffix}" for suffix in SUFFIXES
+    ]
+
+
+def test_the_answer_is_the_same_with_evidence_and_without(made: Made) -> None:
+    assert made.result == count_clip(CLIP, TrialSettings(capture_fps=480.0))
+
+
+def test_the_track_table_has_a_row_a_frame_in_px_and_mm(made: Made) -> None:
+    rows = read_csv(made.file("track.csv"))
+    assert tuple(rows[0]) == TRACK_HEADINGS
+    assert [int(row["frame"]) for row in rows] == list(range(made.result.frames_decoded or 0))
+    assert made.result.millimetres_per_px is not None
+    for row in rows:
+        assert float(row["time_s"]) == pytest.approx(int(row["frame"]) / 480.0, abs=1e-6)
+        assert row["quality"] == "both"
+        expected_mm = float(row["ball_px"]) * made.result.millimetres_per_px
+        assert float(row["ball_mm"]) == pytest.approx(expected_mm, abs=1e-4)
+        assert 0 < float(row["ball_sigma_px"]) < 1
+
+
+def test_the_collision_table_has_a_row_a_collision(made: Made) -> None:
+    rows = read_csv(made.file("collisions.csv"))
+    assert tuple(rows[0]) == COLLISION_HEADINGS
+    assert [int(row["number"]) for row in rows] == list(range(1, 13))
+    assert {row["in_burst"] for row in rows} == {"yes"}
+    kinds = [collision.kind for collision in made.result.collisions]
+    assert [row["kind"] for row in rows] == kinds
+
+
+def test_what_is_not_known_is_an_empty_cell(made: Made) -> None:
+    first = replace(made.result.collisions[0], time_s=None)
+    text = collisions_csv(replace(made.result, collisions=(first,)))
+    (row,) = csv.DictReader(text.splitlines())
+    assert row["time_s"] == ""
+
+
+def test_a_clip_in_which_nothing_is_found_has_a_page_alone(tmp_path: Path) -> None:
+    settings = TrialSettings(start=0, end=5)
+    result = count_with_evidence(CLIP, settings, EvidenceSettings(tmp_path))
+    assert result.status == "not_counted"
+    (page,) = tmp_path.iterdir()
+    assert result.reason is not None
+    assert "not counted" in page.read_text("utf-8")
+
+
+def test_a_folder_that_cannot_be_made_is_refused_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("", "utf-8")
+    with pytest.raises(UsageError) as refusal:
+        count_with_evidence(CLIP, TrialSettings(end=5), EvidenceSettings(tmp_path / "file" / "x"))
+    assert "\n" not in str(refusal.value)
+
+
+def test_nothing_of_this_is_paid_for_without_being_asked_for() -> None:
+    program = (
+        "import sys; from count_video.cli import main; code = main(sys.argv[1:]); "
+        "assert code == 0; names = ('matplotlib', 'jinja2', 'PIL', 'count_video.evidence'); "
+        "print([name for name in names if name in sys.modules], file=sys.stderr)"
+    )
+    for arguments in ([str(CLIP)], [str(CLIP), "--json"], ["--theory", "100", "1"]):
+        done = subprocess.run(
+            [sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=True
+        )
+        assert done.stderr.strip() == "[]"
+
+
+def test_the_theory_is_told_with_all_its_parts(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--theory", "1050", "10.5"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("1050 and 10.5: 31 collisions\n")
+    assert "0.09966865249 rad" in text  # arctan 1/10
+    assert "0.199337305 rad" in text  # arccos 99/101
+    assert "3.089728227 to 3.18939688" in text
+    for count in (3, 31, 314, 3141, 31415, 314159, 3141592, 31415926):
+        assert f" {count} " in text
+
+
+def test_the_theory_goes_into_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--theory", "100", "1", "-o", str(tmp_path), "--format", "svg"]) == 0
+    assert [file.name for file in tmp_path.iterdir()] == ["theory.svg"]
+    assert "31 collisions" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["clip.mp4", "--theory", "1", "1"],
+        ["a.mp4", "b.mp4", "--corrections", "c.json"],
+        ["--theory", "1", "1", "--json"],
+        ["clip.mp4", "--pages"],
+        ["clip.mp4", "--format", "gif"],
+    ],
+)
+def test_what_makes_no_sense_together_is_refused(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1

@@ -1,0 +1,281 @@
+"""The page, used in a real browser as a person would."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+from evidence_made import Made
+
+from count_video.corrections import reviewed
+from count_video.footage.reader import open_footage
+
+sync_api = pytest.importorskip(
+    "playwright.sync_api", reason="needs Playwright: pip install 'count-video[browser]'"
+)
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
+if CHROMIUM is None:
+    pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
+
+PHONE = {"width": 390, "height": 844}
+DESK = {"width": 1280, "height": 900}
+PATIENCE = 200
+"""Looks at 50 ms each: what should happen at once may take long on a busy machine."""
+
+
+@dataclass
+class Visit:
+    """A page that is open, and what it complained about."""
+
+    page: sync_api.Page
+    complaints: list[str] = field(default_factory=list)
+    requests: list[str] = field(default_factory=list)
+
+    def text(self, name: str) -> str:
+        return self.page.locator(f"#{name}").inner_text()
+
+    def frame(self) -> int:
+        return int(self.text("frame"))
+
+    def wait_until(self, condition: str) -> None:
+        """Ask from outside: the page's own rules forbid to evaluate text in it again and again."""
+        for _ in range(PATIENCE):
+            if self.page.evaluate(condition):
+                return
+            self.page.wait_for_timeout(50)
+        pytest.fail(f"never true: {condition}")
+
+    def wait_for_frame(self, frame: int) -> None:
+        self.wait_until(f"document.getElementById('frame').textContent === '{frame}'")
+
+    def entries(self) -> list[str]:
+        return self.page.locator("#list button").all_inner_texts()
+
+    def save(self, folder: Path) -> Path:
+        with self.page.expect_download() as download:
+            self.page.locator("#save").click()
+        path = folder / download.value.suggested_filename
+        download.value.save_as(path)
+        return path
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[sync_api.Browser]:
+    root = hasattr(os, "geteuid") and os.geteuid() == 0
+    # Chromium refuses its sandbox to root, as in a container.
+    arguments = ["--disable-gpu", *(["--no-sandbox"] if root else [])]
+    with sync_api.sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
+        yield launched
+        launched.close()
+
+
+def open_page(browser: sync_api.Browser, path: Path, size: dict[str, int]) -> Visit:
+    page = browser.new_page(viewport=size)
+    visit = Visit(page)
+    page.on(
+        "console",
+        lambda message: (
+            visit.complaints.append(message.text) if message.type in ("error", "warning") else None
+        ),
+    )
+    page.on("pageerror", lambda error: visit.complaints.append(str(error)))
+    page.on("request", lambda request: visit.requests.append(request.url))
+    page.goto(path.as_uri())
+    if page.locator("#video").count():
+        visit.wait_until("document.getElementById('video').readyState >= 2")
+    return visit
+
+
+@pytest.fixture
+def visit(browser: sync_api.Browser, made: Made) -> Iterator[Visit]:
+    opened = open_page(browser, made.file("html"), DESK)
+    yield opened
+    opened.page.close()
+
+
+def test_the_page_loads_without_complaint_and_without_a_network(visit: Visit, made: Made) -> None:
+    assert visit.complaints == []
+    schemes = {address.partition(":")[0] for address in visit.requests}
+    assert schemes <= {"file", "data", "blob"}
+    assert [a for a in visit.requests if a.startswith("file")] == [made.file("html").as_uri()]
+    assert visit.page.locator("h1").inner_text() == "12 collisions"
+    assert len(visit.entries()) == 12
+
+
+def test_the_video_plays(visit: Visit) -> None:
+    visit.page.locator("#play").click()
+    visit.wait_until("document.getElementById('video').currentTime > 0.3")
+    assert visit.text("play") == "Stop"
+    visit.page.locator("#play").click()
+    visit.wait_until("document.getElementById('video').paused")
+    assert visit.complaints == []
+
+
+def test_a_click_on_a_collision_goes_to_its_frame_and_shows_it_enlarged(
+    visit: Visit, made: Made
+) -> None:
+    for number in (1, 7, 12):
+        visit.page.locator("#list button").nth(number - 1).click()
+        nearest = round(made.result.collisions[number - 1].frame)
+        visit.wait_for_frame(nearest)
+        captions = visit.page.locator("#cuts figcaption").all_inner_texts()
+        assert captions == [f"frame {nearest + step}" for step in (-1, 0, 1)]
+        widths = visit.page.evaluate(
+            "Promise.all([...document.querySelectorAll('#cuts img')]"
+            ".map(async (i) => { await i.decode(); return i.naturalWidth; }))"
+        )
+        assert widths == [300, 300, 300]
+
+
+def test_the_video_shows_the_frame_that_the_page_names(visit: Visit, made: Made) -> None:
+    # The header writes the frame's number; its picture is compared with the annotated clip's own.
+    visit.page.locator("#list button").nth(5).click()
+    index = round(made.result.collisions[5].frame)
+    visit.wait_for_frame(index)
+    shown = visit.page.evaluate(
+        """() => { const v = document.getElementById('video');
+        const c = document.createElement('canvas');
+        c.width = v.videoWidth; c.height = v.videoHeight;
+        const p = c.getContext('2d'); p.drawImage(v, 0, 0);
+        const d = p.getImageData(0, 0, c.width, 72).data;
+        return Array.from({length: c.width * 72}, (_, k) => d[4 * k + 1]); }"""
+    )
+    from_clip = header_of(made, index)
+    others = [header_of(made, index + step) for step in (-1, 1)]
+    off = [sum(abs(a - b) for a, b in zip(shown, h, strict=True)) for h in (from_clip, *others)]
+    assert off[0] < min(off[1:])
+
+
+def header_of(made: Made, index: int) -> list[int]:
+    with open_footage(made.file("annotated.mp4")) as footage:
+        return [int(v) for v in next(footage.frames(index)).luma[:72].ravel()]
+
+
+def test_keys_go_through_the_collisions_and_the_frames(visit: Visit, made: Made) -> None:
+    first, second = (round(c.frame) for c in made.result.collisions[:2])
+    visit.page.keyboard.press("ArrowDown")
+    visit.wait_for_frame(first)
+    visit.page.keyboard.press("ArrowRight")
+    visit.wait_for_frame(second)
+    visit.page.keyboard.press("ArrowUp")
+    visit.wait_for_frame(first)
+    visit.page.keyboard.press(".")
+    visit.wait_for_frame(first + 1)
+    visit.page.keyboard.press(",")
+    visit.wait_for_frame(first)
+    visit.page.keyboard.press(" ")
+    visit.wait_until("!document.getElementById('video').paused")
+
+
+def test_everything_can_be_reached_by_the_tab_key(visit: Visit) -> None:
+    visit.page.keyboard.press("ArrowDown")
+    visit.page.keyboard.press("x")  # so that no button is switched off
+    reached = set()
+    for _ in range(40):
+        visit.page.keyboard.press("Tab")
+        name = visit.page.evaluate(
+            "document.activeElement.id || document.activeElement.dataset?.key || ''"
+        )
+        reached.add(name)
+    assert {"play", "seek", "back", "forth", "wrong", "add-bodies", "undo", "save"} <= reached
+
+
+def test_marking_wrong_changes_the_reviewed_count_and_marking_again_takes_it_back(
+    visit: Visit,
+) -> None:
+    visit.page.locator("#list button").nth(2).click()
+    assert visit.text("reviewed") == ""
+    visit.page.locator("#wrong").click()
+    assert visit.text("reviewed") == "Reviewed count: 11 (1 marked wrong, 0 added)"
+    assert "marked wrong" in visit.entries()[2]
+    visit.page.keyboard.press("x")
+    assert visit.text("reviewed") == ""
+
+
+def test_a_missed_collision_is_added_at_the_frame_on_screen_and_can_be_taken_away(
+    visit: Visit, made: Made
+) -> None:
+    visit.page.locator("#list button").nth(1).click()
+    index = round(made.result.collisions[1].frame)
+    visit.wait_for_frame(index)
+    visit.page.locator("#forth").click()
+    visit.wait_for_frame(index + 1)
+    visit.page.locator("#add-wall").click()
+    assert visit.text("reviewed") == "Reviewed count: 13 (0 marked wrong, 1 added)"
+    assert len(visit.entries()) == 13
+    assert "added" in visit.entries()[2]
+    visit.page.locator("#list button").nth(2).click()
+    visit.page.locator("#wrong").click()
+    assert len(visit.entries()) == 12
+
+
+def test_undo_goes_back_step_by_step(visit: Visit) -> None:
+    assert visit.page.locator("#undo").is_disabled()
+    visit.page.locator("#list button").nth(0).click()
+    visit.page.keyboard.press("x")
+    visit.page.keyboard.press("b")
+    assert "Reviewed count: 12" in visit.text("reviewed")
+    visit.page.keyboard.press("u")
+    assert "Reviewed count: 11" in visit.text("reviewed")
+    visit.page.locator("#undo").click()
+    assert visit.text("reviewed") == ""
+    assert visit.page.locator("#undo").is_disabled()
+    assert visit.page.locator("#save").is_disabled()
+
+
+def test_saved_corrections_change_the_reviewed_count_of_the_tool(
+    visit: Visit, made: Made, tmp_path: Path
+) -> None:
+    for number in (3, 4):
+        visit.page.locator("#list button").nth(number - 1).click()
+        visit.page.keyboard.press("x")
+    visit.page.keyboard.press("w")
+    path = visit.save(tmp_path)
+    assert path.name == f"{made.clip.stem}.corrections.json"
+    stored = json.loads(path.read_text("utf-8"))
+    assert stored["reviewed_count"] == 11
+    result = reviewed(made.result, path)
+    assert (result.count, result.reviewed_count) == (12, 11)
+    assert [c.number for c in result.corrections] == [3, 4, None]
+    assert visit.complaints == []
+
+
+def test_a_page_made_with_corrections_starts_from_them(
+    browser: sync_api.Browser, reviewed_page: Path
+) -> None:
+    opened = open_page(browser, reviewed_page, DESK)
+    assert opened.text("reviewed") == "Reviewed count: 11 (1 marked wrong, 0 added)"
+    opened.page.close()
+
+
+@pytest.fixture
+def reviewed_page(made: Made, tmp_path: Path) -> Path:
+    """The page again, with a correction in it."""
+    text = made.file("html").read_text("utf-8")
+    one = '{"action": "wrong", "frame": 1.0, "kind": "wall", "number": 2}'
+    page = tmp_path / "reviewed.html"
+    assert '"corrections": []' in text
+    page.write_text(text.replace('"corrections": []', f'"corrections": [{one}]'), "utf-8")
+    return page
+
+
+def test_nothing_sticks_out_of_a_phones_screen(browser: sync_api.Browser, made: Made) -> None:
+    opened = open_page(browser, made.file("html"), PHONE)
+    width = opened.page.evaluate("document.documentElement.scrollWidth")
+    assert width <= PHONE["width"]
+    opened.page.locator("#list button").nth(3).click()
+    opened.wait_for_frame(round(made.result.collisions[3].frame))
+    small = opened.page.evaluate(
+        "[...document.querySelectorAll('button')].map((b) => b.getBoundingClientRect().height)"
+    )
+    assert min(small) >= 38  # a finger's width
+    assert opened.complaints == []
+    opened.page.close()

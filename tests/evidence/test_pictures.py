@@ -1,0 +1,235 @@
+"""The structure of the pictures: what is drawn where, how often, with which words and limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from evidence_made import CLIP, Made
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from count_video.footage.reader import open_footage
+from count_video.reports.campaign_page import campaign_figure
+from count_video.reports.campaign_rows import CampaignSummary
+from count_video.reports.drawing import drawable, picture_bytes
+from count_video.reports.material import Material, Pendulum
+from count_video.reports.palette import MARKS, rgb
+from count_video.reports.picture import trial_figure
+from count_video.reports.space_time import SpaceTime, SpaceTimeSampler
+from count_video.reports.stretch import crowded_frames, shown_frames
+from count_video.reports.theory_picture import theory_figure
+from count_video.trial import TrialSettings, work_through
+
+PNG, SVG = b"\x89PNG\r\n\x1a\n", b"<?xml"
+
+
+@pytest.fixture(scope="module")
+def material() -> Material:
+    trial = work_through(CLIP, TrialSettings(capture_fps=480.0))
+    assert trial.track is not None
+    assert trial.found is not None
+    assert trial.found.swing is not None
+    shape = (trial.info.height_px, trial.info.width_px)
+    sampler = SpaceTimeSampler(trial.track.line, trial.track.ball_diameter_px, shape)
+    with open_footage(CLIP) as footage:
+        rows = np.array([sampler.row(frame.luma) for frame in footage.frames()])
+    swing = trial.found.swing
+    return Material(
+        result=trial.result,
+        track=trial.track,
+        space_time=SpaceTime(trial.track.frame, rows),
+        mass_ratio=swing.mass_ratio,
+        mass_ratio_relative_sigma=swing.mass_ratio_relative_sigma,
+        pendulum=Pendulum(swing.rate_squared, swing.centre_px),
+    )
+
+
+@pytest.fixture(scope="module")
+def figure(material: Material) -> Figure:
+    return trial_figure(material)
+
+
+def panel(figure: Figure, title: str) -> Axes:
+    (found,) = [axes for axes in figure.axes if axes.get_title(loc="left").startswith(title)]
+    return found
+
+
+def marks(axes: Axes, gid: str = "collision") -> Iterator[tuple[float, float]]:
+    for collection in axes.collections:
+        if collection.get_gid() == gid:
+            yield from (tuple(place) for place in np.asarray(collection.get_offsets()))
+
+
+def numbers(axes: Axes) -> list[str]:
+    return [text.get_text() for text in axes.texts if text.get_gid() == "number"]
+
+
+def test_the_whole_picture_has_a_mark_for_every_collision(
+    figure: Figure, material: Material
+) -> None:
+    drawn = sorted(marks(panel(figure, "Space and time")))
+    assert len(drawn) == material.result.count == 12
+    assert [x for x, _ in drawn] == [c.frame for c in material.result.collisions]
+
+
+def test_the_two_kinds_differ_in_colour_and_in_shape() -> None:
+    bodies, wall = MARKS["bodies"], MARKS["wall"]
+    assert bodies.shape != wall.shape
+    # In grey, as a printer without colours has it, they differ as well.
+    grey = [np.dot(rgb(mark.colour), (0.299, 0.587, 0.114)) for mark in (bodies, wall)]
+    assert abs(grey[0] - grey[1]) > 20
+
+
+def test_inferred_collisions_are_hollow(material: Material) -> None:
+    guessed = [replace(c, seen=c.number != 5) for c in material.result.collisions]
+    result = replace(material.result, collisions=tuple(guessed))
+    axes = panel(trial_figure(replace(material, result=result)), "Space and time")
+    hollow = [c for c in axes.collections if np.all(np.asarray(c.get_facecolor())[0] == 1.0)]
+    assert sum(len(c.get_offsets()) for c in hollow) == 1
+
+
+def test_the_crowd_numbers_every_collision_that_it_shows(
+    figure: Figure, material: Material
+) -> None:
+    axes = panel(figure, "The crowded middle")
+    low, high = crowded_frames(material)
+    inside = [str(c.number) for c in material.result.collisions if low <= c.frame <= high]
+    assert numbers(axes) == inside
+    assert len(inside) >= round(0.6 * len(material.result.collisions))
+    assert axes.get_xlim() == (low, high)
+
+
+def test_axes_say_what_they_show_and_in_which_unit(figure: Figure) -> None:
+    whole, crowd = panel(figure, "Space and time"), panel(figure, "The crowded middle")
+    assert "(px)" in whole.get_ylabel()
+    assert "(px)" in crowd.get_ylabel()
+    assert "(m/s)" in panel(figure, "Velocities").get_ylabel()
+    assert panel(figure, "Velocities").get_xlabel() == "frame"
+    assert "V_1" in panel(figure, "Phase circle").get_xlabel()
+    assert "(%" in panel(figure, "Energy").get_ylabel()
+    units = [axis.get_ylabel() for axis in whole.child_axes]
+    units += [axis.get_xlabel() for axis in whole.child_axes]
+    assert "from the wall (mm)" in units
+    assert "time (ms)" in units
+
+
+def test_the_picture_shows_all_collisions_and_not_much_more(
+    figure: Figure, material: Material
+) -> None:
+    low, high = panel(figure, "Space and time").get_xlim()
+    frames = [c.frame for c in material.result.collisions]
+    assert low <= frames[0] < frames[-1] <= high
+    assert (low, high) == shown_frames(material)
+    assert high - low <= 1.3 * (frames[-1] - frames[0]) + 20
+
+
+def test_the_wall_is_at_the_bottom_on_whichever_side_it_stands(material: Material) -> None:
+    left = panel(trial_figure(material), "Space and time").get_ylim()
+    other = replace(material, track=replace(material.track, wall_side="right"))
+    right = panel(trial_figure(other), "Space and time").get_ylim()
+    assert left[0] < left[1]
+    assert right[0] > right[1]
+
+
+def test_the_measured_states_start_on_the_circle_and_keep_their_energy(
+    figure: Figure, material: Material
+) -> None:
+    axes = panel(figure, "Phase circle")
+    x, y = np.concatenate([line.get_xydata() for line in axes.lines if line.get_gid() == "state"]).T
+    assert len(x) == len(material.result.collisions) + 1
+    assert np.isclose(np.hypot(x, y), 1.0).any()
+    (total,) = [line for line in panel(figure, "Energy").lines if line.get_gid() == "total"]
+    energy = np.asarray(total.get_ydata(), float)
+    assert energy[0] == pytest.approx(100.0)
+    # The set-up is lossless; velocities are measured to a few per cent.
+    assert np.abs(energy - 100.0).max() < 15
+
+
+def test_without_a_mass_ratio_the_panels_say_what_they_need(material: Material) -> None:
+    figure = trial_figure(replace(material, mass_ratio=None))
+    for title in ("Phase circle", "Energy"):
+        assert any("--masses" in text.get_text() for text in panel(figure, title).texts)
+
+
+def test_a_clip_without_collisions_has_a_picture(material: Material) -> None:
+    nothing = replace(material.result, collisions=(), count=None, seen=0, status="not_counted")
+    figure = trial_figure(replace(material, result=nothing, pendulum=None))
+    assert list(marks(panel(figure, "Space and time"))) == []
+    assert picture_bytes(figure, "png").startswith(PNG)
+
+
+def test_the_same_material_gives_the_same_bytes(material: Material) -> None:
+    for picture_format, beginning in (("png", PNG), ("svg", SVG)):
+        first, second = (picture_bytes(trial_figure(material), picture_format) for _ in range(2))
+        assert first == second
+        assert first.startswith(beginning)
+
+
+def test_a_clip_name_is_drawn_as_it_is_whatever_it_holds(material: Material) -> None:
+    name = "$x$ 球 \udcff <b>.mp4"
+    figure = trial_figure(replace(material, result=replace(material.result, clip=name)))
+    assert picture_bytes(figure, "png").startswith(PNG)
+    assert drawable(name) == "$x$ ? \\udcff <b>.mp4"
+
+
+def test_the_evidence_is_a_png_unless_an_svg_is_asked_for(made: Made) -> None:
+    assert made.file("png").read_bytes().startswith(PNG)
+    assert not made.file("svg").exists()
+    assert made.file("strip.jpg").read_bytes().startswith(b"\xff\xd8")
+
+
+@pytest.mark.parametrize(("heavy", "count"), [(1, 3), (100, 31)])
+def test_the_theory_numbers_every_state_point_as_the_paper_does(heavy: int, count: int) -> None:
+    axes = theory_figure(Fraction(heavy), Fraction(1)).axes[0]
+    assert numbers(axes) == [f"({k})" for k in range(count + 1)]
+    lines = {
+        gid: sum(line.get_gid() == gid for line in axes.lines) for gid in ("momentum", "mirror")
+    }
+    assert lines == {"momentum": -(-count // 2), "mirror": count // 2}
+    assert {patch.get_gid() for patch in axes.patches} >= {"stopping", "circle"}
+
+
+def test_momentum_lines_have_the_slope_of_the_masses() -> None:
+    axes = theory_figure(Fraction(1050), Fraction("10.5")).axes[0]
+    for line in axes.lines:
+        if line.get_gid() == "momentum":
+            (x0, y0), (x1, y1) = line.get_xydata()
+            assert y1 - y0 == pytest.approx(-10.0 * (x1 - x0), rel=1e-9)
+
+
+def test_a_theory_with_too_many_points_says_so() -> None:
+    axes = theory_figure(Fraction(10**8), Fraction(1)).axes[0]
+    assert numbers(axes) == []
+    assert any("too many to draw" in text.get_text() for text in axes.texts)
+
+
+def test_the_histogram_has_a_bar_a_count_and_the_theory() -> None:
+    histogram = {28: 1, 29: 3, 30: 4, 31: 22}
+    summary = CampaignSummary(
+        30,
+        30,
+        31,
+        28,
+        30.57,
+        0.80,
+        0.82,
+        0.1,
+        30.5,
+        histogram,
+        31,
+        "masses",
+        None,
+        None,
+        None,
+        None,
+    )
+    axes = campaign_figure(summary).axes[0]
+    heights = {round(bar.get_x() + bar.get_width() / 2): bar.get_height() for bar in axes.patches}
+    assert heights == histogram
+    assert "theory: 31" in [line.get_label() for line in axes.lines]
+    empty = replace(summary, histogram={}, theory=None, mean=None)
+    assert picture_bytes(campaign_figure(empty), "png").startswith(PNG)
