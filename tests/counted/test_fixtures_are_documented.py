@@ -17,7 +17,7 @@ from synth_video import cli as synth_cli
 from synth_video.scene_file import load_scene
 
 MOST_BYTES = 12_000_000
-ROW = re.compile(r"^\| `(?P<clip>[\w.-]+)` \| (?P<count>\d+) \| (?P<ratio>\d+):1 \| (?P<rest>.*)")
+ROW = re.compile(r"^\| `(?P<clip>[\w.-]+)` \| (?P<count>\d+) \| 1:(?P<ratio>\d+) \| (?P<rest>.*)")
 
 
 def documented() -> dict[str, re.Match[str]]:
