@@ -132,10 +132,9 @@ def _cut(picture: Picture, left: int, top: int, shape: tuple[int, int]) -> Pictu
 
 
 def _smooth(piece: Picture | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
-    in_order: Picture | Pixels = (
-        piece if piece.strides[1] == piece.itemsize else np.ascontiguousarray(piece)
-    )
-    smoothed = cv2.sepFilter2D(in_order, cv2.CV_32F, _kernel(fraction_x), _kernel(fraction_y))
+    if piece.strides[1] != piece.itemsize:  # OpenCV takes rows with gaps between, not within
+        return _smooth(piece.copy(), fraction_x, fraction_y)
+    smoothed = cv2.sepFilter2D(piece, cv2.CV_32F, _kernel(fraction_x), _kernel(fraction_y))
     return np.asarray(smoothed, dtype=np.float32)
 
 
