@@ -1,0 +1,117 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawn import Scene, background, to_luma
+
+from count_video.errors import TrackingError, UsageError
+from count_video.footage.reader import open_footage
+from count_video.footage.writer import WriteOptions, write_clip
+from count_video.physics.setup import Setup
+from count_video.physics.simulator import simulate
+from count_video.records import Track
+from count_video.tracking.track import TrackSettings, track_clip
+
+PLACED_PX = 0.05
+"""RMS of positions about their mean offset, in a clean clip."""
+OUTLINE_PX = 1.0
+"""Outlines are found to about half a pixel on either side."""
+TILT_DEG = 1.0
+PX_PER_M = 900.0
+RADIUS_PX = 18.0
+FRAMES = 240
+
+
+def scene(tilt_deg: float = 0.0, wall_left: bool = True) -> Scene:
+    setup = Setup(heavy_mass_kg=0.0105 * 16, wall_gap_m=0.03)
+    motion = simulate(setup)
+    sample = motion.sample(motion.burst[0].time_s + (np.arange(FRAMES) - 40) / 300)
+    ball = 30.0 + RADIUS_PX + PX_PER_M * sample.ball_far_face_m
+    gap = PX_PER_M * (sample.heavy_face_m - sample.ball_near_face_m)
+    face = ball + RADIUS_PX + gap
+    if not wall_left:
+        ball, face = 319.0 - ball, 319.0 - face
+    return Scene(ball, face, RADIUS_PX, tilt_deg=tilt_deg, wall_left=wall_left)
+
+
+def track_of(path: Path, settings: TrackSettings = TrackSettings()) -> Track:  # noqa: B008
+    with open_footage(path) as footage:
+        return track_clip(footage, settings)
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("clips") / "trial.mp4"
+    write_clip(path, scene().frames(), WriteOptions(crf=14))
+    return path
+
+
+def check_positions(track: Track, drawn: Scene) -> None:
+    rows = track.frame.astype(int)
+    assert track.heavy is not None
+    for body, truth in ((track.ball, drawn.ball_px), (track.heavy, drawn.face_px)):
+        error = body.position_px - truth[rows]
+        assert np.isfinite(error).all()
+        assert float(np.std(error)) <= PLACED_PX
+        assert abs(float(np.mean(error))) <= OUTLINE_PX
+
+
+def test_positions_are_those_that_were_drawn(clip: Path) -> None:
+    track = track_of(clip)
+
+    assert track.frame.tolist() == list(range(FRAMES))
+    assert track.wall_side == "left"
+    assert track.ball_diameter_px == pytest.approx(2 * RADIUS_PX, abs=2 * OUTLINE_PX)
+    assert track.line.tilt_deg == pytest.approx(0.0, abs=TILT_DEG)
+    assert not track.line.upright
+    check_positions(track, scene())
+
+
+@pytest.mark.parametrize("tilt_deg", [-8.0, 6.0])
+def test_a_tilted_line_of_motion_is_followed(tmp_path: Path, tilt_deg: float) -> None:
+    drawn = scene(tilt_deg, wall_left=tilt_deg > 0)
+    write_clip(tmp_path / "tilted.mp4", drawn.frames(), WriteOptions(crf=14))
+
+    track = track_of(tmp_path / "tilted.mp4")
+
+    assert track.line.tilt_deg == pytest.approx(tilt_deg, abs=TILT_DEG)
+    assert track.wall_side == ("left" if tilt_deg > 0 else "right")
+    check_positions(track, drawn)
+
+
+def test_positions_within_a_region_are_those_of_the_whole_picture(clip: Path) -> None:
+    check_positions(track_of(clip, TrackSettings(region=(16, 20, 300, 80))), scene())
+
+
+def test_start_and_end_choose_the_frames(clip: Path) -> None:
+    track = track_of(clip, TrackSettings(start=20, end=200))
+
+    assert track.frame.tolist() == list(range(20, 200))
+
+
+@pytest.mark.xfail(reason="the outline is found 1.8 px beside the body's", strict=True)
+def test_start_and_end_do_not_move_the_bodies(clip: Path) -> None:
+    check_positions(track_of(clip, TrackSettings(start=20, end=200)), scene())
+
+
+def test_the_wall_stands_where_the_user_says(clip: Path) -> None:
+    assert track_of(clip, TrackSettings(wall_side="right")).wall_side == "right"
+
+
+@pytest.mark.parametrize("region", [(-1, 0, 50, 50), (300, 0, 50, 50), (0, 100, 50, 50)])
+def test_a_region_beyond_the_picture_is_refused(
+    clip: Path, region: tuple[int, int, int, int]
+) -> None:
+    with pytest.raises(UsageError, match="does not fit"):
+        track_of(clip, TrackSettings(region=region))
+
+
+def test_a_clip_in_which_nothing_moves_has_no_bodies(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    still = [to_luma(background((112, 320)), 1.0, rng) for _ in range(40)]
+    write_clip(tmp_path / "still.mp4", still, WriteOptions())
+
+    with pytest.raises(TrackingError):
+        track_of(tmp_path / "still.mp4")
