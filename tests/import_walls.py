@@ -24,7 +24,8 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
     "options": _SHARED,
     "campaign": frozenset({"options", "trial", "evidence", "corrections", "reports", "physics"})
     | _SHARED,
-    "evidence": frozenset({"trial", "corrections", "reports", "collisions", "footage"}) | _SHARED,
+    "evidence": frozenset({"trial", "corrections", "reports", "between", "collisions", "footage"})
+    | _SHARED,
     "corrections": frozenset({"reports"}) | _SHARED,
     "trial": frozenset({"verdict", "between", "collisions", "tracking", "footage"})
     | _BELOW_A_STAGE,

@@ -15,6 +15,7 @@ from typing import Literal
 
 import numpy as np
 
+from count_video.between.infer import Between
 from count_video.collisions.swing import Swing
 from count_video.corrections import reviewed
 from count_video.errors import UsageError
@@ -192,11 +193,7 @@ def _material(
     clip: AnnotatedClip,
 ) -> Material:
     swing = None if trial.found is None else trial.found.swing
-    ratio, sigma = None, 0.0
-    if settings.masses is not None:
-        ratio = float(settings.masses[0] / settings.masses[1])
-    elif swing is not None:
-        ratio, sigma = float(swing.mass_ratio), float(swing.mass_ratio_relative_sigma)
+    ratio, sigma = _mass_ratio(trial, settings)
     return Material(
         result=result,
         track=track,
@@ -205,6 +202,19 @@ def _material(
         mass_ratio_relative_sigma=sigma,
         pendulum=None if swing is None else _pendulum(swing, trial.track, track),
     )
+
+
+def _mass_ratio(trial: Trial, settings: TrialSettings) -> tuple[float | None, float]:
+    """Heavy over light mass, told or else measured, and its relative standard uncertainty."""
+    if settings.masses is not None:
+        return float(settings.masses[0] / settings.masses[1]), 0.0
+    if isinstance(trial.between, Between):
+        estimate = trial.between.mass_ratio
+        return float(estimate.value), float(estimate.sigma / estimate.value)
+    swing = None if trial.found is None else trial.found.swing
+    if swing is None:
+        return None, 0.0
+    return float(swing.mass_ratio), float(swing.mass_ratio_relative_sigma)
 
 
 def _pendulum(swing: Swing, measured: Track | None, shown: Track) -> Pendulum | None:

@@ -33,7 +33,7 @@ def draw_energy(axes: Axes, material: Material) -> None:
         color=BLACK,
         markersize=4,
         linewidth=2,
-        label="all together",
+        label="all together" if material.pendulum else "both together; the swing is not known",
         gid="total",
     )
     axes.axhline(100.0, color=BLACK, linewidth=0.7, linestyle=":")
