@@ -91,7 +91,6 @@ def test_start_and_end_choose_the_frames(clip: Path) -> None:
     assert track.frame.tolist() == list(range(20, 200))
 
 
-@pytest.mark.xfail(reason="the outline is found 1.8 px beside the body's", strict=True)
 def test_start_and_end_do_not_move_the_bodies(clip: Path) -> None:
     check_positions(track_of(clip, TrackSettings(start=20, end=200)), scene())
 

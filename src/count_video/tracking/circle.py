@@ -20,8 +20,14 @@ NEAR_PX = 1.0
 """Points this near to the circle are on it: edges are found to about half a pixel."""
 SECTORS = 24
 SECTORS_AT_LEAST = 11
-"""So many of the circle's 24 sectors must hold points, with some on each side."""
-SECTORS_OF_A_SIDE = 4
+"""So many of the circle's 24 sectors must hold points."""
+CENTRAL_ROWS = 0.7
+OUTERMOST_PX = 1.2
+BETTER_SIDE = 0.75
+POORER_SIDE = 0.1
+"""In the rows within 0.7 radii of the centre the outermost points must lie this near to the circle,
+in these shares of the rows on either side. A square's side can be that near to a circle in up to
+70 % of them; a ball's far side may fade into what lies behind."""
 POINTS_AT_LEAST = 16
 POINTS_AT_MOST = 500
 """More points are thinned out at random: the vote does not need them."""
@@ -29,8 +35,6 @@ RADIUS_SHARE = (0.28, 0.7)
 """Radius as a share of the height of the area that is searched."""
 VOTES_SHARE = 0.8
 REFINEMENTS = 3
-OUTSIDE_AT_MOST = 0.15
-"""Share of the edge points beside a circle beyond which it is not the outline."""
 
 
 @dataclass(frozen=True)
@@ -58,15 +62,16 @@ def circle_through(
         return None
     points = np.stack([x, y], axis=1).astype(np.float64)
     rng = np.random.default_rng(SEED)
+    voters = points
     if len(points) > POINTS_AT_MOST:
-        points = points[rng.choice(len(points), POINTS_AT_MOST, replace=False)]
-    triples = points[rng.integers(0, len(points), (TRIPLES, 3))]
+        voters = points[rng.choice(len(points), POINTS_AT_MOST, replace=False)]
+    triples = voters[rng.integers(0, len(voters), (TRIPLES, 3))]
     circles = _through_three(triples)
     low, high = (share * shape[0] for share in RADIUS_SHARE)
     circles = circles[(circles[:, 2] > low) & (circles[:, 2] < high)]
     if len(circles) == 0:
         return None
-    votes = _votes(points, circles)
+    votes = _votes(voters, circles)
     good = circles[votes >= VOTES_SHARE * votes.max()]
     # An arc and the ring of a ball make up smaller circles: the largest good one is the outline.
     best = good[int(np.argmax(good[:, 2]))]
@@ -118,13 +123,23 @@ def _refined(points: Floats, circle: Floats) -> Floats:
 
 
 def _shown(points: Floats, circle: Floats) -> bool:
-    """Whether enough of the circle is there, left and right."""
+    """Whether the circle is the outline: all around, and outermost in most rows."""
     shown = np.bincount(_sectors(points, circle), minlength=SECTORS) > 0
-    # Sectors run from angle -180 degrees: the left side is at both ends, the right in the middle.
-    right = int(shown[SECTORS // 4 : 3 * SECTORS // 4].sum())
-    left = int(shown.sum()) - right
-    beside = np.abs(points[:, 1] - circle[1]) < circle[2] / 2
-    outside = np.abs(points[:, 0] - circle[0]) > circle[2] + 2 * NEAR_PX
-    if (outside & beside).sum() > OUTSIDE_AT_MOST * max(1, beside.sum()):
+    if int(shown.sum()) < SECTORS_AT_LEAST:
         return False
-    return int(shown.sum()) >= SECTORS_AT_LEAST and min(left, right) >= SECTORS_OF_A_SIDE
+    shares = sorted(_outermost_share(points, circle, side) for side in (-1, 1))
+    return shares[0] >= POORER_SIDE and shares[1] >= BETTER_SIDE
+
+
+def _outermost_share(points: Floats, circle: Floats, side: int) -> float:
+    """Share of the rows about the centre whose outermost point on a side lies on the circle."""
+    height = points[:, 1] - circle[1]
+    rows = np.unique(points[np.abs(height) < CENTRAL_ROWS * circle[2], 1])
+    if len(rows) == 0:
+        return 0.0
+    on = 0
+    for row in rows:
+        outermost = side * float((side * points[points[:, 1] == row, 0]).max())
+        edge = circle[0] + side * np.sqrt(circle[2] ** 2 - (row - circle[1]) ** 2)
+        on += abs(outermost - edge) < OUTERMOST_PX
+    return on / len(rows)
