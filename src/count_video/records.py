@@ -27,6 +27,7 @@ CollisionKind = Literal["bodies", "wall"]
 WallSide = Literal["left", "right"]
 RateSource = Literal["option", "metadata", "unknown"]
 Status = Literal["counted", "not_counted"]
+EndingKind = Literal["geometric", "pendulum", "dissipative"]
 CorrectionAction = Literal["wrong", "missed"]
 
 
@@ -172,6 +173,32 @@ class Correction:
 
 
 @dataclass(frozen=True)
+class Estimate:
+    """A measured number."""
+
+    value: float
+    sigma: float
+    """Its standard uncertainty."""
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a burst ended."""
+
+    kind: EndingKind
+    """``geometric``: ball and heavy body move away, the ball no faster, and nothing can follow;
+    ``pendulum``: the threads turn the heavy body before the ball, on its way, meets anything;
+    ``dissipative``: the energy is used up."""
+    energy_kept: float
+    """Energy after the last collision over that before the first."""
+    heavy_speed: float
+    """Velocity of the heavy body after the last collision, away from the wall, over its speed
+    before the first."""
+    ball_speed: float
+    """The same of the ball; between 0 and ``heavy_speed`` in the stopping region."""
+
+
+@dataclass(frozen=True)
 class TrialResult:
     """The answer for one clip: what ``count-video`` prints."""
 
@@ -206,3 +233,9 @@ class TrialResult:
     reviewed_count: int | None = None
     """The count after a person's corrections; None where nobody reviewed the clip."""
     corrections: tuple[Correction, ...] = ()
+    energy_kept: tuple[float, ...] = ()
+    """Energy after each collision of the burst over that before the first; empty if not known."""
+    restitution_bodies: Estimate | None = None
+    restitution_wall: Estimate | None = None
+    ending: Ending | None = None
+    """How the burst ended; None if not known."""

@@ -146,6 +146,10 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
         pi_low=pi.low,
         pi_high=pi.high,
         mass_ratio=ratio,
+        energy_kept=between.energy_kept,
+        restitution_bodies=between.restitution_bodies,
+        restitution_wall=between.restitution_wall,
+        ending=between.ending,
     )
 
 

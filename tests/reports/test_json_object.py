@@ -2,14 +2,14 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import fields, replace
+from dataclasses import asdict, fields, replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from count_video.records import Collision, TrialResult, Velocities
+from count_video.records import Collision, Ending, Estimate, TrialResult, Velocities
 from count_video.reports.json_object import json_line, json_object
 
 KEYS = [
@@ -33,6 +33,9 @@ KEYS = [
     "pi_low",
     "pi_high",
     "mass_ratio",
+    "energy_kept",
+    "restitution",
+    "ending",
     "warnings",
     "reviewed_count",
     "corrections",
@@ -89,12 +92,18 @@ def test_no_key_is_ever_left_out(result: TrialResult) -> None:
         assert list(collision["velocity_before_px_frame"]) == ["ball", "heavy"]
 
 
+TOLD_DIFFERENTLY = {
+    *("clip", "reason", "probability", "collisions", "warnings", "corrections"),
+    *("energy_kept", "restitution_bodies", "restitution_wall", "ending"),
+}
+
+
 @given(any_result)
 def test_what_is_known_is_told_unchanged_and_the_rest_is_null(result: TrialResult) -> None:
     parsed = strict(json_line(result))
     for field in fields(TrialResult):
         value = getattr(result, field.name)
-        if field.name in {"clip", "reason", "probability", "collisions", "warnings", "corrections"}:
+        if field.name in TOLD_DIFFERENTLY:
             continue
         unknown = isinstance(value, float) and not math.isfinite(value)
         assert parsed[field.name] == (None if unknown else value)
@@ -172,3 +181,23 @@ MADE = TrialResult(
     mass_ratio=None,
     warnings=(),
 )
+
+
+def test_what_the_fit_measured_is_told_with_its_uncertainty() -> None:
+    ending = Ending("geometric", energy_kept=0.625, heavy_speed=0.75, ball_speed=0.5)
+    fitted = replace(
+        MADE,
+        energy_kept=(0.75, 0.625),
+        restitution_bodies=Estimate(0.96875, 0.0078125),
+        ending=ending,
+    )
+    parsed = strict(json_line(fitted))
+    assert parsed["energy_kept"] == [0.75, 0.625]
+    bodies = {"value": 0.96875, "sigma": 0.0078125}
+    assert parsed["restitution"] == {"bodies": bodies, "wall": None}
+    assert parsed["ending"] == asdict(ending)
+
+
+def test_what_no_fit_measured_is_null() -> None:
+    parsed = strict(json_line(MADE))
+    assert (parsed["energy_kept"], parsed["restitution"], parsed["ending"]) == (None, None, None)

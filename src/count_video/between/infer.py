@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.between.ending import chance_of_more
+from count_video.between.energy import ending_of, energy_kept
 from count_video.between.events import collisions_of
 from count_video.between.observations import Observations, observe
 from count_video.between.parameters import FIRST_DEVIATION, Column, Prior
@@ -26,12 +27,12 @@ from count_video.between.rivals import (
 from count_video.between.solving import Noise, Solution, modelled, noise_of, scaled
 from count_video.between.starting import rough_values
 from count_video.collisions.seen import SeenCollisions
-from count_video.records import Collision, Track
+from count_video.records import Collision, Ending, Estimate, Track
 
 FRAMES_AT_LEAST = 20
-MISFIT_SIGMAS = 12.0
+MISFIT_SIGMAS = 8.0
 """The model does not describe a track from which it strays by more than so many sigmas, ..."""
-MISFIT_SHARE = 0.02
+MISFIT_SHARE = 0.005
 """... or by this share of the ball's diameter, as a root mean square."""
 DOUBT = 0.02
 """Share of counts that turn out wrong for reasons outside the model."""
@@ -45,14 +46,6 @@ CORRELATED_AT_MOST = 12
 
 
 @dataclass(frozen=True)
-class Measured:
-    """A number with its standard uncertainty."""
-
-    value: float
-    sigma: float
-
-
-@dataclass(frozen=True)
 class Between:
     """What the fitted model says of a burst."""
 
@@ -61,14 +54,12 @@ class Between:
     """Of each count; sums to 1."""
     collisions: tuple[Collision, ...]
     """The burst, numbered from 1; real times are not filled in."""
-    mass_ratio: Measured
-    restitution_bodies: Measured
-    restitution_wall: Measured
-    rate_squared: float
-    """Square of the heavy body's angular rate, radians per frame squared."""
-    heavy_rest_px: float
-    """Where the heavy body's threads hang straight, as a position of its face."""
-    ball_rest_px: float
+    mass_ratio: Estimate
+    restitution_bodies: Estimate
+    restitution_wall: Estimate
+    energy_kept: tuple[float, ...]
+    """Energy after each collision over that before the first."""
+    ending: Ending
     misfit_px: float
     """Root mean square of what the model leaves unexplained of the ball's places."""
 
@@ -101,7 +92,7 @@ def count_between(
         return Misfit("too few frames surround the collisions to fit a model of the motion to them")
     rough = rough_values(observed, found.collisions[: found.burst], known.expected_rate)
     prior = prior_of(rough, known)
-    coarse = coarse_fits(observed, rough, prior)
+    coarse = coarse_fits(observed, rough, prior, found.burst)
     if not coarse or not np.isfinite(coarse[0].loss):
         return Misfit("no motion of two bodies and a wall resembles the track")
     fits, noise = _fine_fits(observed, prior, coarse[:RIVALS])
@@ -114,7 +105,7 @@ def count_between(
             f"{limit:.1f} are allowed: something else than two swinging bodies and a wall took part"
         )
     rivals = _rival_fits(observed, noise, prior, fits)
-    return _answer(track, found, observed, rivals, misfit_px)
+    return _answer(found, observed, rivals, misfit_px)
 
 
 def _fine_fits(
@@ -184,7 +175,6 @@ def _recounted(solution: Solution, count: int) -> Solution:
 
 
 def _answer(
-    track: Track,
     found: SeenCollisions,
     observed: Observations,
     fits: list[tuple[float, Solution]],
@@ -195,20 +185,17 @@ def _answer(
     solution = max((fit for fit in fits if fit[1].count == count), key=lambda fit: fit[0])[1]
     more = 0.0 if found.burst < len(found.collisions) else chance_of_more(observed, solution)
     values, sigmas = solution.values, np.sqrt(np.diag(np.linalg.pinv(solution.hessian)))
+    paths, _ = modelled(observed, values[None], count)
     ratio = float(np.exp(-values[Column.LIGHTNESS]))
-    rate = float(np.exp(values[Column.SWING]))
-    rest = values[Column.HEAVY] + values[Column.HEAVY_PULL] / rate**2 + values[Column.CONTACT]
-    near_edge = track.ball.high_edge_px if observed.sign > 0 else -track.ball.low_edge_px
     return Between(
         count=count,
         probability=_doubted(_shifted(chances, count, more), count),
         collisions=collisions_of(observed, solution, found),
-        mass_ratio=Measured(ratio, ratio * float(sigmas[Column.LIGHTNESS])),
-        restitution_bodies=Measured(float(values[Column.BODIES]), float(sigmas[Column.BODIES])),
-        restitution_wall=Measured(float(values[Column.BOUNCE]), float(sigmas[Column.BOUNCE])),
-        rate_squared=rate**2,
-        heavy_rest_px=observed.sign * (float(rest) + near_edge),
-        ball_rest_px=observed.sign * float(values[Column.BALL_REST]),
+        mass_ratio=Estimate(ratio, ratio * float(sigmas[Column.LIGHTNESS])),
+        restitution_bodies=Estimate(float(values[Column.BODIES]), float(sigmas[Column.BODIES])),
+        restitution_wall=Estimate(float(values[Column.BOUNCE]), float(sigmas[Column.BOUNCE])),
+        energy_kept=tuple(float(share) for share in energy_kept(paths, values)),
+        ending=ending_of(paths, values),
         misfit_px=misfit_px,
     )
 

@@ -81,15 +81,16 @@ def with_deviations(prior: Prior, count: int, scatter: float) -> Prior:
     )
 
 
-def coarse_fits(observed: Observations, rough: Floats, prior: Prior) -> list[Solution]:
+def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) -> list[Solution]:
     """Fit promising counts coarsely, without scatter; the solutions by rising loss.
 
-    It begins with the counts that the scan likes best. As long as the best one's neighbours have
-    not been tried they come next: each takes the scan's best place about the best fit so far.
+    It begins with the number that was seen and the counts that the scan likes best. As long as the
+    best one's neighbours have not been tried they come next: each takes the scan's best place about
+    the best fit so far.
     """
     fitted: dict[int, Solution] = {}
     rows = scan(observed, rough, prior)
-    wanted = _likeliest(rows, STARTS)
+    wanted = list(dict.fromkeys([seen, *_likeliest(rows, STARTS)]))
     for _ in range(ROUNDS):
         for count in wanted:
             solution = _coarse_fit(observed, prior, _start_for(rows, count), count)
@@ -105,7 +106,7 @@ def coarse_fits(observed: Observations, rough: Floats, prior: Prior) -> list[Sol
 
 
 def _likeliest(rows: Floats, number: int) -> list[int]:
-    """Counts with the best places of a scan, at most so many."""
+    """List the counts with the best places of a scan, at most so many."""
     counts = [int(count) for count in rows[:, -2] if count > 0]
     return list(dict.fromkeys(counts))[:number]
 

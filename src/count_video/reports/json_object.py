@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import math
 
-from count_video.records import Collision, Correction, TrialResult, Velocities
+from count_video.records import Collision, Correction, Ending, Estimate, TrialResult, Velocities
 from count_video.reports.printable import storable
 
 SCHEMA_VERSION = 1
@@ -46,6 +46,9 @@ def json_object(result: TrialResult) -> dict[str, object]:
         "pi_low": _number(result.pi_low),
         "pi_high": _number(result.pi_high),
         "mass_ratio": _number(result.mass_ratio),
+        "energy_kept": [_number(share) for share in result.energy_kept] or None,
+        "restitution": _restitution(result),
+        "ending": _ending(result.ending),
         "warnings": [storable(warning) for warning in result.warnings],
         "reviewed_count": _whole(result.reviewed_count),
         "corrections": [_correction(correction) for correction in result.corrections],
@@ -63,6 +66,30 @@ def _collision(collision: Collision) -> dict[str, object]:
         "position_px": _number(collision.position_px),
         "velocity_before_px_frame": _velocities(collision.velocity_before),
         "velocity_after_px_frame": _velocities(collision.velocity_after),
+    }
+
+
+def _restitution(result: TrialResult) -> dict[str, object] | None:
+    parts = {"bodies": result.restitution_bodies, "wall": result.restitution_wall}
+    if all(part is None for part in parts.values()):
+        return None
+    return {contact: _estimate(part) for contact, part in parts.items()}
+
+
+def _estimate(estimate: Estimate | None) -> dict[str, object] | None:
+    if estimate is None:
+        return None
+    return {"value": _number(estimate.value), "sigma": _number(estimate.sigma)}
+
+
+def _ending(ending: Ending | None) -> dict[str, object] | None:
+    if ending is None:
+        return None
+    return {
+        "kind": ending.kind,
+        "energy_kept": _number(ending.energy_kept),
+        "heavy_speed": _number(ending.heavy_speed),
+        "ball_speed": _number(ending.ball_speed),
     }
 
 

@@ -6,7 +6,7 @@ import math
 import textwrap
 from pathlib import Path
 
-from count_video.records import Collision, Correction, TrialResult
+from count_video.records import Collision, Correction, Ending, TrialResult
 from count_video.reports.printable import printable
 from count_video.reports.table import collision_lines
 
@@ -17,6 +17,11 @@ _SURE = 0.995
 """A probability from here on reads 100% when rounded and need not be spelt out."""
 _LIKELY = 0.9
 """A count less probable than this does not stand in the first line without a word of doubt."""
+_ENDING_IN_WORDS = {
+    "geometric": "geometric: both move away, the ball no faster than the heavy body",
+    "pendulum": "by the threads: they turn the heavy body before the ball meets anything",
+    "dissipative": "dissipative: the energy is used up",
+}
 _KIND_IN_WORDS = {"bodies": "between the bodies", "wall": "with the wall"}
 
 
@@ -63,6 +68,8 @@ def _notes(result: TrialResult) -> list[tuple[str, str]]:
         ("Afterwards", _afterwards(result)),
         ("Mass ratio", _mass_ratio(result.mass_ratio)),
         ("Pi", _pi(result)),
+        ("Restitution", _restitution(result)),
+        ("Ending", _ending(result.ending)),
         ("Scene", _scene(result)),
         ("Footage", _footage(result)),
         *(("Warning", warning) for warning in result.warnings),
@@ -149,6 +156,22 @@ def _pi(result: TrialResult) -> str:
         return ""
     held = "pi lies inside" if low <= math.pi <= high else "pi lies outside"
     return f"between {low:.5g} and {high:.5g} by the count and the mass ratio; {held}"
+
+
+def _restitution(result: TrialResult) -> str:
+    parts = [("between the bodies", result.restitution_bodies)]
+    parts.append(("at the wall", result.restitution_wall))
+    return ", ".join(f"{e.value:.3f} +- {e.sigma:.3f} {where}" for where, e in parts if e)
+
+
+def _ending(ending: Ending | None) -> str:
+    if ending is None:
+        return ""
+    return (
+        f"{_ENDING_IN_WORDS[ending.kind]}; {ending.energy_kept:.0%} of the energy is left, and of "
+        f"the first speed the heavy body has {ending.heavy_speed:.2f}, the ball "
+        f"{ending.ball_speed:.2f} (away from the wall)"
+    )
 
 
 def _scene(result: TrialResult) -> str:
