@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -33,6 +34,8 @@ class Cluster:
 def dask(stack: ExitStack, log: Path, *arguments: str) -> subprocess.Popen[str]:
     """Start a part of the cluster, to be ended with the stack."""
     environment = os.environ | {"STUB_LOG": str(log.with_name("work.log")), "PYTHONUNBUFFERED": "1"}
+    elsewhere = log.with_suffix("")
+    elsewhere.mkdir()
     with log.open("w", encoding="utf-8") as stream:
         process = stack.enter_context(
             subprocess.Popen(
@@ -42,7 +45,7 @@ def dask(stack: ExitStack, log: Path, *arguments: str) -> subprocess.Popen[str]:
                 stdout=stream,
                 stderr=subprocess.STDOUT,
                 text=True,
-                cwd=log.parent,
+                cwd=elsewhere,
             )
         )
     stack.callback(process.kill)
@@ -97,6 +100,23 @@ def test_a_cluster_gives_the_files_of_a_local_run_and_a_killed_worker_costs_only
     campaign.log.unlink()
     assert campaign.run("--scheduler", cluster.address).stdout == out
     assert campaign.worked() == {}, "all is known already"
+
+
+def test_paths_are_those_of_the_command_not_of_the_workers(
+    cluster: Cluster, campaign: StubCampaign
+) -> None:
+    campaign.add(a="count 31")
+    command = [sys.executable, str(COMMAND), "clips", "-o", "results"]
+    done = subprocess.run(
+        [*command, "--scheduler", cluster.address],
+        cwd=campaign.top,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    kept = json.loads((campaign.results / "a.json").read_text("utf-8"))
+    assert (kept["clip"], kept["count"]) == ("clips/a.mp4", 31)
 
 
 def test_a_scheduler_that_does_not_answer_is_told(campaign: StubCampaign) -> None:

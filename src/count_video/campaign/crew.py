@@ -127,7 +127,12 @@ def cluster_crew(address: str) -> ClusterCrew:
         Dask is not installed, or no scheduler answers there.
     """
     try:
-        import distributed  # noqa: PLC0415 - an extra that few need
+        import dask  # noqa: PLC0415 - an extra that few need
+
+        # Dask reads this as it is imported. A lost worker is no news: its clips are done again.
+        quiet = {"distributed": "error", "distributed.client": "error"}
+        with dask.config.set({"logging": quiet}):
+            import distributed  # noqa: PLC0415
     except ImportError as error:
         raise UsageError(
             "--scheduler needs Dask; install it with: pip install 'count-video[distributed]'"

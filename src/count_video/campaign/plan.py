@@ -39,11 +39,13 @@ class Job:
     """Why there is no clip to count; None for a clip."""
     pages: Pages | None = None
     """None where the count alone is wanted."""
+    start: str = ""
+    """Folder at which relative paths start; a worker of a cluster runs in one of its own."""
 
     @property
     def file(self) -> Path:
         """Where the clip lies."""
-        return Path(self.clip)
+        return Path(self.start, self.clip)
 
 
 def jobs_of(
@@ -61,7 +63,8 @@ def jobs_of(
     """
     wanted = list(chain.from_iterable(_wanted(path, settings) for path in paths))
     taken: set[str] = set(RESERVED_NAMES)
-    return [replace(job, name=_free_name(job, taken), pages=pages) for job in wanted]
+    start = os.getcwd()
+    return [replace(job, name=_free_name(job, taken), pages=pages, start=start) for job in wanted]
 
 
 def is_manifest(path: Path) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import cv2
 
@@ -55,7 +56,8 @@ def _counted(job: Job) -> TrialResult:
     # Drawing takes long to import, and most campaigns draw nothing.
     from count_video.evidence import EvidenceSettings, count_with_evidence  # noqa: PLC0415
 
-    wanted = EvidenceSettings(job.pages.folder, job.pages.picture_format, name=job.name)
+    folder = Path(job.start, job.pages.folder)
+    wanted = EvidenceSettings(folder, job.pages.picture_format, name=job.name)
     return count_with_evidence(job.file, job.settings, wanted)
 
 
