@@ -48,12 +48,11 @@ def _doubt_lines(rows: Sequence[TrialRow]) -> list[str]:
     if not doubtful:
         return []
     lines = [f"{len(doubtful)} of {len(rows)} trials need a person:"]
-    advised = None
-    for row in sorted(doubtful, key=advice):
-        lines += _wrapped(f"{row.name}: {_why(row)}", "  ", "      ")
-        advised = advised or row
-    for advised_text in dict.fromkeys(advice(row) for row in sorted(doubtful, key=advice)):
-        lines += _wrapped(f"What to do: {advised_text}.", "  ", "      ")
+    for what_to_do in dict.fromkeys(map(advice, doubtful)):
+        for row in doubtful:
+            if advice(row) == what_to_do:
+                lines += _wrapped(f"{row.name}: {_why(row)}", "  ", "      ")
+        lines += _wrapped(f"What to do: {what_to_do}.", "  ", "      ")
     return [*lines, ""]
 
 
