@@ -90,6 +90,7 @@ def test_the_header_counts_up_to_the_result(made: Made, annotated: list[np.ndarr
 
 def test_large_footage_is_reduced_and_small_footage_enlarged() -> None:
     assert layout_of(3840, 2160, 216).width_px == 1280
+    assert layout_of(1080, 1920, 216).footage_height_px == 1280
     assert layout_of(321, 121, 216).width_px == 640
     assert layout_of(1280, 720, 216).scale == 1.0
     for width, height in ((3840, 2160), (321, 121), (1281, 721), (100, 999)):

@@ -23,7 +23,8 @@ from count_video.reports.palette import BALL, HEAVY, rgb
 from count_video.reports.space_time import SpaceTime, SpaceTimeSampler
 
 Pixels = NDArray[np.uint8]
-WIDEST_PX = 1280
+LONGEST_PX = 1280
+"""Of the footage's sides."""
 NARROWEST_PX = 640
 FLASH_FRAMES = 4
 """A collision's mark stays on the footage for so many frames."""
@@ -51,8 +52,8 @@ class ClipLayout:
 
 def layout_of(width_px: int, height_px: int, strip_px: int) -> ClipLayout:
     """Scale footage so that lettering is readable and no clip is huge."""
-    scale = min(1.0, WIDEST_PX / width_px)
-    if width_px < NARROWEST_PX:
+    scale = min(1.0, LONGEST_PX / max(width_px, height_px))
+    if width_px * scale < NARROWEST_PX:
         scale = NARROWEST_PX / width_px
     width = 2 * round(width_px * scale / 2)
     footage = 2 * round(height_px * width / width_px / 2)
