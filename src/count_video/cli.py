@@ -129,6 +129,7 @@ def _settings(options: argparse.Namespace) -> TrialSettings:
         start=options.start,
         end=options.end,
         masses=None if options.masses is None else tuple(options.masses),
+        seen_only=options.seen_only,
     )
 
 

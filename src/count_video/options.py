@@ -193,6 +193,12 @@ def _add_apparatus_options(group: argparse._ArgumentGroup) -> None:
         help="the two masses in any one unit, taken at their exact decimal value, "
         "for the bounds on pi (default: measured from the motion, where that is sharp enough)",
     )
+    group.add_argument(
+        "--seen-only",
+        action="store_true",
+        help="count only what the frames show and infer nothing between them (default: where "
+        "frames leave doubts, a model of the motion is fitted)",
+    )
 
 
 def _add_campaign_options(group: argparse._ArgumentGroup) -> None:

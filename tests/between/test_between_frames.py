@@ -1,0 +1,141 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from synthetic_tracks import FilmedTrial, Filming, film
+
+from count_video.between.infer import Between, Misfit, count_between
+from count_video.between.rivals import Knowledge
+from count_video.collisions.seen import seen_collisions
+from count_video.physics.setup import Setup
+from count_video.physics.simulator import simulate
+from count_video.records import Track
+from count_video.verdict import leaves_room
+
+SETUP = Setup(wall_gap_m=0.03, bodies_gap_m=0.002, restitution_bodies=0.98, restitution_wall=0.97)
+FPS = 480.0
+RESTITUTION_TOLERANCE = 0.005
+MASS_RATIO_TOLERANCE = 0.02
+
+
+@cache
+def fitted(setup: Setup = SETUP, capture_fps: float = FPS, seed: int = 1) -> Between:
+    """Count a trial that the frames do not resolve."""
+    trial = filmed(setup, capture_fps, seed)
+    found = seen_collisions(trial.track)
+    assert leaves_room(found)
+    between = count_between(trial.track, found, Knowledge(capture_fps))
+    assert isinstance(between, Between)
+    return between
+
+
+@cache
+def filmed(setup: Setup = SETUP, capture_fps: float = FPS, seed: int = 1) -> FilmedTrial:
+    return film(setup, Filming(capture_fps, clock_phase=0.3), seed)
+
+
+def test_collisions_that_no_frame_shows_are_counted() -> None:
+    between = fitted()
+    assert filmed().shortest_frames < 1
+    assert sum(not collision.seen for collision in between.collisions) > 0
+    assert between.count == filmed().count
+
+
+@pytest.mark.parametrize("ratio", [80.0, 125.0])
+def test_the_count_follows_the_motion_not_the_mass_ratio_of_the_theory(ratio: float) -> None:
+    setup = replace(SETUP, heavy_mass_kg=ratio * SETUP.light_mass_kg)
+    assert fitted(setup).count == simulate(setup).count
+
+
+def test_scatter_of_the_restitution_does_not_break_the_count() -> None:
+    setup = replace(SETUP, restitution_bodies_sd=0.01, restitution_wall_sd=0.01)
+    assert fitted(setup, seed=5).count == simulate(setup, seed=5).count
+
+
+def test_mass_ratio_and_restitution_are_measured() -> None:
+    between = fitted()
+    true_ratio = SETUP.heavy_mass_kg / SETUP.light_mass_kg
+    assert between.mass_ratio.value == pytest.approx(true_ratio, rel=MASS_RATIO_TOLERANCE)
+    bodies, wall = between.restitution_bodies.value, between.restitution_wall.value
+    assert bodies == pytest.approx(SETUP.restitution_bodies, abs=RESTITUTION_TOLERANCE)
+    assert wall == pytest.approx(SETUP.restitution_wall, abs=RESTITUTION_TOLERANCE)
+
+
+def test_every_inferred_time_lies_within_its_uncertainty() -> None:
+    between = fitted()
+    hidden = [c for c in between.collisions if not c.seen]
+    errors = [abs(c.frame - filmed().event_frames[c.number - 1]) for c in hidden]
+    # Five sigmas, and what sampling the exposure in the synthetic film leaves.
+    assert all(e < 5 * c.frame_sigma + 0.02 for e, c in zip(errors, hidden, strict=True))
+
+
+def test_kinds_alternate_and_numbers_count_from_one() -> None:
+    collisions = fitted().collisions
+    assert [c.number for c in collisions] == list(range(1, len(collisions) + 1))
+    assert [c.kind for c in collisions[:2]] == ["bodies", "wall"]
+    assert all(a.kind != b.kind for a, b in pairwise(collisions))
+
+
+def test_probabilities_sum_to_one_and_leave_room_for_doubt() -> None:
+    probability = fitted().probability
+    assert sum(probability.values()) == pytest.approx(1.0, abs=1e-4)
+    assert probability[fitted().count] < 1
+
+
+def test_energy_falls_from_collision_to_collision_as_the_simulator_says() -> None:
+    bursts = filmed().motion.burst
+    first = bursts[0]
+    lost = (1 - first.restitution**2) / 2 * first.heavy_before_m_s**2
+    lost *= 1 / (1 / SETUP.heavy_mass_kg + 1 / SETUP.light_mass_kg)
+    energies = np.array([bounce.energy_after_j for bounce in bursts])
+    true_share = energies / (energies[0] + lost)
+    assert np.allclose(fitted().energy_kept, true_share, atol=0.01)
+
+
+def test_a_burst_that_keeps_its_energy_ends_geometrically() -> None:
+    ending = fitted().ending
+    assert ending.kind in {"geometric", "pendulum"}
+    assert ending.energy_kept == pytest.approx(fitted().energy_kept[-1])
+
+
+def test_the_count_needs_no_capture_rate() -> None:
+    track = filmed().track
+    between = count_between(track, seen_collisions(track), Knowledge())
+    assert isinstance(between, Between)
+    assert between.count == filmed().count
+
+
+def test_mirrored_footage_gives_the_same_count() -> None:
+    track = mirrored(filmed().track)
+    between = count_between(track, seen_collisions(track), Knowledge(FPS))
+    assert isinstance(between, Between)
+    assert between.count == filmed().count
+
+
+def mirrored(track: Track) -> Track:
+    assert track.heavy is not None
+    bodies = [
+        replace(
+            body,
+            position_px=-body.position_px,
+            low_edge_px=-body.high_edge_px,
+            high_edge_px=-body.low_edge_px,
+        )
+        for body in (track.ball, track.heavy)
+    ]
+    return replace(track, ball=bodies[0], heavy=bodies[1], wall_side="right")
+
+
+def test_a_knock_in_the_middle_is_said_not_to_fit() -> None:
+    track = filmed().track
+    assert track.heavy is not None
+    later = np.maximum(track.frame - filmed().event_frames[12], 0.0)
+    heavy = replace(track.heavy, position_px=track.heavy.position_px + 0.5 * later)
+    ball = replace(track.ball, position_px=track.ball.position_px + 0.5 * later)
+    knocked = replace(track, ball=ball, heavy=heavy)
+    found = seen_collisions(knocked)
+    assert isinstance(count_between(knocked, found, Knowledge(FPS)), Misfit)
