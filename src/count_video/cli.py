@@ -63,6 +63,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _answer(options: argparse.Namespace) -> int:
+    if options.output is not None:
+        _quieten_the_drawing()
     if options.theory is not None:
         return _answer_theory(options)
     if _is_campaign(options):
@@ -90,6 +92,13 @@ def _is_campaign(options: argparse.Namespace) -> bool:
     kept = options.output is not None and (folder or len(options.clips) > 1)
     asked_for = kept or options.scheduler is not None
     return manifest or asked_for or (folder and not options.json)
+
+
+def _quieten_the_drawing() -> None:
+    """Keep matplotlib's remarks on its font cache, made at the first picture, off stderr."""
+    import logging
+
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
 
 
 def _answer_theory(options: argparse.Namespace) -> int:
