@@ -112,9 +112,6 @@ def test_a_missed_collision_is_reported() -> None:
     assert any("was missed" in doubt for doubt in found.doubts)
 
 
-@pytest.mark.xfail(
-    reason="the turn of a thread passes for a wall where no real one is", strict=True
-)
 def test_a_ball_that_swings_back_before_the_wall_has_not_struck_it() -> None:
     setup = Setup(heavy_mass_kg=0.0143, wall_gap_m=0.068, bodies_gap_m=0.0034, release_m=0.0503)
     for seed in range(10):

@@ -13,7 +13,7 @@ import numpy as np
 
 from count_video.collisions.candidates import Candidate, Contacts, ball_at, signal_of
 from count_video.collisions.gaps import Gaps
-from count_video.collisions.kink import has_kink
+from count_video.collisions.kink import FLIGHT_FRAMES, has_kink
 from count_video.collisions.onesided import Corner
 from count_video.records import Floats
 from count_video.signals import sigma_of
@@ -32,7 +32,9 @@ def is_sharp(candidate: Candidate, gaps: Gaps, limits: tuple[float, float]) -> b
     """
     corner = candidate.corner
     if corner is None:
-        return True
+        # Sides that the frames show well and that do not cross make a turn, not a corner.
+        flights = candidate.frame - limits[0], limits[1] - candidate.frame
+        return min(flights) < FLIGHT_FRAMES
     jump = corner.slope_after - corner.slope_before
     closes = corner.slope_before < 0 < corner.slope_after
     if not closes or jump <= JUMP_SIGMAS * corner.slope_sigma:

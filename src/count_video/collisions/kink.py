@@ -25,7 +25,10 @@ FIRST_WINDOW_FRAMES = 4.0
 LAST_WINDOW_FRAMES = 64.0
 WINDOW_GROWTH = 1.5
 FLIGHT_FRAMES = 12.0
-"""Between neighbours nearer than this the ball flies straight: no thread turns it so soon."""
+"""Between neighbours nearer than this two straight flights are set against one bent path."""
+BEND_PREFERRED = 16.0
+"""A bent path must fit better by this much in chi squared, four standard deviations."""
+BEND_POINTS = 5
 POINTS_AT_LEAST = 7
 """Fewer points leave no freedom to tell a corner from a bend: then the one-sided fits stand."""
 
@@ -43,7 +46,7 @@ def has_kink(frame: Floats, signal: Floats, corner: Corner, limits: tuple[float,
         Frames of the neighbouring corners, which no window may reach.
     """
     if min(corner.frame - limits[0], limits[1] - corner.frame) < FLIGHT_FRAMES:
-        return True
+        return not _bends(frame, signal, corner, limits)
     jump = corner.slope_after - corner.slope_before
     window, judged = FIRST_WINDOW_FRAMES, False
     while window <= LAST_WINDOW_FRAMES:
@@ -57,6 +60,27 @@ def has_kink(frame: Floats, signal: Floats, corner: Corner, limits: tuple[float,
                 return True
         window *= WINDOW_GROWTH
     return not judged
+
+
+def _bends(frame: Floats, signal: Floats, corner: Corner, limits: tuple[float, float]) -> bool:
+    """Whether one parabola describes a short flight clearly better than two straight lines."""
+    chosen = np.isfinite(signal) & (np.abs(frame - corner.frame) > HALF_EXPOSURE)
+    chosen &= (frame > limits[0] + HALF_EXPOSURE) & (frame < limits[1] - HALF_EXPOSURE)
+    chosen &= np.abs(frame - corner.frame) < LAST_WINDOW_FRAMES
+    if chosen.sum() < BEND_POINTS:
+        return False
+    time, values = frame[chosen] - corner.frame, signal[chosen]
+    ones = np.ones_like(time)
+    bent = _misfit(np.column_stack([ones, time, time**2]), values)
+    straight = _misfit(np.column_stack([ones, time, np.abs(time)]), values)
+    return straight - bent > BEND_PREFERRED * sigma_of(signal) ** 2
+
+
+def _misfit(design: Floats, values: Floats) -> float:
+    """Sum of squares that least squares leaves."""
+    solution, *_ = np.linalg.lstsq(design, values, rcond=None)
+    left_over = values - design @ solution
+    return float(left_over @ left_over)
 
 
 def _kink(time: Floats, signal: Floats, noise: float) -> tuple[float, float]:
