@@ -14,7 +14,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from count_video import verdict
-from count_video.between.infer import Between, Misfit, count_between
+from count_video.between.infer import Between, Misfit, count_between, measure_burst
 from count_video.collisions.seen import SeenCollisions, seen_collisions
 from count_video.errors import TrackingError
 from count_video.footage.reader import open_footage
@@ -95,4 +95,7 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
             known = verdict.knowledge(footage.info, settings.masses)
             between = count_between(track, found, known)
             result = verdict.inferred(result, found, between)
+        elif result.count:
+            between = measure_burst(track, found, verdict.knowledge(footage.info, settings.masses))
+            result = verdict.measured(result, between)
         return Trial(result, footage.info, track, found, between)

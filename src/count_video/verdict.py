@@ -134,7 +134,7 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
     seen = sum(collision.seen for collision in burst)
     ratio = result.mass_ratio or between.mass_ratio.value
     pi = pi_bounds(count, ratio, 1)
-    return replace(
+    counted_now = replace(
         result,
         status="counted",
         reason=None,
@@ -146,6 +146,16 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
         pi_low=pi.low,
         pi_high=pi.high,
         mass_ratio=ratio,
+    )
+    return measured(counted_now, between)
+
+
+def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
+    """Add what the fit tells of the physics; nothing where it does not describe the track."""
+    if isinstance(between, Misfit):
+        return result
+    return replace(
+        result,
         energy_kept=between.energy_kept,
         restitution_bodies=between.restitution_bodies,
         restitution_wall=between.restitution_wall,

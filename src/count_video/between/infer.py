@@ -21,13 +21,14 @@ from count_video.between.rivals import (
     Knowledge,
     coarse_fits,
     fine_fit,
+    fit_count,
     log_evidence,
     prior_of,
 )
 from count_video.between.solving import Noise, Solution, modelled, noise_of, scaled
 from count_video.between.starting import rough_values
 from count_video.collisions.seen import SeenCollisions
-from count_video.records import Collision, Ending, Estimate, Track
+from count_video.records import Collision, Ending, Estimate, Floats, Track
 
 FRAMES_AT_LEAST = 20
 MISFIT_SIGMAS = 8.0
@@ -36,6 +37,8 @@ MISFIT_SHARE = 0.005
 """... or by this share of the ball's diameter, as a root mean square."""
 DOUBT = 0.02
 """Share of counts that turn out wrong for reasons outside the model."""
+MOST_COLLISIONS = 120
+"""Each collision has a restitution of its own in the fit: many more would take minutes."""
 RIVALS = 5
 """Counts that are fitted finely."""
 HOPELESS = 150.0
@@ -87,25 +90,73 @@ def count_between(
         What is known besides.
     """
     observed = observe(track, found)
+    start = _start(observed, found, known)
+    if isinstance(start, Misfit):
+        return start
+    rough, prior = start
+    coarse = coarse_fits(observed, rough, prior, found.burst)
+    if not np.isfinite(coarse[0].loss):
+        return Misfit("no motion of two bodies and a wall resembles the track")
+    fits, noise = _fine_fits(observed, prior, coarse[:RIVALS])
+    strayed = _strayed(fits[0], observed, track)
+    if strayed is not None:
+        return strayed
+    return _answer(found, observed, _rival_fits(observed, noise, prior, fits))
+
+
+def measure_burst(
+    track: Track, found: SeenCollisions, known: Knowledge = NOTHING_KNOWN
+) -> Between | Misfit:
+    """Fit the model to a burst whose collisions are all seen, for what it tells of the physics.
+
+    Parameters as for ``count_between``; the count is the number seen and stays so.
+    """
+    observed = observe(track, found)
+    start = _start(observed, found, known)
+    if isinstance(start, Misfit):
+        return start
+    rough, prior = start
+    coarse = fit_count(observed, rough, prior, found.burst)
+    if not np.isfinite(coarse.loss):
+        return Misfit("no motion of two bodies and a wall has these collisions")
+    fits, noise = _fine_fits(observed, prior, [coarse])
+    strayed = _strayed(fits[0], observed, track)
+    if strayed is not None:
+        return strayed
+    fit = fine_fit(observed, noise, prior, fits[0], SCATTERS[len(SCATTERS) // 2])
+    measured = _answer(found, observed, [(0.0, fit)])
+    if not all(collision.seen for collision in measured.collisions):
+        return Misfit("the fitted collisions are not those that were seen")
+    return measured
+
+
+def _start(
+    observed: Observations, found: SeenCollisions, known: Knowledge
+) -> tuple[Floats, Prior] | Misfit:
+    """Rough parameters and the prior; a misfit where there is nothing to begin with."""
     before = int((observed.frame < -1).sum())
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
         return Misfit("too few frames surround the collisions to fit a model of the motion to them")
     rough = rough_values(observed, found.collisions[: found.burst], known.expected_rate)
-    prior = prior_of(rough, known)
-    coarse = coarse_fits(observed, rough, prior, found.burst)
-    if not coarse or not np.isfinite(coarse[0].loss):
-        return Misfit("no motion of two bodies and a wall resembles the track")
-    fits, noise = _fine_fits(observed, prior, coarse[:RIVALS])
-    best = fits[0]
-    misfit_px = _root_mean_square(best, observed)
-    limit = max(MISFIT_SIGMAS * observed.ball_sigma_px, MISFIT_SHARE * track.ball_diameter_px)
-    if misfit_px > limit:
+    expected = np.pi / np.exp(rough[Column.LIGHTNESS] / 2)
+    if expected > MOST_COLLISIONS:
         return Misfit(
-            f"the modelled motion strays from the track by {misfit_px:.1f} px where "
-            f"{limit:.1f} are allowed: something else than two swinging bodies and a wall took part"
+            f"some {expected:.0f} collisions are to be expected, too many to fit each "
+            f"(at most {MOST_COLLISIONS})"
         )
-    rivals = _rival_fits(observed, noise, prior, fits)
-    return _answer(found, observed, rivals, misfit_px)
+    return rough, prior_of(rough, known)
+
+
+def _strayed(solution: Solution, observed: Observations, track: Track) -> Misfit | None:
+    """Say so if the model does not describe the track."""
+    misfit_px = _root_mean_square(solution)
+    limit = max(MISFIT_SIGMAS * observed.ball_sigma_px, MISFIT_SHARE * track.ball_diameter_px)
+    if misfit_px <= limit:
+        return None
+    return Misfit(
+        f"the modelled motion strays from the track by {misfit_px:.1f} px where "
+        f"{limit:.1f} are allowed: something else than two swinging bodies and a wall took part"
+    )
 
 
 def _fine_fits(
@@ -146,7 +197,7 @@ def _inflation(residuals: np.ndarray) -> float:
     return max(1.0, spread) * float(np.sqrt(together))
 
 
-def _root_mean_square(solution: Solution, observed: Observations) -> float:
+def _root_mean_square(solution: Solution) -> float:
     """Of the ball's residuals, the worst fiftieth aside."""
     squares = np.sort(solution.ball_residuals[np.isfinite(solution.ball_residuals)] ** 2)
     return float(np.sqrt(squares[: max(1, int(0.98 * len(squares)))].mean()))
@@ -178,7 +229,6 @@ def _answer(
     found: SeenCollisions,
     observed: Observations,
     fits: list[tuple[float, Solution]],
-    misfit_px: float,
 ) -> Between:
     chances = _probabilities(fits)
     count = max(chances, key=lambda number: chances[number])
@@ -196,7 +246,7 @@ def _answer(
         restitution_wall=Estimate(float(values[Column.BOUNCE]), float(sigmas[Column.BOUNCE])),
         energy_kept=tuple(float(share) for share in energy_kept(paths, values)),
         ending=ending_of(paths, values),
-        misfit_px=misfit_px,
+        misfit_px=_root_mean_square(solution),
     )
 
 

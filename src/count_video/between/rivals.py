@@ -105,6 +105,12 @@ def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) 
     return sorted(fitted.values(), key=lambda solution: solution.loss)
 
 
+def fit_count(observed: Observations, rough: Floats, prior: Prior, count: int) -> Solution:
+    """Fit one count coarsely, without scatter."""
+    rows = scan(observed, rough, prior)
+    return _coarse_fit(observed, prior, _start_for(rows, count), count)
+
+
 def _likeliest(rows: Floats, number: int) -> list[int]:
     """List the counts with the best places of a scan, at most so many."""
     counts = [int(count) for count in rows[:, -2] if count > 0]
