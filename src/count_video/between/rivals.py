@@ -24,10 +24,12 @@ RATE_SIGMA_UNKNOWN = 1.0
 """The same where the capture rate is not known."""
 PULL_SHARE = 0.3
 """The heavy body hangs from the ball's rest by about this share of the ball's way to the wall."""
-FLOORS_PX = (3.0, 0.6)
+FLOORS_PX = (6.0, 0.6)
 """The fit begins coarsely: far from the solution only large residuals should pull."""
 SCATTERS = (0.0015, 0.006, 0.02)
 """Standard deviations of the restitution from collision to collision that are tried."""
+UNEVEN = 0.015
+"""Starts differ if the difference of their restitutions does by so much."""
 STARTS = 3
 """Numbers of collisions that are fitted from the first scan."""
 ROUNDS = 6
@@ -93,7 +95,7 @@ def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) 
     wanted = list(dict.fromkeys([seen, *_likeliest(rows, STARTS)]))
     for _ in range(ROUNDS):
         for count in wanted:
-            solution = _coarse_fit(observed, prior, _start_for(rows, count), count)
+            solution = _best_start(observed, prior, rows, count)
             if count not in fitted or solution.loss < fitted[count].loss:
                 fitted[count] = solution
         best = min(fitted.values(), key=lambda solution: solution.loss)
@@ -108,7 +110,7 @@ def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) 
 def fit_count(observed: Observations, rough: Floats, prior: Prior, count: int) -> Solution:
     """Fit one count coarsely, without scatter."""
     rows = scan(observed, rough, prior)
-    return _coarse_fit(observed, prior, _start_for(rows, count), count)
+    return _best_start(observed, prior, rows, count)
 
 
 def _likeliest(rows: Floats, number: int) -> list[int]:
@@ -117,10 +119,17 @@ def _likeliest(rows: Floats, number: int) -> list[int]:
     return list(dict.fromkeys(counts))[:number]
 
 
-def _start_for(rows: Floats, count: int) -> Floats:
-    """Best place of a scan with a count, or the one with the next best count."""
-    nearest = int(np.argmin(np.abs(rows[:, -2] - count)))  # the first of equals: lowest loss
-    return rows[nearest, :FIRST_DEVIATION]
+def _best_start(observed: Observations, prior: Prior, rows: Floats, count: int) -> Solution:
+    """Fit a count from the scan's best places with it, and keep the best fit.
+
+    Two starts: the second favours the other contact's losses, as these trade off in the scan.
+    """
+    nearest = rows[np.abs(rows[:, -2] - count) == np.abs(rows[:, -2] - count).min()]
+    uneven = nearest[:, Column.BODIES] - nearest[:, Column.BOUNCE]
+    others = np.flatnonzero(np.abs(uneven - uneven[0]) > UNEVEN)
+    starts = [nearest[0], *(nearest[others[:1]])]
+    fits = [_coarse_fit(observed, prior, start[:FIRST_DEVIATION], count) for start in starts]
+    return min(fits, key=lambda solution: solution.loss)
 
 
 def _coarse_fit(observed: Observations, prior: Prior, start: Floats, count: int) -> Solution:

@@ -24,6 +24,9 @@ CAUCHY_SIGMAS = 3.0
 """From here on a residual counts less than its square."""
 DAMPINGS = 10.0 ** np.arange(-7, 3, 1.5)
 """Trial steps of one iteration, from a Gauss-Newton step to a short one downhill."""
+LATE_COSTS = 10.0
+"""Sigmas that each frame costs by which the last collision lies beyond the observations."""
+LATE_AT_MOST = 1e4
 STEPS = np.array([1e-4, 1e-6, 1e-8, 1e-6, 1e-6, 1e-4, 1e-4, 1e-4, 1e-4, 1e-6, 1e-7, 1e-7, 1e-6])
 """Differences for the derivatives, by columns: far above rounding, far below any curvature."""
 CONVERGED = 1e-3
@@ -153,12 +156,12 @@ def _residuals(
     heavy = (sampled.heavy - observed.heavy_px) / noise.heavy
     ball[:, np.isnan(observed.ball_px)] = 0.0
     heavy[:, np.isnan(observed.heavy_px)] = 0.0
-    # A collision that these frames do not reach would cost nothing and prove nothing.
-    heavy[~(paths.time[:, -1] <= observed.frame[-1])] = np.inf
     with np.errstate(divide="ignore", invalid="ignore"):
         known = np.isfinite(prior.sigma) & (prior.sigma > 0)
         away = np.where(known, (sets - prior.mean) / prior.sigma, 0.0)
-    return np.concatenate([ball, heavy, away], axis=1)
+    # A collision that these frames do not reach would cost nothing and prove nothing.
+    late = np.clip(paths.time[:, -1:] - observed.frame[-1], 0.0, LATE_AT_MOST) * LATE_COSTS
+    return np.concatenate([ball, heavy, away, late], axis=1)
 
 
 def _loss(residuals: Floats, data: int) -> Floats:

@@ -37,11 +37,13 @@ RATE_FACTOR = 1.5
 """Threads are hardly twice as long or half as long as usual."""
 PHASE_STEP = 0.25
 """Collisions by which neighbours of the scan differ at most through their lightness."""
-RESTITUTIONS = np.linspace(-0.04, 0.04, 9)
+RESTITUTIONS = np.linspace(-0.03, 0.03, 7)
 """Added to the rough restitution of both contacts."""
+ASYMMETRIES = (-0.02, 0.0, 0.02)
+"""Added to that of the bodies and taken from that of the wall."""
 RESTITUTION_UNKNOWN = 0.96
 RESTITUTION_AT_LEAST = 0.7
-SCAN_FRAMES = 80
+SCAN_FRAMES = 60
 SCAN_FLOOR_PX = 2.0
 """At first anything nearer than this is as good."""
 
@@ -165,11 +167,13 @@ def scan(observed: Observations, rough: Floats, prior: Prior) -> Floats:
     The last column is the number of collisions until the last frame.
     """
     steps = _lightness_steps(rough, prior)
-    lightness, restitution = (a.ravel() for a in np.meshgrid(steps, RESTITUTIONS))
+    grid = np.meshgrid(steps, RESTITUTIONS, ASYMMETRIES)
+    lightness, restitution, asymmetry = (axis.ravel() for axis in grid)
     sets = np.repeat(rough[None], len(lightness), axis=0)
     sets[:, Column.LIGHTNESS] = lightness
-    for column in (Column.BODIES, Column.BOUNCE):
-        sets[:, column] = rough[column] + restitution
+    # Above 1 neither restitution can lie; the fit may stray there, its start should not.
+    sets[:, Column.BODIES] = np.minimum(rough[Column.BODIES] + restitution + asymmetry, 1.0)
+    sets[:, Column.BOUNCE] = np.minimum(rough[Column.BOUNCE] + restitution - asymmetry, 1.0)
     sets = within_limits(sets)
     thin = _thinned(observed)
     most = round(1.5 * np.pi / np.sqrt(np.exp(steps.min()))) + 4
