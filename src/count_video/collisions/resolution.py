@@ -62,7 +62,7 @@ def long_flights(candidates: Sequence[Candidate]) -> list[tuple[Candidate, Candi
     before = np.minimum.accumulate(flights)[:-2]
     after = np.minimum.accumulate(flights[::-1])[::-1][2:]
     allowed = LONG_FLIGHT * np.maximum(before, after) + LONG_FLIGHT_FRAMES
-    places = np.flatnonzero(flights[1:-1] > allowed) + 1
+    places = (np.flatnonzero(flights[1:-1] > allowed) + 1).tolist()
     return [(candidates[place], candidates[place + 1]) for place in places]
 
 
