@@ -20,7 +20,7 @@ from count_video.tracking.bodies import Bodies, NotFound, find_bodies
 from count_video.tracking.follow import Follower
 from count_video.tracking.roles import wall_side
 
-PILOT_BYTES = 90_000_000
+PILOT_BYTES = 70_000_000
 """Pictures of the pilot are held in memory; so much may they take."""
 PILOT_FRAMES = 180
 PILOT_FRAMES_AT_LEAST = 24
