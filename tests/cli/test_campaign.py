@@ -3,7 +3,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from count_video.trial import TrialSettings
 from hypothesis import given
 from hypothesis import strategies as st
 from stand_in import StandIn
@@ -12,6 +11,7 @@ from count_video.campaign import Outcome, clips_in, count_clips
 from count_video.errors import FootageError, UsageError
 from count_video.progress import Progress
 from count_video.records import TrialResult
+from count_video.trial import TrialSettings
 
 
 def outcomes(*paths: Path) -> list[Outcome]:

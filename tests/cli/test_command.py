@@ -9,12 +9,12 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from count_video.trial import TrialSettings
 from stand_in import StandIn, counted
 
 from count_video.cli import main
 from count_video.errors import FootageError, UsageError
 from count_video.records import TrialResult
+from count_video.trial import TrialSettings
 
 
 def unreadable(path: Path) -> TrialResult:

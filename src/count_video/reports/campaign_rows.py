@@ -42,7 +42,7 @@ class TrialRow:
     energy_kept: float | None
     """Energy after the burst over the energy before it."""
     ending: str | None
-    """How the burst ended: ``geometric``, ``pendulum`` or ``dissipative``; None where it is not known."""
+    """How the burst ended: ``geometric``, ``pendulum`` or ``dissipative``; None if unknown."""
 
     @property
     def probability(self) -> float | None:
