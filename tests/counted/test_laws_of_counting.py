@@ -147,6 +147,10 @@ def test_the_playing_rate_changes_nothing(clip: Path, label: Fraction, tmp_path:
     assert [collision["time_s"] for collision in burst(said)] == [None] * said["count"]
 
 
+FITTED_SHARE = 0.01
+"""Shares of energy from two fits agree to this much."""
+
+
 @on_both_clips
 def test_the_capture_rate_gives_times_and_changes_nothing_else(clip: Path) -> None:
     said, without = answer(clip, "--capture-fps", "960"), answer(clip)
@@ -155,7 +159,14 @@ def test_the_capture_rate_gives_times_and_changes_nothing_else(clip: Path) -> No
     assert times_s == pytest.approx([c["frame"] / 960 for c in said["collisions"]])
     told = {"capture_fps": None, "capture_fps_source": "unknown"}
     timeless = [{**collision, "time_s": None} for collision in said["collisions"]]
-    assert {**said, **told, "collisions": timeless} == without
+    # These rest on a fit that starts from a pendulum's usual rate, where real time is known.
+    fitted = ("ending", "restitution", "energy_kept")
+    plain = {key: value for key, value in said.items() if key not in fitted}
+    assert {**plain, **told, "collisions": timeless} == {
+        key: value for key, value in without.items() if key not in fitted
+    }
+    assert said["ending"]["kind"] == without["ending"]["kind"]
+    assert said["energy_kept"] == pytest.approx(without["energy_kept"], abs=FITTED_SHARE)
 
 
 def places(said: Answer) -> list[float]:
