@@ -35,7 +35,16 @@ EXIT_BROKEN_PIPE = 141  # and for an end because nobody reads on
 
 def run() -> None:
     """Run the command and leave the interpreter with its exit code."""
+    _leave_cores_to_the_decoder()
     sys.exit(main())
+
+
+def _leave_cores_to_the_decoder() -> None:
+    """Keep the linear algebra, whose matrices are small, from waiting in threads of its own.
+
+    It reads its settings when numpy is imported, which has not happened yet.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -14,8 +14,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from count_video.tracking.sprite import Model, Picture, Pixels, Sprite, look, solve
+from count_video.records import Floats
+from count_video.tracking.sprite import (
+    Model,
+    Picture,
+    Pixels,
+    Sprite,
+    look_at,
+    solve,
+    tiles_of,
+)
 
 ROUNDS = 8
 CONVERGED_PX = 0.1
@@ -57,12 +67,13 @@ def register(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> Fi
 
     Returns None where the equations have no solution or the iteration does not settle nearby.
     """
-    model, inside = _within(picture, sprite, guess)
-    if len(model.chosen) < PIXELS_AT_LEAST:
+    within = _within(picture, sprite, guess)
+    if within is None:
         return None
+    model, inside = within
     x, y = guess
     for _ in range(ROUNDS):
-        seen = look(picture, x, y, sprite.shape).ravel()[model.chosen]
+        seen = look_at(picture, x, y, model.tiles)
         step = _step(model, seen)
         if step is None:
             return None
@@ -70,27 +81,36 @@ def register(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> Fi
         if max(abs(x - guess[0]), abs(y - guess[1])) > ASTRAY_PX:
             return None
         if max(abs(step.x_px), abs(step.y_px)) < CONVERGED_PX:
-            agreement = _correlation(seen, model.design[:, 2], step.weight)
-            return Fit(x, y, step.sigma_x_px, agreement, inside)
+            return Fit(x, y, step.sigma_x_px, step.agreement, inside)
     return None
 
 
-def _within(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> tuple[Model, float]:
-    """Model of those pixels that lie within the picture, and their share."""
+def _within(
+    picture: Picture, sprite: Sprite, guess: tuple[float, float]
+) -> tuple[Model, float] | None:
+    """Model of those pixels that lie within the picture, and their share; None if too few do."""
+    model = sprite.model
+    if len(model.chosen) < PIXELS_AT_LEAST:
+        return None
     height, width = sprite.shape
     rows, columns = picture.shape
     left, top = round(guess[0]), round(guess[1])
-    model = sprite.model
     if left >= 0 and top >= 0 and left + width <= columns and top + height <= rows:
         return model, 1.0
     y, x = np.divmod(model.chosen, width)
     good = (x + left >= 1) & (x + left < columns - 1) & (y + top >= 1) & (y + top < rows - 1)
-    design, weight = model.design[good], model.weight[good]
-    solver = solve(design, weight)
-    part = Model(
-        model.chosen[good], design, weight, model.root_weight[good], solver, model.correlation
-    )
-    return part, float(good.mean()) if len(good) else 0.0
+    if np.count_nonzero(good) < PIXELS_AT_LEAST:
+        return None
+    return _part(model, np.flatnonzero(good), sprite.shape), float(good.mean())
+
+
+def _part(model: Model, good: NDArray[np.intp], shape: tuple[int, int]) -> Model:
+    """Model of some of the pixels."""
+    tiles, order = tiles_of(model.chosen[good], shape)
+    good = good[order]
+    design, weight = model.design[:, good], model.weight[good]
+    root_weight, solver = model.root_weight[good], solve(design, weight)
+    return Model(model.chosen[good], tiles, design, weight, root_weight, solver, model.correlation)
 
 
 @dataclass(frozen=True)
@@ -98,24 +118,18 @@ class _Step:
     x_px: float
     y_px: float
     sigma_x_px: float
-    weight: Pixels
-    """Weights of the pixels, those that disagree taken down."""
+    agreement: float
+    """Weighted correlation of the picture with the sprite, at the place that was looked at."""
 
 
 def _step(model: Model, seen: Pixels) -> _Step | None:
     """One robust least squares step; None if it is singular or the sprite fades away."""
-    left_over = seen - model.design @ (model.solver @ seen)
-    scaled = left_over * model.root_weight
-    some = np.abs(scaled[::SPREAD_STRIDE])
-    middle = len(some) // 2
-    spread = 1.4826 * float(np.partition(some, middle)[middle]) + 1e-6
-    ratio = scaled * (1 / (BIWEIGHT * spread))
-    keep = np.maximum(1 - ratio * ratio, 0)
-    weight = model.weight * keep * keep
-    weighted = model.design * weight[:, None]
-    normal = (model.design.T @ weighted).astype(np.float64)
+    weight, spread = _robust(model, seen)
+    weighted = model.design * weight
+    normal = (weighted @ model.design.T).astype(np.float64)
+    projected = (weighted @ seen).astype(np.float64)
     wanted = np.zeros((4, 2))
-    wanted[:, 0] = weighted.T @ seen
+    wanted[:, 0] = projected
     wanted[0, 1] = 1.0  # the second solution is the first column of the covariance
     try:
         solution = np.linalg.solve(normal, wanted)
@@ -129,12 +143,30 @@ def _step(model: Model, seen: Pixels) -> _Step | None:
         for value in solution[:2, 0]
     )
     variance = max(float(solution[0, 1]), 0.0) * spread**2 * KEPT * model.correlation
-    return _Step(x, y, float(np.sqrt(variance)) / gain, weight)
+    power = float((weight * seen) @ seen)
+    return _Step(x, y, float(np.sqrt(variance)) / gain, _correlation(normal, projected, power))
 
 
-def _correlation(seen: Pixels, expected: Pixels, weight: Pixels) -> float:
-    total = float(weight.sum())
-    a = seen - float(weight @ seen) / total
-    b = expected - float(weight @ expected) / total
-    power = float((weight * a) @ a) * float((weight * b) @ b)
-    return float((weight * a) @ b) / float(np.sqrt(power)) if power > 0 else 0.0
+def _robust(model: Model, seen: Pixels) -> tuple[Pixels, float]:
+    """Weights with pixels that disagree taken down, and the spread of the others."""
+    left_over = seen - (model.solver @ seen) @ model.design
+    scaled = left_over * model.root_weight
+    some = np.abs(scaled[::SPREAD_STRIDE])
+    middle = len(some) // 2
+    spread = 1.4826 * float(np.partition(some, middle)[middle]) + 1e-6
+    ratio = scaled * (1 / (BIWEIGHT * spread))
+    keep = np.maximum(1 - ratio * ratio, 0)
+    return model.weight * keep * keep, spread
+
+
+def _correlation(normal: Floats, projected: Floats, power: float) -> float:
+    """Weighted correlation of picture and sprite, from sums that the equations hold already.
+
+    ``normal`` and ``projected`` are the weighted products of appearance (row 2) and ones (row 3)
+    with each other and with the picture, ``power`` that of the picture with itself.
+    """
+    total = float(normal[3, 3])
+    shared = float(projected[2]) - float(normal[2, 3]) * float(projected[3]) / total
+    expected = float(normal[2, 2]) - float(normal[2, 3]) ** 2 / total
+    seen = power - float(projected[3]) ** 2 / total
+    return shared / float(np.sqrt(expected * seen)) if min(expected, seen) > 0 else 0.0

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.tracking.sprite import Pixels, Sprite
+from count_video.tracking.sprite import Picture, Pixels, Sprite
 
 COARSE_HEIGHT_PX = 28
 """The sprite is reduced until it is about this high."""
@@ -21,7 +20,7 @@ ROWS_OF_SLACK = 0.25
 
 
 def search(
-    picture: NDArray[np.uint8],
+    picture: Picture,
     sprite: Sprite,
     near: tuple[float, float],
     slope: float,
@@ -58,7 +57,7 @@ def search(
     if right - left < width or bottom - top < height:
         return None
     scale = max(1.0, min(height, width) / COARSE_HEIGHT_PX)
-    scene = _reduce(picture[top:bottom, left:right].astype(np.float32), scale)
+    scene = _reduce(picture[top:bottom, left:right], scale)
     pattern = _reduce(sprite.appearance, scale)
     scores = cv2.matchTemplate(scene, pattern, cv2.TM_CCOEFF_NORMED)
     _, best, _, place = cv2.minMaxLoc(scores)
@@ -67,8 +66,8 @@ def search(
     return left + place[0] * scale, top + place[1] * scale
 
 
-def _reduce(picture: Pixels, scale: float) -> Pixels:
+def _reduce(picture: Picture | Pixels, scale: float) -> Pixels:
     if scale <= 1.0:
-        return picture
+        return picture.astype(np.float32)
     size = (max(1, int(picture.shape[1] / scale)), max(1, int(picture.shape[0] / scale)))
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
