@@ -121,6 +121,12 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
     if isinstance(between, Misfit):
         return replace(result, reason=f"{result.reason}; {between.reason}")
     count, chance = between.count, between.probability[between.count]
+    if count < found.burst:
+        return replace(
+            result,
+            reason=f"{result.reason}; the model of the motion that describes the track best has "
+            f"only {count} where the frames show {found.burst} collisions",
+        )
     if chance < PROBABILITY_AT_LEAST:
         likely = ", ".join(f"{n} ({p:.0%})" for n, p in between.probability.items() if p > 0.02)
         return replace(

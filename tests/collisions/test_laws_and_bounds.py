@@ -79,6 +79,14 @@ def test_a_clip_that_ends_within_the_burst_says_so() -> None:
     assert any("the clip ends" in s for s in found.shortcomings)
 
 
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
+def test_a_cylinder_that_equal_masses_brought_to_rest_has_not_turned_back(share: float) -> None:
+    whole = film(Setup(heavy_mass_kg=0.0105, wall_gap_m=0.02), Filming(capture_fps=240.0))
+    wall, last = whole.frames[1], whole.frames[2]
+    found = seen_collisions(part(whole.track, 0, int(wall + share * (last - wall))))
+    assert found.shortcomings
+
+
 def test_collisions_after_the_cylinder_turned_back_are_kept_apart() -> None:
     whole = trial(replace(FILMING, tail_frames=1500))
     assert whole.motion.after_burst

@@ -55,8 +55,6 @@ def test_an_unresolved_clip_is_counted_right_or_said_to_be_in_doubt(clip: Path) 
 def test_the_scale_comes_from_the_ball(clip: Path) -> None:
     said, truth = answer(clip), truth_of(clip)
     diameter_px = ball_diameter_px(truth)
-    if clip.stem == "ratio1-count3":
-        pytest.xfail("where bodies move in turns the outline is cut short: 88 px instead of 98")
     assert said["ball_diameter_px"] == pytest.approx(diameter_px, rel=SCALE_ERROR)
     assert said["millimetres_per_px"] == pytest.approx(40.0 / said["ball_diameter_px"])
 

@@ -61,8 +61,6 @@ def test_the_burst_with_a_few_frames_at_either_end_is_enough(clip: Path) -> None
     truth = truth_of(clip)
     first, last = (truth["events"][place]["frame"] for place in (0, -1))
     start, end = int(first) - SPARE_FRAMES, int(last) + 1 + SPARE_FRAMES
-    if clip.stem == "ratio1-count3":
-        pytest.xfail("bodies that move in turns, in so few frames, are not always found")
     said = answer(clip, "--start", str(start), "--end", str(end))
     assert_counted(said, truth)
 

@@ -49,6 +49,17 @@ def test_a_ball_is_found_by_its_outline_in_spite_of_its_ring_and_clutter(
     assert circle.radius_px == pytest.approx(radius, abs=PLACED_PX)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_large_ball_covered_with_print_is_found_by_its_outline(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    print_on_it = rng.integers(70, 130, 700), rng.integers(40, 80, 700)
+
+    circle = circle_through(*together(ring(100, 60, 49), print_on_it), (120, 250))
+
+    assert circle is not None
+    assert circle.radius_px == pytest.approx(49.0, abs=PLACED_PX)
+
+
 def test_two_arcs_left_and_right_are_enough() -> None:
     points = together(ring(50, 30, 24, (-55, 55)), ring(50, 30, 24, (125, 235)))
 

@@ -44,7 +44,7 @@ def track_of(path: Path, settings: TrackSettings = TrackSettings()) -> Track:  #
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("clips") / "trial.mp4"
-    write_clip(path, scene().frames(), WriteOptions(crf=14))
+    write_clip(path, scene().frames(), WriteOptions(crf=8, preset="superfast"))
     return path
 
 
@@ -72,7 +72,7 @@ def test_positions_are_those_that_were_drawn(clip: Path) -> None:
 @pytest.mark.parametrize("tilt_deg", [-8.0, 6.0])
 def test_a_tilted_line_of_motion_is_followed(tmp_path: Path, tilt_deg: float) -> None:
     drawn = scene(tilt_deg, wall_left=tilt_deg > 0)
-    write_clip(tmp_path / "tilted.mp4", drawn.frames(), WriteOptions(crf=14))
+    write_clip(tmp_path / "tilted.mp4", drawn.frames(), WriteOptions(crf=8, preset="superfast"))
 
     track = track_of(tmp_path / "tilted.mp4")
 

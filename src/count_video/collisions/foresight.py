@@ -21,6 +21,9 @@ STATE_FRAMES = 64.0
 POINTS_AT_LEAST = 4
 RATE_SIGMAS = 4.0
 """The swing must be measured this clearly to foresee anything by it."""
+SWING_SHARE = 0.05
+"""A cylinder that swings by less than this share of the way it has come is as good as at rest: when
+it turns round is not known."""
 SAMPLES = 400
 CLEARANCE_SHARE = 0.005
 """Paths that come nearer than this share of the bodies' distance to rest are too near to call."""
@@ -47,7 +50,11 @@ def parted_until_turn(gaps: Gaps, swing: Swing | None, burst: tuple[float, float
         return False
     rest = float(np.nanmedian(before))
     rate = float(np.sqrt(swing.rate_squared))
-    turn = np.pi / 2 - np.arctan2(rate * (heavy.value - swing.centre_px), heavy.slope)
+    away = heavy.value - swing.centre_px
+    way = float(np.nanmax(gaps.heavy_px) - np.nanmin(gaps.heavy_px))
+    if np.hypot(away, heavy.slope / rate) < SWING_SHARE * way:
+        return False
+    turn = np.pi / 2 - np.arctan2(rate * away, heavy.slope)
     phase = np.linspace(0.0, turn, SAMPLES)
     heavy_path = _path(heavy, swing.centre_px, rate, phase)
     ball_path = _path(ball, rest, rate, phase)

@@ -35,7 +35,7 @@ CORE_MARGIN_PX = 4
 BODY_BEYOND_FEATURES = 0.9
 ALONE_BEYOND_FEATURES = 0.45
 """A body's outline is not further from its features than this share of its height; the second
-where the neighbour's place in the same picture is not known."""
+towards a neighbour whose place in the same picture is not known."""
 OVERLAP_SHARE = 0.25
 """Outlines may overlap by this share of the left one's width: bodies are round, views oblique."""
 ORDERED_SHARE = 0.75
@@ -106,23 +106,25 @@ def _seeds(runs: Sequence[Sequence[Frame]], pair: PatchPair) -> tuple[Seed, Seed
         max(pair.left.top_px, pair.right.top_px),
         min(pair.left.bottom_px, pair.right.bottom_px),
     )
-    same = pair.left.frame == pair.right.frame
-    beyond = (BODY_BEYOND_FEATURES if same else ALONE_BEYOND_FEATURES) * (rows[1] - rows[0])
-    left_ends = pair.right.left_px if same else pair.left.right_px + beyond
-    right_begins = pair.left.right_px if same else pair.right.left_px - beyond
+    height = rows[1] - rows[0]
+    far, near = BODY_BEYOND_FEATURES * height, ALONE_BEYOND_FEATURES * height
+    if pair.left.frame == pair.right.frame:
+        left_ends, right_begins = pair.right.left_px, pair.left.right_px
+    else:
+        left_ends, right_begins = pair.left.right_px + near, pair.right.left_px - near
     left = Seed(
         _nearest_frame(runs, pair.left.frame),
         _box(pair.left, rows, 1),
         _core(pair.left),
         pair.left.speed_px_frame,
-        (pair.left.left_px - beyond, left_ends),
+        (pair.left.left_px - far, left_ends),
     )
     right = Seed(
         _nearest_frame(runs, pair.right.frame),
         _box(pair.right, rows, -1),
         _core(pair.right),
         pair.right.speed_px_frame,
-        (right_begins, pair.right.right_px + beyond),
+        (right_begins, pair.right.right_px + far),
     )
     return left, right
 

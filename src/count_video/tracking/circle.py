@@ -23,17 +23,27 @@ SECTORS_AT_LEAST = 11
 """So many of the circle's 24 sectors must hold points."""
 CENTRAL_ROWS = 0.7
 OUTERMOST_PX = 1.2
-BETTER_SIDE = 0.75
+BETTER_SIDE = 0.8
 POORER_SIDE = 0.1
 """In the rows within 0.7 radii of the centre the outermost points must lie this near to the circle,
 in these shares of the rows on either side. A square's side can be that near to a circle in up to
 70 % of them; a ball's far side may fade into what lies behind."""
+LARGE_PX = 24.0
+SECTORS_NEARLY_ALL, EITHER_SIDE = 20, 0.4
+SECTORS_ALL = 22
+"""No straight side is mistaken for the arc of a circle at least this large: a square is near to it
+in no more than 16 sectors. If points lie in nearly all sectors, a smaller share of the rows will
+do; if in all but a few, none need be outermost: a ball that hardly moves keeps parts of what lies
+behind it."""
 POINTS_AT_LEAST = 16
 POINTS_AT_MOST = 500
 """More points are thinned out at random: the vote does not need them."""
 RADIUS_SHARE = (0.28, 0.7)
 """Radius as a share of the height of the area that is searched."""
 VOTES_SHARE = 0.8
+REFINED = 12
+"""So many of the circles with most votes are refined and vote again: three points of an outline
+that are known to half a pixel give it by a pixel or two only."""
 REFINEMENTS = 3
 
 
@@ -65,20 +75,36 @@ def circle_through(
     voters = points
     if len(points) > POINTS_AT_MOST:
         voters = points[rng.choice(len(points), POINTS_AT_MOST, replace=False)]
-    triples = voters[rng.integers(0, len(voters), (TRIPLES, 3))]
-    circles = _through_three(triples)
     low, high = (share * shape[0] for share in RADIUS_SHARE)
-    circles = circles[(circles[:, 2] > low) & (circles[:, 2] < high)]
+    circles = _sized(_proposals(voters, rng), low, high)
+    best = np.argsort(-_votes(voters, circles), kind="stable")[:REFINED]
+    circles = _sized(np.array([_refined(points, circle) for circle in circles[best]]), low, high)
     if len(circles) == 0:
         return None
     votes = _votes(voters, circles)
     good = circles[votes >= VOTES_SHARE * votes.max()]
     # An arc and the ring of a ball make up smaller circles: the largest good one is the outline.
-    best = good[int(np.argmax(good[:, 2]))]
-    for _ in range(REFINEMENTS):
-        best = _refined(points, best)
-    circle = Circle(float(best[0]), float(best[1]), float(best[2]))
-    return circle if low < circle.radius_px < high and _shown(points, best) else None
+    outline = good[int(np.argmax(good[:, 2]))]
+    return Circle(*(float(value) for value in outline)) if _shown(points, outline) else None
+
+
+def _sized(circles: Floats, low: float, high: float) -> Floats:
+    """Keep circles with a radius between two bounds; shape (n, 3)."""
+    circles = circles.reshape(-1, 3)
+    return circles[(circles[:, 2] > low) & (circles[:, 2] < high)]
+
+
+def _proposals(points: Floats, rng: np.random.Generator) -> Floats:
+    """Circles through random triples: of all points, and of the outermost ones in their rows.
+
+    Most of the latter lie on the outline, however many marks the ball has within it.
+    """
+    order = np.lexsort((points[:, 0], points[:, 1]))
+    rows = points[order, 1]
+    ends = np.flatnonzero(np.diff(rows))
+    outer = points[order[np.unique(np.r_[0, ends, ends + 1, len(rows) - 1])]]
+    triples = [some[rng.integers(0, len(some), (TRIPLES // 2, 3))] for some in (points, outer)]
+    return _through_three(np.concatenate(triples))
 
 
 def _through_three(triples: Floats) -> Floats:
@@ -96,39 +122,42 @@ def _through_three(triples: Floats) -> Floats:
 
 def _votes(points: Floats, circles: Floats) -> NDArray[np.intp]:
     """How many sectors of each circle hold points: many points of one arc count once."""
-    counts = []
-    for circle in circles:
-        sectors = _sectors(points, circle)
-        counts.append(np.count_nonzero(np.bincount(sectors, minlength=SECTORS)))
-    return np.array(counts)
+    shown = np.zeros((len(circles), SECTORS), dtype=bool)
+    away_x = points[:, 0] - circles[:, :1]
+    away_y = points[:, 1] - circles[:, 1:2]
+    near = np.abs(np.hypot(away_x, away_y) - circles[:, 2:]) < NEAR_PX
+    circle, point = np.nonzero(near)
+    shown[circle, _sector(away_x[circle, point], away_y[circle, point])] = True
+    return np.asarray(shown.sum(axis=1), dtype=np.intp)
 
 
-def _sectors(points: Floats, circle: Floats) -> NDArray[np.intp]:
-    away = points - circle[:2]
-    near = np.abs(np.hypot(away[:, 0], away[:, 1]) - circle[2]) < NEAR_PX
-    angle = np.arctan2(away[near, 1], away[near, 0])
-    sectors = np.floor((angle / (2 * np.pi) + 0.5) * SECTORS).astype(np.intp) % SECTORS
-    return np.asarray(sectors, dtype=np.intp)
+def _sector(x: Floats, y: Floats) -> NDArray[np.intp]:
+    """Tell the number of the sector in which a direction lies."""
+    turn = np.arctan2(y, x) / (2 * np.pi) + 0.5
+    return np.floor(turn * SECTORS).astype(np.intp) % SECTORS
 
 
 def _refined(points: Floats, circle: Floats) -> Floats:
     """Least squares circle through the points near one (Kasa 1976, linear in its unknowns)."""
-    away = points - circle[:2]
-    near = points[np.abs(np.hypot(away[:, 0], away[:, 1]) - circle[2]) < 2 * NEAR_PX]
-    if len(near) < POINTS_AT_LEAST:
-        return circle
-    design = np.column_stack([2 * near, np.ones(len(near))])
-    (x, y, rest), *_ = np.linalg.lstsq(design, (near**2).sum(axis=1), rcond=None)
-    return np.array([x, y, np.sqrt(max(rest + x * x + y * y, 0.0))])
+    for _ in range(REFINEMENTS):
+        away = points - circle[:2]
+        near = points[np.abs(np.hypot(away[:, 0], away[:, 1]) - circle[2]) < 2 * NEAR_PX]
+        if len(near) < POINTS_AT_LEAST:
+            return circle
+        design = np.column_stack([2 * near, np.ones(len(near))])
+        (x, y, rest), *_ = np.linalg.lstsq(design, (near**2).sum(axis=1), rcond=None)
+        circle = np.array([x, y, np.sqrt(max(rest + x * x + y * y, 0.0))])
+    return circle
 
 
 def _shown(points: Floats, circle: Floats) -> bool:
     """Whether the circle is the outline: all around, and outermost in most rows."""
-    shown = np.bincount(_sectors(points, circle), minlength=SECTORS) > 0
-    if int(shown.sum()) < SECTORS_AT_LEAST:
-        return False
-    shares = sorted(_outermost_share(points, circle, side) for side in (-1, 1))
-    return shares[0] >= POORER_SIDE and shares[1] >= BETTER_SIDE
+    sectors = int(_votes(points, circle[None])[0])
+    poorer, better = sorted(_outermost_share(points, circle, side) for side in (-1, 1))
+    nearly = sectors >= SECTORS_NEARLY_ALL and poorer >= EITHER_SIDE
+    if circle[2] >= LARGE_PX and (sectors >= SECTORS_ALL or nearly):
+        return True
+    return sectors >= SECTORS_AT_LEAST and poorer >= POORER_SIDE and better >= BETTER_SIDE
 
 
 def _outermost_share(points: Floats, circle: Floats, side: int) -> float:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
 from count_video.tracking.outline import Mean, Outline, find_outline
-from count_video.tracking.register import register
+from count_video.tracking.register import Fit, register
 from count_video.tracking.search import search
 from count_video.tracking.sprite import Sprite, look, make_sprite
 
@@ -28,7 +28,7 @@ SURROUNDINGS = 0.6
 AGREEMENT_AT_LEAST = 0.5
 """Correlation below which a piece is not taken for the body."""
 AGREEMENT_SHARE = 0.9
-"""Sightings that agree less than this share of the median are dropped in the end."""
+"""Sightings that agree less than this share of the median are dropped."""
 INSIDE_AT_LEAST = 0.7
 """Share of the sprite that must lie within a picture to learn from it."""
 NOISE_FLOOR = 1.0
@@ -156,18 +156,13 @@ def _finished(sketch: _Sketch, places: dict[int, _Place]) -> Body | None:
         return None
     if not _moves_along(sketch.seed, places):
         return None
-    typical = float(np.median([place.agreement for place in places.values()]))
     return Body(
         sprite=sketch.sprite,
         left_edge_px=sketch.outline.left_px,
         right_edge_px=sketch.outline.right_px,
         round_=sketch.outline.round_,
-        sightings={
-            index: (place.x_px, place.y_px)
-            for index, place in places.items()
-            if place.agreement > AGREEMENT_SHARE * typical
-        },
-        typical_agreement=typical,
+        sightings={index: (place.x_px, place.y_px) for index, place in places.items()},
+        typical_agreement=_typical(places),
     )
 
 
@@ -192,23 +187,71 @@ def _find_everywhere(
     frame = sketch.seed.frame
     found: dict[int, _Place] = {}
     for run in (_thinned(run, frame) for run in runs):
-        guess: tuple[float, float] | None = None
+        path = _Path()
         order = list(run)
         if any(seen.index == frame for seen in run):
             order.sort(key=lambda seen: abs(seen.index - frame))
-            guess = sketch.start
+            path = _Path(frame, sketch.start, sketch.seed.speed_px_frame)
         for seen in order:
-            if guess is None:
-                guess = search(seen.luma, sketch.sprite, sketch.start, slope)
-            if guess is None:
+            fit = _find(seen.luma, sketch, path.at(seen.index, slope), slope, _typical(found))
+            if fit is None:
+                path = _Path()
                 continue
-            fit = register(seen.luma, sketch.sprite, guess)
-            if fit is None or fit.agreement < AGREEMENT_AT_LEAST or fit.inside < INSIDE_AT_LEAST:
-                guess = None
-                continue
-            guess = (fit.x_px, fit.y_px)
+            path = path.onward(seen.index, (fit.x_px, fit.y_px))
             found[seen.index] = _Place(fit.x_px, fit.y_px, fit.agreement)
-    return found
+    return _agreeing(found)
+
+
+def _find(
+    picture: NDArray[np.uint8],
+    sketch: _Sketch,
+    guess: tuple[float, float] | None,
+    slope: float,
+    typical: float,
+) -> Fit | None:
+    """Register the sprite at a guess, or where a search finds it if there it agrees poorly."""
+    fit = None if guess is None else register(picture, sketch.sprite, guess)
+    if fit is None or fit.agreement < AGREEMENT_SHARE * typical:
+        place = search(picture, sketch.sprite, sketch.start, slope)
+        other = None if place is None else register(picture, sketch.sprite, place)
+        if other is not None and (fit is None or other.agreement > fit.agreement):
+            fit = other
+    if fit is None or fit.agreement < AGREEMENT_AT_LEAST or fit.inside < INSIDE_AT_LEAST:
+        return None
+    return fit
+
+
+def _typical(places: dict[int, _Place]) -> float:
+    """Median agreement; 0 of none."""
+    return float(np.median([place.agreement for place in places.values()])) if places else 0.0
+
+
+def _agreeing(places: dict[int, _Place]) -> dict[int, _Place]:
+    """Drop sightings that agree clearly less than most: the body was hidden, or it is another."""
+    least = AGREEMENT_SHARE * _typical(places)
+    return {index: place for index, place in places.items() if place.agreement > least}
+
+
+@dataclass(frozen=True)
+class _Path:
+    """Where a body was last seen within a run, and how it moves."""
+
+    index: int = 0
+    place: tuple[float, float] | None = None
+    speed_px_frame: float = 0.0
+
+    def at(self, index: int, slope: float) -> tuple[float, float] | None:
+        """Place to expect in a frame; None if nothing is known."""
+        if self.place is None:
+            return None
+        way = self.speed_px_frame * (index - self.index)
+        return self.place[0] + way, self.place[1] + slope * way
+
+    def onward(self, index: int, place: tuple[float, float]) -> _Path:
+        """Path with one more sighting."""
+        if self.place is None or index == self.index:
+            return _Path(index, place, self.speed_px_frame)
+        return _Path(index, place, (place[0] - self.place[0]) / (index - self.index))
 
 
 def _thinned(run: Sequence[Frame], keep: int) -> list[Frame]:
