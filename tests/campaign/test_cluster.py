@@ -28,6 +28,7 @@ class Cluster:
     """Processes of a cluster."""
 
     address: str
+    scheduler: subprocess.Popen[str]
     workers: list[subprocess.Popen[str]]
 
 
@@ -68,7 +69,7 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
     with ExitStack() as stack:
         log = tmp_path / "scheduler.txt"
         module = "distributed.cli.dask_scheduler"
-        dask(stack, log, module, "--host", LOCAL, "--no-dashboard", "--no-show")
+        scheduler = dask(stack, log, module, "--host", LOCAL, "--no-dashboard", "--no-show")
         address = said(log, r"Scheduler at: +(tcp://\S+)")
         workers = []
         for number in range(2):
@@ -77,7 +78,7 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
             options = ("--no-dashboard", "--no-nanny", "--preload", str(COMMAND))
             workers.append(dask(stack, log, *arguments, *options))
             said(log, r"(Registered to)")
-        yield Cluster(address, workers)
+        yield Cluster(address, scheduler, workers)
 
 
 def test_a_cluster_gives_the_files_of_a_local_run_and_a_killed_worker_costs_only_a_retry(
@@ -100,6 +101,27 @@ def test_a_cluster_gives_the_files_of_a_local_run_and_a_killed_worker_costs_only
     campaign.log.unlink()
     assert campaign.run("--scheduler", cluster.address).stdout == out
     assert campaign.worked() == {}, "all is known already"
+
+
+def test_a_scheduler_that_dies_costs_the_clips_not_yet_done_and_no_result(
+    cluster: Cluster, campaign: StubCampaign
+) -> None:
+    campaign.add(**{f"trial{k}": "count 31 sleep 0.3" for k in range(10)})
+    with campaign.start("--scheduler", cluster.address) as process:
+        end = time.monotonic() + PATIENCE_S
+        while len(campaign.worked()) < 6 and time.monotonic() < end:
+            time.sleep(0.02)
+        cluster.scheduler.send_signal(signal.SIGKILL)
+        _, err = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 1
+    assert err == "", err
+    rows = json.loads((campaign.results / "campaign.json").read_text("utf-8"))
+    assert rows["trials"] == 10
+    assert 0 < rows["counted"] < 10
+    assert all("scheduler" in clip["reason"] for clip in rows["need_a_person"])
+    campaign.log.unlink()
+    assert campaign.run().returncode == 0
+    assert sum(campaign.worked().values()) == 10 - rows["counted"]
 
 
 def test_paths_are_those_of_the_command_not_of_the_workers(

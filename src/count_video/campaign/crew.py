@@ -130,7 +130,7 @@ def cluster_crew(address: str) -> ClusterCrew:
         import dask  # noqa: PLC0415 - an extra that few need
 
         # Dask reads this as it is imported. A lost worker is no news: its clips are done again.
-        quiet = {"distributed": "error", "distributed.client": "error"}
+        quiet = {"distributed": "critical", "distributed.client": "critical"}
         with dask.config.set({"logging": quiet}):
             import distributed  # noqa: PLC0415
     except ImportError as error:
