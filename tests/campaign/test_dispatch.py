@@ -50,6 +50,9 @@ class PaperCrew:
     def renew(self) -> None:
         self.broken = False
 
+    def lost(self) -> bool:
+        return False
+
     def close(self, *, at_once: bool) -> None:
         self.closed.append(at_once)
 
@@ -109,6 +112,18 @@ def test_a_job_that_the_cluster_lets_go_fails() -> None:
 
     ((_, answer),) = answers([job("a")], Careless())
     assert "let the clip go" in json.loads(answer.text)["reason"]
+
+
+def test_jobs_of_a_crew_that_is_lost_fail_though_it_never_says_so() -> None:
+    class Lost(PaperCrew):
+        def submit(self, job: Job) -> Future[Answer]:
+            return super().submit(job) if job.name in ("a", "b") else Future()
+
+        def lost(self) -> bool:
+            return self.begun["b"] > 0
+
+    found = done_by(Lost(), "a", "b", "c", "d", "e")
+    assert found == {"a": "a", "b": "b", "c": None, "d": None, "e": None}
 
 
 def test_an_answer_of_another_version_of_the_tool_is_refused() -> None:

@@ -48,6 +48,9 @@ class Crew(Protocol):
     def renew(self) -> None:
         """Begin anew after a worker died; jobs that were under way are lost."""
 
+    def lost(self) -> bool:
+        """Whether nobody is left to do or answer anything."""
+
     def close(self, *, at_once: bool) -> None:
         """Send the workers home; ``at_once``: whatever they are doing."""
 
@@ -79,6 +82,10 @@ class LocalCrew:
             self._pool.shutdown()
             self._pool = None
 
+    def lost(self) -> bool:
+        """Tell that it never is: dead processes are replaced."""
+        return False
+
     def close(self, *, at_once: bool) -> None:
         """End the processes."""
         if self._pool is not None:
@@ -107,9 +114,14 @@ class ClusterCrew:
     def renew(self) -> None:
         """Do nothing: the scheduler sees to its workers."""
 
+    def lost(self) -> bool:
+        """Tell whether the scheduler is gone; some of its futures then never end."""
+        return str(self._client.status) in ("closing", "closed")
+
     def close(self, *, at_once: bool) -> None:
         """Let go of the cluster, which lives on."""
-        self._executor.shutdown(wait=not at_once)
+        if not self.lost():
+            self._executor.shutdown(wait=not at_once)
         self._client.close()
 
 
@@ -129,8 +141,10 @@ def cluster_crew(address: str) -> ClusterCrew:
     try:
         import dask  # noqa: PLC0415 - an extra that few need
 
-        # Dask reads this as it is imported. A lost worker is no news: its clips are done again.
-        quiet = {"distributed": "critical", "distributed.client": "critical"}
+        # Dask reads this as it is imported. A lost worker is no news, its clips are done again; a
+        # lost scheduler is told in the rows of the clips that it had.
+        loggers = ("distributed", "distributed.client", "tornado.application", "asyncio")
+        quiet = dict.fromkeys(loggers, "critical")
         with dask.config.set({"logging": quiet}):
             import distributed  # noqa: PLC0415
     except ImportError as error:

@@ -12,6 +12,8 @@ from count_video.campaign.plan import Job
 from count_video.campaign.work import Answer, failure
 
 Answered = tuple[Job, Answer]
+LOOK_EVERY_S = 1.0
+"""While no answer comes, the crew is asked so often whether it is still there."""
 
 
 def answers(jobs: Iterable[Job], crew: Crew) -> Iterator[Answered]:
@@ -39,8 +41,12 @@ def _round(jobs: Iterable[Job], crew: Crew, window: int) -> Generator[Answered, 
     running: dict[Future[Answer], Job] = {}
     suspects: list[Job] = []
     while waiting or running:
-        broken = not _hand_over(waiting, running, crew, window)
-        done, _ = wait(running, return_when=FIRST_COMPLETED)
+        lost = crew.lost()
+        broken = not lost and not _hand_over(waiting, running, crew, window)
+        done, _ = wait(running, LOOK_EVERY_S, FIRST_COMPLETED)
+        if lost and not done:
+            yield from ((job, _let_go(job)) for job in (*running.values(), *waiting))
+            return suspects
         for future in done:
             job = running.pop(future)
             if _died(future):
@@ -79,7 +85,7 @@ def _died(future: Future[Answer]) -> bool:
 
 def _answer(job: Job, future: Future[Answer]) -> Answer:
     if future.cancelled():
-        return failure(job, "the cluster let the clip go; look at its scheduler and start again")
+        return _let_go(job)
     error = future.exception()
     if error is not None:
         # Not the clip's error but the program's (or the cluster's): the others are not to suffer.
@@ -91,3 +97,7 @@ def _answer(job: Job, future: Future[Answer]) -> Answer:
             job, f"the worker has count-video {answer.tool}, not {tool_version()}; install the same"
         )
     return answer
+
+
+def _let_go(job: Job) -> Answer:
+    return failure(job, "the cluster let the clip go; look at its scheduler and start again")
