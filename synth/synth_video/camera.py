@@ -17,7 +17,7 @@ from synth_video.schedule import Schedule
 
 @dataclass
 class Sensor:
-    """Vignette, lamp flicker and noise; the noise goes on from frame to frame."""
+    """Vignette, flicker, drift and noise; the noise goes on from frame to frame."""
 
     shading: Pixels
     """Brightness factor of each pixel and channel, shape (h, w, 3)."""
@@ -53,7 +53,7 @@ def sensor_for(
     shading = vignette(camera.width_px, camera.height_px, camera.vignette) * light.brightness
     return Sensor(
         np.ascontiguousarray(np.repeat(shading[..., None], 3, axis=2), dtype=np.float32),
-        flicker_gain(light, schedule),
+        flicker_gain(light, schedule) * drift_gain(light, len(schedule.centre_s)),
         camera.read_noise,
         camera.shot_noise,
         rng,
@@ -76,3 +76,8 @@ def flicker_gain(light: LightSettings, schedule: Schedule) -> Floats:
     phase = 2 * np.pi * light.flicker_hz * since + np.radians(light.flicker_phase_deg)
     swing = light.flicker_amplitude * np.sinc(light.flicker_hz * schedule.exposure_s)
     return np.asarray(1 + swing * np.sin(phase))
+
+
+def drift_gain(light: LightSettings, frames: int) -> Floats:
+    """Brightness of each frame relative to the first, shape (n,): an even change to the last."""
+    return np.linspace(1.0, 1.0 + light.drift, frames)

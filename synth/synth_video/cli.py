@@ -10,11 +10,14 @@ from pathlib import Path
 from count_video.errors import CountVideoError
 from synth_video.campaign.cli import main as campaign
 from synth_video.scene_file import load_scene, scene_names
+from synth_video.suite import cli as suite
 from synth_video.trial import render_trial
 from synth_video.truth import Truth, truth_path
 from synth_video.variation import varied
 
 EXIT_DONE, EXIT_USAGE, EXIT_INTERRUPTED = 0, 2, 130
+_COMMANDS = {"campaign": campaign, "suite": suite.suite, "score": suite.score}
+"""Commands apart from rendering one clip, by their first word."""
 
 
 def run() -> None:
@@ -25,8 +28,8 @@ def run() -> None:
 def main(argv: Sequence[str]) -> int:
     """Run the command with these arguments and return its exit code."""
     try:
-        if argv[:1] == ["campaign"]:
-            campaign(argv[1:])
+        if argv[:1] and argv[0] in _COMMANDS:
+            _COMMANDS[argv[0]](argv[1:])
             return EXIT_DONE
         options = _parser().parse_args(argv)
         if options.list:
@@ -53,7 +56,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="synth-video",
         description="Render a simulated trial to a clip and write its truth beside it.",
-        epilog="synth-video campaign --help tells how to render many trials with known figures.",
+        epilog="synth-video campaign --help tells how to render many trials with known figures; "
+        "synth-video suite --help and synth-video score --help how to measure accuracy.",
     )
     parser.add_argument(
         "clip", nargs="?", type=Path, help="clip to write; the suffix names the container"

@@ -33,9 +33,12 @@ class BallSettings:
     mark_color: Color = (60, 34, 24)
     gloss: float = 0.25
     """Strength of the highlight, 0 to 1."""
+    shading: float = 1.0
+    """How much the lamp models the sphere: 1 as a lamp does, 0 for a disc of one brightness."""
 
     def __post_init__(self) -> None:
         require(0 <= self.gloss <= 1, "ball.gloss must lie between 0 and 1")
+        require(0 <= self.shading <= 1, "ball.shading must lie between 0 and 1")
 
 
 @dataclass(frozen=True)
@@ -125,9 +128,13 @@ class LightSettings:
     """Cycles per second of real time."""
     flicker_phase_deg: float = 0.0
     """Phase of the cycle at the centre of frame 0."""
+    drift: float = 0.0
+    """Relative change of the brightness from the first frame to the last, as of a camera that sets
+    its exposure anew."""
 
     def __post_init__(self) -> None:
         require(self.brightness > 0, "light.brightness must be positive")
         require(0 <= self.shadow <= 1, "light.shadow must lie between 0 and 1")
         require(0 <= self.flicker_amplitude <= 1, "light.flicker_amplitude must lie in 0 to 1")
         require(self.flicker_hz > 0, "light.flicker_hz must be positive")
+        require(self.drift > -1, "light.drift must be above -1")

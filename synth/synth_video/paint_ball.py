@@ -46,7 +46,7 @@ def _shaded(ball: BallSettings, u: Floats, v: Floats, canvas: BodyCanvas, radius
     lamp = LAMP / np.linalg.norm(LAMP)
     lit = np.clip(u * lamp[0] + v * lamp[1] + w * lamp[2], 0, 1)
     bounce = np.clip(v, 0, 1) * 0.16  # light thrown back by the table
-    shade = 0.50 + 0.62 * lit + bounce
+    shade = 1 + ball.shading * (0.62 * lit + bounce - 0.50)
     halfway = lamp + np.array([0, 0, 1])
     halfway /= np.linalg.norm(halfway)
     gleam = np.clip(u * halfway[0] + v * halfway[1] + w * halfway[2], 0, 1) ** 48

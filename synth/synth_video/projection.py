@@ -5,7 +5,8 @@ Three frames of reference follow from that:
 
 - *level*: picture coordinates of an upright camera with the wall on the left;
 - *tilted*: level turned about the picture's centre by the camera's tilt;
-- *image*: tilted, mirrored where the wall stands on the right. This is what the clip shows.
+- *image*: tilted, seen through the lens, moved with the tripod, and mirrored where the wall stands
+  on the right. This is what the clip shows.
 
 All are in px with x right and y down; an integer is the centre of a pixel.
 """
@@ -17,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from count_video.records import Floats
+from synth_video.lens import Lens
 from synth_video.scene import Scene
 
 
@@ -36,6 +38,7 @@ class Projection:
     """Turn from level to tilted, positive when y grows with x."""
     mirrored: bool
     """True for a wall on the right."""
+    lens: Lens
 
     def level(self, along_m: Floats, up_m: Floats) -> tuple[Floats, Floats]:
         """Level (x, y) of points given by distance from the wall and height over the rest line."""
@@ -49,9 +52,20 @@ class Projection:
         dx, dy = x_level - x_centre, y_level - y_centre
         return x_centre + cosine * dx - sine * dy, y_centre + sine * dx + cosine * dy
 
-    def image(self, along_m: Floats, up_m: Floats) -> tuple[Floats, Floats]:
-        """Image (x, y) of points given in metres; arrays of any shape."""
+    def image(
+        self, along_m: Floats, up_m: Floats, shift_px: Floats | None = None
+    ) -> tuple[Floats, Floats]:
+        """Image (x, y) of points given in metres, arrays of shape (n,).
+
+        ``shift_px`` is the tripod's shift for each of the points, shape (n, 2).
+        """
         x_px, y_px = self.tilted(along_m, up_m)
+        if not self.lens.ideal:
+            x_centre, y_centre = (self.width_px - 1) / 2, (self.height_px - 1) / 2
+            x_seen, y_seen = self.lens.seen(x_px - x_centre, y_px - y_centre)
+            x_px, y_px = x_seen + x_centre, y_seen + y_centre
+        if shift_px is not None:
+            x_px, y_px = x_px + shift_px[:, 0], y_px + shift_px[:, 1]
         return (self.width_px - 1 - x_px if self.mirrored else x_px), y_px
 
 
@@ -69,4 +83,10 @@ def projection_of(scene: Scene) -> Projection:
         # Mirroring turns a rising line into a falling one: undo that beforehand.
         tilt_deg=-camera.tilt_deg if mirrored else camera.tilt_deg,
         mirrored=mirrored,
+        lens=Lens(
+            turn_deg=scene.lens.turn_deg,
+            distance_px=scene.lens.distance_m * px_per_m,
+            distortion=scene.lens.distortion,
+            corner_px=float(np.hypot(camera.width_px, camera.height_px)) / 2,
+        ),
     )

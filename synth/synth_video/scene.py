@@ -82,6 +82,42 @@ class CameraSettings:
 
 
 @dataclass(frozen=True)
+class LensSettings:
+    """Where the camera stands, and what its lens does to straight lines."""
+
+    turn_deg: float = 0.0
+    """Turn of the camera about the vertical; where it is not 0 the picture has perspective."""
+    distance_m: float = 0.8
+    """From the camera to what the picture's centre shows."""
+    distortion: float = 0.0
+    """Relative change of a corner's distance from the centre: below 0 barrel, above 0 cushion."""
+
+    def __post_init__(self) -> None:
+        require(abs(self.turn_deg) <= 30, "lens.turn_deg must lie between -30 and 30")
+        require(self.distance_m > 0, "lens.distance_m must be positive")
+        require(abs(self.distortion) <= 0.2, "lens.distortion must lie between -0.2 and 0.2")
+
+
+@dataclass(frozen=True)
+class TripodSettings:
+    """How the camera moves; frequencies are cycles per second of real time."""
+
+    shake_px: float = 0.0
+    """Largest shift of the picture, to each side, by a tripod that trembles."""
+    shake_low_hz: float = 5.0
+    shake_high_hz: float = 20.0
+    """The trembling has frequencies between these two."""
+    knock_px: float = 0.0
+    """First and largest swing of the picture after one knock against the tripod."""
+
+    def __post_init__(self) -> None:
+        for name in ("shake_px", "knock_px"):
+            require(0 <= getattr(self, name) <= 64, f"tripod.{name} must lie between 0 and 64")
+        ordered = 0 < self.shake_low_hz <= self.shake_high_hz
+        require(ordered, "tripod.shake_low_hz must be positive, at most tripod.shake_high_hz")
+
+
+@dataclass(frozen=True)
 class ViewSettings:
     """What part of the apparatus the picture shows."""
 
@@ -111,8 +147,13 @@ class EncodingSettings:
     """Speed of libx264 and libx265. From ``veryfast`` on, x264's macroblock tree takes part, whose
     decisions differ from run to run in common builds: the pictures stay, the bytes do not."""
     pixel_format: str = "yuv420p"
+    rotation_deg: int = 0
+    """The picture is stored turned, and the file asks for so many degrees counter-clockwise to
+    show it upright, as phones do: 0, 90, 180 or 270."""
 
     def __post_init__(self) -> None:
+        turns = (0, 90, 180, 270)
+        require(self.rotation_deg in turns, "encoding.rotation_deg must be 0, 90, 180 or 270")
         require(self.container_fps > 0, "encoding.container_fps must be positive")
         require(0 <= self.crf <= 63, "encoding.crf must lie between 0 and 63")
 
@@ -127,6 +168,8 @@ class Scene:
     setup: Setup = field(default_factory=Setup)
     clip: ClipSettings = field(default_factory=ClipSettings)
     camera: CameraSettings = field(default_factory=CameraSettings)
+    lens: LensSettings = field(default_factory=LensSettings)
+    tripod: TripodSettings = field(default_factory=TripodSettings)
     view: ViewSettings = field(default_factory=ViewSettings)
     ball: BallSettings = field(default_factory=BallSettings)
     cylinder: CylinderSettings = field(default_factory=CylinderSettings)

@@ -15,11 +15,13 @@ from count_video.physics.simulator import Motion, simulate
 from synth_video.camera import sensor_for
 from synth_video.compositor import Compositor
 from synth_video.exposure import exposures
+from synth_video.optics import optics_for
 from synth_video.pixels import as_pixels
 from synth_video.projection import Projection, projection_of
 from synth_video.scene import EncodingSettings, Scene
 from synth_video.schedule import Schedule, schedule_of
 from synth_video.stage import set_stage
+from synth_video.tripod import tripod_shift
 from synth_video.truth import Truth, truth_of, truth_path, write_truth
 
 _CLOCK, _ART, _NOISE = 1, 2, 3
@@ -39,7 +41,7 @@ def render_trial(scene: Scene, seed: int, clip_path: Path) -> Truth:
     projection = projection_of(scene)
     truth = truth_of(scene, seed, motion, schedule, projection)
     pictures = render_frames(scene, seed, motion, schedule, projection)
-    write_clip(clip_path, pictures, _write_options(scene.encoding))
+    write_clip(clip_path, _stored(pictures, scene.encoding), _write_options(scene.encoding))
     try:
         write_truth(truth, truth_path(clip_path))
     except UsageError:
@@ -52,16 +54,26 @@ def render_frames(
     scene: Scene, seed: int, motion: Motion, schedule: Schedule, projection: Projection
 ) -> Iterator[NDArray[np.uint8]]:
     """Yield the RGB pictures of a trial, shape (h, w, 3), one by one."""
-    stage = set_stage(scene, projection, np.random.default_rng([seed, _ART]))
+    optics = optics_for(projection, tripod_shift(scene.tripod, schedule, seed))
+    stage = set_stage(scene, optics.composed, np.random.default_rng([seed, _ART]))
     compositor = Compositor(stage)
     noise = np.random.default_rng([seed, _NOISE])
     sensor = sensor_for(scene.camera, scene.light, schedule, noise)
     rising = scene.view.rising_path
     paths = exposures(motion, schedule, projection.px_per_m, rising=rising)
     for k, path in enumerate(paths):
-        light = compositor.compose(path)
+        light = optics.seen(compositor.compose(path), k)
         seen = as_pixels(cv2.flip(light, 1)) if projection.mirrored else light
         yield sensor.expose(seen, k)
+
+
+def _stored(
+    pictures: Iterator[NDArray[np.uint8]], encoding: EncodingSettings
+) -> Iterator[NDArray[np.uint8]]:
+    """Turn the pictures as a file stores them that asks to be turned for display."""
+    for picture in pictures:
+        # Positive quarters turn counter-clockwise; display will turn back what is turned here.
+        yield np.ascontiguousarray(np.rot90(picture, -encoding.rotation_deg // 90))
 
 
 def _write_options(encoding: EncodingSettings) -> WriteOptions:
@@ -71,4 +83,5 @@ def _write_options(encoding: EncodingSettings) -> WriteOptions:
         crf=encoding.crf,
         preset=encoding.preset,
         pixel_format=encoding.pixel_format,
+        rotation_deg=encoding.rotation_deg,
     )

@@ -15,12 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from count_video.errors import UsageError
-from count_video.physics.simulator import Motion, SimulatedCollision
+from count_video.physics.simulator import Motion
 from count_video.records import CollisionKind, Floats
 from synth_video.exposure import rise_m
 from synth_video.projection import Projection
 from synth_video.scene import Scene
 from synth_video.schedule import Schedule
+from synth_video.tripod import tripod_shift
 
 RESOLVED_FRAMES = 2.5
 """Collisions of the burst at least this far apart can be told apart in the frames."""
@@ -38,6 +39,8 @@ class Event:
     frame: float
     """Frame coordinate."""
     kind: CollisionKind
+    ball_px: float
+    """Where the ball's centre is seen, along the line of motion (image x)."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,12 @@ class Truth:
         return self.shortest_interval_frames >= RESOLVED_FRAMES
 
     @property
+    def whole(self) -> bool:
+        """True if the clip shows the whole burst; a count can only be told of such a clip."""
+        last = len(self.wall.x_px) - 1
+        return bool(self.events) and all(0 <= event.frame <= last for event in self.events)
+
+    @property
     def mass_ratio(self) -> float:
         """Heavy over light."""
         return self.scene.setup.heavy_mass_kg / self.scene.setup.light_mass_kg
@@ -105,15 +114,19 @@ def truth_of(
         ball_up = rise_m(setup, sample.ball_far_face_m - setup.wall_gap_m, setup.light_thread_m)
         heavy_up = rise_m(setup, sample.heavy_face_m - setup.heavy_rest_m, setup.heavy_thread_m)
 
+    shift_px = tripod_shift(scene.tripod, schedule, seed)
+
     def face(along_m: Floats, up_m: Floats) -> FaceTruth:
-        return FaceTruth(along_m, *projection.image(along_m, up_m))
+        return FaceTruth(along_m, *projection.image(along_m, up_m, shift_px))
 
     nothing = np.zeros_like(sample.heavy_face_m)
+    events = _events(motion, scene, seed, schedule, projection)
+    burst, last = len(motion.burst), len(schedule.centre_s) - 0.5
     return Truth(
         scene=scene,
         seed=seed,
-        events=_events(motion.burst, schedule, within=False),
-        events_after_burst=_events(motion.after_burst, schedule, within=True),
+        events=events[:burst],
+        events_after_burst=tuple(e for e in events[burst:] if -0.5 <= e.frame <= last),
         px_per_m=projection.px_per_m,
         ball_near=face(sample.ball_near_face_m, ball_up),
         ball_far=face(sample.ball_far_face_m, ball_up),
@@ -155,6 +168,7 @@ def truth_json(truth: Truth) -> str:
         "capture_fps": scene.camera.capture_fps,
         "container_fps": scene.encoding.container_fps,
         "frame_convention": FRAME_CONVENTION,
+        "expect": "counted" if truth.whole else "not_counted",
         "count": truth.count,
         "count_after_burst": len(truth.events_after_burst),
         "events": [_event_json(event) for event in truth.events],
@@ -171,7 +185,11 @@ def truth_json(truth: Truth) -> str:
 
 
 def _event_json(event: Event) -> dict[str, object]:
-    return {"frame": round(event.frame, 6), "kind": event.kind}
+    return {
+        "frame": round(event.frame, 6),
+        "kind": event.kind,
+        "ball_px": round(event.ball_px, 5),
+    }
 
 
 def _frame_rows(truth: Truth) -> list[dict[str, object]]:
@@ -198,8 +216,24 @@ def _frame_rows(truth: Truth) -> list[dict[str, object]]:
 
 
 def _events(
-    collisions: tuple[SimulatedCollision, ...], schedule: Schedule, *, within: bool
+    motion: Motion, scene: Scene, seed: int, schedule: Schedule, projection: Projection
 ) -> tuple[Event, ...]:
-    events = (Event(schedule.frame_coordinate(c.time_s), c.kind) for c in collisions)
-    last = len(schedule.centre_s) - 0.5
-    return tuple(e for e in events if not within or -0.5 <= e.frame <= last)
+    """All collisions of a trial, in order."""
+    if not motion.collisions:
+        return ()
+    setup = motion.setup
+    times_s = np.array([bounce.time_s for bounce in motion.collisions])
+    frames = np.array([schedule.frame_coordinate(time_s) for time_s in times_s])
+    ball_m = motion.sample(times_s).ball_far_face_m + setup.ball_diameter_m / 2
+    up_m = np.zeros_like(ball_m)
+    if scene.view.rising_path:
+        rest_m = setup.wall_gap_m + setup.ball_diameter_m / 2
+        up_m = rise_m(setup, ball_m - rest_m, setup.light_thread_m)
+    shift = tripod_shift(scene.tripod, schedule, seed)
+    pictures = np.arange(len(shift))
+    there = np.stack([np.interp(frames, pictures, axis) for axis in shift.T], axis=-1)
+    ball_px, _ = projection.image(ball_m, up_m, there)
+    return tuple(
+        Event(float(frame), bounce.kind, float(place))
+        for frame, bounce, place in zip(frames, motion.collisions, ball_px, strict=True)
+    )

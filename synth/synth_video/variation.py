@@ -28,7 +28,8 @@ def varied(scene: Scene, seed: int) -> Scene:
 
     Mass ratio from 1 to 250, counts from 3 to 45, restitution 1 in half of the draws and 0.9 to 1
     in the others. The rate suits the burst: all its collisions can be told apart. A trial that
-    would take too many frames at such a rate is drawn again.
+    would take too many frames at such a rate, or more than ``clip.max_frames`` leaves for the
+    burst, is drawn again.
 
     Raises
     ------
@@ -36,6 +37,8 @@ def varied(scene: Scene, seed: int) -> Scene:
         If the scene's bodies allow no such trial.
     """
     rng = np.random.default_rng(seed)
+    around = scene.clip.lead_frames + scene.clip.tail_frames + 2
+    longest = min(LONGEST_BURST_FRAMES, scene.clip.max_frames - around)
     for _ in range(_TRIES):
         setup = _drawn_setup(scene.setup, rng)
         motion = simulate(setup, seed=seed)
@@ -44,7 +47,7 @@ def varied(scene: Scene, seed: int) -> Scene:
         if not FEWEST_COLLISIONS <= motion.count <= MOST_COLLISIONS:
             continue
         rate = max(LOWEST_RATE, round(interval_frames / _shortest_interval_s(motion), 2))
-        if (motion.burst[-1].time_s - motion.burst[0].time_s) * rate <= LONGEST_BURST_FRAMES:
+        if (motion.burst[-1].time_s - motion.burst[0].time_s) * rate <= longest:
             return replace(
                 scene,
                 setup=setup,

@@ -1,0 +1,147 @@
+"""Conditions of the camera, the light and the file."""
+
+from __future__ import annotations
+
+from synth_video.suite.condition import Condition
+
+LIGHT = (
+    Condition(
+        "clean",
+        "nothing special: what the others are measured against",
+        (),
+        ("camera.read_noise=1.5", "encoding.crf=26"),
+    ),
+    Condition(
+        "noise",
+        "noise of a standard deviation of 5 or 12 grey levels",
+        ("camera.read_noise=5",),
+        ("camera.read_noise=12", "camera.shot_noise=0"),
+    ),
+    Condition(
+        "contrast",
+        "a ball 30 or 15 grey levels from the background, evenly lit and without ring or print",
+        (
+            "background.kind=plaster",
+            "background.texture=0.5",
+            "ball.color=[160, 151, 142] | [100, 92, 84]",
+        ),
+        (
+            "background.kind=plaster",
+            "background.texture=0.5",
+            "ball.color=[145, 136, 126] | [118, 109, 100]",
+            "ball.shading=0.1",
+            "ball.gloss=0",
+            "ball.ring=false",
+            'ball.mark=""',
+        ),
+    ),
+    Condition(
+        "flicker",
+        "lamps that flicker with 100 or 120 Hz by 8 or 20 %",
+        ("light.flicker_amplitude=0.08", "light.flicker_hz=100 | 120"),
+        ("light.flicker_amplitude=0.2", "light.flicker_hz=100 | 120"),
+    ),
+    Condition(
+        "drift",
+        "a camera that sets its exposure anew: brightness falls or rises by 15 or 40 %",
+        ("light.drift=-0.15 | 0.15",),
+        ("light.drift=-0.4 | 0.4",),
+    ),
+)
+
+STAND = (
+    Condition(
+        "shake",
+        "a tripod that trembles by 1 or 3 px to each side with 5 to 20 Hz",
+        ("tripod.shake_px=1",),
+        ("tripod.shake_px=3",),
+    ),
+    Condition(
+        "knock",
+        "one knock against the tripod: the picture swings by 3 or 8 px",
+        ("tripod.knock_px=3",),
+        ("tripod.knock_px=8",),
+    ),
+    Condition(
+        "tilt",
+        "the line of motion runs 4 or 8 degrees off the picture's rows",
+        ("camera.tilt_deg=-4 | 4", "view.line=0.46"),
+        ("camera.tilt_deg=-8 | 8", "view.line=0.5", "camera.height_px=240"),
+    ),
+    Condition(
+        "perspective",
+        "a camera turned by 2 or 5 degrees",
+        ("lens.turn_deg=-2 | 2",),
+        ("lens.turn_deg=-5 | 5", "lens.distance_m=0.6"),
+    ),
+    Condition(
+        "distortion",
+        "a lens that bends straight lines by 3 or 8 % at the corners",
+        ("lens.distortion=-0.03 | 0.03",),
+        ("lens.distortion=-0.08 | 0.08",),
+    ),
+    Condition(
+        "blur",
+        "a shutter open the whole time, and a lens out of focus",
+        ("camera.shutter=0.9",),
+        ("camera.shutter=1.0", "camera.blur_px=1.5"),
+    ),
+    Condition(
+        "small",
+        "a ball 22 or 12 px across",
+        ("view.width_m=0.87", "view.wall_m=0.25", "threads.width_m=0.0006"),
+        ("view.width_m=1.6", "view.wall_m=0.55", "threads.width_m=0.001"),
+    ),
+    Condition(
+        "large",
+        "a ball 130 or 250 px across, the cylinder mostly outside the picture",
+        ("camera.width_px=640", "camera.height_px=280", "view.width_m=0.2", "clip.max_frames=300"),
+        (
+            "camera.width_px=1120",
+            "camera.height_px=440",
+            "view.width_m=0.18",
+            "view.wall_m=0.03",
+            "clip.max_frames=200",
+        ),
+    ),
+)
+
+FILE = (
+    Condition(
+        "compressed",
+        "H.264 at a quality of CRF 30 or 38",
+        ("encoding.crf=30",),
+        ("encoding.crf=38",),
+    ),
+    Condition(
+        "codec",
+        "HEVC, VP9 and 10 bits; then at low quality",
+        (
+            "encoding.codec=libx265 | libvpx-vp9 | libx265",
+            "encoding.pixel_format=yuv420p | yuv420p | yuv420p10le",
+        ),
+        (
+            "encoding.codec=libx265 | libvpx-vp9 | libx265",
+            "encoding.pixel_format=yuv420p | yuv420p | yuv420p10le",
+            "encoding.crf=32",
+        ),
+    ),
+    Condition(
+        "mjpeg",
+        "Motion JPEG in an AVI file, good and poor",
+        ("encoding.codec=mjpeg", "encoding.crf=10"),
+        ("encoding.codec=mjpeg", "encoding.crf=36"),
+        suffix=".avi",
+    ),
+    Condition(
+        "rotated",
+        "stored on its side or its head, with the flag that turns it upright",
+        ("encoding.rotation_deg=90 | 180 | 270",),
+        (
+            "encoding.rotation_deg=270 | 90 | 180",
+            "camera.width_px=360",
+            "camera.height_px=640",
+            "view.width_m=0.27",
+        ),
+    ),
+)

@@ -1,0 +1,88 @@
+"""Render the clips of a suite; what is there already is not rendered again."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from count_video.errors import UsageError
+from synth_video.suite.condition import STRENGTHS, Condition, Strength
+from synth_video.trial import render_trial
+from synth_video.truth import truth_path
+
+
+@dataclass(frozen=True)
+class Take:
+    """One clip of a suite."""
+
+    condition: Condition
+    strength: Strength
+    number: int
+
+    @property
+    def name(self) -> str:
+        """File name of the clip."""
+        return f"{self.condition.name}-{self.strength}-{self.number:03}{self.condition.suffix}"
+
+
+@dataclass(frozen=True)
+class Label:
+    """What a clip's name tells of it."""
+
+    condition: str
+    strength: str
+    """Empty for a clip that is of no suite."""
+
+
+def label_of(clip: str) -> Label:
+    """Read the label off the name of a clip, without its suffix; any other name is a condition."""
+    condition, _, rest = clip.partition("-")
+    strength, _, number = rest.partition("-")
+    if strength in STRENGTHS and number.isdecimal():
+        return Label(condition, strength)
+    return Label(clip, "")
+
+
+def takes_of(
+    conditions: Sequence[Condition], strengths: Sequence[Strength], numbers: Sequence[int]
+) -> list[Take]:
+    """All clips of a suite, condition by condition."""
+    return [Take(c, s, n) for c in conditions for s in strengths for n in numbers]
+
+
+def film(takes: Sequence[Take], folder: Path, workers: int) -> Iterator[tuple[Take, bool]]:
+    """Render the clips that are missing; yield each take, and whether it was rendered now.
+
+    The folder is made if needed.
+
+    Raises
+    ------
+    UsageError
+        A clip or the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"cannot make {folder}: {error.strerror}; check the path") from error
+    missing = [take for take in takes if not _is_there(folder / take.name)]
+    for take in takes:
+        if take not in missing:
+            yield take, False
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, context) as pool:
+        clips = [folder / take.name for take in missing]
+        for take, _ in zip(missing, pool.map(_render, missing, clips), strict=True):
+            yield take, True
+
+
+def _is_there(clip: Path) -> bool:
+    """Tell whether a clip is complete: its truth is written after it."""
+    return clip.exists() and truth_path(clip).exists()
+
+
+def _render(take: Take, clip: Path) -> None:
+    scene = take.condition.scene(take.strength, take.number)
+    render_trial(scene, take.condition.seed(take.number), clip)

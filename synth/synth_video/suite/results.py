@@ -1,0 +1,71 @@
+"""Read truths and answers from their files, and score each clip that has both."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path, PurePath
+from typing import Any
+
+from count_video.errors import UsageError
+from synth_video.suite.scoring import ClipScore, score
+
+RESULTS = "results.jsonl"
+_TRUTH = ".truth.json"
+
+
+def score_folder(folder: Path, results: Path) -> list[ClipScore]:
+    """Score all clips of a folder, sorted by name.
+
+    Parameters
+    ----------
+    folder
+        Holds a ``NAME.truth.json`` for each clip.
+    results
+        What ``count-video --json`` printed: one object a line.
+
+    Raises
+    ------
+    UsageError
+        A file cannot be read, a clip has no answer, or there is none.
+    """
+    answers = _answers(results)
+    truths = sorted(folder.glob(f"*{_TRUTH}"))
+    if not truths:
+        raise UsageError(f"{folder} holds no truths ({_TRUTH}); name the folder of a suite")
+    names = [truth.name.removesuffix(_TRUTH) for truth in truths]
+    unanswered = [name for name in names if name not in answers]
+    if unanswered:
+        raise UsageError(
+            f"{results} has no answer for {len(unanswered)} of {len(names)} clips, the first is "
+            f"{unanswered[0]}; {how_to_count(folder)}"
+        )
+    return [
+        score(name, _object(truth.read_text("utf-8"), truth), answers[name])
+        for name, truth in zip(names, truths, strict=True)
+    ]
+
+
+def how_to_count(folder: Path) -> str:
+    """Tell the command that makes the answers."""
+    return f"count the clips with: count-video --json {folder} > {folder / RESULTS}"
+
+
+def _answers(results: Path) -> dict[str, dict[str, Any]]:
+    """Answers by the clip's name, without folder and suffix; the last of several holds."""
+    try:
+        lines = results.read_text("utf-8").splitlines()
+    except OSError as error:
+        advice = how_to_count(results.parent)
+        raise UsageError(f"cannot read {results}: {error.strerror}; {advice}") from error
+    objects = [_object(line, results) for line in lines if line.strip()]
+    return {PurePath(found["clip"]).stem: found for found in objects}
+
+
+def _object(text: str, source: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(text)
+    except ValueError as error:
+        raise UsageError(f"{source} is no JSON: {error}; make it again") from error
+    if not isinstance(found, dict):
+        raise UsageError(f"{source} does not hold objects; make it again")
+    return found
