@@ -28,10 +28,15 @@ def small_scene(name: str = "paper", *overrides: str) -> Scene:
     return load_scene(name, ["camera.width_px=320", "camera.height_px=120", *overrides])
 
 
+def filmed_times(scene: Scene, seed: int = 0) -> tuple[Motion, Schedule]:
+    """Motion and times of a trial."""
+    motion = simulate(scene.setup, seed=seed)
+    return motion, schedule_of(scene, motion, np.random.default_rng(seed))
+
+
 def filmed(scene: Scene, seed: int = 0) -> tuple[Motion, Schedule, list[NDArray[np.uint8]]]:
     """Motion, times and all pictures of a trial."""
-    motion = simulate(scene.setup, seed=seed)
-    schedule = schedule_of(scene, motion, np.random.default_rng(seed))
+    motion, schedule = filmed_times(scene, seed)
     projection = projection_of(scene)
     return motion, schedule, list(render_frames(scene, seed, motion, schedule, projection))
 
