@@ -20,8 +20,8 @@ from synth_video.looks import (
     require,
 )
 
-ClipStart = Literal["collision", "release"]
-ClipEnd = Literal["burst", "turn", "all"]
+ClipStart = Literal["collision", "release", "second", "middle"]
+ClipEnd = Literal["middle", "penultimate", "burst", "turn", "all"]
 
 
 @dataclass(frozen=True)
@@ -29,20 +29,25 @@ class ClipSettings:
     """Which part of the trial the clip shows."""
 
     start: ClipStart = "collision"
-    """What ``lead_frames`` precede: the first collision (the cylinder already swings), or the
-    release (a suspended cylinder is held until then)."""
+    """What ``lead_frames`` precede: the first collision (the cylinder already swings), the release
+    (a suspended cylinder is held until then), or the second or middle collision of the burst."""
     lead_frames: int = 24
     """Frames before the event named by ``start``."""
     end: ClipEnd = "burst"
-    """What ``tail_frames`` follow: the last burst collision, the turn-round, or any collision."""
+    """What ``tail_frames`` follow: the middle, last but one or last collision of the burst, the
+    turn-round, or the last of all collisions."""
     tail_frames: int = 48
     """Frames after the event named by ``end``."""
     frames: int = 0
     """Number of frames regardless of ``end``; 0 leaves it to ``end``."""
     max_frames: int = 20_000
     """A longer clip is refused: it is a mistake more often than a wish."""
+    ramp: float = 1.0
+    """Where the collisions are far enough apart to stay so, the export takes only one of so many
+    pictures: a slow-motion clip that begins and ends faster. 1 takes all."""
 
     def __post_init__(self) -> None:
+        require(1 <= self.ramp <= 16, "clip.ramp must lie between 1 and 16")
         for name in ("lead_frames", "tail_frames", "frames"):
             require(getattr(self, name) >= 0, f"clip.{name} must not be negative")
         require(self.max_frames >= 1, "clip.max_frames must be at least 1")
@@ -58,6 +63,8 @@ class CameraSettings:
     """Frames per second of real time."""
     shutter: float = 0.5
     """Part of the frame interval during which the shutter is open, above 0 to 1."""
+    jitter: float = 0.0
+    """Largest deviation of an exposure from its time, as part of the frame interval, to 0.4."""
     tilt_deg: float = 0.0
     """Turn of the line of motion in the picture, positive when y grows with x; at most 8."""
     blur_px: float = 0.5
@@ -75,6 +82,7 @@ class CameraSettings:
             require(32 <= size <= 8192 and size % 2 == 0, f"camera.{name} must be even, 32 to 8192")
         require(self.capture_fps > 0, "camera.capture_fps must be positive")
         require(0 < self.shutter <= 1, "camera.shutter must be above 0 and at most 1")
+        require(0 <= self.jitter <= 0.4, "camera.jitter must lie between 0 and 0.4")
         require(abs(self.tilt_deg) <= 8, "camera.tilt_deg must lie between -8 and 8")
         for name in ("blur_px", "read_noise", "shot_noise"):
             require(getattr(self, name) >= 0, f"camera.{name} must not be negative")
@@ -150,11 +158,20 @@ class EncodingSettings:
     rotation_deg: int = 0
     """The picture is stored turned, and the file asks for so many degrees counter-clockwise to
     show it upright, as phones do: 0, 90, 180 or 270."""
+    variable_rate: bool = False
+    """Each picture's footage time follows its exposure; else the rate is constant."""
+    repeat_every: int = 0
+    """Every so many-th picture is a copy of the one before; 0 for none."""
+    repeat_lost: bool = False
+    """A copy stands in for a picture that is lost; else it is put in between two."""
 
     def __post_init__(self) -> None:
         turns = (0, 90, 180, 270)
         require(self.rotation_deg in turns, "encoding.rotation_deg must be 0, 90, 180 or 270")
         require(self.container_fps > 0, "encoding.container_fps must be positive")
+        require(
+            self.repeat_every == 0 or self.repeat_every >= 2, "encoding.repeat_every is 0 or 2 up"
+        )
         require(0 <= self.crf <= 63, "encoding.crf must lie between 0 and 63")
 
 

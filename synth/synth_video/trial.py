@@ -41,7 +41,7 @@ def render_trial(scene: Scene, seed: int, clip_path: Path) -> Truth:
     projection = projection_of(scene)
     truth = truth_of(scene, seed, motion, schedule, projection)
     pictures = render_frames(scene, seed, motion, schedule, projection)
-    write_clip(clip_path, _stored(pictures, scene.encoding), _write_options(scene.encoding))
+    write_clip(clip_path, _stored(pictures, scene.encoding), _write_options(scene, schedule))
     try:
         write_truth(truth, truth_path(clip_path))
     except UsageError:
@@ -61,10 +61,15 @@ def render_frames(
     sensor = sensor_for(scene.camera, scene.light, schedule, noise)
     rising = scene.view.rising_path
     paths = exposures(motion, schedule, projection.px_per_m, rising=rising)
+    copies, picture = schedule.copies, None
     for k, path in enumerate(paths):
+        if picture is not None and copies[k]:
+            yield picture
+            continue
         light = optics.seen(compositor.compose(path), k)
         seen = as_pixels(cv2.flip(light, 1)) if projection.mirrored else light
-        yield sensor.expose(seen, k)
+        picture = sensor.expose(seen, k)
+        yield picture
 
 
 def _stored(
@@ -76,7 +81,10 @@ def _stored(
         yield np.ascontiguousarray(np.rot90(picture, -encoding.rotation_deg // 90))
 
 
-def _write_options(encoding: EncodingSettings) -> WriteOptions:
+def _write_options(scene: Scene, schedule: Schedule) -> WriteOptions:
+    encoding, times = scene.encoding, None
+    if encoding.variable_rate:
+        times = schedule.footage_s(scene.camera.capture_fps, encoding.container_fps).tolist()
     return WriteOptions(
         container_fps=encoding.container_fps,
         codec=encoding.codec,
@@ -84,4 +92,5 @@ def _write_options(encoding: EncodingSettings) -> WriteOptions:
         preset=encoding.preset,
         pixel_format=encoding.pixel_format,
         rotation_deg=encoding.rotation_deg,
+        frame_times_s=times,
     )

@@ -12,6 +12,7 @@ from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
 from count_video.records import WallSide
 from synth_video.scene import Scene
+from synth_video.schedule import first_event_s, last_event_s
 
 FEWEST_COLLISIONS, MOST_COLLISIONS = 3, 45
 HIGHEST_RATIO = 250.0
@@ -47,7 +48,8 @@ def varied(scene: Scene, seed: int) -> Scene:
         if not FEWEST_COLLISIONS <= motion.count <= MOST_COLLISIONS:
             continue
         rate = max(LOWEST_RATE, round(interval_frames / _shortest_interval_s(motion), 2))
-        if (motion.burst[-1].time_s - motion.burst[0].time_s) * rate <= longest:
+        clip = scene.clip
+        if (last_event_s(clip, motion) - first_event_s(clip, motion)) * rate <= longest:
             return replace(
                 scene,
                 setup=setup,

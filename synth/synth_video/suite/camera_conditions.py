@@ -1,4 +1,4 @@
-"""Conditions of the camera, the light and the file."""
+"""Conditions of the light, the camera's stand and lens, and the file."""
 
 from __future__ import annotations
 
@@ -143,5 +143,17 @@ FILE = (
             "camera.height_px=640",
             "view.width_m=0.27",
         ),
+    ),
+    Condition(
+        "resolution",
+        "1080p and 4K",
+        ("camera.width_px=1920", "camera.height_px=1080", "clip.max_frames=160"),
+        (
+            "camera.width_px=3840",
+            "camera.height_px=2160",
+            "view.width_m=0.44",
+            "clip.max_frames=110",
+        ),
+        most=2,
     ),
 )

@@ -16,7 +16,7 @@ STRENGTHS: tuple[Strength, ...] = ("ordinary", "full")
 SCENE = "suite"
 LOOKS = (
     "view.width_m=0.36 | 0.32 | 0.44",
-    "background.kind=table | plaster | cloth | shelf",
+    "background.kind=table | plaster | cloth | plaster",
     "ball.color=[226, 103, 28] | [226, 226, 222] | [226, 103, 28] | [60, 110, 190] | [40, 40, 44]",
     "light.shadow=0.45 | 0.2 | 0.3 | 0.5 | 0.1 | 0.4 | 0.25",
 )
@@ -40,6 +40,8 @@ class Condition:
     """Settings at a strength that hurts."""
     suffix: str = ".mp4"
     """Container of the clips."""
+    most: int = 1000
+    """No more clips than this of each strength, where they are large."""
 
     def seed(self, number: int) -> int:
         """Seed of a clip by its number: each condition has trials of its own."""

@@ -1,14 +1,16 @@
-"""Render the clips of a suite; what is there already is not rendered again."""
+"""Render the clips of a suite; what is there already as it should be is not rendered again."""
 
 from __future__ import annotations
 
+import json
 import multiprocessing
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from count_video.errors import UsageError
+from synth_video.scene import Scene
 from synth_video.suite.condition import STRENGTHS, Condition, Strength
 from synth_video.trial import render_trial
 from synth_video.truth import truth_path
@@ -21,6 +23,16 @@ class Take:
     condition: Condition
     strength: Strength
     number: int
+
+    @property
+    def seed(self) -> int:
+        """Seed of its trial."""
+        return self.condition.seed(self.number)
+
+    @property
+    def scene(self) -> Scene:
+        """What is filmed."""
+        return self.condition.scene(self.strength, self.number)
 
     @property
     def name(self) -> str:
@@ -50,7 +62,7 @@ def takes_of(
     conditions: Sequence[Condition], strengths: Sequence[Strength], numbers: Sequence[int]
 ) -> list[Take]:
     """All clips of a suite, condition by condition."""
-    return [Take(c, s, n) for c in conditions for s in strengths for n in numbers]
+    return [Take(c, s, n) for c in conditions for s in strengths for n in numbers[: c.most]]
 
 
 def film(takes: Sequence[Take], folder: Path, workers: int) -> Iterator[tuple[Take, bool]]:
@@ -67,7 +79,7 @@ def film(takes: Sequence[Take], folder: Path, workers: int) -> Iterator[tuple[Ta
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"cannot make {folder}: {error.strerror}; check the path") from error
-    missing = [take for take in takes if not _is_there(folder / take.name)]
+    missing = [take for take in takes if not _is_there(take, folder / take.name)]
     for take in takes:
         if take not in missing:
             yield take, False
@@ -78,11 +90,16 @@ def film(takes: Sequence[Take], folder: Path, workers: int) -> Iterator[tuple[Ta
             yield take, True
 
 
-def _is_there(clip: Path) -> bool:
-    """Tell whether a clip is complete: its truth is written after it."""
-    return clip.exists() and truth_path(clip).exists()
+def _is_there(take: Take, clip: Path) -> bool:
+    """Tell whether a clip is complete (its truth is written after it) and of the same scene."""
+    try:
+        truth = json.loads(truth_path(clip).read_text("utf-8"))
+    except (OSError, ValueError):
+        return False
+    # What JSON makes of a scene, tuples into lists, is compared.
+    wanted = json.loads(json.dumps(asdict(take.scene)))
+    return clip.exists() and (truth["scene"], truth["seed"]) == (wanted, take.seed)
 
 
 def _render(take: Take, clip: Path) -> None:
-    scene = take.condition.scene(take.strength, take.number)
-    render_trial(scene, take.condition.seed(take.number), clip)
+    render_trial(take.scene, take.seed, clip)

@@ -10,11 +10,18 @@ from count_video.errors import UsageError
 from synth_video.suite.scoring import ClipScore, score
 
 RESULTS = "results.jsonl"
+NO_ANSWER: dict[str, Any] = {
+    "status": "not_counted",
+    "reason": "there is no answer",
+    "count": None,
+    "probability": {},
+    "collisions": [],
+}
 _TRUTH = ".truth.json"
 
 
 def score_folder(folder: Path, results: Path) -> list[ClipScore]:
-    """Score all clips of a folder, sorted by name.
+    """Score all clips of a folder, sorted by name; a clip without an answer is not counted.
 
     Parameters
     ----------
@@ -26,21 +33,17 @@ def score_folder(folder: Path, results: Path) -> list[ClipScore]:
     Raises
     ------
     UsageError
-        A file cannot be read, a clip has no answer, or there is none.
+        A file cannot be read, or there is nothing to score.
     """
     answers = _answers(results)
     truths = sorted(folder.glob(f"*{_TRUTH}"))
     if not truths:
         raise UsageError(f"{folder} holds no truths ({_TRUTH}); name the folder of a suite")
     names = [truth.name.removesuffix(_TRUTH) for truth in truths]
-    unanswered = [name for name in names if name not in answers]
-    if unanswered:
-        raise UsageError(
-            f"{results} has no answer for {len(unanswered)} of {len(names)} clips, the first is "
-            f"{unanswered[0]}; {how_to_count(folder)}"
-        )
+    if not answers.keys() & set(names):
+        raise UsageError(f"{results} has no answer for any clip; {how_to_count(folder)}")
     return [
-        score(name, _object(truth.read_text("utf-8"), truth), answers[name])
+        score(name, _object(truth.read_text("utf-8"), truth), answers.get(name, NO_ANSWER))
         for name, truth in zip(names, truths, strict=True)
     ]
 

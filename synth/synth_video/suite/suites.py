@@ -6,13 +6,18 @@ from collections.abc import Mapping, Sequence
 
 from count_video.errors import UsageError
 from synth_video.suite.camera_conditions import FILE, LIGHT, STAND
+from synth_video.suite.clip_conditions import PART, RATE
 from synth_video.suite.condition import Condition
+from synth_video.suite.thing_conditions import THINGS
 
 SUITES: Mapping[str, tuple[Condition, ...]] = {
     "light": LIGHT,
     "stand": STAND,
     "file": FILE,
-    "all": (*LIGHT, *STAND, *FILE),
+    "rate": RATE,
+    "part": PART,
+    "things": THINGS,
+    "all": (*LIGHT, *STAND, *FILE, *RATE, *PART, *THINGS),
 }
 """Suites by name; ``all`` is what the table of accuracy is made of."""
 

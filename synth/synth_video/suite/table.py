@@ -30,7 +30,11 @@ class Cell:
     wrong_kind: int
     time_error_median_frames: float | None
     time_error_p95_frames: float | None
-    position_error_rms_px: float | None
+    place_offset_px: float | None
+    """Of the ball's centre at collisions: median over the clips of the size of a clip's mean error,
+    which is where the centre is taken to be."""
+    place_scatter_px: float | None
+    """The same, RMS about each clip's mean: how well the ball was followed."""
 
 
 def cells_of(scores: Sequence[ClipScore]) -> list[Cell]:
@@ -72,7 +76,8 @@ def _cell(label: Label, scores: Sequence[ClipScore]) -> Cell:
         return sum(score.outcome == outcome for score in scores)
 
     late = np.abs([error for score in scores for error in score.time_errors_frames])
-    off = np.array([error for score in scores for error in score.position_errors_px])
+    off = [np.array(score.position_errors_px) for score in scores if score.position_errors_px]
+    about = np.concatenate([np.zeros(0), *(errors - errors.mean() for errors in off)])
     return Cell(
         condition=label.condition,
         strength=label.strength,
@@ -86,7 +91,8 @@ def _cell(label: Label, scores: Sequence[ClipScore]) -> Cell:
         wrong_kind=sum(score.wrong_kind for score in scores),
         time_error_median_frames=float(np.median(late)) if late.size else None,
         time_error_p95_frames=float(np.percentile(late, 95)) if late.size else None,
-        position_error_rms_px=float(np.sqrt(np.mean(off**2))) if off.size else None,
+        place_offset_px=float(np.median([abs(errors.mean()) for errors in off])) if off else None,
+        place_scatter_px=float(np.sqrt(np.mean(about**2))) if off else None,
     )
 
 
@@ -118,5 +124,6 @@ _COLUMNS: Sequence[tuple[str, str, Callable[[Cell], str]]] = (
     ("Wrong kind", "---:", lambda cell: str(cell.wrong_kind)),
     ("Time error, median", "---:", lambda cell: _decimals(cell.time_error_median_frames)),
     ("95 %", "---:", lambda cell: _decimals(cell.time_error_p95_frames)),
-    ("Place, RMS px", "---:", lambda cell: _decimals(cell.position_error_rms_px)),
+    ("Centre, px", "---:", lambda cell: _decimals(cell.place_offset_px)),
+    ("Scatter, px", "---:", lambda cell: _decimals(cell.place_scatter_px)),
 )
