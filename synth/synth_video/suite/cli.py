@@ -26,9 +26,10 @@ def suite(argv: Sequence[str]) -> None:
     SystemExit
         After ``--help``, or when the arguments make no sense.
     """
-    parser = _suite_parser()
-    options = parser.parse_args(argv)
-    conditions = conditions_of(options.name, options.conditions)
+    # The folder may stand after options, which the plain parsing of optional arguments forbids.
+    options = _suite_parser().parse_intermixed_args(argv)
+    wanted = [name for name in options.conditions.split(",") if name]
+    conditions = conditions_of(options.name, wanted)
     if options.folder is None:
         width = max(len(condition.name) for condition in conditions)
         for condition in conditions:
@@ -72,12 +73,12 @@ def _suite_parser() -> argparse.ArgumentParser:
         "folder", nargs="?", type=Path, help="folder to write to; without it the conditions' names"
     )
     parser.add_argument(
-        "--conditions", nargs="+", default=(), metavar="NAME", help="only these conditions"
+        "--conditions", default="", metavar="NAME,NAME", help="only these conditions (all)"
     )
     parser.add_argument("--strength", choices=STRENGTHS, help="only this strength (both)")
-    parser.add_argument("--seeds", type=int, default=10, help="clips of each cell (10)")
+    parser.add_argument("--seeds", type=_from_one, default=10, help="clips of each cell (10)")
     parser.add_argument(
-        "--workers", type=int, default=os.cpu_count() or 1, help="clips to render at a time"
+        "--workers", type=_from_one, default=os.cpu_count() or 1, help="clips to render at a time"
     )
     return parser
 
@@ -93,6 +94,12 @@ def _score_parser() -> argparse.ArgumentParser:
         "results", nargs="?", type=Path, help=f"what count-video printed ({RESULTS} in the folder)"
     )
     return parser
+
+
+def _from_one(text: str) -> int:
+    if not (text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 1")
+    return int(text)
 
 
 def _write(place: Path, text: str) -> None:
