@@ -21,16 +21,23 @@ _CHUNK = 256
 
 
 @dataclass(frozen=True)
-class Paths:
-    """Paths of the reference points during one exposure, arrays of shape (m,)."""
+class BodyPath:
+    """Path of a body's reference point during one exposure, arrays of shape (m,)."""
 
-    ball_along_m: Floats
-    """Centre of the ball: distance from the wall."""
-    ball_up_m: Floats
-    """Centre of the ball: height over the rest line."""
-    heavy_along_m: Floats
-    """Middle of the cylinder's face."""
-    heavy_up_m: Floats
+    along_m: Floats
+    """Distance from the wall: of a ball's centre, of the middle of a cylinder's face."""
+    up_m: Floats
+    """Height over the rest line."""
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Paths of all bodies during one exposure."""
+
+    bodies: tuple[BodyPath, ...]
+    """In a trial the ball, then the cylinder."""
+    times_s: Floats
+    """Real time of each point of the paths, shape (m,)."""
 
 
 def exposures(
@@ -71,5 +78,6 @@ def _paths(motion: Motion, times_s: Floats, *, rising: bool) -> Iterator[Paths]:
         ball_rest = setup.wall_gap_m + setup.ball_diameter_m / 2
         ball_up = rise_m(setup, ball_m - ball_rest, setup.light_thread_m)
         heavy_up = rise_m(setup, heavy_m - setup.heavy_rest_m, setup.heavy_thread_m)
-    for rows in zip(ball_m, ball_up, heavy_m, heavy_up, strict=True):
-        yield Paths(*rows)
+    for k, times in enumerate(times_s):
+        ball, heavy = BodyPath(ball_m[k], ball_up[k]), BodyPath(heavy_m[k], heavy_up[k])
+        yield Paths((ball, heavy), times)

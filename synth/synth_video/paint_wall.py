@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from synth_video.actors import Standing, standing
 from synth_video.easel import Easel, over
 from synth_video.looks import WallSettings
 from synth_video.paint_background import TABLE_DEPTH_M
@@ -14,16 +13,6 @@ from synth_video.pixels import Pixels
 EDGE_M = 0.0007
 FOOT_M = -0.046
 """The plate stands on the table here."""
-
-
-@dataclass(frozen=True)
-class PlateFilm:
-    """What the plate adds in front of the bodies: its near part, seen in perspective."""
-
-    rgb: Pixels
-    """Premultiplied colour, shape (h, w, 3), sheet or picture."""
-    cover: Pixels
-    """Shape (h, w)."""
 
 
 def paint_wall(wall: WallSettings, easel: Easel, sheet: Pixels) -> None:
@@ -41,18 +30,15 @@ def paint_wall(wall: WallSettings, easel: Easel, sheet: Pixels) -> None:
     over(sheet, face * wall.edge, (dark[0], dark[1], dark[2]))
 
 
-def plate_film(wall: WallSettings, easel: Easel) -> PlateFilm:
-    """Sheets of the plate's near part, which reaches over the bodies' side."""
-    veil = easel.box(0.0, wall.front_m, FOOT_M - 0.006, 1.0) if wall.front_m else 0.0
-    edge = (
-        easel.box(wall.front_m - 0.8 * EDGE_M, wall.front_m, FOOT_M - 0.006, 1.0)
-        if wall.front_m
-        else 0.0
-    )
+def plate_film(wall: WallSettings, easel: Easel, lens_m: float) -> Standing:
+    """Near part of the plate, which reaches over the bodies' side: it stands in front of them."""
     cover = np.zeros(easel.shape, dtype=np.float32)
-    cover += 0.35 * wall.opacity * veil + 0.45 * wall.edge * edge
+    if wall.front_m:
+        veil = easel.box(0.0, wall.front_m, FOOT_M - 0.006, 1.0)
+        edge = easel.box(wall.front_m - 0.8 * EDGE_M, wall.front_m, FOOT_M - 0.006, 1.0)
+        cover += 0.35 * wall.opacity * veil + 0.45 * wall.edge * edge
     rgb = cover[..., None] * np.asarray(_tint(wall), dtype=np.float32)
-    return PlateFilm(rgb, cover)
+    return standing(easel.picture(rgb, lens_m), easel.picture(cover, lens_m))
 
 
 def mirror_mask(wall: WallSettings, easel: Easel) -> Pixels:

@@ -43,6 +43,10 @@ class Sprite:
     """The body's reference point, in px from the corner of the first cell."""
     _phases: dict[tuple[int, int], Pixels] = field(default_factory=dict)
 
+    def at(self, time_s: float) -> Sprite:
+        """Return itself: this look does not change with time."""
+        return self
+
     def placed(self, x_px: Floats, y_px: Floats) -> Placed:
         """Mean picture while the reference point passes the image points given, shape (m,) each."""
         n = self.cells_per_px

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from synth_video.actors import Actor, Hanging, Moving
 from synth_video.canvas import body_canvas
-from synth_video.easel import easel_for
+from synth_video.easel import Easel, easel_for
 from synth_video.paint_background import TABLE_DEPTH_M, paint_background
 from synth_video.paint_ball import paint_ball
 from synth_video.paint_cylinder import paint_cylinder
@@ -23,70 +24,96 @@ LAMPS = ((0.24, 0.05, 0.9), (0.42, 0.07, 1.1), (0.62, 0.06, 0.8), (0.84, 0.08, 1
 """Middle and half width of what the brass mirrors, in picture widths, and its strength."""
 
 
+BALL, HEAVY = 0, 1
+"""Order of the bodies in a trial's paths."""
+SHADOW_DROP_M = TABLE_DEPTH_M + 0.014
+"""From the axis at rest down to where the shadows lie."""
+
+
 @dataclass(frozen=True)
 class Stage:
-    """The still picture and the moving parts, in tilted coordinates (wall on the left)."""
+    """The still picture and what moves before it, in tilted coordinates (wall on the left)."""
 
     projection: Projection
     still: Pixels
     """Background and wall, shape (h, w, 3)."""
-    mirror: Pixels
-    """Strength of the mirror image in the wall, shape (h, w, 1)."""
-    film_rgb: Pixels
-    film_cover: Pixels
-    """Near part of the plate in front of the bodies, (h, w, 3) premultiplied and (h, w, 1)."""
     lamps: Pixels
     """What polished brass mirrors at each place, shape (h, w, 3)."""
-    ball: Sprite
-    ball_image: Sprite | None
-    """The ball as the wall mirrors it; None for a wall that mirrors nothing."""
-    cylinder: Sprite
-    cylinder_length_m: float
-    ball_shadow: Sprite
-    cylinder_shadow: Sprite
-    shadow_drop_m: float
-    """From the axis at rest down to where the shadows lie."""
-    ball_threads: tuple[Thread, ...]
-    cylinder_threads: tuple[Thread, ...]
-    thread_look: ThreadLook
+    actors: tuple[Actor, ...]
+    """The farthest first."""
 
 
 def set_stage(scene: Scene, projection: Projection, rng: np.random.Generator) -> Stage:
-    """Paint a scene; ``rng`` decides the grain of the table and what stands on the shelf."""
+    """Paint a scene; ``rng`` decides the grain of the table and what stands on the shelf.
+
+    Raises
+    ------
+    UsageError
+        If a body is too large to be painted.
+    """
+    bodies = _bodies(scene, projection)  # first: it refuses what would fill the memory
     easel = easel_for(projection, rng)
     sheet = paint_background(scene.background, easel)
     defocus_px = max(scene.background.blur_m * easel.px_per_m, 0.3)
     sheet = as_pixels(cv2.GaussianBlur(sheet, (0, 0), defocus_px))
     paint_wall(scene.wall, easel, sheet)
-    film = plate_film(scene.wall, easel)
     lens_m = scene.camera.blur_px / projection.px_per_m
-    scale, tilt, blur = projection.px_per_m, projection.tilt_deg, scene.camera.blur_px
-    diameter = scene.setup.ball_diameter_m * scale
-    image = paint_ball(scene.ball, diameter, tilt, blur, reflected=True)
-    cylinder = scene.cylinder
-    size = (cylinder.length_m * scale, cylinder.diameter_m * scale)
-    suspended = scene.setup.mounting == "suspended"
     return Stage(
         projection=projection,
         still=easel.picture(sheet, lens_m),
-        mirror=easel.picture(mirror_mask(scene.wall, easel), lens_m)[..., None],
-        film_rgb=easel.picture(film.rgb, lens_m),
-        film_cover=easel.picture(film.cover, lens_m)[..., None],
-        lamps=_lamps(projection),
-        ball=paint_ball(scene.ball, diameter, tilt, blur, reflected=False),
-        ball_image=image if scene.wall.reflection else None,
-        cylinder=paint_cylinder(cylinder, scale, tilt, blur),
-        cylinder_length_m=cylinder.length_m,
-        ball_shadow=_shadow(diameter, diameter, tilt, scene.light.shadow),
-        cylinder_shadow=_shadow(*size, tilt, scene.light.shadow),
-        shadow_drop_m=TABLE_DEPTH_M + 0.014,
-        ball_threads=_ball_threads(scene) if suspended else (),
-        cylinder_threads=_cylinder_threads(scene) if suspended else (),
-        thread_look=_thread_look(scene, scale),
+        lamps=lamps_of(projection),
+        actors=(
+            *_shadows(scene, projection),
+            *_mirror_image(scene, projection, easel),
+            *_threads(scene, projection.px_per_m),
+            *bodies,
+            plate_film(scene.wall, easel, lens_m),
+        ),
     )
 
 
-def _lamps(projection: Projection) -> Pixels:
+def _shadows(scene: Scene, projection: Projection) -> tuple[Actor, ...]:
+    """Soft shadows of cylinder and ball on the table."""
+    scale, tilt, depth = projection.px_per_m, projection.tilt_deg, scene.light.shadow
+    length_m, diameter_m = scene.cylinder.length_m, scene.setup.ball_diameter_m
+    heavy = paint_shadow(length_m * scale, scene.cylinder.diameter_m * scale, tilt, depth)
+    ball = paint_shadow(diameter_m * scale, diameter_m * scale, tilt, depth)
+    return (
+        Moving(heavy, HEAVY, shift_m=length_m / 2, level_m=-SHADOW_DROP_M),
+        Moving(ball, BALL, level_m=-SHADOW_DROP_M),
+    )
+
+
+def _mirror_image(scene: Scene, projection: Projection, easel: Easel) -> tuple[Actor, ...]:
+    """Paint the ball as the wall mirrors it; nothing for a wall that mirrors nothing."""
+    if not scene.wall.reflection:
+        return ()
+    lens_px = scene.camera.blur_px
+    mask = easel.picture(mirror_mask(scene.wall, easel), lens_px / projection.px_per_m)
+    diameter_px = scene.setup.ball_diameter_m * projection.px_per_m
+    image = paint_ball(scene.ball, diameter_px, projection.tilt_deg, lens_px, reflected=True)
+    return (Moving(image, BALL, mirrored=True, strength=mask[..., None]),)
+
+
+def _threads(scene: Scene, px_per_m: float) -> tuple[Actor, ...]:
+    """Those of the cylinder and of the ball, where the bodies hang."""
+    if scene.setup.mounting != "suspended":
+        return ()
+    look = thread_look(scene, px_per_m)
+    return Hanging(_cylinder_threads(scene), look, HEAVY), Hanging(_ball_threads(scene), look, BALL)
+
+
+def _bodies(scene: Scene, projection: Projection) -> tuple[Actor, ...]:
+    """Paint the cylinder, and the ball in front of it."""
+    scale, tilt, lens_px = projection.px_per_m, projection.tilt_deg, scene.camera.blur_px
+    diameter_px = scene.setup.ball_diameter_m * scale
+    return (
+        Moving(paint_cylinder(scene.cylinder, scale, tilt, lens_px), HEAVY),
+        Moving(paint_ball(scene.ball, diameter_px, tilt, lens_px, reflected=False), BALL),
+    )
+
+
+def lamps_of(projection: Projection) -> Pixels:
     """Bright patches along the picture: windows and lamps as the brass mirrors them."""
     place = np.arange(projection.width_px) / projection.width_px
     bright = np.full_like(place, 0.1)
@@ -96,7 +123,7 @@ def _lamps(projection: Projection) -> Pixels:
     return np.repeat(row[None], projection.height_px, axis=0)
 
 
-def _shadow(length_px: float, depth_px: float, tilt_deg: float, depth: float) -> Sprite:
+def paint_shadow(length_px: float, depth_px: float, tilt_deg: float, depth: float) -> Sprite:
     """Soft shadow on the table of a body with this length, about the middle of its length.
 
     Channels: red, green, blue (0) and coverage.
@@ -131,7 +158,8 @@ def _cylinder_threads(scene: Scene) -> tuple[Thread, ...]:
     return tuple(threads)
 
 
-def _thread_look(scene: Scene, px_per_m: float) -> ThreadLook:
+def thread_look(scene: Scene, px_per_m: float) -> ThreadLook:
+    """Colour and profile of the threads at a picture's scale."""
     threads = scene.threads
     return ThreadLook(
         np.array(threads.color, float),

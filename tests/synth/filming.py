@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from count_video.physics.simulator import Motion, simulate
 from count_video.records import Floats
 from synth_video.compositor import Compositor
-from synth_video.exposure import Paths
+from synth_video.exposure import BodyPath, Paths
 from synth_video.projection import projection_of
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene
@@ -54,7 +54,7 @@ class CoverageCamera:
     def coverage(self, ball_m: Floats, heavy_m: Floats) -> Floats:
         """Covered part of each pixel, (h, w), while the bodies pass these places, shape (m,)."""
         level = np.zeros_like(ball_m)
-        paths = Paths(ball_m, level, heavy_m, level)
+        paths = Paths((BodyPath(ball_m, level), BodyPath(heavy_m, level)), level)
         black = self._on_black.compose(paths)[..., 0].astype(float)
         white = self._on_white.compose(paths)[..., 0].astype(float)
         return 1 - (white - black) / 255

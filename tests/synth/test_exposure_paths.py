@@ -8,6 +8,7 @@ from count_video.physics.simulator import simulate
 from synth_video.exposure import exposures, rise_m
 from synth_video.projection import projection_of
 from synth_video.schedule import schedule_of
+from synth_video.stage import BALL, HEAVY
 
 MEAN_PX = 0.004
 """Greatest error of the mean of a sampled path with a bounce in it; see exposure.py."""
@@ -18,7 +19,9 @@ def test_the_mean_of_each_sampled_path_is_the_mean_of_the_true_path() -> None:
     motion = simulate(scene.setup, seed=0)
     schedule = schedule_of(scene, motion, np.random.default_rng(3))
     scale = projection_of(scene).px_per_m
-    sampled = [p.ball_along_m.mean() for p in exposures(motion, schedule, scale, rising=False)]
+    sampled = [
+        p.bodies[BALL].along_m.mean() for p in exposures(motion, schedule, scale, rising=False)
+    ]
     part = ((np.arange(2000) + 0.5) / 2000 - 0.5) * schedule.exposure_s
     fine = motion.sample((schedule.centre_s[:, None] + part).ravel()).ball_far_face_m
     true = fine.reshape(-1, 2000).mean(axis=1) + scene.setup.ball_diameter_m / 2
@@ -30,7 +33,9 @@ def test_a_shutter_hardly_open_shows_the_place_at_the_centre_of_the_exposure() -
     motion = simulate(scene.setup, seed=0)
     schedule = schedule_of(scene, motion, np.random.default_rng(3))
     scale = projection_of(scene).px_per_m
-    seen = [p.heavy_along_m.mean() for p in exposures(motion, schedule, scale, rising=False)]
+    seen = [
+        p.bodies[HEAVY].along_m.mean() for p in exposures(motion, schedule, scale, rising=False)
+    ]
     true = motion.sample(schedule.centre_s).heavy_face_m
     assert np.array(seen) * scale == pytest.approx(true * scale, abs=1e-3)
 
