@@ -9,9 +9,10 @@ from pathlib import Path
 
 from count_video.errors import CountVideoError
 from synth_video.campaign.cli import main as campaign
+from synth_video.experiments.truth import ExperimentTruth
 from synth_video.scene_file import load_scene, scene_names
 from synth_video.suite import cli as suite
-from synth_video.trial import render_trial
+from synth_video.trial import render_clip
 from synth_video.truth import Truth, truth_path
 from synth_video.variation import varied
 
@@ -40,7 +41,7 @@ def main(argv: Sequence[str]) -> int:
         scene = load_scene(options.scene, options.set)
         if options.vary:
             scene = varied(scene, options.seed)
-        truth = render_trial(scene, options.seed, options.clip)
+        truth = render_clip(scene, options.seed, options.clip)
     except SystemExit as leaving:  # how argparse ends --help and a wrong usage
         return int(leaving.code or 0)
     except CountVideoError as error:
@@ -97,10 +98,10 @@ def _scene_list() -> str:
     return "".join(f"{name:<{width}}  {load_scene(name).purpose}\n" for name in names)
 
 
-def _summary(clip: Path, truth: Truth) -> str:
+def _summary(clip: Path, truth: Truth | ExperimentTruth) -> str:
     apart = "resolved" if truth.resolved else "not resolved"
     return (
-        f"{clip}: {len(truth.wall.x_px)} frames, {truth.count} collisions, {apart} "
+        f"{clip}: {truth.frames} frames, {truth.count} collisions, {apart} "
         f"(shortest interval {truth.shortest_interval_frames:.2f} frames); "
         f"truth in {truth_path(clip).name}\n"
     )

@@ -45,10 +45,15 @@ def exposures(
 ) -> Iterator[Paths]:
     """Paths during each exposure, frame by frame, sampled at the middle of equal parts of it."""
     count = _samples(motion, schedule, px_per_m)
+    times_s = open_times(schedule, count)
+    for start in range(0, len(times_s), _CHUNK):
+        yield from _paths(motion, times_s[start : start + _CHUNK], rising=rising)
+
+
+def open_times(schedule: Schedule, count: int) -> Floats:
+    """Middles of ``count`` equal parts of each exposure, shape (frames, count)."""
     part = ((np.arange(count) + 0.5) / count - 0.5) * schedule.exposure_s
-    for start in range(0, len(schedule.centre_s), _CHUNK):
-        times = schedule.centre_s[start : start + _CHUNK, None] + part
-        yield from _paths(motion, times, rising=rising)
+    return schedule.centre_s[:, None] + part
 
 
 def rise_m(setup: Setup, displacement_m: Floats, thread_m: float) -> Floats:
@@ -63,7 +68,11 @@ def _samples(motion: Motion, schedule: Schedule, px_per_m: float) -> int:
     speeds = [0.0]
     for hit in motion.collisions:
         speeds += [abs(hit.heavy_before_m_s), abs(hit.light_after_m_s)]
-    travel_px = max(speeds) * schedule.exposure_s * px_per_m
+    return samples_for(max(speeds) * schedule.exposure_s * px_per_m)
+
+
+def samples_for(travel_px: float) -> int:
+    """Count the samples of an exposure for a body that travels so far during it."""
     return int(np.clip(np.ceil(travel_px * SAMPLES_PER_PX), FEWEST_SAMPLES, MOST_SAMPLES))
 
 

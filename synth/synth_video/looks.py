@@ -12,6 +12,10 @@ from count_video.errors import UsageError
 from count_video.records import WallSide
 
 Color = tuple[int, int, int]
+BodyShape = Literal["ball", "block", "cart", "puck"]
+HeavyShape = Literal["cylinder", "block", "cart", "puck"]
+Pattern = Literal["print", "plain", "stripes", "halves"]
+SpinAxis = Literal["upright", "sight"]
 BackgroundKind = Literal["table", "cloth", "shelf", "plaster"]
 
 
@@ -23,8 +27,18 @@ def require(condition: bool, complaint: str) -> None:
 
 @dataclass(frozen=True)
 class BallSettings:
-    """Looks of the light body; its diameter belongs to the set-up."""
+    """Looks of the light body; its diameter (length along the line) belongs to the set-up."""
 
+    shape: BodyShape = "ball"
+    """A ball, a wooden block or a cart seen from the side, or a puck seen from above."""
+    height_m: float = 0.0
+    """Height of a block or a cart; 0 for as high as long."""
+    pattern: Pattern = "print"
+    """What is on a ball: the print of ``mark``, nothing, stripes, or halves, in ``mark_color``."""
+    spin_hz: float = 0.0
+    """Turns per second of real time, of a ball or a puck, of either sign."""
+    spin_axis: SpinAxis = "upright"
+    """Axis of a ball's turn: its thread, or the line of sight (as if it rolled)."""
     color: Color = (226, 103, 28)
     ring: bool = True
     ring_color: Color = (38, 36, 38)
@@ -39,12 +53,15 @@ class BallSettings:
     def __post_init__(self) -> None:
         require(0 <= self.gloss <= 1, "ball.gloss must lie between 0 and 1")
         require(0 <= self.shading <= 1, "ball.shading must lie between 0 and 1")
+        require(self.height_m >= 0, "ball.height_m must not be negative")
 
 
 @dataclass(frozen=True)
 class CylinderSettings:
     """Looks and size of the heavy body; its mass belongs to the set-up."""
 
+    shape: HeavyShape = "cylinder"
+    """A cylinder, a wooden block or a cart seen from the side, or a puck seen from above."""
     length_m: float = 0.063
     diameter_m: float = 0.049
     color: Color = (206, 152, 62)

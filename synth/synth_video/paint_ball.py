@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 
@@ -12,24 +14,41 @@ from synth_video.sprite import Sprite
 
 LAMP = np.array([-0.35, -0.72, 0.60])
 """Direction to the main lamp: left, above (y is down), in front."""
+PRINT_CELLS = 160.0
+"""Cells of the print to a ball radius."""
 RING_HALF_WIDTH = 0.055
 RING_YAW = 0.12
 """The ring's half width in ball radii, and the sine of its turn toward the camera."""
 
 
-def paint_ball(
-    ball: BallSettings, diameter_px: float, tilt_deg: float, blur_px: float, *, reflected: bool
-) -> Sprite:
-    """Paint the ball about its centre; ``reflected`` gives its image in a mirror at its side.
+@dataclass(frozen=True)
+class BallView:
+    """How a ball is looked at."""
+
+    diameter_px: float
+    tilt_deg: float
+    blur_px: float
+    """Standard deviation of the lens blur."""
+    reflected: bool = False
+    """True for its image in a mirror at its side."""
+    cells_per_px: int | None = None
+    """None for as fine as its size allows."""
+
+
+def paint_ball(ball: BallSettings, view: BallView, turn_rad: float = 0.0) -> Sprite:
+    """Paint the ball about its centre, turned about its axis.
 
     Channels: red, green, blue (premultiplied), coverage.
     """
-    radius = diameter_px / 2
+    blur_px = view.blur_px
+    radius = view.diameter_px / 2
     reach = radius * (1 + 2 * RING_HALF_WIDTH) if ball.ring else radius
-    canvas = body_canvas((-radius, radius), (-reach, reach), tilt_deg, blur_px)
-    along = -canvas.along_px if reflected else canvas.along_px
+    canvas = body_canvas(
+        (-radius, radius), (-reach, reach), view.tilt_deg, blur_px, view.cells_per_px
+    )
+    along = -canvas.along_px if view.reflected else canvas.along_px
     cover = canvas.coverage(np.hypot(along, canvas.down_px) - radius)
-    rgb = _shaded(ball, along / radius, canvas.down_px / radius, canvas, radius)
+    rgb = _shaded(ball, along / radius, canvas.down_px / radius, turn_rad)
     if ball.ring:
         ring, shade = _ring(along, canvas.down_px, radius, canvas)
         ring_rgb = np.multiply.outer(np.array(ball.ring_color, float), shade)
@@ -40,7 +59,7 @@ def paint_ball(
     return canvas.finish([*rgb, cover], blur_px)
 
 
-def _shaded(ball: BallSettings, u: Floats, v: Floats, canvas: BodyCanvas, radius: float) -> Floats:
+def _shaded(ball: BallSettings, u: Floats, v: Floats, turn_rad: float) -> Floats:
     """Colour of the sphere's surface, shape (3, h, w); u, v in ball radii."""
     w = np.sqrt(np.clip(1 - u * u - v * v, 0, 1))
     lamp = LAMP / np.linalg.norm(LAMP)
@@ -51,22 +70,42 @@ def _shaded(ball: BallSettings, u: Floats, v: Floats, canvas: BodyCanvas, radius
     halfway /= np.linalg.norm(halfway)
     gleam = np.clip(u * halfway[0] + v * halfway[1] + w * halfway[2], 0, 1) ** 48
     surface = np.multiply.outer(np.array(ball.color, float), np.ones_like(u))
-    if ball.mark:
-        ink = _mark(ball.mark, u, v, w, canvas.cells_per_px * radius)
-        surface += (np.array(ball.mark_color, float)[:, None, None] - surface) * ink * 0.85
+    ink = _ink(ball, *_turned(ball, u, v, w, turn_rad))
+    surface += (np.array(ball.mark_color, float)[:, None, None] - surface) * ink * 0.85
     return np.asarray(np.clip(surface * shade + 190 * ball.gloss * gleam, 0, 255))
 
 
-def _mark(text: str, u: Floats, v: Floats, w: Floats, cells_per_radius: float) -> Floats:
+def _turned(
+    ball: BallSettings, u: Floats, v: Floats, w: Floats, turn_rad: float
+) -> tuple[Floats, Floats, Floats]:
+    """Points of the surface in the coordinates of a ball that has turned about its axis."""
+    cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
+    if ball.spin_axis == "upright":
+        return u * cosine - w * sine, v, u * sine + w * cosine
+    return u * cosine + v * sine, v * cosine - u * sine, w
+
+
+def _ink(ball: BallSettings, u: Floats, v: Floats, w: Floats) -> Floats:
+    """How far the surface has the colour of the mark, 0 to 1; u, v, w in ball radii."""
+    if ball.pattern == "stripes":
+        # Edges of the stripes lie at right angles to the line of motion: the hardest to bear.
+        return np.asarray(np.clip(0.5 + 6 * np.sin(6 * np.arctan2(u, w)), 0, 1))
+    if ball.pattern == "halves":
+        return np.asarray(np.clip(0.5 + 20 * u, 0, 1))
+    if ball.pattern == "print" and ball.mark:
+        return _mark(ball.mark, u, v, w)
+    return np.zeros_like(u)
+
+
+def _mark(text: str, u: Floats, v: Floats, w: Floats) -> Floats:
     """Coverage of the print, wrapped round the sphere to the right of its middle."""
-    cells_per_radius = max(cells_per_radius, 24.0)
-    page = printed(text, 0.30 * cells_per_radius, 1)
-    dots = printed("* * *", 0.22 * cells_per_radius, 1)
+    page = printed(text, 0.30 * PRINT_CELLS, 1)
+    dots = printed("* * *", 0.22 * PRINT_CELLS, 1)
     ink = np.zeros_like(u)
     for picture, middle in ((page, 0.02), (dots, -0.36)):
         longitude, latitude = np.arctan2(u, w), np.arcsin(np.clip(v, -1, 1))
-        x = (longitude - 0.62) * cells_per_radius + picture.shape[1] / 2
-        y = (latitude - middle) * cells_per_radius + picture.shape[0] / 2
+        x = (longitude - 0.62) * PRINT_CELLS + picture.shape[1] / 2
+        y = (latitude - middle) * PRINT_CELLS + picture.shape[0] / 2
         ink = np.maximum(
             ink, cv2.remap(picture, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR)
         )

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from count_video.physics.setup import Setup
+from synth_video.experiments.settings import ExperimentSettings
 from synth_video.looks import (
     BackgroundSettings,
     BallSettings,
@@ -182,6 +183,7 @@ class Scene:
     name: str = "unnamed"
     purpose: str = ""
     """One sentence on what the scene is for."""
+    experiment: ExperimentSettings = field(default_factory=ExperimentSettings)
     setup: Setup = field(default_factory=Setup)
     clip: ClipSettings = field(default_factory=ClipSettings)
     camera: CameraSettings = field(default_factory=CameraSettings)

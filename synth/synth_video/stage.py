@@ -8,11 +8,10 @@ import cv2
 import numpy as np
 
 from synth_video.actors import Actor, Hanging, Moving
+from synth_video.bodies import Lens, heavy_look, light_look
 from synth_video.canvas import body_canvas
 from synth_video.easel import Easel, easel_for
 from synth_video.paint_background import TABLE_DEPTH_M, paint_background
-from synth_video.paint_ball import paint_ball
-from synth_video.paint_cylinder import paint_cylinder
 from synth_video.paint_wall import mirror_mask, paint_wall, plate_film
 from synth_video.pixels import Pixels, as_pixels
 from synth_video.projection import Projection
@@ -88,10 +87,9 @@ def _mirror_image(scene: Scene, projection: Projection, easel: Easel) -> tuple[A
     """Paint the ball as the wall mirrors it; nothing for a wall that mirrors nothing."""
     if not scene.wall.reflection:
         return ()
-    lens_px = scene.camera.blur_px
-    mask = easel.picture(mirror_mask(scene.wall, easel), lens_px / projection.px_per_m)
-    diameter_px = scene.setup.ball_diameter_m * projection.px_per_m
-    image = paint_ball(scene.ball, diameter_px, projection.tilt_deg, lens_px, reflected=True)
+    lens = lens_of(scene, projection)
+    mask = easel.picture(mirror_mask(scene.wall, easel), lens.blur_px / lens.px_per_m)
+    image = light_look(scene.ball, scene.setup.ball_diameter_m, lens, reflected=True)
     return (Moving(image, BALL, mirrored=True, strength=mask[..., None]),)
 
 
@@ -104,13 +102,15 @@ def _threads(scene: Scene, px_per_m: float) -> tuple[Actor, ...]:
 
 
 def _bodies(scene: Scene, projection: Projection) -> tuple[Actor, ...]:
-    """Paint the cylinder, and the ball in front of it."""
-    scale, tilt, lens_px = projection.px_per_m, projection.tilt_deg, scene.camera.blur_px
-    diameter_px = scene.setup.ball_diameter_m * scale
-    return (
-        Moving(paint_cylinder(scene.cylinder, scale, tilt, lens_px), HEAVY),
-        Moving(paint_ball(scene.ball, diameter_px, tilt, lens_px, reflected=False), BALL),
-    )
+    """Paint the heavy body, and the light one in front of it."""
+    lens = lens_of(scene, projection)
+    ball = light_look(scene.ball, scene.setup.ball_diameter_m, lens)
+    return Moving(heavy_look(scene.cylinder, lens), HEAVY), Moving(ball, BALL)
+
+
+def lens_of(scene: Scene, projection: Projection) -> Lens:
+    """How the camera sees the bodies of a scene."""
+    return Lens(projection.px_per_m, projection.tilt_deg, scene.camera.blur_px)
 
 
 def lamps_of(projection: Projection) -> Pixels:

@@ -77,6 +77,11 @@ class Truth:
         return len(self.events)
 
     @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return len(self.wall.x_px)
+
+    @property
     def shortest_interval_frames(self) -> float:
         """Shortest time between two collisions of the burst; inf for fewer than two."""
         return min((b.frame - a.frame for a, b in pairwise(self.events)), default=float("inf"))
@@ -141,7 +146,12 @@ def truth_path(clip_path: Path) -> Path:
 
 
 def write_truth(truth: Truth, path: Path) -> None:
-    """Write the truth as JSON; the file appears under its name only when it is complete.
+    """Write the truth as JSON, as ``write_text`` does."""
+    write_text(truth_json(truth), path)
+
+
+def write_text(text: str, path: Path) -> None:
+    """Write a file that appears under its name only when it is complete.
 
     Raises
     ------
@@ -150,7 +160,7 @@ def write_truth(truth: Truth, path: Path) -> None:
     """
     partial = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        partial.write_text(truth_json(truth), encoding="utf-8")
+        partial.write_text(text, encoding="utf-8")
         os.replace(partial, path)
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror}; check the folder") from error

@@ -11,6 +11,7 @@ from count_video.errors import UsageError
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
 from count_video.records import WallSide
+from synth_video.experiments.variation import varied_experiment
 from synth_video.scene import Scene
 from synth_video.schedule import first_event_s, last_event_s
 
@@ -37,6 +38,8 @@ def varied(scene: Scene, seed: int) -> Scene:
     UsageError
         If the scene's bodies allow no such trial.
     """
+    if scene.experiment.kind != "pi":
+        return varied_experiment(scene, seed)
     rng = np.random.default_rng(seed)
     around = scene.clip.lead_frames + scene.clip.tail_frames + 2
     longest = min(LONGEST_BURST_FRAMES, scene.clip.max_frames - around)

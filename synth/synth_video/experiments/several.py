@@ -1,0 +1,109 @@
+"""Several like bodies without a wall: they collide with each other, or never touch."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from count_video.physics.discs import Disc, collide
+from count_video.physics.setup import Setup
+from count_video.physics.simulator import simulate
+from count_video.records import Floats
+from synth_video.experiments.course import SPARE_S, Contact, Course, Place, pendulum_of, swing
+from synth_video.experiments.settings import ExperimentSettings
+from synth_video.exposure import rise_m
+
+CRADLE_BODIES = 5
+
+
+def two_discs(experiment: ExperimentSettings, setup: Setup) -> Course:
+    """Let a puck or a cart slide toward another; the point of touch at no offset is at 0."""
+    radius_m, mass_kg = setup.ball_diameter_m / 2, setup.light_mass_kg
+    first = Disc(mass_kg, radius_m, complex(-radius_m - experiment.start_m, experiment.offset_m),
+                 complex(-experiment.speed_m_s, 0.0))  # fmt: skip
+    second = Disc(mass_kg, radius_m, complex(radius_m, 0.0), 0j)
+    motion = collide(first, second, setup.restitution_bodies)
+    contacts = (Contact(motion.contact_s, "bodies"),) if motion.contact_s < math.inf else ()
+
+    def place(body: int) -> Place:
+        def at(times_s: Floats) -> tuple[Floats, Floats]:
+            points = motion.sample(times_s)[body]
+            return points.real.copy(), points.imag.copy()
+
+        return at
+
+    return Course(contacts, (place(0), place(1)))
+
+
+_FAR_WALL_M = 100.0
+"""A wall that no pendulum reaches."""
+
+
+def two_pendulums(experiment: ExperimentSettings, setup: Setup) -> Course:
+    """Let a ball swing toward another that hangs at rest beside it, at 0."""
+    like = replace(
+        setup,
+        mounting="suspended",
+        heavy_mass_kg=setup.light_mass_kg,
+        heavy_thread_m=setup.light_thread_m,
+        heavy_damping_per_s=setup.light_damping_per_s,
+        wall_gap_m=_FAR_WALL_M,
+        release_m=experiment.start_m,
+    )
+    motion = simulate(like, until_s=SPARE_S + experiment.duration_s)
+    contacts = tuple(Contact(hit.time_s, hit.kind) for hit in motion.collisions)
+    radius_m = setup.ball_diameter_m / 2
+
+    def left(times_s: Floats) -> tuple[Floats, Floats]:
+        aside_m = motion.sample(times_s.ravel()).ball_far_face_m.reshape(times_s.shape)
+        aside_m = aside_m - _FAR_WALL_M
+        return aside_m - radius_m, rise_m(setup, aside_m, setup.light_thread_m)
+
+    def right(times_s: Floats) -> tuple[Floats, Floats]:
+        face_m = motion.sample(times_s.ravel()).heavy_face_m.reshape(times_s.shape)
+        aside_m = face_m - like.heavy_rest_m
+        return aside_m + like.bodies_gap_m + radius_m, rise_m(setup, aside_m, setup.light_thread_m)
+
+    hangers_m = -radius_m, like.bodies_gap_m + radius_m
+    return Course(contacts, (left, right), hangers_m)
+
+
+def passing(experiment: ExperimentSettings, setup: Setup) -> Course:
+    """Let two pendulums swing toward each other, up to the least gap, and back."""
+    start_m, radius_m = experiment.start_m, setup.ball_diameter_m / 2
+    law = pendulum_of(setup, 0.0)
+    middle_m = start_m + experiment.offset_m / 2 + radius_m
+
+    def place(side: int) -> Place:
+        def at(times_s: Floats) -> tuple[Floats, Floats]:
+            aside_m = side * swing(law, start_m, times_s)
+            return side * middle_m + aside_m, rise_m(setup, aside_m, setup.light_thread_m)
+
+        return at
+
+    return Course((), (place(-1), place(1)), (-middle_m, middle_m))
+
+
+def cradle(experiment: ExperimentSettings, setup: Setup) -> Course:
+    """Let five balls hang in a row and one at the end swing in.
+
+    Equal balls that exchange their velocities move like balls that pass through each other and
+    change names: the k-th from the left is always the k-th smallest of five free swings.
+    """
+    law = pendulum_of(setup, 0.0)
+    bodies = range(CRADLE_BODIES)
+    hangers_m = [(body - (CRADLE_BODIES - 1) / 2) * setup.ball_diameter_m for body in bodies]
+
+    def place(body: int) -> Place:
+        def at(times_s: Floats) -> tuple[Floats, Floats]:
+            aside = swing(law, experiment.start_m, times_s)
+            # One swings, four rest at 0: it is the last of the row while it is beyond them.
+            ends = {0: np.minimum(aside, 0.0), CRADLE_BODIES - 1: np.maximum(aside, 0.0)}
+            aside_m = ends.get(body, np.zeros_like(aside))
+            return aside_m + hangers_m[body], rise_m(setup, aside_m, setup.light_thread_m)
+
+        return at
+
+    return Course((), tuple(place(body) for body in bodies), tuple(hangers_m))

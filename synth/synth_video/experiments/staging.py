@@ -1,0 +1,128 @@
+"""Everything of an experiment that can be painted before the first frame."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from synth_video.actors import Actor, Hanging, Moving
+from synth_video.bodies import light_look
+from synth_video.easel import Easel, easel_for, over
+from synth_video.experiments.course import Course
+from synth_video.paint_background import WOOD, paint_background
+from synth_video.paint_wall import paint_wall, plate_film
+from synth_video.pixels import Pixels, as_pixels
+from synth_video.projection import Projection
+from synth_video.scene import Scene
+from synth_video.stage import SHADOW_DROP_M, Stage, lamps_of, lens_of, paint_shadow, thread_look
+from synth_video.threads import Thread
+
+STEEL = (104.0, 106.0, 110.0)
+RAIL = (158.0, 160.0, 164.0)
+POST_M = 0.016
+"""Thickness of the stops at a track's ends."""
+TABLE_FRONT_M = 0.012
+"""A table seen a little from above: from where the ball strikes down to its front edge."""
+
+
+def set_experiment(
+    scene: Scene, course: Course, projection: Projection, rng: np.random.Generator
+) -> Stage:
+    """Paint an experiment; ``rng`` decides the grain and what stands about.
+
+    Raises
+    ------
+    UsageError
+        If a body is too large to be painted.
+    """
+    bodies = _bodies(scene, course, projection)  # first: it refuses what would fill the memory
+    easel = easel_for(projection, rng)
+    sheet = paint_background(scene.background, easel)
+    defocus_px = max(scene.background.blur_m * easel.px_per_m, 0.3)
+    sheet = as_pixels(cv2.GaussianBlur(sheet, (0, 0), defocus_px))
+    front: tuple[Actor, ...] = ()
+    lens_m = scene.camera.blur_px / projection.px_per_m
+    if scene.experiment.kind == "bounce":
+        _paint_table(easel, sheet)
+    elif scene.ball.shape in ("block", "cart"):
+        _paint_track(scene, easel, sheet)
+    elif scene.experiment.kind == "pendulum":
+        paint_wall(scene.wall, easel, sheet)
+        front = (plate_film(scene.wall, easel, lens_m),)
+    return Stage(
+        projection=projection,
+        still=easel.picture(sheet, lens_m),
+        lamps=lamps_of(projection),
+        actors=(
+            *_shadows(scene, course, projection),
+            *_threads(scene, course, projection),
+            *bodies,
+            *front,
+        ),
+    )
+
+
+def _paint_table(easel: Easel, sheet: Pixels) -> None:
+    """Table whose top the ball strikes at height 0."""
+    coarse, fine = easel.grain(40.0, 0.7), easel.grain(12.0, 0.3)
+    grain = as_pixels(1 + 0.07 * (coarse + 0.6 * fine))
+    wood = grain[..., None] * as_pixels(WOOD)
+    over(sheet, easel.box(-5.0, 5.0, -TABLE_FRONT_M, TABLE_FRONT_M), as_pixels(1.18 * wood))
+    over(sheet, easel.box(-5.0, 5.0, -5.0, -TABLE_FRONT_M), as_pixels(0.72 * wood))
+
+
+def _paint_track(scene: Scene, easel: Easel, sheet: Pixels) -> None:
+    """Rail under a block or a cart, with a stop at its end, at both or at none."""
+    half_m = (scene.ball.height_m or scene.setup.ball_diameter_m) / 2
+    wheel_m = 0.2 * half_m if scene.ball.shape == "cart" else 0.0
+    rail_m, span_m = -half_m - wheel_m, scene.experiment.span_m
+    over(sheet, easel.box(-5.0, 5.0, rail_m - 0.4 * half_m, rail_m), RAIL)
+    over(sheet, easel.box(-5.0, 5.0, rail_m - 0.4 * half_m, rail_m - 0.3 * half_m), STEEL)
+    if scene.experiment.kind != "stops":
+        return
+    for left_m in (-POST_M, span_m) if span_m else (-POST_M,):
+        post = easel.box(left_m, left_m + POST_M, rail_m, 1.2 * half_m)
+        over(sheet, post, STEEL)
+        face = easel.box(left_m + 0.3 * POST_M, left_m + 0.5 * POST_M, rail_m, 1.2 * half_m)
+        over(sheet, 0.6 * face, (200.0, 202.0, 206.0))
+
+
+def _bodies(scene: Scene, course: Course, projection: Projection) -> tuple[Actor, ...]:
+    """All bodies, each like the first but for what is printed on it."""
+    lens, size_m = lens_of(scene, projection), scene.setup.ball_diameter_m
+    marks = [scene.ball.mark, *"BCDE"] if scene.ball.mark else [""] * len(course.places)
+    looks = [replace(scene.ball, mark=mark) for mark, _ in zip(marks, course.places, strict=False)]
+    return tuple(Moving(light_look(look, size_m, lens), k) for k, look in enumerate(looks))
+
+
+def _shadows(scene: Scene, course: Course, projection: Projection) -> tuple[Actor, ...]:
+    """Soft shadows: on the table, behind a track, or beside what is seen from above."""
+    size_px = scene.setup.ball_diameter_m * projection.px_per_m
+    depth = scene.light.shadow
+    if scene.ball.shape == "puck":
+        image = paint_shadow(0.1 * size_px, 2.3 * size_px, projection.tilt_deg, depth)
+        return tuple(
+            Moving(image, k, shift_m=0.06 * scene.setup.ball_diameter_m)
+            for k in range(len(course.places))
+        )
+    if scene.experiment.kind in ("stops", "throw"):
+        return ()
+    level_m = -SHADOW_DROP_M if course.hangers_m else 0.0
+    image = paint_shadow(size_px, size_px, projection.tilt_deg, depth)
+    return tuple(Moving(image, k, level_m=level_m) for k in range(len(course.places)))
+
+
+def _threads(scene: Scene, course: Course, projection: Projection) -> tuple[Actor, ...]:
+    """Two threads from each body that hangs, one toward the camera and one away from it."""
+    look = thread_look(scene, projection.px_per_m)
+    knot_up_m, length_m = scene.setup.ball_diameter_m / 2, scene.setup.light_thread_m
+    return tuple(
+        Hanging(
+            tuple(Thread(rest_m + d, length_m, 0.4 * d, knot_up_m) for d in (0.001, 0.008)),
+            look,
+            body,
+        )
+        for body, rest_m in enumerate(course.hangers_m)
+    )

@@ -1,0 +1,136 @@
+"""Random runs of an experiment, so that many clips of a scene are as many different ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from count_video.errors import UsageError
+from count_video.physics.setup import Setup
+from synth_video.experiments.happening import course_of
+from synth_video.experiments.settings import ExperimentSettings
+from synth_video.experiments.timing import schedule_of_course
+from synth_video.experiments.truth import ExperimentTruth, truth_of_course
+from synth_video.looks import Color
+from synth_video.projection import projection_of
+from synth_video.scene import Scene
+
+FEWEST_IMPACTS, MOST_IMPACTS = 4, 12
+RATES = (24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0, 240.0)
+"""Frames per second that cameras offer."""
+FEWEST_FRAMES, MOST_FRAMES = 40, 500
+SHORTEST_INTERVAL_FRAMES = 3.5
+FASTEST_PX = 30.0
+"""A body moves no farther from one frame to the next."""
+COLORS: tuple[Color, ...] = (
+    (226, 103, 28), (236, 234, 228), (28, 28, 32), (228, 196, 40), (186, 40, 44), (40, 76, 150),
+    (52, 124, 70),
+)  # fmt: skip
+BACKGROUNDS: tuple[Color, ...] = (
+    (128, 119, 110), (172, 172, 168), (84, 90, 98), (150, 128, 104), (110, 132, 140),
+)  # fmt: skip
+LEAST_CONTRAST = 35.0
+"""Between body and background, in grey levels."""
+_TRIES = 2000
+
+
+def varied_experiment(scene: Scene, seed: int) -> Scene:
+    """Draw the start, restitution, colours, side and capture rate of an experiment at random.
+
+    All collisions of the drawn clip can be told apart by eye. Where a body bounces, it does so 4
+    to 12 times.
+
+    Raises
+    ------
+    UsageError
+        If the scene's bodies allow no such clip.
+    """
+    rng = np.random.default_rng(seed)
+    for _ in range(_TRIES):
+        drawn = _drawn(scene, rng)
+        try:
+            course = course_of(drawn)
+            schedule = schedule_of_course(drawn, course, rng)
+        except UsageError:  # too few impacts, or too many frames: draw again
+            continue
+        truth = truth_of_course(drawn, seed, course, schedule, projection_of(drawn))
+        if _fits(truth):
+            return drawn
+    raise UsageError(f"no run found for scene {scene.name} in {_TRIES} draws; check its numbers")
+
+
+def _fits(truth: ExperimentTruth) -> bool:
+    """Tell whether the clip is short, slow and plain enough, and its bodies stay in sight."""
+    if not FEWEST_FRAMES <= truth.frames <= MOST_FRAMES or not truth.resolved:
+        return False
+    if truth.shortest_interval_frames < SHORTEST_INTERVAL_FRAMES:
+        return False
+    camera, kind = truth.scene.camera, truth.scene.experiment.kind
+    radius_px = truth.scene.setup.ball_diameter_m * truth.px_per_m / 2
+    for body in truth.bodies:
+        if np.hypot(np.diff(body.x_px), np.diff(body.y_px)).max() > FASTEST_PX:
+            return False
+        inside = (body.x_px > radius_px) & (body.x_px < camera.width_px - radius_px)
+        inside &= (body.y_px > radius_px) & (body.y_px < camera.height_px - radius_px)
+        if kind not in ("pucks", "throw") and not inside.all():
+            return False
+    # A puck may leave the picture, but not before one has seen how it goes on.
+    return kind != "pucks" or (bool(truth.events) and truth.events[0].frame < 0.7 * truth.frames)
+
+
+def _drawn(scene: Scene, rng: np.random.Generator) -> Scene:
+    """Everything at random, not yet looked at."""
+    experiment, setup = _drawn_numbers(scene.experiment, scene.setup, rng)
+    background = BACKGROUNDS[rng.integers(len(BACKGROUNDS))]
+    fitting = [c for c in COLORS if abs(_grey(c) - _grey(background)) >= LEAST_CONTRAST]
+    spin_hz = float(rng.uniform(-1.5, 1.5)) if scene.ball.spin_hz else 0.0
+    color = fitting[rng.integers(len(fitting))]
+    return replace(
+        scene,
+        experiment=experiment,
+        setup=setup,
+        camera=replace(scene.camera, capture_fps=float(rng.choice(RATES))),
+        ball=replace(scene.ball, color=color, spin_hz=spin_hz),
+        background=replace(scene.background, color=background),
+        wall=replace(scene.wall, side="left" if rng.random() < 0.5 else "right"),
+    )
+
+
+def _drawn_numbers(
+    experiment: ExperimentSettings, setup: Setup, rng: np.random.Generator
+) -> tuple[ExperimentSettings, Setup]:
+    """How it starts, and what it loses; each kind has ranges of its own."""
+    kind, size_m = experiment.kind, setup.ball_diameter_m
+    start_m = experiment.start_m * float(rng.uniform(0.5, 1.1))
+    speed_m_s = experiment.speed_m_s * float(rng.uniform(0.6, 1.3))
+    impacts = int(rng.integers(FEWEST_IMPACTS, MOST_IMPACTS + 1))
+    offset_m = experiment.offset_m
+    if kind == "pucks" and offset_m:
+        offset_m = float(rng.uniform(-0.5, 0.5)) * size_m
+    elif kind == "passing":
+        offset_m *= float(rng.uniform(0.5, 4.0))
+    if kind == "pendulums":
+        impacts = int(rng.integers(1, 4))
+    experiment = replace(
+        experiment,
+        start_m=start_m,
+        speed_m_s=speed_m_s,
+        offset_m=offset_m,
+        slope=experiment.slope * float(rng.uniform(0.5, 2.0)),
+        drift_m_s=experiment.drift_m_s * float(rng.uniform(-1.0, 1.0)) if kind == "bounce"
+        else experiment.drift_m_s,
+        impacts=impacts if experiment.impacts else 0,
+    )  # fmt: skip
+    setup = replace(
+        setup,
+        restitution_wall=float(rng.uniform(0.7, 0.95)),
+        restitution_bodies=float(rng.uniform(0.8, 1.0)),
+        light_thread_m=setup.light_thread_m * float(rng.uniform(0.6, 1.2)),
+    )
+    return experiment, setup
+
+
+def _grey(color: Color) -> float:
+    """Brightness as the eye weighs it."""
+    return 0.299 * color[0] + 0.587 * color[1] + 0.114 * color[2]
