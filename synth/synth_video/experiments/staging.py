@@ -107,7 +107,7 @@ def _shadows(scene: Scene, course: Course, projection: Projection) -> tuple[Acto
             Moving(image, k, shift_m=0.06 * scene.setup.ball_diameter_m)
             for k in range(len(course.places))
         )
-    if scene.experiment.kind in ("stops", "throw"):
+    if scene.ball.shape in ("block", "cart") or scene.experiment.kind == "throw":
         return ()
     level_m = -SHADOW_DROP_M if course.hangers_m else 0.0
     image = paint_shadow(size_px, size_px, projection.tilt_deg, depth)

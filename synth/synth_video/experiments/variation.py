@@ -49,15 +49,21 @@ def varied_experiment(scene: Scene, seed: int) -> Scene:
     rng = np.random.default_rng(seed)
     for _ in range(_TRIES):
         drawn = _drawn(scene, rng)
-        try:
-            course = course_of(drawn)
-            schedule = schedule_of_course(drawn, course, rng)
-        except UsageError:  # too few impacts, or too many frames: draw again
-            continue
-        truth = truth_of_course(drawn, seed, course, schedule, projection_of(drawn))
-        if _fits(truth):
-            return drawn
+        for rate in rng.permutation(RATES):
+            at_rate = replace(drawn, camera=replace(drawn.camera, capture_fps=float(rate)))
+            try:
+                if _fits(_truth(at_rate, seed, rng)):
+                    return at_rate
+            except UsageError:  # too few impacts, or too many frames
+                continue
     raise UsageError(f"no run found for scene {scene.name} in {_TRIES} draws; check its numbers")
+
+
+def _truth(scene: Scene, seed: int, rng: np.random.Generator) -> ExperimentTruth:
+    """Tell what a clip of the scene would show."""
+    course = course_of(scene)
+    schedule = schedule_of_course(scene, course, rng)
+    return truth_of_course(scene, seed, course, schedule, projection_of(scene))
 
 
 def _fits(truth: ExperimentTruth) -> bool:
@@ -90,7 +96,6 @@ def _drawn(scene: Scene, rng: np.random.Generator) -> Scene:
         scene,
         experiment=experiment,
         setup=setup,
-        camera=replace(scene.camera, capture_fps=float(rng.choice(RATES))),
         ball=replace(scene.ball, color=color, spin_hz=spin_hz),
         background=replace(scene.background, color=background),
         wall=replace(scene.wall, side="left" if rng.random() < 0.5 else "right"),
