@@ -67,6 +67,9 @@ class CylinderSettings:
     color: Color = (206, 152, 62)
     glint: float = 0.6
     """Part of the highlight that stays where the lamps are while the cylinder passes, 0 to 1."""
+    rim_m: float = 0.0
+    """The near half of the front face, as a camera sees it that looks past it from behind: it
+    hides so much of the ball when the two touch."""
     clay: bool = True
     """Modelling clay at the far end."""
     clay_color: Color = (44, 62, 122)
@@ -75,6 +78,7 @@ class CylinderSettings:
         require(self.length_m > 0, "cylinder.length_m must be positive")
         require(self.diameter_m > 0, "cylinder.diameter_m must be positive")
         require(0 <= self.glint <= 1, "cylinder.glint must lie between 0 and 1")
+        require(self.rim_m >= 0, "cylinder.rim_m must not be negative")
 
 
 @dataclass(frozen=True)
@@ -106,10 +110,18 @@ class WallSettings:
     """Strength of the plate's edges, 0 to 1."""
     reflection: float = 0.12
     """Strength of the ball's mirror image in the plate, 0 to 1."""
+    mirror_m: float = 0.0128
+    """How far behind the plate's face its mirror image is seen."""
+    clamp_m: float = 0.0
+    """An opaque clamp in front of the plate reaches so far over the bodies' side; 0 for none."""
+    clamp_up_m: float = -0.008
+    """Height over the rest line up to which the clamp hides what is behind it."""
 
     def __post_init__(self) -> None:
         require(self.thickness_m > 0, "wall.thickness_m must be positive")
         require(self.front_m >= 0, "wall.front_m must not be negative")
+        for name in ("mirror_m", "clamp_m"):
+            require(getattr(self, name) >= 0, f"wall.{name} must not be negative")
         for name in ("opacity", "edge", "reflection"):
             require(0 <= getattr(self, name) <= 1, f"wall.{name} must lie between 0 and 1")
 

@@ -36,7 +36,8 @@ def paint_cylinder(
     """
     length, radius = cylinder.length_m * px_per_m, cylinder.diameter_m * px_per_m / 2
     reach = length + (CLAY_LENGTH * radius + 1 if cylinder.clay else 0)
-    canvas = body_canvas((0, reach), (-radius, radius), tilt_deg, blur_px)
+    rim = cylinder.rim_m * px_per_m
+    canvas = body_canvas((-rim, reach), (-radius, radius), tilt_deg, blur_px)
     along, down = canvas.along_px, canvas.down_px
     corner = 0.02 * radius  # turned edges are broken a little
     brass = canvas.coverage(_rounded_box(along - length / 2, down, length / 2, radius, corner))
@@ -51,6 +52,12 @@ def paint_cylinder(
         cover = brass + clay
     else:
         rgb = rgb * brass
+    if rim:
+        disc = canvas.coverage((np.hypot(along / rim, down / radius) - 1) * rim) * (1 - cover)
+        rgb += (
+            np.multiply.outer(np.array(cylinder.color, float), 0.62 - 0.25 * down / radius) * disc
+        )
+        cover = cover + disc
     layers = [*rgb, cover, glint * cylinder.glint]
     return canvas.finish(layers, blur_px)
 

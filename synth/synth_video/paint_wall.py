@@ -11,6 +11,7 @@ from synth_video.paint_background import TABLE_DEPTH_M
 from synth_video.pixels import Pixels
 
 EDGE_M = 0.0007
+DARK = (52.0, 52.0, 54.0)
 FOOT_M = -0.046
 """The plate stands on the table here."""
 
@@ -43,7 +44,23 @@ def plate_film(wall: WallSettings, easel: Easel, lens_m: float) -> Standing:
 
 def mirror_mask(wall: WallSettings, easel: Easel) -> Pixels:
     """Where the plate's face mirrors the ball, shape (h, w)."""
-    return easel.box(-1.6 * wall.thickness_m, 0.0, FOOT_M, 1.0) * wall.reflection
+    return easel.box(-wall.mirror_m, 0.0, FOOT_M, 1.0) * wall.reflection
+
+
+def plate_clamp(wall: WallSettings, easel: Easel, lens_m: float) -> Standing:
+    """Steel jaw in front of plate and bodies, with its screw."""
+    cover = np.zeros(easel.shape, dtype=np.float32)
+    sheet = easel.blank((0.0, 0.0, 0.0))
+    if wall.clamp_m:
+        left_m, foot_m, top_m = -wall.thickness_m - 0.020, FOOT_M - 0.02, wall.clamp_up_m
+        cover = easel.box(left_m, wall.clamp_m, foot_m, top_m)
+        shade = 92 + 26 * np.clip((easel.up_m() - top_m) / 0.004 + 1, 0, 1)
+        steel = np.repeat(shade.astype(np.float32), easel.shape[1], axis=1)
+        over(sheet, cover, np.stack([steel, steel * 0.98, steel * 0.95], axis=-1))
+        screw_m = left_m / 2
+        over(sheet, easel.box(screw_m - 0.004, screw_m + 0.004, top_m - 0.016, top_m - 0.008), DARK)
+        over(sheet, easel.box(wall.clamp_m - 0.001, wall.clamp_m, foot_m, top_m), DARK)
+    return standing(easel.picture(sheet, lens_m), easel.picture(cover, lens_m))
 
 
 def _holder(easel: Easel, sheet: Pixels, wall: WallSettings) -> None:

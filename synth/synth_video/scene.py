@@ -20,6 +20,7 @@ from synth_video.looks import (
     WallSettings,
     require,
 )
+from synth_video.things.settings import ThingsSettings
 
 ClipStart = Literal["collision", "release", "second", "middle"]
 ClipEnd = Literal["middle", "penultimate", "burst", "turn", "all"]
@@ -196,4 +197,5 @@ class Scene:
     wall: WallSettings = field(default_factory=WallSettings)
     background: BackgroundSettings = field(default_factory=BackgroundSettings)
     light: LightSettings = field(default_factory=LightSettings)
+    things: ThingsSettings = field(default_factory=ThingsSettings)
     encoding: EncodingSettings = field(default_factory=EncodingSettings)

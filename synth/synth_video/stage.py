@@ -12,11 +12,13 @@ from synth_video.bodies import Lens, heavy_look, light_look
 from synth_video.canvas import body_canvas
 from synth_video.easel import Easel, easel_for
 from synth_video.paint_background import TABLE_DEPTH_M, paint_background
-from synth_video.paint_wall import mirror_mask, paint_wall, plate_film
+from synth_video.paint_track import paint_rail
+from synth_video.paint_wall import mirror_mask, paint_wall, plate_clamp, plate_film
 from synth_video.pixels import Pixels, as_pixels
 from synth_video.projection import Projection
 from synth_video.scene import Scene
 from synth_video.sprite import Sprite
+from synth_video.things.scenery import before, behind
 from synth_video.threads import Thread, ThreadLook, thread_profile
 
 LAMPS = ((0.24, 0.05, 0.9), (0.42, 0.07, 1.1), (0.62, 0.06, 0.8), (0.84, 0.08, 1.0))
@@ -56,25 +58,33 @@ def set_stage(scene: Scene, projection: Projection, rng: np.random.Generator) ->
     defocus_px = max(scene.background.blur_m * easel.px_per_m, 0.3)
     sheet = as_pixels(cv2.GaussianBlur(sheet, (0, 0), defocus_px))
     paint_wall(scene.wall, easel, sheet)
-    lens_m = scene.camera.blur_px / projection.px_per_m
+    if scene.setup.mounting != "suspended" and scene.ball.shape in ("block", "cart"):
+        paint_rail(scene.ball, scene.setup.ball_diameter_m, easel, sheet)
+    lens = lens_of(scene, projection)
+    lens_m = lens.blur_px / lens.px_per_m
     return Stage(
         projection=projection,
         still=easel.picture(sheet, lens_m),
         lamps=lamps_of(projection),
         actors=(
+            *behind(scene, projection, lens, rng),
             *_shadows(scene, projection),
             *_mirror_image(scene, projection, easel),
             *_threads(scene, projection.px_per_m),
             *bodies,
             plate_film(scene.wall, easel, lens_m),
+            plate_clamp(scene.wall, easel, lens_m),
+            *before(scene, easel, lens),
         ),
     )
 
 
 def _shadows(scene: Scene, projection: Projection) -> tuple[Actor, ...]:
-    """Soft shadows of cylinder and ball on the table."""
+    """Soft shadows of cylinder and ball on the table; none where they run on a rail."""
     scale, tilt, depth = projection.px_per_m, projection.tilt_deg, scene.light.shadow
     length_m, diameter_m = scene.cylinder.length_m, scene.setup.ball_diameter_m
+    if scene.setup.mounting != "suspended":
+        return ()
     heavy = paint_shadow(length_m * scale, scene.cylinder.diameter_m * scale, tilt, depth)
     ball = paint_shadow(diameter_m * scale, diameter_m * scale, tilt, depth)
     return (
@@ -102,10 +112,11 @@ def _threads(scene: Scene, px_per_m: float) -> tuple[Actor, ...]:
 
 
 def _bodies(scene: Scene, projection: Projection) -> tuple[Actor, ...]:
-    """Paint the heavy body, and the light one in front of it."""
+    """Paint the heavy body and, in front of it unless it shows its rim, the light one."""
     lens = lens_of(scene, projection)
     ball = light_look(scene.ball, scene.setup.ball_diameter_m, lens)
-    return Moving(heavy_look(scene.cylinder, lens), HEAVY), Moving(ball, BALL)
+    bodies = Moving(heavy_look(scene.cylinder, lens), HEAVY), Moving(ball, BALL)
+    return bodies[::-1] if scene.cylinder.rim_m else bodies
 
 
 def lens_of(scene: Scene, projection: Projection) -> Lens:

@@ -12,6 +12,7 @@ from synth_video.bodies import light_look
 from synth_video.easel import Easel, easel_for, over
 from synth_video.experiments.course import Course
 from synth_video.paint_background import WOOD, paint_background
+from synth_video.paint_track import POST_M, paint_post, paint_rail
 from synth_video.paint_wall import paint_wall, plate_film
 from synth_video.pixels import Pixels, as_pixels
 from synth_video.projection import Projection
@@ -19,10 +20,6 @@ from synth_video.scene import Scene
 from synth_video.stage import SHADOW_DROP_M, Stage, lamps_of, lens_of, paint_shadow, thread_look
 from synth_video.threads import Thread
 
-STEEL = (104.0, 106.0, 110.0)
-RAIL = (158.0, 160.0, 164.0)
-POST_M = 0.016
-"""Thickness of the stops at a track's ends."""
 TABLE_FRONT_M = 0.012
 """A table seen a little from above: from where the ball strikes down to its front edge."""
 
@@ -75,18 +72,15 @@ def _paint_table(easel: Easel, sheet: Pixels) -> None:
 
 def _paint_track(scene: Scene, easel: Easel, sheet: Pixels) -> None:
     """Rail under a block or a cart, with a stop at its end, at both or at none."""
-    half_m = (scene.ball.height_m or scene.setup.ball_diameter_m) / 2
-    wheel_m = 0.2 * half_m if scene.ball.shape == "cart" else 0.0
-    rail_m, span_m = -half_m - wheel_m, scene.experiment.span_m
-    over(sheet, easel.box(-5.0, 5.0, rail_m - 0.4 * half_m, rail_m), RAIL)
-    over(sheet, easel.box(-5.0, 5.0, rail_m - 0.4 * half_m, rail_m - 0.3 * half_m), STEEL)
+    foot_m = paint_rail(scene.ball, scene.setup.ball_diameter_m, easel, sheet)
     if scene.experiment.kind != "stops":
         return
+    top_m, span_m = (
+        0.6 * (scene.ball.height_m or scene.setup.ball_diameter_m),
+        scene.experiment.span_m,
+    )
     for left_m in (-POST_M, span_m) if span_m else (-POST_M,):
-        post = easel.box(left_m, left_m + POST_M, rail_m, 1.2 * half_m)
-        over(sheet, post, STEEL)
-        face = easel.box(left_m + 0.3 * POST_M, left_m + 0.5 * POST_M, rail_m, 1.2 * half_m)
-        over(sheet, 0.6 * face, (200.0, 202.0, 206.0))
+        paint_post(left_m, foot_m, top_m, easel, sheet)
 
 
 def _bodies(scene: Scene, course: Course, projection: Projection) -> tuple[Actor, ...]:

@@ -1,0 +1,30 @@
+"""A rail on which blocks and carts run, and the stops at its ends."""
+
+from __future__ import annotations
+
+from synth_video.easel import Easel, over
+from synth_video.looks import BallSettings
+from synth_video.pixels import Pixels
+
+STEEL = (104.0, 106.0, 110.0)
+RAIL = (158.0, 160.0, 164.0)
+SHINE = (200.0, 202.0, 206.0)
+POST_M = 0.016
+"""Thickness of the stops."""
+
+
+def paint_rail(ball: BallSettings, length_m: float, easel: Easel, sheet: Pixels) -> float:
+    """Paint the rail under a body of this length, in place, and return the height of its top."""
+    half_m = (ball.height_m or length_m) / 2
+    wheel_m = 0.2 * half_m if ball.shape == "cart" else 0.0
+    top_m = -half_m - wheel_m
+    over(sheet, easel.box(-5.0, 5.0, top_m - 0.4 * half_m, top_m), RAIL)
+    over(sheet, easel.box(-5.0, 5.0, top_m - 0.4 * half_m, top_m - 0.3 * half_m), STEEL)
+    return top_m
+
+
+def paint_post(left_m: float, foot_m: float, top_m: float, easel: Easel, sheet: Pixels) -> None:
+    """Paint a stop that stands on the rail, in place."""
+    over(sheet, easel.box(left_m, left_m + POST_M, foot_m, top_m), STEEL)
+    face = easel.box(left_m + 0.3 * POST_M, left_m + 0.5 * POST_M, foot_m, top_m)
+    over(sheet, 0.6 * face, SHINE)

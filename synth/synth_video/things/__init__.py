@@ -1,0 +1,1 @@
+"""Things that get into the picture besides the apparatus."""
