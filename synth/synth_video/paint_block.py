@@ -15,8 +15,10 @@ from synth_video.sprite import Sprite
 
 CORNER = 0.03
 """Radius of the broken edges, in half heights."""
-WHEEL = 0.30
-"""Radius of a cart's wheels, in its height; a third of it stands out below."""
+WHEEL, WHEEL_LENGTH = 0.30, 0.21
+"""Greatest radius of a cart's wheels, in its height and in its length."""
+WHEEL_BELOW = 0.10
+"""How far they stand out below, in its height."""
 SPIN_MARK = 0.16
 """Half width of the cross on a puck, in its radii."""
 
@@ -56,10 +58,9 @@ def paint_block(look: BlockLook, tilt_deg: float, blur_px: float) -> Sprite:
 def paint_cart(look: BlockLook, tilt_deg: float, blur_px: float) -> Sprite:
     """Paint a cart seen from the side: body, plate and two wheels. Channels: as a ball's."""
     half = look.height_px / 2
-    length, wheel = look.right_px - look.left_px, WHEEL * look.height_px
-    canvas = body_canvas(
-        (look.left_px, look.right_px), (-half, half + wheel / 3), tilt_deg, blur_px
-    )
+    length = look.right_px - look.left_px
+    wheel, bottom = min(WHEEL * look.height_px, WHEEL_LENGTH * length), half * (1 + 2 * WHEEL_BELOW)
+    canvas = body_canvas((look.left_px, look.right_px), (-half, bottom), tilt_deg, blur_px)
     along, down = canvas.along_px - look.left_px, canvas.down_px
     body = canvas.coverage(_box(along, down + 0.25 * half, length, 0.75 * half))
     light = 1.0 - 0.22 * (down / half) + 0.30 * np.exp(-(((down / half + 0.55) / 0.10) ** 2))
@@ -70,7 +71,7 @@ def paint_cart(look: BlockLook, tilt_deg: float, blur_px: float) -> Sprite:
     cover = body
     rgb *= _edges(along, down + 0.25 * half, length, 0.75 * half)
     for place in (0.22, 0.78):
-        from_axle = np.hypot(along - place * length, down - half + 2 * wheel / 3)
+        from_axle = np.hypot(along - place * length, down - bottom + wheel)
         tyre = canvas.coverage(from_axle - wheel)
         shade = np.where(from_axle < 0.45 * wheel, 150.0, 42.0)
         rgb += (shade - rgb) * tyre

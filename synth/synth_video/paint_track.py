@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from synth_video.easel import Easel, over
 from synth_video.looks import BallSettings
+from synth_video.paint_block import WHEEL_BELOW
 from synth_video.pixels import Pixels
 
 STEEL = (104.0, 106.0, 110.0)
@@ -16,8 +17,8 @@ POST_M = 0.016
 def paint_rail(ball: BallSettings, length_m: float, easel: Easel, sheet: Pixels) -> float:
     """Paint the rail under a body of this length, in place, and return the height of its top."""
     half_m = (ball.height_m or length_m) / 2
-    wheel_m = 0.2 * half_m if ball.shape == "cart" else 0.0
-    top_m = -half_m - wheel_m
+    wheels_m = 2 * WHEEL_BELOW * half_m if ball.shape == "cart" else 0.0
+    top_m = -half_m - wheels_m
     over(sheet, easel.box(-5.0, 5.0, top_m - 0.4 * half_m, top_m), RAIL)
     over(sheet, easel.box(-5.0, 5.0, top_m - 0.4 * half_m, top_m - 0.3 * half_m), STEEL)
     return top_m

@@ -137,11 +137,15 @@ class ViewSettings:
     """From the picture's border to the wall's face."""
     line: float = 0.42
     """Height of the line of motion: part of the picture that lies above it."""
+    beyond_m: float = 0.0
+    """In drawn trials the picture ends so far beyond the farthest collision, and the clip starts
+    before the cylinder comes in; 0 leaves both as they are."""
     rising_path: bool = True
     """Draw suspended bodies on the arc of their threads rather than on a straight line."""
 
     def __post_init__(self) -> None:
         require(self.width_m > 0, "view.width_m must be positive")
+        require(self.beyond_m >= 0, "view.beyond_m must not be negative")
         require(0 < self.line < 1, "view.line must lie between 0 and 1")
 
 

@@ -41,8 +41,6 @@ def varied(scene: Scene, seed: int) -> Scene:
     if scene.experiment.kind != "pi":
         return varied_experiment(scene, seed)
     rng = np.random.default_rng(seed)
-    around = scene.clip.lead_frames + scene.clip.tail_frames + 2
-    longest = min(LONGEST_BURST_FRAMES, scene.clip.max_frames - around)
     for _ in range(_TRIES):
         setup = _drawn_setup(scene.setup, rng)
         motion = simulate(setup, seed=seed)
@@ -51,15 +49,56 @@ def varied(scene: Scene, seed: int) -> Scene:
         if not FEWEST_COLLISIONS <= motion.count <= MOST_COLLISIONS:
             continue
         rate = max(LOWEST_RATE, round(interval_frames / _shortest_interval_s(motion), 2))
-        clip = scene.clip
-        if (last_event_s(clip, motion) - first_event_s(clip, motion)) * rate <= longest:
-            return replace(
-                scene,
-                setup=setup,
-                camera=replace(scene.camera, capture_fps=rate),
-                wall=replace(scene.wall, side=side),
-            )
+        drawn = replace(
+            scene,
+            setup=setup,
+            camera=replace(scene.camera, capture_fps=rate),
+            wall=replace(scene.wall, side=side),
+        )
+        if scene.view.beyond_m:
+            drawn = _entered(drawn, motion)
+        if _short(drawn, motion) and _in_sight(drawn, motion):
+            return drawn
     raise UsageError(f"no trial found for scene {scene.name} in {_TRIES} draws; check its set-up")
+
+
+def _short(scene: Scene, motion: Motion) -> bool:
+    """Tell whether the clip leaves enough frames for the burst."""
+    clip = scene.clip
+    longest = min(LONGEST_BURST_FRAMES, clip.max_frames - clip.lead_frames - clip.tail_frames - 2)
+    shown_s = last_event_s(clip, motion) - first_event_s(clip, motion)
+    return shown_s * scene.camera.capture_fps <= longest
+
+
+def _in_sight(scene: Scene, motion: Motion) -> bool:
+    """Tell whether every collision of the burst happens within the picture."""
+    return _farthest_m(motion) <= scene.view.width_m - scene.view.wall_m
+
+
+def _farthest_m(motion: Motion) -> float:
+    """Where the cylinder's face is at most when the burst collides, from the wall."""
+    times_s = np.array([bounce.time_s for bounce in motion.burst])
+    return float(motion.sample(times_s).ball_near_face_m.max())
+
+
+def _entered(scene: Scene, motion: Motion) -> Scene:
+    """Narrow the view until the cylinder comes in from outside, and start before it does.
+
+    A cylinder that is released within the view makes the clip start before its release: too
+    early, and the trial is refused for its length.
+    """
+    view, clip, rate = scene.view, scene.clip, scene.camera.capture_fps
+    edge_m = _farthest_m(motion) + view.beyond_m
+    first_s = motion.collisions[0].time_s
+    before_s = np.arange(0.0, first_s, 1 / rate)
+    outside = motion.sample(before_s).heavy_face_m > edge_m
+    enters_s = float(before_s[outside][-1]) if outside.any() else -np.inf
+    lead = clip.lead_frames + min((first_s - enters_s) * rate, float(clip.max_frames))
+    return replace(
+        scene,
+        view=replace(view, width_m=view.wall_m + edge_m),
+        clip=replace(clip, lead_frames=int(lead)),
+    )
 
 
 def _drawn_setup(setup: Setup, rng: np.random.Generator) -> Setup:

@@ -18,6 +18,8 @@ from synth_video.projection import projection_of
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene, scene_names
 from synth_video.schedule import Schedule
+from synth_video.suite.condition import STRENGTHS, Condition, Strength
+from synth_video.suite.experiment_conditions import EXPERIMENTS as EXPERIMENTS_OF_SUITE
 from synth_video.trial import render_clip
 from synth_video.truth import truth_path
 from synth_video.variation import varied
@@ -141,6 +143,17 @@ def test_drawn_runs_differ_and_can_be_counted(name: str) -> None:
         _, _, truth = run_of(one)
         assert truth.resolved
         assert truth.frames <= 500
+
+
+@pytest.mark.parametrize("strength", STRENGTHS)
+@pytest.mark.parametrize("condition", EXPERIMENTS_OF_SUITE, ids=lambda condition: condition.name)
+def test_every_clip_of_the_suite_can_be_counted_or_shows_nothing_to_count(
+    condition: Condition, strength: Strength
+) -> None:
+    for number in range(2):
+        _, _, truth = run_of(condition.scene(strength, number))
+        assert truth.resolved
+        assert truth.countable == (truth.count > 0)
 
 
 def test_the_same_seed_draws_the_same_run() -> None:

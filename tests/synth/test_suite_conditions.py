@@ -18,6 +18,7 @@ from synth_video.truth import Truth, truth_of
 NUMBERS = range(3)
 NOT_TO_BE_COUNTED = {"late", "early", "nothing"}
 ALL = SUITES["all"]
+TRIALS = [condition for condition in ALL if condition not in SUITES["experiments"]]
 
 
 def truth(condition: Condition, strength: Strength, number: int) -> Truth:
@@ -35,7 +36,7 @@ def test_conditions_have_names_of_their_own_without_a_dash_and_a_sentence() -> N
 
 
 @pytest.mark.parametrize("strength", STRENGTHS)
-@pytest.mark.parametrize("condition", ALL, ids=lambda condition: condition.name)
+@pytest.mark.parametrize("condition", TRIALS, ids=lambda condition: condition.name)
 def test_clips_are_resolved_and_whole_unless_that_is_the_condition(
     condition: Condition, strength: Strength
 ) -> None:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.errors import UsageError
 from count_video.physics.setup import Setup
 from synth_video.experiments.happening import course_of
 from synth_video.experiments.settings import ExperimentSettings
 from synth_video.experiments.timing import schedule_of_course
-from synth_video.experiments.truth import ExperimentTruth, truth_of_course
+from synth_video.experiments.truth import BodyTruth, ExperimentTruth, truth_of_course
 from synth_video.looks import Color
 from synth_video.projection import projection_of
 from synth_video.scene import Scene
@@ -72,17 +73,23 @@ def _fits(truth: ExperimentTruth) -> bool:
         return False
     if truth.shortest_interval_frames < SHORTEST_INTERVAL_FRAMES:
         return False
-    camera, kind = truth.scene.camera, truth.scene.experiment.kind
+    ways = (np.hypot(np.diff(body.x_px), np.diff(body.y_px)) for body in truth.bodies)
+    if max(way.max() for way in ways) > FASTEST_PX:
+        return False
+    inside = np.array([_inside(truth, body) for body in truth.bodies])
+    kind = truth.scene.experiment.kind
+    if kind == "pucks":  # one may leave the picture when one has seen how they go on
+        seen = truth.events and truth.events[0].frame < 0.7 * truth.frames
+        return bool(seen) and bool(inside.any(axis=0).all())
+    return kind == "throw" or bool(inside.all())
+
+
+def _inside(truth: ExperimentTruth, body: BodyTruth) -> NDArray[np.bool_]:
+    """In which frames the whole body is in the picture, shape (n,)."""
+    camera = truth.scene.camera
     radius_px = truth.scene.setup.ball_diameter_m * truth.px_per_m / 2
-    for body in truth.bodies:
-        if np.hypot(np.diff(body.x_px), np.diff(body.y_px)).max() > FASTEST_PX:
-            return False
-        inside = (body.x_px > radius_px) & (body.x_px < camera.width_px - radius_px)
-        inside &= (body.y_px > radius_px) & (body.y_px < camera.height_px - radius_px)
-        if kind not in ("pucks", "throw") and not inside.all():
-            return False
-    # A puck may leave the picture, but not before one has seen how it goes on.
-    return kind != "pucks" or (bool(truth.events) and truth.events[0].frame < 0.7 * truth.frames)
+    inside = (body.x_px > radius_px) & (body.x_px < camera.width_px - radius_px)
+    return inside & (body.y_px > radius_px) & (body.y_px < camera.height_px - radius_px)
 
 
 def _drawn(scene: Scene, rng: np.random.Generator) -> Scene:

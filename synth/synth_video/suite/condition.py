@@ -40,6 +40,8 @@ class Condition:
     """Settings at a strength that hurts."""
     suffix: str = ".mp4"
     """Container of the clips."""
+    base: str = SCENE
+    """Scene that it makes harder; one that is not of the suite keeps its own looks."""
     most: int = 1000
     """No more clips than this of each strength, where they are large."""
 
@@ -56,7 +58,8 @@ class Condition:
             The settings do not make a scene.
         """
         own = self.ordinary if strength == "ordinary" else self.full
-        scene = load_scene(SCENE, [choice(setting, number) for setting in (*LOOKS, *own)])
+        looks = LOOKS if self.base == SCENE else ()
+        scene = load_scene(self.base, [choice(setting, number) for setting in (*looks, *own)])
         drawn = varied(scene, self.seed(number))
         return replace(drawn, name=f"{self.name}-{strength}", purpose=self.sentence)
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from count_video.errors import UsageError
 from synth_video.scene import Scene
 from synth_video.suite.condition import STRENGTHS, Condition, Strength
-from synth_video.trial import render_trial
+from synth_video.trial import render_clip
 from synth_video.truth import truth_path
 
 
@@ -102,4 +102,4 @@ def _is_there(take: Take, clip: Path) -> bool:
 
 
 def _render(take: Take, clip: Path) -> None:
-    render_trial(take.scene, take.seed, clip)
+    render_clip(take.scene, take.seed, clip)

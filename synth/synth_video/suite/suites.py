@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from count_video.errors import UsageError
+from synth_video.suite.body_conditions import BODIES
 from synth_video.suite.camera_conditions import FILE, LIGHT, STAND
 from synth_video.suite.clip_conditions import PART, RATE
 from synth_video.suite.condition import Condition
+from synth_video.suite.experiment_conditions import EXPERIMENTS
 from synth_video.suite.thing_conditions import THINGS
 
 SUITES: Mapping[str, tuple[Condition, ...]] = {
@@ -17,7 +19,9 @@ SUITES: Mapping[str, tuple[Condition, ...]] = {
     "rate": RATE,
     "part": PART,
     "things": THINGS,
-    "all": (*LIGHT, *STAND, *FILE, *RATE, *PART, *THINGS),
+    "bodies": BODIES,
+    "experiments": EXPERIMENTS,
+    "all": (*LIGHT, *STAND, *FILE, *RATE, *PART, *THINGS, *BODIES, *EXPERIMENTS),
 }
 """Suites by name; ``all`` is what the table of accuracy is made of."""
 
