@@ -43,7 +43,7 @@ def set_experiment(
     lens_m = scene.camera.blur_px / projection.px_per_m
     if scene.experiment.kind == "bounce":
         _paint_table(easel, sheet)
-    elif scene.ball.shape in ("block", "cart"):
+    elif scene.experiment.kind == "stops" or scene.ball.shape in ("block", "cart"):
         _paint_track(scene, easel, sheet)
     elif scene.experiment.kind == "pendulum":
         paint_wall(scene.wall, easel, sheet)
@@ -71,16 +71,19 @@ def _paint_table(easel: Easel, sheet: Pixels) -> None:
 
 
 def _paint_track(scene: Scene, easel: Easel, sheet: Pixels) -> None:
-    """Rail under a block or a cart, with a stop at its end, at both or at none."""
-    foot_m = paint_rail(scene.ball, scene.setup.ball_diameter_m, easel, sheet)
-    if scene.experiment.kind != "stops":
-        return
-    top_m, span_m = (
-        0.6 * (scene.ball.height_m or scene.setup.ball_diameter_m),
-        scene.experiment.span_m,
-    )
-    for left_m in (-POST_M, span_m) if span_m else (-POST_M,):
-        paint_post(left_m, foot_m, top_m, easel, sheet)
+    """Rail under a block or a cart, with a stop at its end, at both or at none.
+
+    A puck is seen from above: there is no rail, and the stops are bars.
+    """
+    ball, size_m, span_m = scene.ball, scene.setup.ball_diameter_m, scene.experiment.span_m
+    if ball.shape == "puck":
+        top_m, foot_m = size_m, -size_m
+    else:
+        top_m = 0.6 * (ball.height_m or size_m)
+        foot_m = paint_rail(ball, size_m, easel, sheet)
+    if scene.experiment.kind == "stops":
+        for left_m in (-POST_M, span_m) if span_m else (-POST_M,):
+            paint_post(left_m, foot_m, top_m, easel, sheet)
 
 
 def _bodies(scene: Scene, course: Course, projection: Projection) -> tuple[Actor, ...]:

@@ -7,14 +7,20 @@ from synth_video.suite.condition import Condition
 _HARD = ("camera.read_noise=5", "camera.shutter=1.0", "encoding.crf=32")
 
 
-def _experiment(name: str, scene: str, sentence: str) -> Condition:
+def _experiment(name: str, scene: str, sentence: str, *settings: str) -> Condition:
     """Film a scene as it is, and with noise, an open shutter and strong compression."""
-    return Condition(name, f"{sentence}; also noisy and blurred", (), _HARD, base=scene)
+    sentence = f"{sentence}; also noisy and blurred"
+    return Condition(name, sentence, settings, (*settings, *_HARD), base=scene)
 
 
 EXPERIMENTS = (
     _experiment("bounce", "bounce", "a ball bounces on a table"),
-    _experiment("stops", "two-stops", "a cart runs to and fro between two stops"),
+    _experiment(
+        "stops",
+        "two-stops",
+        "a cart, a block or a puck runs to and fro between two stops",
+        "ball.shape=cart | block | puck",
+    ),
     _experiment("incline", "inclined-track", "a cart rebounds from the stop of an inclined track"),
     _experiment("pendulum", "pendulum-wall", "a ball on a thread swings against the wall"),
     _experiment("airtable", "pucks", "two pucks collide on a table, seen from above"),
