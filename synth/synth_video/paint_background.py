@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from synth_video.easel import Easel, over
@@ -15,14 +16,16 @@ WOOD = (140.0, 98.0, 68.0)
 
 
 def paint_background(settings: BackgroundSettings, easel: Easel) -> Pixels:
-    """Paint a sheet of the surroundings, without wall and bodies; shape (h, w, 3)."""
+    """Paint a sheet of the surroundings, out of focus, without wall and bodies; shape (h, w, 3)."""
     painters = {
         "table": _table,
         "cloth": _cloth,
         "plaster": _plaster,
         "shelf": paint_shelf,
     }
-    return as_pixels(np.clip(painters[settings.kind](settings, easel), 0, 255))
+    sheet = as_pixels(np.clip(painters[settings.kind](settings, easel), 0, 255))
+    defocus_px = max(settings.blur_m * easel.px_per_m, 0.3)
+    return as_pixels(cv2.GaussianBlur(sheet, (0, 0), defocus_px))
 
 
 def _table(settings: BackgroundSettings, easel: Easel) -> Pixels:

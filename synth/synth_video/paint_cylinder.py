@@ -35,8 +35,9 @@ def paint_cylinder(
     mirrors the lamps: where they are seen is settled in the picture, not on the cylinder.
     """
     length, radius = cylinder.length_m * px_per_m, cylinder.diameter_m * px_per_m / 2
-    reach = length + (CLAY_LENGTH * radius + 1 if cylinder.clay else 0)
-    rim = cylinder.rim_m * px_per_m
+    reach, rim = length, cylinder.rim_m * px_per_m
+    if cylinder.clay:
+        reach += CLAY_LENGTH * radius + 1
     canvas = body_canvas((-rim, reach), (-radius, radius), tilt_deg, blur_px)
     along, down = canvas.along_px, canvas.down_px
     corner = 0.02 * radius  # turned edges are broken a little
@@ -53,13 +54,15 @@ def paint_cylinder(
     else:
         rgb = rgb * brass
     if rim:
-        disc = canvas.coverage((np.hypot(along / rim, down / radius) - 1) * rim) * (1 - cover)
-        rgb += (
-            np.multiply.outer(np.array(cylinder.color, float), 0.62 - 0.25 * down / radius) * disc
-        )
-        cover = cover + disc
+        near = canvas.coverage((np.hypot(along / rim, down / radius) - 1) * rim) * (1 - cover)
+        rgb, cover = rgb + _face(cylinder, down / radius) * near, cover + near
     layers = [*rgb, cover, glint * cylinder.glint]
     return canvas.finish(layers, blur_px)
+
+
+def _face(cylinder: CylinderSettings, height: Floats) -> Floats:
+    """Colour of the front face, turned away from the lamps, shape (3, h, w)."""
+    return np.asarray(np.multiply.outer(np.array(cylinder.color, float), 0.62 - 0.25 * height))
 
 
 def _rounded_box(x: Floats, y: Floats, half_x: float, half_y: float, corner: float) -> Floats:

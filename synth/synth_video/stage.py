@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from synth_video.actors import Actor, Hanging, Moving
@@ -14,7 +13,7 @@ from synth_video.easel import Easel, easel_for
 from synth_video.paint_background import TABLE_DEPTH_M, paint_background
 from synth_video.paint_track import paint_rail
 from synth_video.paint_wall import mirror_mask, paint_wall, plate_clamp, plate_film
-from synth_video.pixels import Pixels, as_pixels
+from synth_video.pixels import Pixels
 from synth_video.projection import Projection
 from synth_video.scene import Scene
 from synth_video.sprite import Sprite
@@ -55,8 +54,6 @@ def set_stage(scene: Scene, projection: Projection, rng: np.random.Generator) ->
     bodies = _bodies(scene, projection)  # first: it refuses what would fill the memory
     easel = easel_for(projection, rng)
     sheet = paint_background(scene.background, easel)
-    defocus_px = max(scene.background.blur_m * easel.px_per_m, 0.3)
-    sheet = as_pixels(cv2.GaussianBlur(sheet, (0, 0), defocus_px))
     paint_wall(scene.wall, easel, sheet)
     if scene.setup.mounting != "suspended" and scene.ball.shape in ("block", "cart"):
         paint_rail(scene.ball, scene.setup.ball_diameter_m, easel, sheet)

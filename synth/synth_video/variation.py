@@ -44,22 +44,22 @@ def varied(scene: Scene, seed: int) -> Scene:
     for _ in range(_TRIES):
         setup = _drawn_setup(scene.setup, rng)
         motion = simulate(setup, seed=seed)
-        interval_frames = rng.uniform(*SHORTEST_INTERVAL_FRAMES)
-        side: WallSide = "left" if rng.random() < 0.5 else "right"
+        drawn = _filmed(replace(scene, setup=setup), motion, rng)
         if not FEWEST_COLLISIONS <= motion.count <= MOST_COLLISIONS:
             continue
-        rate = max(LOWEST_RATE, round(interval_frames / _shortest_interval_s(motion), 2))
-        drawn = replace(
-            scene,
-            setup=setup,
-            camera=replace(scene.camera, capture_fps=rate),
-            wall=replace(scene.wall, side=side),
-        )
-        if scene.view.beyond_m:
-            drawn = _entered(drawn, motion)
         if _short(drawn, motion) and _in_sight(drawn, motion):
             return drawn
     raise UsageError(f"no trial found for scene {scene.name} in {_TRIES} draws; check its set-up")
+
+
+def _filmed(scene: Scene, motion: Motion, rng: np.random.Generator) -> Scene:
+    """Draw the wall's side and a capture rate that suits the burst."""
+    interval_frames = rng.uniform(*SHORTEST_INTERVAL_FRAMES)
+    side: WallSide = "left" if rng.random() < 0.5 else "right"
+    rate = max(LOWEST_RATE, round(interval_frames / _shortest_interval_s(motion), 2))
+    camera, wall = replace(scene.camera, capture_fps=rate), replace(scene.wall, side=side)
+    drawn = replace(scene, camera=camera, wall=wall)
+    return _entered(drawn, motion) if scene.view.beyond_m and motion.burst else drawn
 
 
 def _short(scene: Scene, motion: Motion) -> bool:
@@ -119,4 +119,5 @@ def _drawn_setup(setup: Setup, rng: np.random.Generator) -> Setup:
 
 def _shortest_interval_s(motion: Motion) -> float:
     """Shortest time between two collisions of the burst."""
-    return min(b.time_s - a.time_s for a, b in pairwise(motion.burst))
+    times_s = [bounce.time_s for bounce in motion.burst]
+    return min((b - a for a, b in pairwise(times_s)), default=np.inf)

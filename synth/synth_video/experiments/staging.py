@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 
 from synth_video.actors import Actor, Hanging, Moving
@@ -37,10 +36,8 @@ def set_experiment(
     bodies = _bodies(scene, course, projection)  # first: it refuses what would fill the memory
     easel = easel_for(projection, rng)
     sheet = paint_background(scene.background, easel)
-    defocus_px = max(scene.background.blur_m * easel.px_per_m, 0.3)
-    sheet = as_pixels(cv2.GaussianBlur(sheet, (0, 0), defocus_px))
-    front: tuple[Actor, ...] = ()
     lens_m = scene.camera.blur_px / projection.px_per_m
+    front: tuple[Actor, ...] = ()
     if scene.experiment.kind == "bounce":
         _paint_table(easel, sheet)
     elif scene.experiment.kind == "stops" or scene.ball.shape in ("block", "cart"):

@@ -94,7 +94,8 @@ def _inside(truth: ExperimentTruth, body: BodyTruth) -> NDArray[np.bool_]:
 
 def _drawn(scene: Scene, rng: np.random.Generator) -> Scene:
     """Everything at random, not yet looked at."""
-    experiment, setup = _drawn_numbers(scene.experiment, scene.setup, rng)
+    experiment = _drawn_start(scene.experiment, scene.setup.ball_diameter_m, rng)
+    setup = _drawn_losses(scene.setup, rng)
     background = BACKGROUNDS[rng.integers(len(BACKGROUNDS))]
     fitting = [c for c in COLORS if abs(_grey(c) - _grey(background)) >= LEAST_CONTRAST]
     spin_hz = float(rng.uniform(-1.5, 1.5)) if scene.ball.spin_hz else 0.0
@@ -109,38 +110,39 @@ def _drawn(scene: Scene, rng: np.random.Generator) -> Scene:
     )
 
 
-def _drawn_numbers(
-    experiment: ExperimentSettings, setup: Setup, rng: np.random.Generator
-) -> tuple[ExperimentSettings, Setup]:
-    """How it starts, and what it loses; each kind has ranges of its own."""
-    kind, size_m = experiment.kind, setup.ball_diameter_m
-    start_m = experiment.start_m * float(rng.uniform(0.5, 1.1))
-    speed_m_s = experiment.speed_m_s * float(rng.uniform(0.6, 1.3))
-    impacts = int(rng.integers(FEWEST_IMPACTS, MOST_IMPACTS + 1))
-    offset_m = experiment.offset_m
-    if kind == "pucks" and offset_m:
+def _drawn_start(
+    experiment: ExperimentSettings, size_m: float, rng: np.random.Generator
+) -> ExperimentSettings:
+    """How it starts and how long it goes on; some kinds have ranges of their own."""
+    start, speed, slope, drift = (
+        float(rng.uniform(*bounds)) for bounds in ((0.5, 1.1), (0.6, 1.3), (0.5, 2.0), (-1.0, 1.0))
+    )
+    impacts, offset_m = int(rng.integers(FEWEST_IMPACTS, MOST_IMPACTS + 1)), experiment.offset_m
+    if experiment.kind == "pucks" and offset_m:
         offset_m = float(rng.uniform(-0.5, 0.5)) * size_m
-    elif kind == "passing":
+    elif experiment.kind == "passing":
         offset_m *= float(rng.uniform(0.5, 4.0))
-    if kind == "pendulums":
+    elif experiment.kind == "pendulums":
         impacts = int(rng.integers(1, 4))
-    experiment = replace(
+    return replace(
         experiment,
-        start_m=start_m,
-        speed_m_s=speed_m_s,
+        start_m=start * experiment.start_m,
+        speed_m_s=speed * experiment.speed_m_s,
+        slope=slope * experiment.slope,
+        drift_m_s=(drift if experiment.kind == "bounce" else 1.0) * experiment.drift_m_s,
         offset_m=offset_m,
-        slope=experiment.slope * float(rng.uniform(0.5, 2.0)),
-        drift_m_s=experiment.drift_m_s * float(rng.uniform(-1.0, 1.0)) if kind == "bounce"
-        else experiment.drift_m_s,
         impacts=impacts if experiment.impacts else 0,
-    )  # fmt: skip
-    setup = replace(
+    )
+
+
+def _drawn_losses(setup: Setup, rng: np.random.Generator) -> Setup:
+    """Restitution and length of the threads."""
+    return replace(
         setup,
         restitution_wall=float(rng.uniform(0.7, 0.95)),
         restitution_bodies=float(rng.uniform(0.8, 1.0)),
         light_thread_m=setup.light_thread_m * float(rng.uniform(0.6, 1.2)),
     )
-    return experiment, setup
 
 
 def _grey(color: Color) -> float:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from count_video.records import Floats
 from synth_video.actors import Layer
 from synth_video.exposure import Paths
 from synth_video.pixels import Pixels, as_pixels
@@ -57,14 +58,8 @@ def paint_person(
     """
     # Depth counts from the foremost point into the coat.
     depth_m = np.arange(width_px) / px_per_m
-    down_m = ((np.arange(height_px) - height_px / 2) / px_per_m)[:, None]
-    waves = sum(
-        a * np.sin(2 * np.pi * down_m / length + p)
-        for a, length, p in zip(
-            (0.006, 0.003, 0.0015), (0.11, 0.045, 0.021), rng.uniform(0, 6, 3), strict=True
-        )
-    )
-    front_m = 0.012 + waves + 0.9 * np.clip(-down_m - 0.03, 0, None)  # a shoulder slopes away
+    down_m = ((np.arange(height_px, dtype=np.float64) - height_px / 2) / px_per_m)[:, None]
+    front_m = _front_m(down_m, rng)
     cover = as_pixels(np.clip((depth_m - front_m) * px_per_m, 0, 1))
     folds = _noise((height_px, width_px), 0.02 * px_per_m, rng)
     weave = _noise((height_px, width_px), 0.0012 * px_per_m, rng)
@@ -80,6 +75,14 @@ def paint_person(
     if inward < 0:
         return Sprite(np.ascontiguousarray(soft), 1, 0.0, height_px / 2)
     return Sprite(np.ascontiguousarray(soft[:, ::-1]), 1, float(width_px), height_px / 2)
+
+
+def _front_m(down_m: Floats, rng: np.random.Generator) -> Floats:
+    """Depth at which the coat begins, by height: waves, and a shoulder that slopes away."""
+    front_m = 0.012 + 0.9 * np.clip(-down_m - 0.03, 0, None)
+    for depth_m, length_m in ((0.006, 0.11), (0.003, 0.045), (0.0015, 0.021)):
+        front_m += depth_m * np.sin(2 * np.pi * down_m / length_m + rng.uniform(0, 2 * np.pi))
+    return np.asarray(front_m)
 
 
 def _noise(shape: tuple[int, int], sigma_px: float, rng: np.random.Generator) -> Pixels:
