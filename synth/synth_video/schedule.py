@@ -73,6 +73,15 @@ def schedule_of(scene: Scene, motion: Motion, rng: np.random.Generator) -> Sched
     taken: Floats = np.arange(count, dtype=float)
     if clip.ramp > 1:
         taken = _ramped(count, (_times_s(motion.burst) - start_s) * rate, clip.ramp)
+    return timed(scene, start_s, taken, rng)
+
+
+def timed(scene: Scene, start_s: float, taken: Floats, rng: np.random.Generator) -> Schedule:
+    """Time the pictures taken at these places of the camera's clock, shape (n,), in frames.
+
+    Jitter, copies and lost pictures are those that the scene asks for.
+    """
+    rate = scene.camera.capture_fps
     if scene.camera.jitter:
         taken = taken + rng.uniform(-1, 1, len(taken)) * scene.camera.jitter
     centre_s = start_s + taken[_order(len(taken), scene.encoding)] / rate

@@ -156,6 +156,30 @@ def test_every_clip_of_the_suite_can_be_counted_or_shows_nothing_to_count(
         assert truth.countable == (truth.count > 0)
 
 
+def test_copies_and_lost_pictures_are_in_the_times_of_an_experiment_too() -> None:
+    plain, copied, lost = (
+        run_of(load_scene("bounce", settings))
+        for settings in (
+            [],
+            ["encoding.repeat_every=5"],
+            ["encoding.repeat_every=5", "encoding.repeat_lost=true"],
+        )
+    )
+    assert lost[1].copies.sum() == copied[1].copies.sum() == len(plain[1].centre_s) // 5
+    assert copied[2].frames == plain[2].frames + len(plain[1].centre_s) // 5
+    assert [hit.frame for hit in lost[2].events] == [hit.frame for hit in plain[2].events]
+    assert all(a.frame >= b.frame for a, b in zip(copied[2].events, plain[2].events, strict=True))
+
+
+def test_a_shaken_camera_shakes_the_places_of_the_bodies() -> None:
+    still, shaken = (
+        run_of(load_scene("two-stops", settings))[2].bodies[0]
+        for settings in ([], ["tripod.shake_px=3"])
+    )
+    assert np.abs(shaken.y_px - still.y_px).max() > 0.5
+    assert np.hypot(shaken.x_px - still.x_px, shaken.y_px - still.y_px).max() <= 3 * np.sqrt(2)
+
+
 def test_the_same_seed_draws_the_same_run() -> None:
     scene = load_scene("bounce")
     assert varied(scene, 5) == varied(scene, 5)

@@ -9,7 +9,7 @@ import numpy as np
 from count_video.errors import UsageError
 from synth_video.experiments.course import Course
 from synth_video.scene import Scene
-from synth_video.schedule import Schedule
+from synth_video.schedule import Schedule, timed
 
 
 def schedule_of_course(scene: Scene, course: Course, rng: np.random.Generator) -> Schedule:
@@ -30,7 +30,7 @@ def schedule_of_course(scene: Scene, course: Course, rng: np.random.Generator) -
             f"the clip would have {count} frames, from 1 to {scene.clip.max_frames} are allowed; "
             "change camera.capture_fps, experiment.impacts or experiment.duration_s"
         )
-    return Schedule(start_s + np.arange(count) / rate, scene.camera.shutter / rate)
+    return timed(scene, start_s, np.arange(count, dtype=float), rng)
 
 
 def _end_s(scene: Scene, course: Course) -> float:

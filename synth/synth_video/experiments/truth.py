@@ -95,15 +95,15 @@ def truth_of_course(
         scene=scene,
         seed=seed,
         events=events,
-        sure=_sure(course, schedule, projection.px_per_m),
+        sure=_sure(course, schedule, projection.px_per_m, scene.camera.capture_fps),
         px_per_m=projection.px_per_m,
         bodies=tuple(bodies),
     )
 
 
-def _sure(course: Course, schedule: Schedule, px_per_m: float) -> int:
+def _sure(course: Course, schedule: Schedule, px_per_m: float, capture_fps: float) -> int:
     """Count the collisions before the hops become too short or too low to be seen."""
-    interval_s = RESOLVED_FRAMES * (schedule.centre_s[1] - schedule.centre_s[0])
+    interval_s = RESOLVED_FRAMES / capture_fps
     shown = [c.time_s for c in course.contacts if c.time_s <= schedule.centre_s[-1]]
     for number, (start_s, end_s) in enumerate(pairwise(shown), start=1):
         along_m, up_m = course.places[0](np.linspace(start_s, end_s, 33))

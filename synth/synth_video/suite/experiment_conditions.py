@@ -14,7 +14,12 @@ def _experiment(name: str, scene: str, sentence: str, *settings: str) -> Conditi
 
 
 EXPERIMENTS = (
-    _experiment("bounce", "bounce", "a ball bounces on a table"),
+    _experiment(
+        "bounce",
+        "bounce",
+        "a ball bounces on a table, filmed upright or with a rotation flag",
+        "encoding.rotation_deg=0 | 90",
+    ),
     _experiment(
         "stops",
         "two-stops",
