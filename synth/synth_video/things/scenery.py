@@ -67,12 +67,12 @@ def _hand(scene: Scene, lens: Lens) -> Hand:
 
 
 def _cords(scene: Scene, easel: Easel, lens_m: float) -> Standing:
-    """Straight cords at all angles across the place where the bodies meet."""
+    """Straight cords at all angles across the ball's way or the cylinder."""
     rng, half_m = easel.rng, scene.things.cord_m / 2
     cover = np.zeros(easel.shape, dtype=np.float32)
     rgb = np.zeros((*easel.shape, 3), dtype=np.float32)
     for number in range(scene.things.cords):
-        along_m = rng.uniform(0.2, 0.9) * (scene.view.width_m - scene.view.wall_m)
+        along_m = rng.uniform(0.0, scene.setup.heavy_rest_m + 0.5 * scene.cylinder.length_m)
         lean = rng.uniform(-1.2, 1.2)
         wide_m = half_m * np.hypot(1.0, lean)
         cord = easel.polygon(
