@@ -195,6 +195,21 @@ def test_hops_too_low_to_see_are_told_apart() -> None:
     assert not truth.resolved
 
 
+def test_an_impact_right_before_the_end_may_be_missed() -> None:
+    scene = load_scene("bounce")
+    _, schedule, whole = run_of(scene)
+    end = int(whole.events[-1].frame) + 2
+    assert end < len(schedule.centre_s)
+    _, _, cut = run_of(load_scene("bounce", [f"clip.frames={end}"]))
+    assert (whole.sure, whole.count) == (6, 6)
+    assert (cut.sure, cut.count) == (5, 6)
+
+
+def test_equal_bodies_that_exchange_their_velocities_are_seen_to_collide() -> None:
+    _, _, truth = run_of(load_scene("carts", ["setup.restitution_bodies=1.0"]))
+    assert (truth.sure, truth.count) == (1, 1)
+
+
 def test_a_clip_has_its_truth_beside_it(tmp_path: Path) -> None:
     clip = tmp_path / "swing.mp4"
     truth = render_clip(load_scene("free-swing", ["clip.frames=5"]), 3, clip)

@@ -49,7 +49,7 @@ class ExperimentTruth:
     events: tuple[Hit, ...]
     """Collisions within the clip, in order."""
     sure: int
-    """How many of them come before the first that follows too soon or hops too low to be seen."""
+    """How many of them the frames show beyond doubt."""
     px_per_m: float
     bodies: tuple[BodyTruth, ...]
 
@@ -102,15 +102,26 @@ def truth_of_course(
 
 
 def _sure(course: Course, schedule: Schedule, px_per_m: float, capture_fps: float) -> int:
-    """Count the collisions before the hops become too short or too low to be seen."""
-    interval_s = RESOLVED_FRAMES / capture_fps
+    """Count the collisions that the frames show beyond doubt.
+
+    A hop too short or too low to be seen hides the next collision, and all after it. The last
+    collision is hidden where the clip ends before one sees that the body has turned.
+    """
     shown = [c.time_s for c in course.contacts if c.time_s <= schedule.centre_s[-1]]
-    for number, (start_s, end_s) in enumerate(pairwise(shown), start=1):
-        along_m, up_m = course.places[0](np.linspace(start_s, end_s, 33))
-        hop_px = np.hypot(along_m - along_m[0], up_m - up_m[0]).max() * px_per_m
-        if end_s - start_s < interval_s or hop_px < VISIBLE_PX:
-            return number
+    ends_s = [*shown, float(schedule.centre_s[-1])][1:]
+    for number, (start_s, end_s) in enumerate(zip(shown, ends_s, strict=True), start=1):
+        way_px = _way_m(course, start_s, end_s) * px_per_m
+        if end_s - start_s < RESOLVED_FRAMES / capture_fps or way_px < VISIBLE_PX:
+            return number if number < len(shown) else number - 1
     return len(shown)
+
+
+def _way_m(course: Course, start_s: float, end_s: float) -> float:
+    """How far any of the bodies goes from where it is at the start."""
+    times_s = np.linspace(start_s, end_s, 33)
+    paths = (place(times_s) for place in course.places)
+    ways = (np.hypot(along_m - along_m[0], up_m - up_m[0]) for along_m, up_m in paths)
+    return max(float(way.max()) for way in ways)
 
 
 def experiment_json(truth: ExperimentTruth) -> str:
