@@ -11,9 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from count_video.between.observations import Observations
-from count_video.between.parameters import FIRST_DEVIATION, Column, Prior
+from count_video.between.parameters import (
+    FIRST_DEVIATION,
+    Column,
+    Prior,
+    deviation_places,
+    deviations_of,
+    within_limits,
+)
+from count_video.between.scanning import scan
 from count_video.between.solving import Noise, Solution, modelled, noise_of, solve
-from count_video.between.starting import scan
 from count_video.records import Floats
 
 USUAL_RATE_PER_S = 3.13
@@ -26,16 +33,22 @@ PULL_SHARE = 0.3
 """The heavy body hangs from the ball's rest by about this share of the ball's way to the wall."""
 FLOORS_PX = (6.0, 0.6)
 """The fit begins coarsely: far from the solution only large residuals should pull."""
-SCATTERS = (0.0015, 0.006, 0.02)
+SCATTERS = (0.0004, 0.0015, 0.006, 0.02)
 """Standard deviations of the restitution from collision to collision that are tried."""
 UNEVEN = 0.015
 """Starts differ if the difference of their restitutions does by so much."""
 STARTS = 3
 """Numbers of collisions that are fitted from the first scan."""
-ROUNDS = 6
-"""The best count moves by its neighbours at most so often."""
-NEIGHBOURS = (-2, 2)
+SEEN_SHARE = 0.5
+"""The number seen is tried if it is more than this share of the scan's best count."""
+HOPELESS = 150.0
+"""A count whose loss exceeds the best by so much needs no further look."""
+ROUNDS = 40
+"""The best count's neighbours are tried at most so often."""
+PAIR = 2
 """A pair more or less: single ones are settled where the burst ends, which is seen."""
+LONG_STEPS = 32
+"""The first neighbours of a count are this part of it away, if that is more than a pair."""
 
 
 @dataclass(frozen=True)
@@ -77,9 +90,10 @@ def prior_of(rough: Floats, known: Knowledge) -> Prior:
 
 def with_deviations(prior: Prior, count: int, scatter: float) -> Prior:
     """Let the restitution of each collision deviate by a scatter."""
+    sharing = np.bincount(deviation_places(count))
     return Prior(
-        np.concatenate([prior.mean[:FIRST_DEVIATION], np.zeros(count)]),
-        np.concatenate([prior.sigma[:FIRST_DEVIATION], np.full(count, scatter)]),
+        np.concatenate([prior.mean[:FIRST_DEVIATION], np.zeros(len(sharing))]),
+        np.concatenate([prior.sigma[:FIRST_DEVIATION], scatter / np.sqrt(sharing)]),
     )
 
 
@@ -87,30 +101,40 @@ def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) 
     """Fit promising counts coarsely, without scatter; the solutions by rising loss.
 
     It begins with the number that was seen and the counts that the scan likes best. As long as the
-    best one's neighbours have not been tried they come next: each takes the scan's best place about
-    the best fit so far.
+    best one's neighbours have not been tried they come next, each from the best fit so far.
     """
+    rows = scan(observed, rough, prior)
+    likeliest = _likeliest(rows, STARTS)
+    wanted = [seen] if seen > SEEN_SHARE * likeliest[0] else []
     fitted: dict[int, Solution] = {}
-    rows = scan(observed, rough, prior)
-    wanted = list(dict.fromkeys([seen, *_likeliest(rows, STARTS)]))
+    for count in dict.fromkeys(wanted + likeliest):
+        fitted[count] = _best_start(observed, prior, rows, count, _bearable(fitted))
+    best = min(fitted.values(), key=_loss_of)
+    pairs = max(1, best.count // LONG_STEPS)
     for _ in range(ROUNDS):
-        for count in wanted:
-            solution = _best_start(observed, prior, rows, count)
-            if count not in fitted or solution.loss < fitted[count].loss:
-                fitted[count] = solution
-        best = min(fitted.values(), key=lambda solution: solution.loss)
-        wanted = [best.count + step for step in NEIGHBOURS if best.count + step not in fitted]
-        if not wanted:
+        near = (best.count - PAIR * pairs, best.count + PAIR * pairs)
+        for count in near:
+            if count > 0 and count not in fitted:
+                start = recounted(best, count)
+                fitted[count] = _coarse_fit(observed, prior, start, count, _bearable(fitted))
+        better = min(fitted.values(), key=_loss_of)
+        if better is not best:
+            # In long bursts the way may be long: step further as long as it goes downhill.
+            best, pairs = better, 2 * pairs if best.count > 2 * LONG_STEPS else pairs
+        elif pairs == 1:
             break
-        rows = scan(observed, best.values, prior)
-        wanted += [count for count in _likeliest(rows, 2) if count not in fitted]
-    return sorted(fitted.values(), key=lambda solution: solution.loss)
+        else:
+            pairs //= 2
+    return sorted(fitted.values(), key=_loss_of)
 
 
-def fit_count(observed: Observations, rough: Floats, prior: Prior, count: int) -> Solution:
-    """Fit one count coarsely, without scatter."""
-    rows = scan(observed, rough, prior)
-    return _best_start(observed, prior, rows, count)
+def _loss_of(solution: Solution) -> float:
+    return solution.loss
+
+
+def _bearable(fitted: dict[int, Solution]) -> float:
+    """Loss above which a count is out of the question."""
+    return min((fit.loss for fit in fitted.values()), default=np.inf) + HOPELESS
 
 
 def _likeliest(rows: Floats, number: int) -> list[int]:
@@ -119,7 +143,9 @@ def _likeliest(rows: Floats, number: int) -> list[int]:
     return list(dict.fromkeys(counts))[:number]
 
 
-def _best_start(observed: Observations, prior: Prior, rows: Floats, count: int) -> Solution:
+def _best_start(
+    observed: Observations, prior: Prior, rows: Floats, count: int, bearable: float
+) -> Solution:
     """Fit a count from the scan's best places with it, and keep the best fit.
 
     Two starts: the second favours the other contact's losses, as these trade off in the scan.
@@ -128,16 +154,26 @@ def _best_start(observed: Observations, prior: Prior, rows: Floats, count: int) 
     uneven = nearest[:, Column.BODIES] - nearest[:, Column.BOUNCE]
     others = np.flatnonzero(np.abs(uneven - uneven[0]) > UNEVEN)
     starts = [nearest[0], *(nearest[others[:1]])]
-    fits = [_coarse_fit(observed, prior, start[:FIRST_DEVIATION], count) for start in starts]
-    return min(fits, key=lambda solution: solution.loss)
+    fits = [
+        _coarse_fit(observed, prior, start[:FIRST_DEVIATION], count, bearable) for start in starts
+    ]
+    return min(fits, key=_loss_of)
 
 
-def _coarse_fit(observed: Observations, prior: Prior, start: Floats, count: int) -> Solution:
-    for floor in FLOORS_PX:
-        noise = _noise_at(observed, start, count, floor)
-        solution = solve(observed, noise, prior, start, count)
-        start = solution.values
-    return solution
+def _coarse_fit(
+    observed: Observations, prior: Prior, start: Floats, count: int, bearable: float
+) -> Solution:
+    noise = _noise_at(observed, start, count, FLOORS_PX[0])
+    coarsest = solve(observed, noise, prior, start, count)
+    return refloored(observed, prior, coarsest.values, count, bearable)
+
+
+def refloored(
+    observed: Observations, prior: Prior, start: Floats, count: int, bearable: float = np.inf
+) -> Solution:
+    """Fit a count with the last of the floors, without scatter."""
+    noise = _noise_at(observed, start, count, FLOORS_PX[-1])
+    return solve(observed, noise, prior, start, count, bearable)
 
 
 def _noise_at(observed: Observations, values: Floats, count: int, floor: float) -> Noise:
@@ -146,13 +182,33 @@ def _noise_at(observed: Observations, values: Floats, count: int, floor: float) 
 
 
 def fine_fit(
-    observed: Observations, noise: Noise, prior: Prior, coarse: Solution, scatter: float
+    observed: Observations,
+    noise: Noise,
+    prior: Prior,
+    coarse: Solution,
+    scatter: float,
+    bearable: float = np.inf,
 ) -> Solution:
     """Fit with scatter of the restitution, from a coarse fit or another fine one."""
-    start = np.concatenate([coarse.values, np.zeros(coarse.count)])
-    start = start[: FIRST_DEVIATION + coarse.count]  # a fine fit brings deviations of its own
+    columns = FIRST_DEVIATION + deviations_of(coarse.count)
+    start = np.concatenate([coarse.values, np.zeros(columns)])
+    start = start[:columns]  # a fine fit brings deviations of its own
     full = with_deviations(prior, coarse.count, scatter)
-    return solve(observed, noise, full, start, coarse.count)
+    return solve(observed, noise, full, start, coarse.count, bearable)
+
+
+def recounted(solution: Solution, count: int) -> Floats:
+    """Turn a fit into a start, shape (columns without deviations,), for another count.
+
+    The number of collisions grows as the root of the mass ratio. With that changed, and each loss
+    so that their sum stays, what goes before and what comes after the thick of it is still where
+    it was seen.
+    """
+    values = solution.values[:FIRST_DEVIATION].copy()
+    values[Column.LIGHTNESS] -= 2 * np.log(count / solution.count)
+    contacts = [Column.BODIES, Column.BOUNCE]
+    values[contacts] = 1 - (1 - values[contacts]) * solution.count / count
+    return np.asarray(within_limits(values[None])[0])
 
 
 def log_evidence(solution: Solution, scatter: float) -> float:
@@ -163,4 +219,5 @@ def log_evidence(solution: Solution, scatter: float) -> float:
     scaled = solution.hessian / scale[:, None] / scale
     _, log_determinant = np.linalg.slogdet(scaled + 1e-10 * np.eye(len(scaled)))
     volume = log_determinant + 2 * np.log(scale).sum()
-    return float(-solution.loss - 0.5 * volume - solution.count * np.log(scatter))
+    spread = np.log(scatter / np.sqrt(np.bincount(deviation_places(solution.count)))).sum()
+    return float(-solution.loss - 0.5 * volume - spread)
