@@ -17,14 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
+from count_video.tracking.flow import as_bytes, flow, prepare
 
-WIDTH_FOR_SEARCH_PX = 900
-"""Wider pictures are halved for the search; positions are measured later at full size."""
 FEATURES_AT_MOST = 500
 CORNER_QUALITY = 0.01
 CORNER_SPACING_PX = 4
-WINDOW_PX = 11
-PYRAMID_LEVELS = 2
 RETURN_ERROR_PX = 0.5
 """Following a feature forth and back must end this near to its start."""
 PATH_SCATTER_PX = 0.9
@@ -60,7 +57,7 @@ def moving_features(run: Sequence[Frame]) -> MovingFeatures:
     )
     if len(run) < 4:
         return nothing
-    pictures, scale = _prepare(run)
+    pictures, scale = prepare([seen.luma for seen in run])
     start = cv2.goodFeaturesToTrack(
         pictures[0],
         FEATURES_AT_MOST,
@@ -74,22 +71,6 @@ def moving_features(run: Sequence[Frame]) -> MovingFeatures:
     return _steady(frames, paths[:, good] * scale)
 
 
-def _prepare(run: Sequence[Frame]) -> tuple[list[NDArray[np.uint8]], float]:
-    """Halve wide pictures and smooth a little, which costs no resolution that is used here."""
-    scale = 1.0
-    pictures = [np.ascontiguousarray(frame.luma) for frame in run]
-    while pictures[0].shape[1] / scale > WIDTH_FOR_SEARCH_PX:
-        scale *= 2.0
-    if scale > 1.0:
-        size = (int(pictures[0].shape[1] / scale), int(pictures[0].shape[0] / scale))
-        pictures = [_bytes(cv2.resize(p, size, interpolation=cv2.INTER_AREA)) for p in pictures]
-    return [_bytes(cv2.GaussianBlur(p, (0, 0), 0.8)) for p in pictures], scale
-
-
-def _bytes(picture: object) -> NDArray[np.uint8]:
-    return np.asarray(picture, dtype=np.uint8)
-
-
 def _active(
     first: NDArray[np.uint8], last: NDArray[np.uint8], second: NDArray[np.uint8]
 ) -> NDArray[np.uint8]:
@@ -99,7 +80,7 @@ def _active(
     change = last.astype(np.int16) - first
     change = np.abs(change - np.median(change)).astype(np.float32)
     mask = (cv2.blur(change, (3, 3)) > ACTIVITY_OVER_NOISE * noise / 2).astype(np.uint8)
-    return _bytes(cv2.dilate(mask, np.ones((5, 5), np.uint8)))
+    return as_bytes(cv2.dilate(mask, np.ones((5, 5), np.uint8)))
 
 
 def _follow(
@@ -109,26 +90,15 @@ def _follow(
     paths = [start[:, 0]]
     points, good = start, np.ones(len(start), dtype=bool)
     for before, after in pairwise(pictures):
-        points, found = _flow(before, after, points)
+        points, found = flow(before, after, points)
         good &= found
         paths.append(points[:, 0])
     back = points
     for before, after in pairwise(reversed(pictures)):
-        back, found = _flow(before, after, back)
+        back, found = flow(before, after, back)
         good &= found
     good &= np.hypot(*(back - start)[:, 0].T) < RETURN_ERROR_PX
     return np.array(paths, dtype=np.float64), good
-
-
-def _flow(
-    before: NDArray[np.uint8], after: NDArray[np.uint8], points: NDArray[np.float32]
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Follow points, shape (n, 1, 2), from one picture to the next; which of them were found."""
-    window = (WINDOW_PX, WINDOW_PX)
-    moved, found, _ = cv2.calcOpticalFlowPyrLK(
-        before, after, points, np.empty(0), winSize=window, maxLevel=PYRAMID_LEVELS
-    )
-    return np.asarray(moved, dtype=np.float32), np.asarray(found)[:, 0] > 0
 
 
 def _steady(frames: Floats, paths: Floats) -> MovingFeatures:

@@ -17,8 +17,10 @@ from count_video.footage.reader import Footage, pilot_frames
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import BodyTrack, Floats, Frame, MotionLine, Track, WallSide
 from count_video.tracking.bodies import Bodies, NotFound, find_bodies
+from count_video.tracking.camera import Camera
 from count_video.tracking.follow import Follower
 from count_video.tracking.roles import wall_side
+from count_video.tracking.standing import steadied
 
 PILOT_BYTES = 70_000_000
 """Pictures of the pilot are held in memory; so much may they take."""
@@ -68,14 +70,16 @@ def track_clip(
         If the region does not fit into the picture.
     """
     _check_region(footage, settings.region)
-    bodies = find_bodies(_pilot(footage, settings))
+    runs, camera = steadied(_pilot(footage, settings))
+    bodies = find_bodies(runs)
     if isinstance(bodies, NotFound):
         # Bodies may creep, or show up far from any key frame: look at longer stretches.
-        bodies = find_bodies(_evenly(footage, settings, SLOW_STRIDE))
+        runs, camera = steadied(_evenly(footage, settings, SLOW_STRIDE))
+        bodies = find_bodies(runs)
     if isinstance(bodies, NotFound):
         _pass_over(footage, settings, progress)
         raise TrackingError(bodies.reason)
-    frames, left, right = _follow(footage, bodies, settings, progress)
+    frames, left, right = _follow(footage, bodies, camera, settings, progress)
     return _track(bodies, frames, (left, right), settings)
 
 
@@ -157,7 +161,11 @@ def _pass_over(footage: Footage, settings: TrackSettings, progress: Progress) ->
 
 
 def _follow(
-    footage: Footage, bodies: Bodies, settings: TrackSettings, progress: Progress
+    footage: Footage,
+    bodies: Bodies,
+    camera: Camera,
+    settings: TrackSettings,
+    progress: Progress,
 ) -> tuple[Floats, Follower, Follower]:
     slope = float(np.tan(np.radians(bodies.tilt_deg)))
     left, right = Follower(bodies.left, slope), Follower(bodies.right, slope)
@@ -166,12 +174,17 @@ def _follow(
     for frame in footage.frames(settings.start, settings.end):
         if not frame.repeats_previous:
             luma = _cropped(frame, settings.region).luma
-            picture = luma.T if bodies.upright else luma
+            shift = camera.see(luma)
+            picture, shift = (luma.T, shift[::-1]) if bodies.upright else (luma, shift)
             indices.append(float(frame.index))
-            left.see(frame.index, picture)
-            right.see(frame.index, picture)
+            left.see(frame.index, picture, shift)
+            right.see(frame.index, picture, shift)
         if frame.index % PROGRESS_STEP == PROGRESS_STEP - 1:
             progress.advance(PROGRESS_STEP)
+    motion = camera.motion()
+    if motion is not None:
+        left.take_away(motion, bodies.upright)
+        right.take_away(motion, bodies.upright)
     return np.array(indices), left, right
 
 
