@@ -21,6 +21,9 @@ from count_video.tracking.flow import as_bytes, flow, prepare
 
 FEATURES_AT_MOST = 500
 CORNER_QUALITY = 0.01
+FAINT_QUALITY = 0.001
+"""Corners may be weaker than the strongest one by these shares; the second finds a plain body that
+hardly stands out, beside one that glitters."""
 CORNER_SPACING_PX = 4
 RETURN_ERROR_PX = 0.5
 """Following a feature forth and back must end this near to its start."""
@@ -48,8 +51,11 @@ class MovingFeatures:
     """Standard uncertainty of the speeds, from the scatter about the straight path."""
 
 
-def moving_features(run: Sequence[Frame]) -> MovingFeatures:
-    """Follow features through a run of consecutive frames and keep those that move steadily."""
+def moving_features(run: Sequence[Frame], *, faint: bool = False) -> MovingFeatures:
+    """Follow features through a run of consecutive frames and keep those that move steadily.
+
+    ``faint`` takes weak corners as well.
+    """
     frames = np.array([frame.index for frame in run], dtype=np.float64)
     none = np.empty(0)
     nothing = MovingFeatures(
@@ -61,7 +67,7 @@ def moving_features(run: Sequence[Frame]) -> MovingFeatures:
     start = cv2.goodFeaturesToTrack(
         pictures[0],
         FEATURES_AT_MOST,
-        CORNER_QUALITY,
+        FAINT_QUALITY if faint else CORNER_QUALITY,
         CORNER_SPACING_PX,
         mask=_active(pictures[0], pictures[-1], pictures[1]),
     )

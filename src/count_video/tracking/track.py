@@ -70,17 +70,24 @@ def track_clip(
         If the region does not fit into the picture.
     """
     _check_region(footage, settings.region)
-    runs, camera = steadied(_pilot(footage, settings))
-    bodies = find_bodies(runs)
+    bodies, camera = _find(_pilot(footage, settings))
     if isinstance(bodies, NotFound):
         # Bodies may creep, or show up far from any key frame: look at longer stretches.
-        runs, camera = steadied(_evenly(footage, settings, SLOW_STRIDE))
-        bodies = find_bodies(runs)
+        bodies, camera = _find(_evenly(footage, settings, SLOW_STRIDE))
     if isinstance(bodies, NotFound):
         _pass_over(footage, settings, progress)
         raise TrackingError(bodies.reason)
     frames, left, right = _follow(footage, bodies, camera, settings, progress)
     return _track(bodies, frames, (left, right), settings)
+
+
+def _find(runs: list[list[Frame]]) -> tuple[Bodies | NotFound, Camera]:
+    """Find the bodies in runs, first by what stands out, then by what is faint."""
+    runs, camera = steadied(runs)
+    bodies = find_bodies(runs)
+    if isinstance(bodies, NotFound):
+        bodies = find_bodies(runs, faint=True)
+    return bodies, camera
 
 
 def _check_region(footage: Footage, region: Region | None) -> None:
