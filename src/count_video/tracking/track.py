@@ -6,7 +6,7 @@ the bodies look like; the main pass streams every frame once and keeps none of t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -33,7 +33,10 @@ SLOW_STRIDE = 4
 UNKNOWN_LENGTH_FRAMES = 2000
 """Taken for the length of a clip that does not tell it."""
 RUN_FRAMES = 12
-"""Runs are cut to about this length."""
+SHORT_RUN_FRAMES = 6
+SHORT_BUDGET = 100
+"""Runs are cut to about this length; to the shorter one where the pilot may hold fewer pictures
+than this, so that they still show many places."""
 FRAMES_AT_LEAST = 12
 """Shorter clips show no motion to speak of."""
 SEEN_AT_LEAST = 0.5
@@ -70,10 +73,10 @@ def track_clip(
         If the region does not fit into the picture.
     """
     _check_region(footage, settings.region)
-    bodies, camera = _find(_pilot(footage, settings))
-    if isinstance(bodies, NotFound):
-        # Bodies may creep, or show up far from any key frame: look at longer stretches.
-        bodies, camera = _find(_evenly(footage, settings, SLOW_STRIDE))
+    for runs in _pilots(footage, settings):
+        bodies, camera = _find(runs)
+        if isinstance(bodies, Bodies):
+            break
     if isinstance(bodies, NotFound):
         _pass_over(footage, settings, progress)
         raise TrackingError(bodies.reason)
@@ -84,9 +87,12 @@ def track_clip(
 def _find(runs: list[list[Frame]]) -> tuple[Bodies | NotFound, Camera]:
     """Find the bodies in runs, first by what stands out, then by what is faint."""
     runs, camera = steadied(runs)
-    bodies = find_bodies(runs)
-    if isinstance(bodies, NotFound):
-        bodies = find_bodies(runs, faint=True)
+    # A ball that bounces to and fro moves evenly in short runs only.
+    short = [half for run in runs for half in (run[: len(run) // 2], run[len(run) // 2 :]) if half]
+    for pieces, faint in ((runs, False), (short, False), (runs, True), (short, True)):
+        bodies = find_bodies(pieces, faint=faint)
+        if isinstance(bodies, Bodies):
+            break
     return bodies, camera
 
 
@@ -102,18 +108,28 @@ def _check_region(footage: Footage, region: Region | None) -> None:
         )
 
 
-def _pilot(footage: Footage, settings: TrackSettings) -> list[list[Frame]]:
-    """Take runs of frames spread over the clip; copies of pictures are left out.
+def _pilots(footage: Footage, settings: TrackSettings) -> Iterator[list[list[Frame]]]:
+    """Yield runs of frames spread over the clip; should they not do, runs chosen otherwise.
 
     A small clip is decoded for it from end to end, which costs little and shows every phase; of a
-    large one only what follows its key frames.
+    large one at first only what follows its key frames. Bodies may show up far from any of them, or
+    creep. Copies of pictures are left out.
     """
     promised = footage.info.frames_promised
     small = promised is not None and promised < SMALL_CLIP_PIXELS / _pixels(footage)
-    if small:
-        return _evenly(footage, settings, 1)
+    if not small:
+        yield _behind_key_frames(footage, settings)
+    yield _evenly(footage, settings, 1)
+    yield _evenly(footage, settings, SLOW_STRIDE)
+
+
+def _behind_key_frames(footage: Footage, settings: TrackSettings) -> list[list[Frame]]:
     runs = pilot_frames(
-        footage.info.path, budget=_budget(footage), start=settings.start, end=settings.end
+        footage.info.path,
+        budget=_budget(footage),
+        length=_run_frames(footage),
+        start=settings.start,
+        end=settings.end,
     )
     fresh = [[_cropped(f, settings.region) for f in run if not f.repeats_previous] for run in runs]
     return [piece for run in fresh for piece in _pieces(run)]
@@ -128,12 +144,16 @@ def _budget(footage: Footage) -> int:
     return int(np.clip(PILOT_BYTES // _pixels(footage), PILOT_FRAMES_AT_LEAST, PILOT_FRAMES))
 
 
+def _run_frames(footage: Footage) -> int:
+    return RUN_FRAMES if _budget(footage) >= SHORT_BUDGET else SHORT_RUN_FRAMES
+
+
 def _evenly(footage: Footage, settings: TrackSettings, stride: int) -> list[list[Frame]]:
     """Keep runs of every ``stride``-th frame, evenly spaced, of a clip that is decoded whole."""
     promised = footage.info.frames_promised or UNKNOWN_LENGTH_FRAMES
     last = promised if settings.end is None else min(settings.end, promised)
-    span = RUN_FRAMES * stride
-    spacing = max(span, -(-(last - settings.start) * RUN_FRAMES // _budget(footage)))
+    span = _run_frames(footage) * stride
+    spacing = max(span, -(-(last - settings.start) * span // (stride * _budget(footage))))
     runs: dict[int, list[Frame]] = {}
     held = 0
     for frame in footage.frames(settings.start, settings.end):
