@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.scenery import Scenery, Shift, measure
+from count_video.tracking.landmarks import Landmarks, Shift, measure
 from count_video.tracking.sprite import Picture
 
 MOVED_AT_LEAST_PX = 0.35
@@ -27,7 +27,7 @@ NOTICED_PX = 0.5
 class Camera:
     """Follows what stands still; feed it every picture in order."""
 
-    scenery: Scenery | None
+    landmarks: Landmarks | None
     """None where nothing still was found: the camera is then taken to stand."""
     _shifts: list[Shift | None] = field(default_factory=list)
     _place: tuple[float, float] = (0.0, 0.0)
@@ -36,11 +36,11 @@ class Camera:
 
     def see(self, picture: Picture) -> tuple[float, float]:
         """Measure the next picture; its shift as far as guesses should heed it, in px."""
-        if self.scenery is None:
+        if self.landmarks is None:
             return 0.0, 0.0
         x, y = self._place
         right, down = self._pace if self._moving else (0.0, 0.0)
-        shift = measure(picture, self.scenery, (x + right, y + down))
+        shift = measure(picture, self.landmarks, (x + right, y + down))
         self._shifts.append(shift)
         if shift is None:
             self._pace = (0.0, 0.0)

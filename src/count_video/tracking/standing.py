@@ -19,11 +19,11 @@ from count_video.records import Floats, Frame
 from count_video.tracking.camera import Camera
 from count_video.tracking.clear_places import clear_places
 from count_video.tracking.flow import Luma, as_bytes, flow, prepare
-from count_video.tracking.scenery import (
+from count_video.tracking.landmarks import (
     WINDOW_PX,
     WINDOWS_AT_LEAST,
-    Scenery,
-    make_scenery,
+    Landmarks,
+    make_landmarks,
     measure,
 )
 
@@ -53,21 +53,21 @@ def steadied(runs: Sequence[Sequence[Frame]]) -> tuple[list[list[Frame]], Camera
         The runs (of a camera at rest as they are; pictures whose shift is not known are left out)
         and the camera, ready to be followed from the clip's first frame on.
     """
-    scenery = learn_scenery(runs)
-    camera = Camera(scenery)
+    landmarks = learn_landmarks(runs)
+    camera = Camera(landmarks)
     for run in runs:
         for seen in run:
             camera.see(seen.luma)
     motion = camera.motion()
     if motion is None:
-        return [list(run) for run in runs], Camera(scenery)
+        return [list(run) for run in runs], Camera(landmarks)
     shifts = iter(motion.shift_px)
     known = [[(seen, next(shifts)) for seen in run] for run in runs]
     steady = [
         [replace(seen, luma=_moved_back(seen.luma, s)) for seen, s in run if np.isfinite(s[0])]
         for run in known
     ]
-    return [run for run in steady if run], Camera(scenery)
+    return [run for run in steady if run], Camera(landmarks)
 
 
 def _moved_back(luma: Luma, shift: Floats) -> Luma:
@@ -77,7 +77,7 @@ def _moved_back(luma: Luma, shift: Floats) -> Luma:
     return as_bytes(cv2.warpAffine(luma, back, size, flags=flags, borderMode=border))
 
 
-def learn_scenery(runs: Sequence[Sequence[Frame]]) -> Scenery | None:
+def learn_landmarks(runs: Sequence[Sequence[Frame]]) -> Landmarks | None:
     """Learn windows that stand still; None where too few are found to tell the camera's motion."""
     pictures = _some([seen.luma for run in runs for seen in run])
     if len(pictures) < 2:
@@ -87,15 +87,15 @@ def learn_scenery(runs: Sequence[Sequence[Frame]]) -> Scenery | None:
     places = [(scale * x, scale * y) for x, y in clear_places(small, shifts, WINDOW_PX / scale)]
     known = [(float(x), float(y)) for x, y in scale * shifts]
     for _ in range(REFINEMENTS):
-        scenery = make_scenery(places, pictures, known)
-        if scenery is None:
+        landmarks = make_landmarks(places, pictures, known)
+        if landmarks is None:
             return None
-        measured = [measure(p, scenery, s) for p, s in zip(pictures, known, strict=True)]
+        measured = [measure(p, landmarks, s) for p, s in zip(pictures, known, strict=True)]
         seen = [(p, s.place) for p, s in zip(pictures, measured, strict=True) if s is not None]
         if len(seen) < SEEN_SHARE * len(pictures):
             return None
         pictures, known = [p for p, _ in seen], [s for _, s in seen]
-    return scenery
+    return landmarks
 
 
 def _some(pictures: Sequence[Luma]) -> list[Luma]:

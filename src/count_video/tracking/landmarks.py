@@ -31,7 +31,7 @@ SURE_SHARE = 0.9
 """A shift is believed at once from this share of the typical correlation on; below it, the scenery
 is looked for elsewhere as well."""
 SEEN_SHARE = 0.6
-"""Below this share of the typical correlation the picture does not show the scenery."""
+"""Below this share of the typical correlation the picture does not show the landmarks."""
 SEARCH_PX = 16
 """A knock may move the picture so far from one frame to the next."""
 SEARCHED_WINDOWS = 8
@@ -58,7 +58,7 @@ class Shift:
 
 
 @dataclass(frozen=True)
-class Scenery:
+class Landmarks:
     """Appearance of n windows that stand still; each has p pixels."""
 
     left: tuple[int, ...]
@@ -76,11 +76,11 @@ class Scenery:
     """Pseudo-inverses of ``normal``."""
 
 
-def make_scenery(
+def make_landmarks(
     corners: Sequence[tuple[float, float]],
     pictures: Sequence[Picture],
     shifts: Sequence[tuple[float, float]],
-) -> Scenery | None:
+) -> Landmarks | None:
     """Learn the appearance of windows around corners from pictures with known shifts.
 
     Corners are places in the unshifted picture. None if too few lie clear of the picture's border.
@@ -110,7 +110,7 @@ def make_scenery(
     power = (appearance**2).sum(axis=1)[:, None, None] + 1e-6
     slopes -= (slopes @ appearance[:, :, None]) / power * appearance[:, None, :]
     normal = (slopes @ slopes.transpose(0, 2, 1)).astype(np.float64)
-    return Scenery(
+    return Landmarks(
         tuple(x for x, _ in inside),
         tuple(y for _, y in inside),
         appearance.astype(np.float32),
@@ -121,42 +121,42 @@ def make_scenery(
     )
 
 
-def measure(picture: Picture, scenery: Scenery, guess: tuple[float, float]) -> Shift | None:
+def measure(picture: Picture, landmarks: Landmarks, guess: tuple[float, float]) -> Shift | None:
     """Measure how far the picture has moved, from a guess; None where the scenery is not seen."""
-    found = _settle(picture, scenery, guess)
-    if found is not None and found.agreement > SURE_SHARE * scenery.agreement:
+    found = _settle(picture, landmarks, guess)
+    if found is not None and found.agreement > SURE_SHARE * landmarks.agreement:
         return found
-    anew = _search(picture, scenery, guess)
-    other = None if anew is None else _settle(picture, scenery, anew)
+    anew = _search(picture, landmarks, guess)
+    other = None if anew is None else _settle(picture, landmarks, anew)
     if found is None or (other is not None and other.agreement > found.agreement):
         found = other
-    seen = found is not None and found.agreement > SEEN_SHARE * scenery.agreement
+    seen = found is not None and found.agreement > SEEN_SHARE * landmarks.agreement
     return found if seen else None
 
 
-def _settle(picture: Picture, scenery: Scenery, guess: tuple[float, float]) -> Shift | None:
+def _settle(picture: Picture, landmarks: Landmarks, guess: tuple[float, float]) -> Shift | None:
     """Gauss-Newton from a guess that is right to a pixel or two."""
     x, y = guess
     for _ in range(ROUNDS):
-        seen = _windows(picture, scenery, (x, y))
-        step = None if seen is None else _step(scenery, seen)
+        seen = _windows(picture, landmarks, (x, y))
+        step = None if seen is None else _step(landmarks, seen)
         if seen is None or step is None:
             return None
         x, y = x + step.x_px, y + step.y_px
         if max(abs(x - guess[0]), abs(y - guess[1])) > SEARCH_PX / 2:
             return None
         if max(abs(step.x_px), abs(step.y_px)) < CONVERGED_PX:
-            return replace(step, x_px=x, y_px=y, agreement=_correlation(seen, scenery.appearance))
+            return replace(step, x_px=x, y_px=y, agreement=_correlation(seen, landmarks.appearance))
     return None
 
 
-def _windows(picture: Picture, scenery: Scenery, shift: tuple[float, float]) -> Pixels | None:
+def _windows(picture: Picture, landmarks: Landmarks, shift: tuple[float, float]) -> Pixels | None:
     """Take the windows out of a picture that has moved, shape (n, p); None beyond the picture."""
     size = WINDOW_PX + 2 * REACH_PX
     right, down = round(shift[0]), round(shift[1])
-    count = len(scenery.left)
+    count = len(landmarks.left)
     row = np.empty((size, count, size), dtype=np.uint8)
-    for place, (left, top) in enumerate(zip(scenery.left, scenery.top, strict=True)):
+    for place, (left, top) in enumerate(zip(landmarks.left, landmarks.top, strict=True)):
         x, y = left + right - REACH_PX, top + down - REACH_PX
         piece = picture[max(y, 0) : y + size, max(x, 0) : x + size]
         if piece.shape != (size, size):
@@ -168,17 +168,17 @@ def _windows(picture: Picture, scenery: Scenery, shift: tuple[float, float]) -> 
     return inner.transpose(1, 0, 2).reshape(count, -1)
 
 
-def _step(scenery: Scenery, seen: Pixels) -> Shift | None:
+def _step(landmarks: Landmarks, seen: Pixels) -> Shift | None:
     """One robust least squares step, with the uncertainty that the windows' scatter tells."""
-    wanted = -(scenery.slopes @ seen[:, :, None])[:, :, 0].astype(np.float64)
-    own = (scenery.inverse @ wanted[:, :, None])[:, :, 0]
-    plain = _joint(scenery.normal.sum(axis=0), wanted.sum(axis=0))
+    wanted = -(landmarks.slopes @ seen[:, :, None])[:, :, 0].astype(np.float64)
+    own = (landmarks.inverse @ wanted[:, :, None])[:, :, 0]
+    plain = _joint(landmarks.normal.sum(axis=0), wanted.sum(axis=0))
     if plain is None:
         return None
-    misfit = _misfit(scenery, own - plain[:2])
+    misfit = _misfit(landmarks, own - plain[:2])
     middle = float(np.partition(misfit, len(misfit) // 2)[len(misfit) // 2])
     weight = 1 / (1 + (misfit / (MISFIT_ALLOWED * middle + 1e-9)) ** 2)
-    joint = _joint((weight @ scenery.normal.reshape(-1, 4)).reshape(2, 2), weight @ wanted)
+    joint = _joint((weight @ landmarks.normal.reshape(-1, 4)).reshape(2, 2), weight @ wanted)
     if joint is None:
         return None
     x, y, variance_x, variance_y = joint
@@ -209,9 +209,9 @@ def _joint(normal: Floats, wanted: Floats) -> tuple[float, float, float, float] 
     )
 
 
-def _misfit(scenery: Scenery, away: Floats) -> Floats:
+def _misfit(landmarks: Landmarks, away: Floats) -> Floats:
     """Chi squared, up to the noise, of windows whose shifts lie so far away, shape (n,)."""
-    return np.asarray((away * (scenery.normal @ away[:, :, None])[:, :, 0]).sum(axis=1))
+    return np.asarray((away * (landmarks.normal @ away[:, :, None])[:, :, 0]).sum(axis=1))
 
 
 def _correlation(seen: Pixels, appearance: Pixels) -> float:
@@ -226,7 +226,7 @@ def _correlation(seen: Pixels, appearance: Pixels) -> float:
 
 
 def _search(
-    picture: Picture, scenery: Scenery, near: tuple[float, float]
+    picture: Picture, landmarks: Landmarks, near: tuple[float, float]
 ) -> tuple[float, float] | None:
     """Find the shift to a pixel by the joint correlation of some windows with their surroundings.
 
@@ -234,14 +234,14 @@ def _search(
     """
     total = None
     reach = SEARCH_PX
-    for place in range(min(len(scenery.left), SEARCHED_WINDOWS)):
-        x = scenery.left[place] + round(near[0]) - reach
-        y = scenery.top[place] + round(near[1]) - reach
+    for place in range(min(len(landmarks.left), SEARCHED_WINDOWS)):
+        x = landmarks.left[place] + round(near[0]) - reach
+        y = landmarks.top[place] + round(near[1]) - reach
         size = WINDOW_PX + 2 * reach
         scene = picture[max(y, 0) : y + size, max(x, 0) : x + size].astype(np.float32)
         if scene.shape != (size, size):
             continue
-        pattern = scenery.appearance[place].reshape(WINDOW_PX, WINDOW_PX)
+        pattern = landmarks.appearance[place].reshape(WINDOW_PX, WINDOW_PX)
         scores = cv2.matchTemplate(scene, pattern, cv2.TM_CCOEFF_NORMED)
         total = scores if total is None else total + scores
     if total is None:
