@@ -19,8 +19,11 @@ from count_video.tracking.sprite import Picture
 MOVED_AT_LEAST_PX = 0.35
 """Compression moves still scenery by up to 0.2 px."""
 MOVED_SIGMAS = 8.0
-NOTICED_PX = 0.5
-"""Guesses of where a body is next need not be better."""
+NOTICED_PX = 0.3
+"""From this shift on the camera is said to move; guesses of where a body is next need not be
+better."""
+STRIDE = 4
+"""A knock lasts longer than so many frames."""
 
 
 @dataclass
@@ -33,25 +36,51 @@ class Camera:
     _place: tuple[float, float] = (0.0, 0.0)
     _pace: tuple[float, float] = (0.0, 0.0)
     _moving: bool = False
+    _stood: tuple[float, float] = (0.0, 0.0)
+    """Last place before it began to move."""
+    _waiting: list[Picture] = field(default_factory=list)
 
     def see(self, picture: Picture) -> tuple[float, float]:
-        """Measure the next picture; its shift as far as guesses should heed it, in px."""
+        """Take the next picture; its shift as far as guesses should heed it, in px.
+
+        As long as the camera stands, pictures wait and only every fourth is measured.
+        """
         if self.landmarks is None:
             return 0.0, 0.0
+        self._waiting.append(picture)
+        if not self._moving and len(self._waiting) < STRIDE:
+            return 0.0, 0.0
+        waiting, self._waiting = self._waiting, []
+        latest = self._measure(waiting[-1])
+        if self._moving and len(waiting) > 1:
+            # It began to move while pictures waited: none of them may be taken for still.
+            self._place, self._pace = self._stood, (0.0, 0.0)
+            self._shifts += [self._measure(picture) for picture in waiting]
+        else:
+            self._shifts += [latest] * len(waiting)
+        if not self._moving:
+            self._stood = self._place
+        return self._place if self._moving else (0.0, 0.0)
+
+    def _measure(self, picture: Picture) -> Shift | None:
+        """Measure a picture and take note of where the camera is."""
+        if self.landmarks is None:
+            return None
         x, y = self._place
         right, down = self._pace if self._moving else (0.0, 0.0)
         shift = measure(picture, self.landmarks, (x + right, y + down))
-        self._shifts.append(shift)
         if shift is None:
             self._pace = (0.0, 0.0)
         else:
             self._pace = (shift.x_px - x, shift.y_px - y)
             self._place = shift.place
         self._moving |= max(abs(self._place[0]), abs(self._place[1])) > NOTICED_PX
-        return self._place if self._moving else (0.0, 0.0)
+        return shift
 
     def motion(self) -> Motion | None:
         """Tell how the camera moved; None where it stood still or nothing shows it."""
+        self._shifts += [self._measure(picture) for picture in self._waiting]
+        self._waiting = []
         if not self._shifts:
             return None
         unknown = Shift(*[float("nan")] * 4)
