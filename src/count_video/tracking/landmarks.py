@@ -137,17 +137,27 @@ def measure(picture: Picture, landmarks: Landmarks, guess: tuple[float, float]) 
 def _settle(picture: Picture, landmarks: Landmarks, guess: tuple[float, float]) -> Shift | None:
     """Gauss-Newton from a guess that is right to a pixel or two."""
     x, y = guess
+    before = (0.0, 0.0)
     for _ in range(ROUNDS):
         seen = _windows(picture, landmarks, (x, y))
         step = None if seen is None else _step(landmarks, seen)
         if seen is None or step is None:
             return None
-        x, y = x + step.x_px, y + step.y_px
+        right, down = _damped(step.x_px, before[0]), _damped(step.y_px, before[1])
+        x, y, before = x + right, y + down, (right, down)
         if max(abs(x - guess[0]), abs(y - guess[1])) > SEARCH_PX / 2:
             return None
-        if max(abs(step.x_px), abs(step.y_px)) < CONVERGED_PX:
+        if max(abs(right), abs(down)) < CONVERGED_PX:
             return replace(step, x_px=x, y_px=y, agreement=_correlation(seen, landmarks.appearance))
     return None
+
+
+def _damped(step: float, before: float) -> float:
+    """Shorten a step that goes back: pictures sharper than the reference make steps too long.
+
+    The secant through both steps crosses zero between the two places.
+    """
+    return step * before / (before - step) if step * before < 0 else step
 
 
 def _windows(picture: Picture, landmarks: Landmarks, shift: tuple[float, float]) -> Pixels | None:

@@ -39,7 +39,7 @@ TOGETHER_PX = 0.7
 """Corners of one rigid scene move together to this RMS."""
 SHAKE_AT_MOST_PX = 16.0
 """What moves further than this is no backdrop."""
-REFINEMENTS = 2
+REFINEMENTS = 3
 GROUP_SHARE = 0.15
 """A rigid scene has this share of the corners that the largest one has."""
 
