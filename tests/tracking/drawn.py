@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from count_video.records import Floats, Frame
 
@@ -100,6 +101,8 @@ class Scene:
     shape: tuple[int, int] = (112, 320)
     wall_left: bool = True
     tilt_deg: float = 0.0
+    ball_contrast: float = 1.0
+    """Share of the ball's contrast that is left."""
 
     def frames(self, noise: float = 0.8, seed: int = 0) -> list[Luma]:
         """Draw every frame."""
@@ -114,12 +117,19 @@ class Scene:
         canvas = behind.copy()
         width = 70.0 if self.wall_left else -70.0
         paint_cylinder(canvas, face, self._row(face + width / 2), (width, 2.4 * self.radius_px))
+        plain = canvas.copy()
         paint_ball(canvas, ball, self._row(ball), self.radius_px)
-        return canvas
+        return np.asarray(plain + self.ball_contrast * (canvas - plain))
 
     def _row(self, x: float) -> float:
         rise = float(np.tan(np.radians(self.tilt_deg)))
         return (self.shape[0] - 1) / 2 + rise * (x - (self.shape[1] - 1) / 2)
+
+
+def displaced(luma: Luma, shift: tuple[float, float]) -> Luma:
+    """Move a picture to the right and down, as a shaken camera would; edges go on."""
+    moved = ndimage.shift(luma.astype(np.float64), shift[::-1], order=3, mode="nearest")
+    return to_luma(moved)
 
 
 def as_frames(pictures: Sequence[Luma], first: int = 0) -> list[Frame]:

@@ -18,6 +18,7 @@ from count_video.collisions.foresight import parted_until_turn
 from count_video.collisions.gaps import Gaps
 from count_video.collisions.onesided import HALF_EXPOSURE, WINDOW_FRAMES, fit_side, side_frames
 from count_video.collisions.swing import Swing
+from count_video.collisions.turning import first_turn
 from count_video.records import Floats
 from count_video.signals import low_points, sigma_of
 
@@ -50,9 +51,22 @@ def find_burst(candidates: Sequence[Candidate], gaps: Gaps, swing: Swing | None)
     ``swing`` is the heavy body's path through all of them, as far as it is known.
     """
     end = turn_round(gaps, candidates)
-    inside = [c for c in candidates if c.frame <= end]
-    shortcomings = [_beginning(inside, gaps), _ending(inside, gaps, end, swing)]
+    turned, doubtful = first_turn(candidates, gaps)
+    inside = [c for c in candidates if c.frame <= end and c.frame < turned]
+    end = min(end, turned)
+    shortcomings = [
+        _beginning(inside, gaps),
+        _ending(inside, gaps, end, swing),
+        _open_turn(doubtful) if np.isfinite(doubtful) and doubtful <= end else None,
+    ]
     return Burst(len(inside), end, tuple(s for s in shortcomings if s))
+
+
+def _open_turn(frame: float) -> str:
+    return (
+        f"the cylinder turns round at frame {frame:.0f}, just when the ball strikes it: whether "
+        "that collision still belongs to the burst cannot be told"
+    )
 
 
 def turn_round(gaps: Gaps, candidates: Sequence[Candidate]) -> float:

@@ -43,7 +43,14 @@ class _Survey:
     """Frame index and time stamp of each key frame, in order."""
 
 
-def pilot_frames(path: Path, *, budget: int, start: int = 0, end: int | None = None) -> list[Run]:
+def pilot_frames(
+    path: Path,
+    *,
+    budget: int,
+    length: int = RUN_FRAMES,
+    start: int = 0,
+    end: int | None = None,
+) -> list[Run]:
     """Return runs of consecutive frames spread over a clip.
 
     Parameters
@@ -52,6 +59,8 @@ def pilot_frames(path: Path, *, budget: int, start: int = 0, end: int | None = N
         The clip.
     budget
         Number of frames in all runs together, at most.
+    length
+        Usual number of frames of a run: where there are key frames enough, runs are no longer.
     start, end
         Part of the clip to look at, in frames; ``end`` is exclusive.
 
@@ -72,7 +81,7 @@ def pilot_frames(path: Path, *, budget: int, start: int = 0, end: int | None = N
         raise UsageError(f"a pilot of {budget} frames shows nothing; give at least 1")
     with closing(Reading(path)) as reading:
         survey = _survey(reading)
-    spans = [] if survey is None else _spans(survey, budget, start, end)
+    spans = [] if survey is None else _spans(survey, (budget, length), start, end)
     if survey is not None and spans:
         runs = _sought(path, survey, spans)
         if runs is not None:
@@ -102,13 +111,16 @@ def _survey(reading: Reading) -> _Survey | None:
     return _Survey(index, tuple((index[stamp], stamp) for stamp in sorted(keys)))
 
 
-def _spans(survey: _Survey, budget: int, start: int, end: int | None) -> list[Span]:
+def _spans(
+    survey: _Survey, budget_and_length: tuple[int, int], start: int, end: int | None
+) -> list[Span]:
     """Choose runs that begin at key frames, evenly spread; none where there is no need or way."""
+    budget, length = budget_and_length
     last = len(survey.index) if end is None else min(end, len(survey.index))
     keys = [place for place, _ in survey.keys if start <= place < last]
     if not keys or last - start <= budget:
         return []
-    wanted = np.linspace(start, last, min(len(keys), max(1, budget // RUN_FRAMES)), endpoint=False)
+    wanted = np.linspace(start, last, min(len(keys), max(1, budget // length)), endpoint=False)
     nearest = np.abs(np.subtract.outer(wanted, keys)).argmin(axis=1)
     firsts = [keys[place] for place in np.unique(nearest)]
     rooms = [after - first for first, after in pairwise([*firsts, last])]

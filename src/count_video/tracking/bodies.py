@@ -63,9 +63,12 @@ class NotFound:
     reason: str
 
 
-def find_bodies(runs: Sequence[Sequence[Frame]]) -> Bodies | NotFound:
-    """Find the two bodies that move along one line, from runs of consecutive frames."""
-    features = [moving_features(run) for run in runs]
+def find_bodies(runs: Sequence[Sequence[Frame]], *, faint: bool = False) -> Bodies | NotFound:
+    """Find the two bodies that move along one line, from runs of consecutive frames.
+
+    ``faint`` looks for bodies that hardly stand out as well.
+    """
+    features = [moving_features(run, faint=faint) for run in runs]
     direction = motion_direction_deg(features)
     if direction is None:
         return NotFound("nothing moves along a line in this clip")

@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
+from count_video.tracking.flow import as_bytes, flow, prepare
 
-WIDTH_FOR_SEARCH_PX = 900
-"""Wider pictures are halved for the search; positions are measured later at full size."""
 FEATURES_AT_MOST = 500
 CORNER_QUALITY = 0.01
+FAINT_QUALITY = 0.001
+"""Corners may be weaker than the strongest one by these shares; the second finds a plain body that
+hardly stands out, beside one that glitters."""
 CORNER_SPACING_PX = 4
-WINDOW_PX = 11
-PYRAMID_LEVELS = 2
 RETURN_ERROR_PX = 0.5
 """Following a feature forth and back must end this near to its start."""
 PATH_SCATTER_PX = 0.9
@@ -51,8 +51,11 @@ class MovingFeatures:
     """Standard uncertainty of the speeds, from the scatter about the straight path."""
 
 
-def moving_features(run: Sequence[Frame]) -> MovingFeatures:
-    """Follow features through a run of consecutive frames and keep those that move steadily."""
+def moving_features(run: Sequence[Frame], *, faint: bool = False) -> MovingFeatures:
+    """Follow features through a run of consecutive frames and keep those that move steadily.
+
+    ``faint`` takes weak corners as well.
+    """
     frames = np.array([frame.index for frame in run], dtype=np.float64)
     none = np.empty(0)
     nothing = MovingFeatures(
@@ -60,11 +63,11 @@ def moving_features(run: Sequence[Frame]) -> MovingFeatures:
     )
     if len(run) < 4:
         return nothing
-    pictures, scale = _prepare(run)
+    pictures, scale = prepare([seen.luma for seen in run])
     start = cv2.goodFeaturesToTrack(
         pictures[0],
         FEATURES_AT_MOST,
-        CORNER_QUALITY,
+        FAINT_QUALITY if faint else CORNER_QUALITY,
         CORNER_SPACING_PX,
         mask=_active(pictures[0], pictures[-1], pictures[1]),
     )
@@ -72,22 +75,6 @@ def moving_features(run: Sequence[Frame]) -> MovingFeatures:
         return nothing
     paths, good = _follow(pictures, np.asarray(start, dtype=np.float32))
     return _steady(frames, paths[:, good] * scale)
-
-
-def _prepare(run: Sequence[Frame]) -> tuple[list[NDArray[np.uint8]], float]:
-    """Halve wide pictures and smooth a little, which costs no resolution that is used here."""
-    scale = 1.0
-    pictures = [np.ascontiguousarray(frame.luma) for frame in run]
-    while pictures[0].shape[1] / scale > WIDTH_FOR_SEARCH_PX:
-        scale *= 2.0
-    if scale > 1.0:
-        size = (int(pictures[0].shape[1] / scale), int(pictures[0].shape[0] / scale))
-        pictures = [_bytes(cv2.resize(p, size, interpolation=cv2.INTER_AREA)) for p in pictures]
-    return [_bytes(cv2.GaussianBlur(p, (0, 0), 0.8)) for p in pictures], scale
-
-
-def _bytes(picture: object) -> NDArray[np.uint8]:
-    return np.asarray(picture, dtype=np.uint8)
 
 
 def _active(
@@ -99,7 +86,7 @@ def _active(
     change = last.astype(np.int16) - first
     change = np.abs(change - np.median(change)).astype(np.float32)
     mask = (cv2.blur(change, (3, 3)) > ACTIVITY_OVER_NOISE * noise / 2).astype(np.uint8)
-    return _bytes(cv2.dilate(mask, np.ones((5, 5), np.uint8)))
+    return as_bytes(cv2.dilate(mask, np.ones((5, 5), np.uint8)))
 
 
 def _follow(
@@ -109,26 +96,15 @@ def _follow(
     paths = [start[:, 0]]
     points, good = start, np.ones(len(start), dtype=bool)
     for before, after in pairwise(pictures):
-        points, found = _flow(before, after, points)
+        points, found = flow(before, after, points)
         good &= found
         paths.append(points[:, 0])
     back = points
     for before, after in pairwise(reversed(pictures)):
-        back, found = _flow(before, after, back)
+        back, found = flow(before, after, back)
         good &= found
     good &= np.hypot(*(back - start)[:, 0].T) < RETURN_ERROR_PX
     return np.array(paths, dtype=np.float64), good
-
-
-def _flow(
-    before: NDArray[np.uint8], after: NDArray[np.uint8], points: NDArray[np.float32]
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Follow points, shape (n, 1, 2), from one picture to the next; which of them were found."""
-    window = (WINDOW_PX, WINDOW_PX)
-    moved, found, _ = cv2.calcOpticalFlowPyrLK(
-        before, after, points, np.empty(0), winSize=window, maxLevel=PYRAMID_LEVELS
-    )
-    return np.asarray(moved, dtype=np.float32), np.asarray(found)[:, 0] > 0
 
 
 def _steady(frames: Floats, paths: Floats) -> MovingFeatures:

@@ -1,14 +1,18 @@
 """Follow a learnt body through the footage, frame by frame, as the pictures stream by.
 
-The next place is guessed by the velocity of the last two sightings; the registration makes it
-exact. Where it fails (the body turned at a collision faster than the guess allows, or is hidden)
-the surroundings are searched, and further out the longer the body has been lost.
+The next place is guessed by the velocity of the last two sightings, and by how far the camera has
+moved; the registration makes it exact. Where it fails (the body turned at a collision faster than
+the guess allows, or is hidden) the surroundings are searched, and further out the longer the body
+has been lost.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from count_video.tracking.camera import Motion
 from count_video.tracking.learning import Body
 from count_video.tracking.register import Fit, register
 from count_video.tracking.search import search
@@ -33,46 +37,59 @@ class Follower:
     slope: float
     """Rise of the line of motion, change of y by x."""
     x_px: list[float] = field(default_factory=list)
+    """Places in the pictures as they were seen, until ``take_away`` is called."""
     y_px: list[float] = field(default_factory=list)
     sigma_px: list[float] = field(default_factory=list)
     _place: tuple[float, float] | None = None
+    """Last place, as a camera at rest had seen it; so are the guesses."""
     _speed: tuple[float, float] = (0.0, 0.0)
     _last_index: int = 0
     _lost: int = 0
 
-    def see(self, index: int, picture: Picture) -> None:
-        """Find the body in the next picture; where it is not seen, NaN is noted."""
-        fit = self._fit(index, picture)
+    def see(self, index: int, picture: Picture, shift: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Find the body in the next picture, which a camera's motion has shifted by so many px.
+
+        Where it is not seen, NaN is noted.
+        """
+        fit = self._fit(index, picture, shift)
         if fit is None:
             self._lost += 1
             for values in (self.x_px, self.y_px, self.sigma_px):
                 values.append(float("nan"))
             return
+        place = (fit.x_px - shift[0], fit.y_px - shift[1])
         if self._place is not None and self._lost == 0 and index > self._last_index:
             frames = index - self._last_index
             self._speed = (
-                (fit.x_px - self._place[0]) / frames,
-                (fit.y_px - self._place[1]) / frames,
+                (place[0] - self._place[0]) / frames,
+                (place[1] - self._place[1]) / frames,
             )
         elif self._lost:
             self._speed = (0.0, 0.0)
-        self._place, self._last_index, self._lost = (fit.x_px, fit.y_px), index, 0
+        self._place, self._last_index, self._lost = place, index, 0
         self.x_px.append(fit.x_px)
         self.y_px.append(fit.y_px)
         self.sigma_px.append(fit.sigma_x_px)
 
-    def _fit(self, index: int, picture: Picture) -> Fit | None:
+    def take_away(self, motion: Motion, upright: bool) -> None:
+        """Correct all places by the camera's motion; ``upright`` if the pictures are transposed."""
+        shift, sigma = motion.shift_px, motion.sigma_px
+        along, across = (1, 0) if upright else (0, 1)
+        self.x_px = (np.array(self.x_px) - shift[:, along]).tolist()
+        self.y_px = (np.array(self.y_px) - shift[:, across]).tolist()
+        self.sigma_px = np.hypot(self.sigma_px, sigma[:, along]).tolist()
+
+    def _fit(self, index: int, picture: Picture, shift: tuple[float, float]) -> Fit | None:
         guess = self._guess(index)
-        fit = None if guess is None else register(picture, self.body.sprite, guess)
+        fit = None if guess is None else register(picture, self.body.sprite, _plus(guess, shift))
         if self._believed(fit):
             return fit
         place = self._place or self._nearest_sighting(index)
         reach = max(REACH_AT_LEAST_PX, REACH_OVER_SPEED * abs(self._speed[0]))
         reach *= LOST_GROWTH ** min(self._lost, 12)
         known = self._place is not None and reach < picture.shape[1]
-        found = search(
-            picture, self.body.sprite, place, self.slope, reach_px=reach if known else None
-        )
+        near, reach_px = _plus(place, shift), reach if known else None
+        found = search(picture, self.body.sprite, near, self.slope, reach_px=reach_px)
         fit = None if found is None else register(picture, self.body.sprite, found)
         return fit if self._believed(fit) else None
 
@@ -97,3 +114,7 @@ class Follower:
             and fit.inside >= INSIDE_AT_LEAST
             and fit.agreement >= AGREEMENT_SHARE * self.body.typical_agreement
         )
+
+
+def _plus(place: tuple[float, float], shift: tuple[float, float]) -> tuple[float, float]:
+    return place[0] + shift[0], place[1] + shift[1]

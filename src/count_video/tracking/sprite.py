@@ -153,7 +153,7 @@ def _correlation_factor(
     power = float((picture.astype(np.float64) ** 2).sum())
     if power == 0.0:
         return 1.0
-    shared = float((_smooth(picture, 0.0, 0.0).astype(np.float64) ** 2).sum())
+    shared = float((smooth(picture, 0.0, 0.0).astype(np.float64) ** 2).sum())
     return shared / power / float((_kernel(0.0).astype(np.float64) ** 2).sum()) ** 2
 
 
@@ -165,7 +165,7 @@ def look(picture: Picture, x_px: float, y_px: float, shape: tuple[int, int]) -> 
     """
     left, top = round(x_px), round(y_px)
     piece = _cut(picture, left - REACH_PX, top - REACH_PX, shape)
-    return _smooth(piece, x_px - left, y_px - top)[REACH_PX:-REACH_PX, REACH_PX:-REACH_PX]
+    return smooth(piece, x_px - left, y_px - top)[REACH_PX:-REACH_PX, REACH_PX:-REACH_PX]
 
 
 def look_at(picture: Picture, x_px: float, y_px: float, tiles: tuple[Tile, ...]) -> Pixels:
@@ -177,8 +177,8 @@ def look_at(picture: Picture, x_px: float, y_px: float, tiles: tuple[Tile, ...])
     seen = []
     for tile in tiles:
         corner = left + tile.left - REACH_PX, top + tile.top - REACH_PX
-        smooth = _smooth(_cut(picture, *corner, tile.shape), x_px - left, y_px - top)
-        seen.append(smooth.ravel()[tile.pixels])
+        part = smooth(_cut(picture, *corner, tile.shape), x_px - left, y_px - top)
+        seen.append(part.ravel()[tile.pixels])
     return np.concatenate(seen)
 
 
@@ -192,9 +192,10 @@ def _cut(picture: Picture, left: int, top: int, shape: tuple[int, int]) -> Pictu
     return picture[np.ix_(y, x)]
 
 
-def _smooth(piece: Picture | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
+def smooth(piece: Picture | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
+    """Smooth as sprites are, shifted by fractions of a pixel from -0.5 to 0.5."""
     if piece.strides[1] != piece.itemsize:  # OpenCV takes rows with gaps between, not within
-        return _smooth(piece.copy(), fraction_x, fraction_y)
+        return smooth(piece.copy(), fraction_x, fraction_y)
     smoothed = cv2.sepFilter2D(piece, cv2.CV_32F, _kernel(fraction_x), _kernel(fraction_y))
     return np.asarray(smoothed, dtype=np.float32)
 

@@ -7,52 +7,28 @@ the bodies look like; the main pass streams every frame once and keeps none of t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
-from count_video.errors import TrackingError, UsageError
-from count_video.footage.reader import Footage, pilot_frames
+from count_video.errors import TrackingError
+from count_video.footage.reader import Footage
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import BodyTrack, Floats, Frame, MotionLine, Track, WallSide
 from count_video.tracking.bodies import Bodies, NotFound, find_bodies
+from count_video.tracking.camera import Camera
 from count_video.tracking.follow import Follower
+from count_video.tracking.pilot import pilots
 from count_video.tracking.roles import wall_side
+from count_video.tracking.standing import steadied
+from count_video.tracking.view import Region, TrackSettings, View, view_of
 
-PILOT_BYTES = 70_000_000
-"""Pictures of the pilot are held in memory; so much may they take."""
-PILOT_FRAMES = 180
-PILOT_FRAMES_AT_LEAST = 24
-SMALL_CLIP_PIXELS = 4e8
-"""Clips with fewer pixels in all frames together are decoded whole for the pilot."""
-SLOW_STRIDE = 4
-"""Where nothing is found, the runs are made so many times as long."""
-UNKNOWN_LENGTH_FRAMES = 2000
-"""Taken for the length of a clip that does not tell it."""
-RUN_FRAMES = 12
-"""Runs are cut to about this length."""
+__all__ = ["Region", "TrackSettings", "track_clip"]
+
 FRAMES_AT_LEAST = 12
 """Shorter clips show no motion to speak of."""
 SEEN_AT_LEAST = 0.5
 """A body seen in a smaller share of the frames was not followed."""
 PROGRESS_STEP = 16
-
-Region = tuple[int, int, int, int]
-"""x, y, width, height in px."""
-
-
-@dataclass(frozen=True)
-class TrackSettings:
-    """What the user may tell the tracker; everything is found where nothing is told."""
-
-    wall_side: WallSide | None = None
-    region: Region | None = None
-    """Part of the picture that holds the experiment."""
-    start: int = 0
-    """First frame to use."""
-    end: int | None = None
-    """Frame to stop before; None for the clip's end."""
 
 
 def track_clip(
@@ -67,111 +43,58 @@ def track_clip(
     UsageError
         If the region does not fit into the picture.
     """
-    _check_region(footage, settings.region)
-    bodies = find_bodies(_pilot(footage, settings))
+    view = view_of(footage, settings)
+    for runs in pilots(view):
+        bodies, camera = _find(runs)
+        if isinstance(bodies, Bodies):
+            break
     if isinstance(bodies, NotFound):
-        # Bodies may creep, or show up far from any key frame: look at longer stretches.
-        bodies = find_bodies(_evenly(footage, settings, SLOW_STRIDE))
-    if isinstance(bodies, NotFound):
-        _pass_over(footage, settings, progress)
+        _pass_over(view, progress)
         raise TrackingError(bodies.reason)
-    frames, left, right = _follow(footage, bodies, settings, progress)
-    return _track(bodies, frames, (left, right), settings)
+    frames, left, right = _follow(view, bodies, camera, progress)
+    return _track(bodies, frames, (left, right), (view, settings.wall_side))
 
 
-def _check_region(footage: Footage, region: Region | None) -> None:
-    if region is None:
-        return
-    x, y, width, height = region
-    info = footage.info
-    if x < 0 or y < 0 or x + width > info.width_px or y + height > info.height_px:
-        raise UsageError(
-            f"region {x},{y},{width},{height} does not fit into the picture of "
-            f"{info.width_px} x {info.height_px} px; give one that lies inside"
-        )
+def _find(runs: list[list[Frame]]) -> tuple[Bodies | NotFound, Camera]:
+    """Find the bodies in runs, first by what stands out, then by what is faint."""
+    runs, camera = steadied(runs)
+    # A ball that bounces to and fro moves evenly in short runs only.
+    short = [half for run in runs for half in (run[: len(run) // 2], run[len(run) // 2 :]) if half]
+    for pieces, faint in ((runs, False), (short, False), (runs, True), (short, True)):
+        bodies = find_bodies(pieces, faint=faint)
+        if isinstance(bodies, Bodies):
+            break
+    return bodies, camera
 
 
-def _pilot(footage: Footage, settings: TrackSettings) -> list[list[Frame]]:
-    """Take runs of frames spread over the clip; copies of pictures are left out.
-
-    A small clip is decoded for it from end to end, which costs little and shows every phase; of a
-    large one only what follows its key frames.
-    """
-    promised = footage.info.frames_promised
-    small = promised is not None and promised < SMALL_CLIP_PIXELS / _pixels(footage)
-    if small:
-        return _evenly(footage, settings, 1)
-    runs = pilot_frames(
-        footage.info.path, budget=_budget(footage), start=settings.start, end=settings.end
-    )
-    fresh = [[_cropped(f, settings.region) for f in run if not f.repeats_previous] for run in runs]
-    return [piece for run in fresh for piece in _pieces(run)]
-
-
-def _pixels(footage: Footage) -> int:
-    return footage.info.width_px * footage.info.height_px
-
-
-def _budget(footage: Footage) -> int:
-    """How many pictures the pilot may hold."""
-    return int(np.clip(PILOT_BYTES // _pixels(footage), PILOT_FRAMES_AT_LEAST, PILOT_FRAMES))
-
-
-def _evenly(footage: Footage, settings: TrackSettings, stride: int) -> list[list[Frame]]:
-    """Keep runs of every ``stride``-th frame, evenly spaced, of a clip that is decoded whole."""
-    promised = footage.info.frames_promised or UNKNOWN_LENGTH_FRAMES
-    last = promised if settings.end is None else min(settings.end, promised)
-    span = RUN_FRAMES * stride
-    spacing = max(span, -(-(last - settings.start) * RUN_FRAMES // _budget(footage)))
-    runs: dict[int, list[Frame]] = {}
-    held = 0
-    for frame in footage.frames(settings.start, settings.end):
-        number, place = divmod(frame.index - settings.start, spacing)
-        wanted = place < span and place % stride == 0 and not frame.repeats_previous
-        if wanted and held < _budget(footage):
-            kept = replace(frame, luma=frame.luma.copy())
-            runs.setdefault(number, []).append(_cropped(kept, settings.region))
-            held += 1
-    return list(runs.values())
-
-
-def _pieces(run: list[Frame]) -> list[list[Frame]]:
-    """Split a long run: within a piece, the bodies are to move evenly."""
-    count = max(1, round(len(run) / RUN_FRAMES))
-    edges = [round(part * len(run) / count) for part in range(count + 1)]
-    return [run[a:b] for a, b in pairwise(edges) if b > a]
-
-
-def _cropped(frame: Frame, region: Region | None) -> Frame:
-    if region is None:
-        return frame
-    x, y, width, height = region
-    return replace(frame, luma=frame.luma[y : y + height, x : x + width])
-
-
-def _pass_over(footage: Footage, settings: TrackSettings, progress: Progress) -> None:
+def _pass_over(view: View, progress: Progress) -> None:
     """Decode the footage all the same: what is damaged in it should be said."""
-    progress.start(footage.info.frames_promised, "decoding")
-    for _ in footage.frames(settings.start, settings.end):
+    progress.start(view.footage.info.frames_promised, "decoding")
+    for _ in view.footage.frames(view.start, view.end):
         progress.advance(1)
 
 
 def _follow(
-    footage: Footage, bodies: Bodies, settings: TrackSettings, progress: Progress
+    view: View, bodies: Bodies, camera: Camera, progress: Progress
 ) -> tuple[Floats, Follower, Follower]:
     slope = float(np.tan(np.radians(bodies.tilt_deg)))
     left, right = Follower(bodies.left, slope), Follower(bodies.right, slope)
     indices: list[float] = []
-    progress.start(footage.info.frames_promised, "tracking")
-    for frame in footage.frames(settings.start, settings.end):
+    progress.start(view.footage.info.frames_promised, "tracking")
+    for frame in view.footage.frames(view.start, view.end):
         if not frame.repeats_previous:
-            luma = _cropped(frame, settings.region).luma
-            picture = luma.T if bodies.upright else luma
+            luma = view.of(frame).luma
+            shift = camera.see(luma)
+            picture, shift = (luma.T, shift[::-1]) if bodies.upright else (luma, shift)
             indices.append(float(frame.index))
-            left.see(frame.index, picture)
-            right.see(frame.index, picture)
+            left.see(frame.index, picture, shift)
+            right.see(frame.index, picture, shift)
         if frame.index % PROGRESS_STEP == PROGRESS_STEP - 1:
             progress.advance(PROGRESS_STEP)
+    motion = camera.motion()
+    if motion is not None:
+        left.take_away(motion, bodies.upright)
+        right.take_away(motion, bodies.upright)
     return np.array(indices), left, right
 
 
@@ -179,59 +102,55 @@ def _track(
     bodies: Bodies,
     frames: Floats,
     followers: tuple[Follower, Follower],
-    settings: TrackSettings,
+    view_and_side: tuple[View, WallSide | None],
 ) -> Track:
     if len(frames) < FRAMES_AT_LEAST:
         raise TrackingError(f"only {len(frames)} different pictures: too few to show collisions")
-    offset = _offset(settings.region, bodies.upright)
-    x_px = [np.array(f.x_px) + offset for f in followers]
+    view, side = view_and_side
+    x_px = [view.in_picture(np.array(f.x_px), upright=bodies.upright) for f in followers]
+    edges = [
+        (view.factor * body.left_edge_px, view.factor * body.right_edge_px)
+        for body in (bodies.left, bodies.right)
+    ]
+    sigma_px = [view.factor * np.array(follower.sigma_px) for follower in followers]
     unseen = [float(np.isnan(x).mean()) for x in x_px]
     if max(unseen) > 1 - SEEN_AT_LEAST:
         raise TrackingError("the bodies cannot be followed through the clip: they are lost")
-    side = settings.wall_side or wall_side(
-        x_px[0] + bodies.left.left_edge_px, x_px[1] + bodies.right.right_edge_px
-    )
+    side = side or wall_side(x_px[0] + edges[0][0], x_px[1] + edges[1][1])
     if side is None:
         raise TrackingError("neither body bounces off anything on its far side: no wall is seen")
     ball, heavy = (0, 1) if side == "left" else (1, 0)
-    both = (bodies.left, bodies.right)
-    width = both[ball].right_edge_px - both[ball].left_edge_px
-    face = both[heavy].left_edge_px if side == "left" else both[heavy].right_edge_px
+    width = edges[ball][1] - edges[ball][0]
+    face = edges[heavy][0] if side == "left" else edges[heavy][1]
     return Track(
         frame=frames,
         ball=BodyTrack(
-            x_px[ball] + both[ball].left_edge_px + width / 2,
-            np.array(followers[ball].sigma_px),
+            x_px[ball] + edges[ball][0] + width / 2,
+            sigma_px[ball],
             -width / 2,
             width / 2,
         ),
         heavy=BodyTrack(
             x_px[heavy] + face,
-            np.array(followers[heavy].sigma_px),
-            both[heavy].left_edge_px - face,
-            both[heavy].right_edge_px - face,
+            sigma_px[heavy],
+            edges[heavy][0] - face,
+            edges[heavy][1] - face,
         ),
         wall_side=side,
         ball_diameter_px=width,
-        line=_line(bodies, followers[ball], settings.region),
+        line=_line(bodies, followers[ball], view),
         warnings=tuple(_unseen_warnings(unseen, len(frames), ball)),
     )
 
 
-def _offset(region: Region | None, upright: bool) -> float:
-    if region is None:
-        return 0.0
-    return float(region[1] if upright else region[0])
-
-
-def _line(bodies: Bodies, ball: Follower, region: Region | None) -> MotionLine:
+def _line(bodies: Bodies, ball: Follower, view: View) -> MotionLine:
     """Line of motion through the middle of the ball's places."""
-    x = float(np.nanmedian(ball.x_px)) + ball.body.sprite.shape[1] / 2
-    y = float(np.nanmedian(ball.y_px)) + ball.body.sprite.shape[0] / 2
+    height, width = ball.body.sprite.shape
+    along = view.in_picture(np.array(ball.x_px) + width / 2, upright=bodies.upright)
+    across = view.in_picture(np.array(ball.y_px) + height / 2, upright=not bodies.upright)
+    x, y = float(np.nanmedian(along)), float(np.nanmedian(across))
     if bodies.upright:
         x, y = y, x
-    if region is not None:
-        x, y = x + region[0], y + region[1]
     return MotionLine(x, y, bodies.tilt_deg, bodies.upright)
 
 

@@ -1,0 +1,88 @@
+"""What the tracker looks at: some frames of a clip, a part of the picture, in a handy size."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from count_video.errors import UsageError
+from count_video.footage.reader import Footage
+from count_video.records import Floats, Frame, WallSide
+
+Region = tuple[int, int, int, int]
+"""x, y, width, height in px."""
+
+WIDTH_AT_MOST_PX = 2000
+"""Wider pictures are reduced by a whole factor: positions are known to a few hundredths of a px,
+and bodies that move far from frame to frame are lost."""
+
+
+@dataclass(frozen=True)
+class TrackSettings:
+    """What the user may tell the tracker; everything is found where nothing is told."""
+
+    wall_side: WallSide | None = None
+    region: Region | None = None
+    """Part of the picture that holds the experiment."""
+    start: int = 0
+    """First frame to use."""
+    end: int | None = None
+    """Frame to stop before; None for the clip's end."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A look at a clip through a region and at reduced size."""
+
+    footage: Footage
+    region: Region
+    start: int
+    end: int | None
+    factor: int
+    """How many px of the picture one px of the view spans."""
+
+    @property
+    def pixels(self) -> int:
+        """Number of pixels of a picture in this view."""
+        return (self.region[2] // self.factor) * (self.region[3] // self.factor)
+
+    def frames(self) -> Iterator[Frame]:
+        """Stream the clip's frames as they are seen in this view."""
+        return map(self.of, self.footage.frames(self.start, self.end))
+
+    def of(self, frame: Frame) -> Frame:
+        """Look at one frame of the clip."""
+        x, y, width, height = self.region
+        luma = frame.luma[y : y + height, x : x + width]
+        if self.factor > 1:
+            size = width // self.factor, height // self.factor
+            luma = luma[: size[1] * self.factor, : size[0] * self.factor]
+            luma = np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        return replace(frame, luma=luma)
+
+    def in_picture(self, places: Floats, *, upright: bool) -> Floats:
+        """Turn places of the view along x (y where ``upright``) into places of the picture."""
+        corner = self.region[1] if upright else self.region[0]
+        return np.asarray(self.factor * places + (self.factor - 1) / 2 + corner, dtype=np.float64)
+
+
+def view_of(footage: Footage, settings: TrackSettings) -> View:
+    """Look at a clip as the settings ask for.
+
+    Raises
+    ------
+    UsageError
+        If the region does not fit into the picture.
+    """
+    info = footage.info
+    x, y, width, height = settings.region or (0, 0, info.width_px, info.height_px)
+    if x < 0 or y < 0 or x + width > info.width_px or y + height > info.height_px:
+        raise UsageError(
+            f"region {x},{y},{width},{height} does not fit into the picture of "
+            f"{info.width_px} x {info.height_px} px; give one that lies inside"
+        )
+    factor = max(1, -(-max(width, height) // WIDTH_AT_MOST_PX))
+    return View(footage, (x, y, width, height), settings.start, settings.end, factor)

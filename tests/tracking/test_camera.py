@@ -1,0 +1,156 @@
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from drawn import Luma, Scene, as_frames, background, displaced, to_luma
+
+from count_video.records import Floats, Frame
+from count_video.tracking.camera import Camera
+from count_video.tracking.landmarks import Landmarks, measure
+from count_video.tracking.standing import learn_landmarks, steadied
+
+FRAMES = 96
+RUN = 12
+SHIFT_PX = 0.05
+"""Two dozen windows with slopes of some grey levels a px, noise of 0.8: 0.01 px, and what the
+displacing of a picture adds."""
+NORMAL_ERROR = (0.6, 1.6)
+KNOCK_PX = 8.0
+ALONG_SHARE = 0.02
+"""Of what all landmarks tell of the shift along."""
+
+
+def scene() -> Scene:
+    """A ball between a cylinder that comes and goes and a wall at its left, at 40 px."""
+    time = np.arange(float(FRAMES))
+    face = 190.0 - 1.2 * np.minimum(time, 60.0) + 1.0 * np.maximum(time - 60.0, 0)
+    ball = np.minimum(90.0, face - 24.0 + 4.0 * np.sin(time / 3.0) ** 2 - 4.0)
+    return Scene(ball_px=ball, face_px=face)
+
+
+def runs_of(pictures: list[Luma]) -> list[list[Frame]]:
+    frames = as_frames(pictures)
+    edges = range(0, len(frames) + 1, RUN)
+    return [frames[a:b] for a, b in pairwise(edges)]
+
+
+def shake(count: int = FRAMES) -> Floats:
+    """A tremble of 3 px, and a knock; shape (count, 2)."""
+    time = np.arange(float(count))
+    tremble = np.stack([3.0 * np.sin(time / 5.0), 1.5 * np.sin(time / 7.0 + 1.0)], axis=1)
+    tremble[count // 2 :, 0] += KNOCK_PX * np.exp(-(time[count // 2 :] - count // 2) / 6.0)
+    return tremble
+
+
+@pytest.fixture(scope="module")
+def still() -> list[Luma]:
+    return scene().frames()
+
+
+@pytest.fixture(scope="module")
+def landmarks(still: list[Luma]) -> Landmarks:
+    found = learn_landmarks(runs_of(still))
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.4, -0.3), (-2.6, 1.2), (KNOCK_PX, 2.0)])
+def test_a_displaced_picture_tells_its_shift(
+    still: list[Luma], landmarks: Landmarks, shift: tuple[float, float]
+) -> None:
+    found = measure(displaced(still[5], shift), landmarks, (0.0, 0.0))
+
+    assert found is not None
+    assert found.place == pytest.approx(shift, abs=SHIFT_PX)
+
+
+def test_brightness_and_contrast_do_not_move_the_picture(
+    still: list[Luma], landmarks: Landmarks
+) -> None:
+    dimmed = to_luma(0.75 * still[5].astype(float) + 10.0)
+
+    found = measure(dimmed, landmarks, (0.0, 0.0))
+
+    assert found is not None
+    assert found.place == pytest.approx((0.0, 0.0), abs=SHIFT_PX)
+
+
+def test_the_stated_uncertainty_is_that_of_the_shifts(landmarks: Landmarks) -> None:
+    drawn = scene()
+    behind = Scene(drawn.ball_px, drawn.face_px).frames(noise=5.0, seed=0)
+    found = [measure(picture, landmarks, (0.0, 0.0)) for picture in behind]
+
+    errors = [shift.x_px / shift.sigma_x_px for shift in found if shift is not None]
+    assert len(errors) == FRAMES
+    assert NORMAL_ERROR[0] < float(np.sqrt(np.mean(np.square(errors)))) < NORMAL_ERROR[1]
+
+
+def test_what_moves_does_not_tell_the_motion_along(landmarks: Landmarks) -> None:
+    """The cylinder, 70 px long, sweeps the rows about the middle; its stripes may stand out."""
+    drawn = scene()
+    first, last = float(drawn.face_px.min()), float(drawn.face_px.max()) + 70.0
+    middle = np.array(landmarks.left) + 5, np.array(landmarks.top) + 5
+    swept = (first < middle[0]) & (middle[0] < last)
+    swept &= np.abs(middle[1] - 55.5) < drawn.radius_px - 5
+    told = landmarks.normal[:, 0, 0]
+    assert told[swept].sum() <= ALONG_SHARE * told.sum()
+
+
+def test_another_picture_does_not_show_the_landmarks(landmarks: Landmarks) -> None:
+    other = to_luma(background((112, 320), seed=77))
+
+    assert measure(other, landmarks, (0.0, 0.0)) is None
+
+
+def test_a_picture_without_texture_has_no_landmarks() -> None:
+    plain = [np.full((112, 320), 90, dtype=np.uint8) for _ in range(2 * RUN)]
+
+    assert learn_landmarks(runs_of(plain)) is None
+
+
+def test_a_camera_at_rest_is_left_alone(still: list[Luma]) -> None:
+    runs = runs_of(still)
+
+    steady, camera = steadied(runs)
+    heeded = [camera.see(picture) for picture in still]
+
+    assert [frame for run in steady for frame in run] == [frame for run in runs for frame in run]
+    assert camera.motion() is None
+    assert set(heeded) == {(0.0, 0.0)}
+
+
+def test_without_landmarks_the_camera_is_taken_to_stand(still: list[Luma]) -> None:
+    camera = Camera(None)
+
+    assert camera.see(still[0]) == (0.0, 0.0)
+    assert camera.motion() is None
+
+
+def test_a_shaken_camera_is_followed_from_its_first_frame_on(still: list[Luma]) -> None:
+    shifts = shake()
+    shaken = [displaced(p, (x, y)) for p, (x, y) in zip(still, shifts, strict=True)]
+
+    _, camera = steadied(runs_of(shaken))
+    for picture in shaken:
+        camera.see(picture)
+    motion = camera.motion()
+
+    assert motion is not None
+    error = motion.shift_px - shifts
+    assert float(np.std(error, axis=0).max()) <= SHIFT_PX
+
+
+def test_a_knock_in_a_still_clip_is_noticed_without_delay(still: list[Luma]) -> None:
+    knocked = np.zeros((FRAMES, 2))
+    knocked[50:58, 0] = KNOCK_PX * np.sin(np.pi * (np.arange(8) + 1) / 9)
+    shaken = [displaced(p, (x, y)) for p, (x, y) in zip(still, knocked, strict=True)]
+    _, camera = steadied(runs_of(still))
+
+    for picture in shaken:
+        camera.see(picture)
+    motion = camera.motion()
+
+    assert motion is not None
+    assert motion.shift_px[:, 0] == pytest.approx(knocked[:, 0], abs=3 * SHIFT_PX)
