@@ -15,11 +15,13 @@ from pathlib import Path
 
 from count_video import verdict
 from count_video.between.infer import Between, Misfit, count_between, measure_burst
+from count_video.collisions.alone import seen_impacts
 from count_video.collisions.seen import SeenCollisions, seen_collisions
 from count_video.errors import TrackingError
-from count_video.footage.reader import open_footage
+from count_video.footage.reader import Footage, open_footage
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import FootageInfo, Track, TrialResult, WallSide
+from count_video.tracking.lone import track_free_bodies
 from count_video.tracking.track import Region, TrackSettings, track_clip
 
 
@@ -78,9 +80,8 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
         looking = TrackSettings(settings.wall_side, settings.region, settings.start, settings.end)
         try:
             track = track_clip(footage, looking, progress)
-        except TrackingError as error:
-            nothing = verdict.nothing_to_count(footage.info, footage.report(), str(error))
-            return Trial(nothing, footage.info, None, None)
+        except TrackingError:
+            return _without_pair(footage, looking, progress)
         found = seen_collisions(track)
         result = verdict.counted(
             footage.info,
@@ -99,3 +100,14 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
             between = measure_burst(track, found, verdict.knowledge(footage.info, settings.masses))
             result = verdict.measured(result, between)
         return Trial(result, footage.info, track, found, between)
+
+
+def _without_pair(footage: Footage, looking: TrackSettings, progress: Progress) -> Trial:
+    """Work through a clip that shows no ball and heavy body at a wall."""
+    try:
+        track = track_free_bodies(footage, looking, progress)
+    except TrackingError as error:
+        nothing = verdict.nothing_to_count(footage.info, footage.report(), str(error))
+        return Trial(nothing, footage.info, None, None)
+    result = verdict.impacts_counted(footage.info, footage.report(), track, seen_impacts(track))
+    return Trial(result, footage.info, track, None)

@@ -104,7 +104,7 @@ def _pilot(footage: Footage, settings: TrackSettings) -> list[list[Frame]]:
     runs = pilot_frames(
         footage.info.path, budget=_budget(footage), start=settings.start, end=settings.end
     )
-    fresh = [[_cropped(f, settings.region) for f in run if not f.repeats_previous] for run in runs]
+    fresh = [[cropped(f, settings.region) for f in run if not f.repeats_previous] for run in runs]
     return [piece for run in fresh for piece in _pieces(run)]
 
 
@@ -130,7 +130,7 @@ def _evenly(footage: Footage, settings: TrackSettings, stride: int) -> list[list
         wanted = place < span and place % stride == 0 and not frame.repeats_previous
         if wanted and held < _budget(footage):
             kept = replace(frame, luma=frame.luma.copy())
-            runs.setdefault(number, []).append(_cropped(kept, settings.region))
+            runs.setdefault(number, []).append(cropped(kept, settings.region))
             held += 1
     return list(runs.values())
 
@@ -142,7 +142,8 @@ def _pieces(run: list[Frame]) -> list[list[Frame]]:
     return [run[a:b] for a, b in pairwise(edges) if b > a]
 
 
-def _cropped(frame: Frame, region: Region | None) -> Frame:
+def cropped(frame: Frame, region: Region | None) -> Frame:
+    """Cut the region out of a frame."""
     if region is None:
         return frame
     x, y, width, height = region
@@ -165,7 +166,7 @@ def _follow(
     progress.start(footage.info.frames_promised, "tracking")
     for frame in footage.frames(settings.start, settings.end):
         if not frame.repeats_previous:
-            luma = _cropped(frame, settings.region).luma
+            luma = cropped(frame, settings.region).luma
             picture = luma.T if bodies.upright else luma
             indices.append(float(frame.index))
             left.see(frame.index, picture)
