@@ -38,6 +38,7 @@ RELEASED_SHARE = 0.7
 CHANCE_UNSEEN = 0.3
 """Chances that one lies before the first, where so many of the pictures before do not show the
 body: it comes into sight on its way from the stop, or at a good part of its speed at the stop."""
+FALLEN_BACK = 1.3
 TAIL_PICTURES = 4.0
 CHANCES_TAIL = (0.5, 0.25, 0.15)
 """A body that bounces lower and lower goes on to do so below what the pictures show: where its
@@ -193,7 +194,7 @@ def _judged(
     if impacts and (unseen := _chance_before(motion, impacts)) > 0:
         doubts.append("what came before the first impact is not seen: one may be missing")
         chances.append(unseen)
-    if any(b - a < RESOLVED_FRAMES for a, b in pairwise(frames)) or _in_a_tail(frames):
+    if any(b - a < RESOLVED_FRAMES for a, b in pairwise(frames)) or _in_a_tail(motion, impacts):
         doubts.append(
             "the last impacts follow each other faster than the pictures show: some may be missed"
         )
@@ -252,7 +253,19 @@ def _chance_before(motion: Motion, impacts: Sequence[Impact]) -> float:
     return CHANCE_UNSEEN if hidden and speed > RELEASED_SHARE * arrives else 0.0
 
 
-def _in_a_tail(frames: Sequence[float]) -> bool:
-    """Whether impacts follow each other faster and faster until pictures no longer show them."""
-    flights = np.diff(frames)
-    return len(flights) >= 2 and float(flights[-1]) < TAIL_PICTURES
+def _in_a_tail(motion: Motion, impacts: Sequence[Impact]) -> bool:
+    """Whether impacts follow each other faster and faster until pictures no longer show them.
+
+    So it is too where the body must have fallen back to the stop while the clip went on, by the
+    velocity with which it left and the usual acceleration, and no impact was found.
+    """
+    if len(impacts) < 2:
+        return False
+    last = impacts[-1]
+    if last.frame - impacts[-2].frame < TAIL_PICTURES:
+        return True
+    pull = last.side * motion.acceleration
+    if pull <= 0 or not np.isfinite(last.velocity_after):
+        return False
+    back = -2 * last.side * last.velocity_after / pull
+    return bool(last.frame + FALLEN_BACK * back < motion.frame[-1])

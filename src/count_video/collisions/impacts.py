@@ -141,13 +141,22 @@ def _sharp(turns: Sequence[Turn], motion: Motion, contact: float) -> list[Impact
     kept = list(turns)
     for _ in range(ROUNDS):
         ends = [-np.inf, *(turn.frame for turn in kept), np.inf]
-        limits = list(zip(ends[:-2], ends[2:], strict=True))
+        limits = [_limits(*three) for three in zip(ends[:-2], ends[1:-1], ends[2:], strict=True)]
         kept = [
             sharper
             for turn, limit in zip(kept, limits, strict=True)
             if (sharper := _sharpened(turn, motion, limit, contact)) is not None
         ]
     return [_impact(turn, motion) for turn in kept]
+
+
+def _limits(before: float, here: float, after: float) -> tuple[float, float]:
+    """How far the sides of a turn reach: to the neighbours, the outermost as far as the other."""
+    if np.isinf(before) and np.isfinite(after):
+        before = 2 * here - after
+    elif np.isinf(after) and np.isfinite(before):
+        after = 2 * here - before
+    return before, after
 
 
 def _sharpened(
