@@ -82,24 +82,27 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
             track = track_clip(footage, looking, progress)
         except TrackingError:
             return _without_pair(footage, looking, progress)
-        found = seen_collisions(track)
-        result = verdict.counted(
-            footage.info,
-            footage.report(),
-            track,
-            found,
-            settings.masses,
-            settings.ball_diameter_mm,
-        )
-        between = None
-        if verdict.leaves_room(found) and not settings.seen_only:
-            known = verdict.knowledge(footage.info, settings.masses)
-            between = count_between(track, found, known)
-            result = verdict.inferred(result, found, between)
-        elif result.count:
-            between = measure_burst(track, found, verdict.knowledge(footage.info, settings.masses))
-            result = verdict.measured(result, between)
-        return Trial(result, footage.info, track, found, between)
+        trial = _with_pair(footage, track, settings)
+        if trial.result.status == "counted":
+            return trial
+        # A shadow or a hand may have been taken for the second body.
+        alone = _without_pair(footage, looking, progress)
+        return alone if verdict.bounces_alone(alone.result, alone.track) else trial
+
+
+def _with_pair(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
+    """Work through a clip in which a ball and a heavy body can be followed."""
+    info, report = footage.info, footage.report()
+    found = seen_collisions(track)
+    result = verdict.counted(info, report, track, found, settings.masses, settings.ball_diameter_mm)
+    between = None
+    if verdict.leaves_room(found) and not settings.seen_only:
+        between = count_between(track, found, verdict.knowledge(info, settings.masses))
+        result = verdict.inferred(result, found, between)
+    elif result.count:
+        between = measure_burst(track, found, verdict.knowledge(info, settings.masses))
+        result = verdict.measured(result, between)
+    return Trial(result, info, track, found, between)
 
 
 def _without_pair(footage: Footage, looking: TrackSettings, progress: Progress) -> Trial:

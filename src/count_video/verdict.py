@@ -30,6 +30,8 @@ PROBABILITY_AT_LEAST = 0.5
 """A count that is inferred must be more probable than all others together."""
 MASS_RELATIVE_SIGMA = 0.002
 """Standard uncertainty of a mass ratio that the user gives: kitchen scales and a ring of thread."""
+IMPACTS_OF_ONE_ALONE = 3
+"""So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
 ENDS_EARLY = "the clip ends"
 """How the shortcomings begin that a fitted model can make up for, as it knows what follows."""
 
@@ -89,6 +91,12 @@ def impacts_counted(
         ball_diameter_px=track.ball_diameter_px,
         warnings=(*report.warnings, *track.warnings),
     )
+
+
+def bounces_alone(result: TrialResult, track: Track | None) -> bool:
+    """Whether a clip surely shows one body alone that bounces, although two seemed to move."""
+    alone = track is not None and track.heavy is None
+    return alone and (result.count or 0) >= IMPACTS_OF_ONE_ALONE
 
 
 def nothing_to_count(info: FootageInfo, report: FootageReport, reason: str) -> TrialResult:

@@ -72,7 +72,7 @@ def _noise_px(place_px: Floats) -> float:
     third = np.diff(place_px[np.isfinite(place_px)], n=3)
     if len(third) == 0:
         return NOISE_AT_LEAST_PX
-    spread = float(np.quantile(np.abs(third), 0.25)) / QUARTILE / 20.0**0.5
+    spread = float(np.quantile(np.abs(third), 0.25)) / QUARTILE / float(np.sqrt(20.0))
     return max(spread, NOISE_AT_LEAST_PX)
 
 

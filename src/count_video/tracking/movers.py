@@ -39,7 +39,7 @@ HIDDEN_WORTH = 0.1
 """Whatever is worth this share of the first path is taken for a body here."""
 PICTURES_AT_REST = 5
 REST_SIZES = 0.15
-"""A patch that is seen in so many pictures, and moves by less than this share of its size, rests."""
+"""A patch seen in so many pictures that moves by less than this share of its size rests."""
 LOOKS = 2
 """How often the scenery is learnt again."""
 COVERED_AT_MOST = 0.3
