@@ -14,6 +14,8 @@ AREA_AT_LEAST_PX = 12
 """Smaller patches are noise."""
 AREA_SHARE_AT_LEAST = 1e-4
 """Or smaller than this share of the picture."""
+BLOBS_AT_MOST = 32
+"""Where more stand out, the smaller ones are left out: such a clip shows no body alone."""
 BRIDGED_SHARE = 0.012
 """Pieces of one body lie nearer to each other than this share of the picture's width."""
 
@@ -54,6 +56,7 @@ def see(frame: int, luma: Luma, scenery: Scenery, levels_at_least: float = 0.0) 
     number, found, stats, centres = cv2.connectedComponentsWithStats(np.asarray(closed))
     labels = np.asarray(found, dtype=np.int32)
     least = max(AREA_AT_LEAST_PX, AREA_SHARE_AT_LEAST * mask.size)
+    largest = sorted(range(1, number), key=lambda label: -stats[label][cv2.CC_STAT_AREA])
     blobs = tuple(
         _blob(
             change,
@@ -61,7 +64,7 @@ def see(frame: int, luma: Luma, scenery: Scenery, levels_at_least: float = 0.0) 
             stats[label],
             (label, float(centres[label][0]), float(centres[label][1])),
         )
-        for label in range(1, number)
+        for label in largest[:BLOBS_AT_MOST]
         if stats[label][cv2.CC_STAT_AREA] >= least
     )
     return Sight(frame, blobs, float(mask.mean()))

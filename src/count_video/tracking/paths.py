@@ -110,27 +110,36 @@ def _assigned(live: Sequence[Path], row: int, free: Sequence[Blob]) -> list[tupl
     """Patches that go on with paths, so that the costs of all together are least."""
     if not live or not free:
         return []
-    costs = np.array([[_cost(path, row, blob) for blob in free] for path in live])
+    costs = _costs(live, row, free)
     rows, columns = linear_sum_assignment(np.minimum(costs, NO_MATCH))
     pairs = zip(rows.tolist(), columns.tolist(), strict=True)
     return [(live[one], free[two]) for one, two in pairs if costs[one, two] < NO_MATCH]
 
 
-def _cost(path: Path, row: int, blob: Blob) -> float:
-    """How badly a patch goes on with a path, by place and area; inf if not at all."""
-    last = path.blobs[-1]
-    step = _step(path)
-    steps = row - path.rows[-1]
-    size = max(last.width_px, last.height_px)
-    reach = REACH_SIZES * size + REACH_SPEEDS * float(np.hypot(*step)) * steps
-    away = blob.x_px - last.x_px, blob.y_px - last.y_px
-    ahead = np.hypot(away[0] - step[0] * steps, away[1] - step[1] * steps)
-    nearer = min(float(ahead), float(np.hypot(*away)))
-    growth = abs(float(np.log(blob.area_px / path.recent_area_px)))
-    if nearer > reach or growth > np.log(AREA_FACTOR):
-        return float("inf")
+def _costs(live: Sequence[Path], row: int, free: Sequence[Blob]) -> Floats:
+    """How badly each patch goes on with each path, by place and area; inf if not at all.
+
+    Shape (paths, patches).
+    """
+    state = np.array([_state(path, row) for path in live])[:, :, None]
+    last_x, last_y, ahead_x, ahead_y, reach, area, age = np.moveaxis(state, 1, 0)
+    x, y, areas = np.array([[blob.x_px, blob.y_px, blob.area_px] for blob in free]).T
+    ahead = np.hypot(x - last_x - ahead_x, y - last_y - ahead_y)
+    nearer = np.minimum(ahead, np.hypot(x - last_x, y - last_y))
+    growth = np.abs(np.log(areas / area))
     # A path that has been seen for long comes before one that has just begun.
-    return nearer / reach + AREA_COST * growth + YOUNG_COST / len(path.rows)
+    costs = nearer / reach + AREA_COST * growth + YOUNG_COST / age
+    return np.where((nearer > reach) | (growth > np.log(AREA_FACTOR)), np.inf, costs)
+
+
+def _state(path: Path, row: int) -> tuple[float, ...]:
+    """Last place, motion since then, reach, usual area and number of sightings."""
+    last = path.blobs[-1]
+    pictures = row - path.rows[-1]
+    across, down = (pictures * step for step in _step(path))
+    reach = REACH_SIZES * max(last.width_px, last.height_px)
+    reach += REACH_SPEEDS * float(np.hypot(across, down))
+    return (last.x_px, last.y_px, across, down, reach, path.recent_area_px, len(path.rows))
 
 
 def _step(path: Path) -> tuple[float, float]:
