@@ -5,6 +5,9 @@ frames -> track           tracking
 track -> collisions       collisions
 in doubt -> fitted        between (a model of the motion, for what lies between the frames)
 collisions -> result      verdict
+
+A clip that shows no ball and heavy body at a wall may show one body alone, or two without a wall:
+it takes the same way through other doors of the same rooms.
 """
 
 from __future__ import annotations
