@@ -5,6 +5,9 @@ frames -> track           tracking
 track -> collisions       collisions
 in doubt -> fitted        between (a model of the motion, for what lies between the frames)
 collisions -> result      verdict
+
+A clip that shows no ball and heavy body at a wall may show one body alone, or two without a wall:
+it takes the same way through other doors of the same rooms.
 """
 
 from __future__ import annotations
@@ -15,11 +18,13 @@ from pathlib import Path
 
 from count_video import verdict
 from count_video.between.infer import Between, Misfit, count_between, measure_burst
+from count_video.collisions.alone import seen_impacts
 from count_video.collisions.seen import SeenCollisions, seen_collisions
 from count_video.errors import TrackingError
-from count_video.footage.reader import open_footage
+from count_video.footage.reader import Footage, open_footage
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import FootageInfo, Track, TrialResult, WallSide
+from count_video.tracking.lone import track_free_bodies
 from count_video.tracking.track import Region, TrackSettings, track_clip
 
 
@@ -78,24 +83,37 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
         looking = TrackSettings(settings.wall_side, settings.region, settings.start, settings.end)
         try:
             track = track_clip(footage, looking, progress)
-        except TrackingError as error:
-            nothing = verdict.nothing_to_count(footage.info, footage.report(), str(error))
-            return Trial(nothing, footage.info, None, None)
-        found = seen_collisions(track)
-        result = verdict.counted(
-            footage.info,
-            footage.report(),
-            track,
-            found,
-            settings.masses,
-            settings.ball_diameter_mm,
-        )
-        between = None
-        if verdict.leaves_room(found) and not settings.seen_only:
-            known = verdict.knowledge(footage.info, settings.masses)
-            between = count_between(track, found, known)
-            result = verdict.inferred(result, found, between)
-        elif result.count:
-            between = measure_burst(track, found, verdict.knowledge(footage.info, settings.masses))
-            result = verdict.measured(result, between)
-        return Trial(result, footage.info, track, found, between)
+        except TrackingError:
+            return _without_pair(footage, looking, progress)
+        trial = _with_pair(footage, track, settings)
+        if trial.result.status == "counted":
+            return trial
+        # A shadow or a hand may have been taken for the second body.
+        alone = _without_pair(footage, looking, progress)
+        return alone if verdict.bounces_alone(alone.result, alone.track) else trial
+
+
+def _with_pair(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
+    """Work through a clip in which a ball and a heavy body can be followed."""
+    info, report = footage.info, footage.report()
+    found = seen_collisions(track)
+    result = verdict.counted(info, report, track, found, settings.masses, settings.ball_diameter_mm)
+    between = None
+    if verdict.leaves_room(found) and not settings.seen_only:
+        between = count_between(track, found, verdict.knowledge(info, settings.masses))
+        result = verdict.inferred(result, found, between)
+    elif result.count:
+        between = measure_burst(track, found, verdict.knowledge(info, settings.masses))
+        result = verdict.measured(result, between)
+    return Trial(result, info, track, found, between)
+
+
+def _without_pair(footage: Footage, looking: TrackSettings, progress: Progress) -> Trial:
+    """Work through a clip that shows no ball and heavy body at a wall."""
+    try:
+        track = track_free_bodies(footage, looking, progress)
+    except TrackingError as error:
+        nothing = verdict.nothing_to_count(footage.info, footage.report(), str(error))
+        return Trial(nothing, footage.info, None, None)
+    result = verdict.impacts_counted(footage.info, footage.report(), track, seen_impacts(track))
+    return Trial(result, footage.info, track, None)

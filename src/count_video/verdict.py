@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from count_video.between.infer import Between, Misfit
 from count_video.between.rivals import Knowledge
+from count_video.collisions.alone import SeenImpacts
 from count_video.collisions.seen import SeenCollisions
 from count_video.footage.clock import real_time_s
 from count_video.physics.theory import pi_bounds
@@ -37,6 +38,8 @@ LISTED_AT_MOST = 4
 """... and of more than so many only the range."""
 MASS_RELATIVE_SIGMA = 0.002
 """Standard uncertainty of a mass ratio that the user gives: kitchen scales and a ring of thread."""
+IMPACTS_OF_ONE_ALONE = 3
+"""So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
 ENDS_EARLY = "the clip ends"
 """How the shortcomings begin that a fitted model can make up for, as it knows what follows."""
 
@@ -73,6 +76,35 @@ def counted(
         mass_ratio=None if ratio is None else float(ratio[0] / ratio[1]),
         warnings=(*report.warnings, *track.warnings),
     )
+
+
+def impacts_counted(
+    info: FootageInfo, report: FootageReport, track: Track, found: SeenImpacts
+) -> TrialResult:
+    """Judge what was found in a clip of one body alone, or of two without a wall."""
+    collisions = tuple(_timed(collision, info.capture_fps) for collision in found.collisions)
+    counts = not found.shortcomings
+    reasons = found.shortcomings or found.doubts
+    return replace(
+        nothing_to_count(info, report, ""),
+        status="counted" if counts else "not_counted",
+        reason="; ".join(reasons) or None,
+        count=len(collisions) if counts else None,
+        seen=len(collisions),
+        between_frames=0 if counts else None,
+        probability=found.probability if counts else {},
+        count_after_burst=0,
+        collisions=collisions,
+        wall_side=track.wall_side if track.heavy is None else None,
+        ball_diameter_px=track.ball_diameter_px,
+        warnings=(*report.warnings, *track.warnings),
+    )
+
+
+def bounces_alone(result: TrialResult, track: Track | None) -> bool:
+    """Whether a clip surely shows one body alone that bounces, although two seemed to move."""
+    alone = track is not None and track.heavy is None
+    return alone and (result.count or 0) >= IMPACTS_OF_ONE_ALONE
 
 
 def nothing_to_count(info: FootageInfo, report: FootageReport, reason: str) -> TrialResult:

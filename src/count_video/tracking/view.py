@@ -55,8 +55,8 @@ class View:
 
     def of(self, frame: Frame) -> Frame:
         """Look at one frame of the clip."""
-        x, y, width, height = self.region
-        luma = frame.luma[y : y + height, x : x + width]
+        _, _, width, height = self.region
+        luma = cropped(frame, self.region).luma
         if self.factor > 1:
             size = width // self.factor, height // self.factor
             luma = luma[: size[1] * self.factor, : size[0] * self.factor]
@@ -67,6 +67,14 @@ class View:
         """Turn places of the view along x (y where ``upright``) into places of the picture."""
         corner = self.region[1] if upright else self.region[0]
         return np.asarray(self.factor * places + (self.factor - 1) / 2 + corner, dtype=np.float64)
+
+
+def cropped(frame: Frame, region: Region | None) -> Frame:
+    """Cut the region out of a frame."""
+    if region is None:
+        return frame
+    x, y, width, height = region
+    return replace(frame, luma=frame.luma[y : y + height, x : x + width])
 
 
 def view_of(footage: Footage, settings: TrackSettings) -> View:

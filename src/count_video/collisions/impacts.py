@@ -1,0 +1,276 @@
+r"""Impacts of one body alone: where its velocity turns round by a jump, at a stop.
+
+    place                                          place
+     |\        /\                                   |   .-.       .-.
+     | \      /  \      /\                          |  /   \     /   \
+     |  \    /    \    /  \    /\                   | /     \   /     \
+     |   \  /      \  /    \  /  \  /\              |        `-'       `-
+     +----1----------2------3-----4----> frame      +-------------------> frame
+
+Every turn of the path is looked at, on both sides. A thrown ball, a pendulum or a cart on a spring
+comes to rest before it goes back; at an impact (1 to 4) the body arrives at speed and leaves at
+speed. So on both sides of an impact the speed right at it is a good part of the highest in that
+flight, and the places of all impacts on a side lie at one stop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from count_video.collisions.flight import Motion, Rows, flies_freely, straying
+from count_video.collisions.onesided import Corner, Side, crossing, fit_side, side_frames
+from count_video.signals import low_points
+
+HYSTERESIS_SIGMAS = 3.0
+"""What is no more than noise has no jump, and lies at no stop."""
+JUMP_SIGMAS = 5.0
+SPEED_SHARE = 0.5
+"""Speed at an impact over the highest speed on that side of it; a body that turns round smoothly
+is slow there."""
+PICTURES_TO_COMPARE = 8
+"""On a side of fewer pictures, the speed from one to the next is not that at the turn."""
+PULL_AT_MOST = 1.5
+TURN_PICTURES = (1, 2)
+TURN_SIGMAS = 3.0
+"""Within so many pictures of the highest point of a throw, the path bends by no more than this
+factor of what the usual acceleration does, and the noise."""
+FREE_POINTS_AT_LEAST = 3
+FREE_SHRINK = 0.8
+"""A side is cut down to this share of its pictures until the body flies freely in all of them."""
+ROUNDS = 4
+MOVES_AT_MOST = 1.5
+"""Pictures between the outermost sample and the corner of the fits."""
+CONTACT_TIMES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
+CONTACT_SHARE = 0.06
+"""Half the time that a contact takes, in pictures, and as a share of the usual flight: bumpers are
+springs, and soft balls touch for several pictures of a fast camera."""
+STOP_SHARE = 0.08
+"""Impacts on one stop lie within this share of the body's whole way."""
+STOP_SIGMAS = 6.0
+
+
+@dataclass(frozen=True)
+class Impact:
+    """One impact of a body on a stop; times in pictures."""
+
+    frame: float
+    frame_sigma: float
+    side: int
+    """-1 for a stop at smaller places, +1 for one at larger places."""
+    place_px: float
+    velocity_before: float
+    """Along the direction in which places are measured, in px per picture."""
+    velocity_after: float
+    clarity: float
+    """Jump of the velocity over its standard uncertainty; 0 where too few pictures show it."""
+    pictures: int
+    """How many show the body flying freely, on the side where fewer do."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A turn of the path, which may be an impact."""
+
+    side: int
+    outermost: float
+    """Frame of the outermost sample."""
+    frame: float
+    corner: Corner | None = None
+
+
+def find_impacts(motion: Motion) -> tuple[list[Impact], float]:
+    """Find the impacts of one body, in order of time, and half the time that a contact takes."""
+    turns = find_turns(motion)
+    longest = CONTACT_SHARE * usual_flight(turns)
+    best: tuple[list[Impact], float, int] | None = None
+    for contact in CONTACT_TIMES:
+        if best is not None and contact > longest:
+            break
+        found = at_stops(_sharp(turns, motion, contact), motion)
+        bad = len(straying(motion, [impact.frame for impact in found], contact))
+        if best is None or len(found) - 2 * bad > len(best[0]) - 2 * best[2]:
+            best = found, contact, bad
+    return (best[0], best[1]) if best else ([], CONTACT_TIMES[0])
+
+
+def find_turns(motion: Motion) -> list[Turn]:
+    """Find turns deeper than the noise that free fall does not explain, in order of time."""
+    depth = HYSTERESIS_SIGMAS * motion.sigma_px
+    turns = [
+        Turn(side, float(motion.frame[row]), float(motion.frame[row]))
+        for side in (-1, 1)
+        for row in low_points(-side * motion.place_px, depth)
+        if not _falls_back(motion, int(row), side)
+    ]
+    return sorted(turns, key=lambda turn: turn.frame)
+
+
+def _falls_back(motion: Motion, row: int, side: int) -> bool:
+    """Whether a body turns round there as it does when nothing but its weight acts on it."""
+    pull = -side * motion.acceleration
+    if pull <= 0:
+        return False
+    bends = []
+    for reach in TURN_PICTURES:
+        if reach <= row < len(motion.frame) - reach:
+            before, here, after = motion.place_px[[row - reach, row, row + reach]]
+            bends.append(-side * (before - 2 * here + after) / reach**2)
+    slack = TURN_SIGMAS * np.sqrt(6.0) * motion.sigma_px
+    shown = [bend for bend in bends if np.isfinite(bend)]
+    return bool(shown) and max(shown) < PULL_AT_MOST * pull + slack
+
+
+def usual_flight(turns: Sequence[Turn]) -> float:
+    """Median time between turns on one side, in pictures; 0 for fewer than two."""
+    flights = [
+        step
+        for side in (-1, 1)
+        for step in np.diff([turn.frame for turn in turns if turn.side == side])
+    ]
+    return float(np.median(flights)) if flights else 0.0
+
+
+def _sharp(turns: Sequence[Turn], motion: Motion, contact: float) -> list[Impact]:
+    """Keep the turns that are corners; those that are smooth no longer limit their neighbours.
+
+    Turns that too few pictures show limit them still, until their own flights have grown.
+    """
+    kept = list(turns)
+    for _ in range(ROUNDS):
+        ends = [-np.inf, *(turn.frame for turn in kept), np.inf]
+        limits = [_limits(*three) for three in zip(ends[:-2], ends[1:-1], ends[2:], strict=True)]
+        kept = [
+            sharper
+            for turn, limit in zip(kept, limits, strict=True)
+            if (sharper := _sharpened(turn, motion, limit, contact)) is not None
+        ]
+    return [_impact(turn, motion) for turn in kept]
+
+
+def _limits(before: float, here: float, after: float) -> tuple[float, float]:
+    """How far the sides of a turn reach: to the neighbours, the outermost as far as the other."""
+    if np.isinf(before) and np.isfinite(after):
+        before = 2 * here - after
+    elif np.isinf(after) and np.isfinite(before):
+        after = 2 * here - before
+    return before, after
+
+
+def _sharpened(
+    turn: Turn, motion: Motion, limits: tuple[float, float], contact: float
+) -> Turn | None:
+    """Give a turn its corner; None where it is smooth, no corner where it is hardly shown."""
+    before, after = (_side(turn, motion, limit, contact) for limit in limits)
+    if before is None or after is None:
+        return replace(turn, corner=None)
+    corner = crossing(before, after, turn.frame)
+    moves = MOVES_AT_MOST + contact + _unseen_around(motion, turn.outermost)
+    if corner is None or abs(corner.frame - turn.outermost) > moves:
+        return None
+    sharper = replace(turn, frame=corner.frame, corner=corner)
+    return sharper if _is_impact(sharper, motion, limits, contact) else None
+
+
+def _unseen_around(motion: Motion, frame: float) -> float:
+    """Pictures next to one that do not show the body."""
+    seen = motion.frame[np.isfinite(motion.place_px)]
+    before, after = seen[seen < frame], seen[seen > frame]
+    if len(before) == 0 or len(after) == 0:
+        return 0.0
+    return max(frame - float(before[-1]), float(after[0]) - frame) - 1.0
+
+
+def _side(turn: Turn, motion: Motion, limit: float, contact: float) -> Side | None:
+    """Fit one side of a turn, as far away from it as the body flies freely."""
+    rows = _side_rows(turn, motion, limit, contact)
+    return fit_side(motion.frame[rows], motion.levelled_px[rows], turn.frame, motion.sigma_px)
+
+
+def _side_rows(turn: Turn, motion: Motion, limit: float, contact: float) -> Rows:
+    chosen = side_frames(motion.frame, motion.place_px, turn.frame, limit)
+    clear = np.abs(motion.frame[chosen] - turn.frame) > contact
+    clear &= np.abs(motion.frame[chosen] - limit) > contact
+    rows = chosen[clear]
+    while len(rows) > FREE_POINTS_AT_LEAST and not flies_freely(motion, rows):
+        # What lies beyond is a hand, rest, or something else that is no flight: nearer is better.
+        kept = max(FREE_POINTS_AT_LEAST, round(FREE_SHRINK * len(rows)))
+        rows = rows[-kept:] if limit < turn.frame else rows[:kept]
+    return rows
+
+
+def _is_impact(turn: Turn, motion: Motion, limits: tuple[float, float], contact: float) -> bool:
+    """Whether a turn has a jump, and a good part of its flights' highest speed on both sides."""
+    corner = turn.corner
+    if corner is None:
+        return False
+    jump = -turn.side * (corner.slope_after - corner.slope_before)
+    if jump <= JUMP_SIGMAS * corner.slope_sigma:
+        return False
+    speeds = (
+        turn.side * motion.slope_back(corner.slope_before, corner.frame),
+        -turn.side * motion.slope_back(corner.slope_after, corner.frame),
+    )
+    return all(
+        _arrives_at_speed(motion, _side_rows(turn, motion, limit, contact), turn, speed)
+        for speed, limit in zip(speeds, limits, strict=True)
+    )
+
+
+def _arrives_at_speed(motion: Motion, rows: Rows, turn: Turn, speed: float) -> bool:
+    """Whether the body is as fast at a turn as an impact asks for.
+
+    Its speed there, by the fit and by the pictures next to it, is a good part of the highest of
+    that side.
+    """
+    if len(rows) < 2:
+        return True
+    step = np.abs(np.diff(motion.place_px[rows])) / np.diff(motion.frame[rows])
+    here = speed
+    if len(rows) >= PICTURES_TO_COMPARE:
+        nearest = int(np.argmin(np.abs(motion.frame[rows] - turn.frame)))
+        here = min(speed, float(step[min(nearest, len(step) - 1)]))
+    return here > SPEED_SHARE * float(np.quantile(step, 0.9))
+
+
+def _impact(turn: Turn, motion: Motion) -> Impact:
+    corner = turn.corner
+    if corner is None:
+        row = int(np.argmin(np.abs(motion.frame - turn.outermost)))
+        place = float(motion.place_px[row])
+        return Impact(turn.outermost, 0.5, turn.side, place, np.nan, np.nan, 0.0, 0)
+    jump = abs(corner.slope_after - corner.slope_before)
+    return Impact(
+        frame=corner.frame,
+        frame_sigma=corner.frame_sigma,
+        side=turn.side,
+        place_px=motion.place_back(corner.value, corner.frame),
+        velocity_before=motion.slope_back(corner.slope_before, corner.frame),
+        velocity_after=motion.slope_back(corner.slope_after, corner.frame),
+        clarity=jump / max(corner.slope_sigma, 1e-9),
+        pictures=min(corner.points),
+    )
+
+
+def at_stops(impacts: Sequence[Impact], motion: Motion) -> list[Impact]:
+    """Keep the impacts at the stops: one place on either side, where the hardest impacts are."""
+    way = float(np.ptp(motion.place_px[np.isfinite(motion.place_px)]))
+    tolerance = STOP_SHARE * way + STOP_SIGMAS * motion.sigma_px
+    kept = []
+    for side in (-1, 1):
+        here = [impact for impact in impacts if impact.side == side]
+        stop = _stop(here)
+        kept += [impact for impact in here if abs(impact.place_px - stop) < tolerance]
+    return sorted(kept, key=lambda impact: impact.frame)
+
+
+def _stop(impacts: Sequence[Impact]) -> float:
+    """Median place, each impact with the weight of its jump; NaN where no jump is shown."""
+    shown = [impact for impact in impacts if impact.clarity > 0]
+    if not shown:
+        return float("nan")
+    order = sorted(shown, key=lambda impact: impact.place_px)
+    share = np.cumsum([abs(i.velocity_after - i.velocity_before) for i in order])
+    return order[int(np.searchsorted(share, share[-1] / 2))].place_px

@@ -1,0 +1,260 @@
+"""One body alone, or two without a wall: their track along the line of their impacts.
+
+Asked when no ball and heavy body at a wall can be followed. Shadows and mirror images move along
+with a body, their places a fixed linear function of its own, and stand out less: they are none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from count_video.errors import TrackingError
+from count_video.footage.reader import Footage
+from count_video.progress import NO_PROGRESS, Progress
+from count_video.records import BodyTrack, Floats, MotionLine, Track
+from count_video.signals import sigma_of
+from count_video.tracking.movers import Movers, find_movers
+from count_video.tracking.paths import Path, cleaned
+from count_video.tracking.roles import wall_side
+from count_video.tracking.view import TrackSettings
+
+SEEN_AT_LEAST = 0.6
+"""Share of the pictures between first and last sighting in which a body must be seen."""
+SIGHTINGS_AT_LEAST = 10
+SWEEP_SIZES = 0.4
+"""A body's places spread over this many of its own sizes at least, or it does not move."""
+RIVAL_SHARE = 0.15
+"""What is worth this share of the first body is a body too."""
+ALIKE_FACTOR = 1.6
+PIECE_SIGHTINGS = 5
+"""Bodies of a kind agree in area and contrast to this factor; pieces of a path have so many."""
+COMPANY_SHARE = 0.12
+"""A shadow's places stray from a linear function of the body's by this share of their spread."""
+SHADOW_CONTRAST = 0.75
+"""A shadow stands out less than the body by this factor at least."""
+DIRECTION_ROUNDS = 4
+DIRECTION_SPREAD_RAD = 0.35
+"""Jumps further than this from the common direction are mistakes of the tracking, or glancing."""
+NEAR_FACTOR = 1.15
+"""Bodies up to this many times as far apart as at their nearest tell the line of their centres."""
+AREA_SCATTER = 0.4
+"""A rigid body's patch keeps its area: the median stray of its logarithm is below this."""
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where one body was in every picture, in px of the footage; NaN where not seen."""
+
+    x_px: Floats
+    y_px: Floats
+    width_px: float
+    height_px: float
+
+    @property
+    def xy_px(self) -> Floats:
+        """Shape (n, 2)."""
+        return np.stack([self.x_px, self.y_px], axis=1)
+
+
+def track_free_bodies(
+    footage: Footage, settings: TrackSettings, progress: Progress = NO_PROGRESS
+) -> Track:
+    """Measure where one body alone, or each of two, was along the line of the impacts.
+
+    Of two bodies the one at smaller positions is called the ball. Its ``wall_side`` is the side on
+    which a body alone turns most sharply; for two it says nothing.
+
+    Raises
+    ------
+    TrackingError
+        If there is no such body, or there are more; the message says what was found.
+    """
+    movers = find_movers(footage, settings, progress)
+    bodies = _bodies(movers)
+    places = [_places(cleaned(path), movers, settings) for path in bodies]
+    frame = np.array([sight.frame for sight in movers.sights], dtype=np.float64)
+    if len(places) == 1:
+        return _lone_track(frame, places[0])
+    return _pair_track(frame, places)
+
+
+def _bodies(movers: Movers) -> list[Path]:
+    """Pick the bodies among what moves: one or two, or the clip shows something else."""
+    if not movers.paths:
+        raise TrackingError("nothing moves in this clip")
+    first, *others = _mended(movers.paths)
+    reason = _why_no_body(first)
+    if reason is not None:
+        raise TrackingError(reason)
+    bodies = [first]
+    for path in others:
+        rival = path.worth > RIVAL_SHARE * first.worth or _alike(path, first)
+        if (
+            rival
+            and _why_no_body(path) is None
+            and not any(_accompanies(path, body) for body in bodies)
+        ):
+            bodies.append(path)
+    if len(bodies) > 2:
+        raise TrackingError(
+            f"{len(bodies)} things move on their own: one body alone or two can be followed; cut "
+            "the others away with --region"
+        )
+    return bodies
+
+
+def _mended(paths: Sequence[Path]) -> list[Path]:
+    """Put the pieces of one path together, that of a body which was lost for a while."""
+    first, *others = paths
+    left = []
+    for path in others:
+        apart = path.rows[0] > first.rows[-1] or path.rows[-1] < first.rows[0]
+        if apart and _alike(path, first) and len(path.rows) >= PIECE_SIGHTINGS:
+            pieces = sorted((first, path), key=lambda piece: piece.rows[0])
+            first = Path(
+                [row for piece in pieces for row in piece.rows],
+                [blob for piece in pieces for blob in piece.blobs],
+            )
+        else:
+            left.append(path)
+    return [first, *left]
+
+
+def _alike(one: Path, other: Path) -> bool:
+    """Whether two paths may be those of one body, or of two bodies of a kind."""
+    size = abs(np.log(one.area_px / other.area_px)) < np.log(ALIKE_FACTOR)
+    return bool(size and abs(np.log(one.contrast / other.contrast)) < np.log(ALIKE_FACTOR))
+
+
+def _why_no_body(path: Path) -> str | None:
+    """Why a path is not that of a rigid body that moves, in words for the user; None if it is."""
+    span = path.rows[-1] - path.rows[0] + 1
+    if len(path.rows) < max(SIGHTINGS_AT_LEAST, SEEN_AT_LEAST * span):
+        return "what moves cannot be followed: it is lost too often"
+    if path.sweep_px < SWEEP_SIZES * path.size_px:
+        return "nothing moves by more than a part of its own size"
+    areas = np.log([blob.area_px for blob in path.blobs])
+    if float(np.median(np.abs(areas - np.median(areas)))) > AREA_SCATTER:
+        return "what moves changes its shape: it is no rigid body"
+    return None
+
+
+def _accompanies(path: Path, body: Path) -> bool:
+    """Whether a path is that of the body's shadow or mirror image."""
+    common = sorted(set(path.rows) & set(body.rows))
+    if len(common) < SIGHTINGS_AT_LEAST or path.contrast > SHADOW_CONTRAST * body.contrast:
+        return False
+    one, two = (_at_rows(which, common) for which in (body, path))
+    design = np.column_stack([one, np.ones(len(one))])
+    solution, *_ = np.linalg.lstsq(design, two, rcond=None)
+    stray = np.sqrt(np.mean(np.sum((two - design @ solution) ** 2, axis=1)))
+    return bool(stray < COMPANY_SHARE * np.hypot(*np.std(two, axis=0)) * np.sqrt(12.0))
+
+
+def _at_rows(path: Path, rows: Sequence[int]) -> Floats:
+    place = dict(zip(path.rows, zip(path.x_px, path.y_px, strict=True), strict=True))
+    return np.array([place[row] for row in rows])
+
+
+def _places(path: Path, movers: Movers, settings: TrackSettings) -> Places:
+    """Turn a path in shrunk px into places in the footage."""
+    scale = movers.scale
+    left, top = (0, 0) if settings.region is None else settings.region[:2]
+    x, y = (np.full(len(movers.sights), np.nan) for _ in range(2))
+    x[path.rows] = (path.x_px + 0.5) * scale - 0.5 + left
+    y[path.rows] = (path.y_px + 0.5) * scale - 0.5 + top
+    width = float(np.median([blob.width_px for blob in path.blobs])) * scale
+    height = float(np.median([blob.height_px for blob in path.blobs])) * scale
+    return Places(x, y, width, height)
+
+
+def _lone_track(frame: Floats, body: Places) -> Track:
+    line = _line(body, _jump_direction(body.xy_px))
+    ball = _body_track(body, line)
+    side = wall_side(ball.position_px, ball.position_px) or "left"
+    return Track(
+        frame=frame,
+        ball=ball,
+        heavy=None,
+        wall_side=side,
+        ball_diameter_px=min(body.width_px, body.height_px),
+        line=line,
+        warnings=_unseen_warnings(ball, "body"),
+    )
+
+
+def _pair_track(frame: Floats, bodies: Sequence[Places]) -> Track:
+    direction = _line_of_centres(bodies[1].xy_px - bodies[0].xy_px)
+    left, right = sorted(bodies, key=lambda body: float(np.nanmedian(body.xy_px @ direction)))
+    line = _line(left, direction)
+    ball, heavy = _body_track(left, line), _body_track(right, line)
+    reach = heavy.low_edge_px
+    heavy = BodyTrack(heavy.position_px + reach, heavy.sigma_px, 0.0, heavy.high_edge_px - reach)
+    return Track(
+        frame=frame,
+        ball=ball,
+        heavy=heavy,
+        wall_side="left",
+        ball_diameter_px=min(left.width_px, left.height_px),
+        line=line,
+        warnings=(*_unseen_warnings(ball, "left body"), *_unseen_warnings(heavy, "right body")),
+    )
+
+
+def _jump_direction(xy_px: Floats) -> Floats:
+    """Direction in which the velocity jumps, by the second differences; a unit vector."""
+    second = xy_px[2:] - 2 * xy_px[1:-1] + xy_px[:-2]
+    second = second[np.isfinite(second).all(axis=1)]
+    if len(second) == 0:
+        raise TrackingError("what moves cannot be followed: it is lost too often")
+    # Twice the angle, so that jumps there and back agree; others than most have no say.
+    size, angle = np.hypot(*second.T), np.arctan2(second[:, 1], second[:, 0])
+    twice = size * np.exp(2j * angle)
+    common = np.angle(twice.sum()) / 2
+    for _ in range(DIRECTION_ROUNDS):
+        away = (angle - common + np.pi / 2) % np.pi - np.pi / 2
+        common = np.angle((twice * np.exp(-((away / DIRECTION_SPREAD_RAD) ** 2))).sum()) / 2
+    direction = np.array([np.cos(common), np.sin(common)])
+    forward = direction[int(np.argmax(np.abs(direction)))]
+    return np.asarray(direction * np.sign(forward))
+
+
+def _line_of_centres(apart_px: Floats) -> Floats:
+    """Direction from one body to the other where they are nearest; a unit vector."""
+    distance = np.hypot(*apart_px.T)
+    if not np.isfinite(distance).any():
+        raise TrackingError("two things move, but are never seen together")
+    near = distance < NEAR_FACTOR * np.nanmin(distance)
+    direction = apart_px[near].mean(axis=0)
+    forward = direction[int(np.argmax(np.abs(direction)))]
+    return np.asarray(direction * np.sign(forward) / np.hypot(*direction))
+
+
+def _line(body: Places, direction: Floats) -> MotionLine:
+    x, y = (float(np.nanmedian(place)) for place in (body.x_px, body.y_px))
+    upright = bool(abs(direction[1]) > abs(direction[0]))
+    along, across = (direction[1], direction[0]) if upright else (direction[0], direction[1])
+    return MotionLine(x, y, float(np.degrees(np.arctan(across / along))), upright)
+
+
+def _body_track(body: Places, line: MotionLine) -> BodyTrack:
+    """Project a body's places on the line; positions are image x or y of the projection."""
+    along = float(np.cos(np.radians(line.tilt_deg)))
+    across = float(np.sin(np.radians(line.tilt_deg)))
+    x, y = body.x_px - line.anchor_x_px, body.y_px - line.anchor_y_px
+    forward, sideways = (y, x) if line.upright else (x, y)
+    anchor = line.anchor_y_px if line.upright else line.anchor_x_px
+    position = anchor + along * (along * forward + across * sideways)
+    half = along * (body.height_px if line.upright else body.width_px) / 2
+    sigma = np.where(np.isfinite(position), sigma_of(position), np.nan)
+    return BodyTrack(position, sigma, -half, half)
+
+
+def _unseen_warnings(body: BodyTrack, name: str) -> tuple[str, ...]:
+    unseen = int(np.isnan(body.position_px).sum())
+    if unseen == 0:
+        return ()
+    return (f"the {name} is not seen in {unseen} of {len(body.position_px)} frames",)

@@ -1,0 +1,145 @@
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from drawn import Luma, background, paint_ball, paint_box, paint_disc, to_luma
+
+from count_video.errors import TrackingError
+from count_video.footage.reader import open_footage
+from count_video.footage.writer import WriteOptions, write_clip
+from count_video.records import Floats, Track
+from count_video.tracking.lone import track_free_bodies
+from count_video.tracking.scenery import SMOOTHING_PX, learn_again, learn_scenery
+from count_video.tracking.track import TrackSettings
+
+SHAPE = (160, 240)
+RADIUS_PX = 10.0
+FRAMES = 60
+PLACED_PX = 0.5
+"""RMS of the centre of a patch about its mean offset: a fraction of a pixel of its outline."""
+
+
+def bounce(frames: int = FRAMES) -> tuple[Floats, Floats]:
+    """A ball's centre that drifts to the right and bounces on a floor every 20 frames."""
+    frame = np.arange(frames)
+    phase = frame % 20 - 10.0
+    return 40.0 + 2.0 * frame, 140.0 - 0.9 * (100.0 - phase**2)
+
+
+def drawn(
+    paths: Sequence[tuple[Floats, Floats]], noise: float = 1.0, radius: float = RADIUS_PX
+) -> list[Luma]:
+    rng = np.random.default_rng(3)
+    behind = background(SHAPE, 5)
+    pictures = []
+    for place in zip(*(zip(*path, strict=True) for path in paths), strict=True):
+        canvas = behind.copy()
+        for x, y in place:
+            paint_ball(canvas, x, y, radius)
+        pictures.append(to_luma(canvas, noise, rng))
+    return pictures
+
+
+def track_of(folder: Path, pictures: Sequence[Luma]) -> Track:
+    path = folder / "clip.mp4"
+    write_clip(path, pictures, WriteOptions(crf=16))
+    with open_footage(path) as footage:
+        return track_free_bodies(footage, TrackSettings())
+
+
+def test_a_lone_ball_is_followed_along_the_line_of_its_bounces(tmp_path: Path) -> None:
+    x, y = bounce()
+
+    track = track_of(tmp_path, drawn([(x, y)]))
+
+    assert track.heavy is None
+    assert track.line.upright
+    assert track.line.tilt_deg == pytest.approx(0.0, abs=3.0)
+    seen = np.isfinite(track.ball.position_px)
+    assert seen.mean() > 0.9
+    tilt = np.tan(np.radians(track.line.tilt_deg))
+    error = (track.ball.position_px - y - tilt * (x - x.mean()))[seen]
+    assert float(np.std(error)) <= PLACED_PX
+    assert track.wall_side == "right"  # below: positions grow downward
+    assert track.ball_diameter_px == pytest.approx(2 * RADIUS_PX, abs=4.0)
+
+
+def test_a_title_at_the_start_shows_no_body(tmp_path: Path) -> None:
+    pictures = drawn([bounce()])
+    title = background(SHAPE, 5)
+    paint_box(title, (20.0, 20.0, 220.0, 120.0), 250.0)
+
+    track = track_of(tmp_path, [to_luma(title)] * 3 + pictures)
+
+    assert np.isnan(track.ball.position_px[0])
+    assert np.isfinite(track.ball.position_px[4:]).mean() > 0.9
+
+
+def test_two_bodies_are_told_apart_through_their_contact(tmp_path: Path) -> None:
+    time = np.arange(-30, 30) + 0.5
+    left = 118.0 - RADIUS_PX + np.where(time < 0, 3.0, -1.5) * time
+    right = 118.0 + RADIUS_PX + np.where(time < 0, -1.5, 3.0) * time
+    level = np.full(60, 80.0)
+
+    track = track_of(tmp_path, drawn([(left, level), (right, level)]))
+
+    assert track.heavy is not None
+    for body, truth in ((track.ball, left), (track.heavy, right - RADIUS_PX)):
+        error = body.position_px - truth
+        assert np.isfinite(error).mean() > 0.8
+        assert float(np.nanstd(error)) <= PLACED_PX
+
+
+def test_nothing_that_moves_is_said_so(tmp_path: Path) -> None:
+    still = to_luma(background(SHAPE, 5), 1.0, np.random.default_rng(0))
+
+    with pytest.raises(TrackingError, match="nothing moves"):
+        track_of(tmp_path, [still + np.uint8(number % 2) for number in range(30)])
+
+
+def test_three_bodies_are_refused(tmp_path: Path) -> None:
+    frame = np.arange(50)
+    paths = [(60.0 + 50 * np.sin(frame / 8 + k), np.full(50, 30.0 + 45 * k)) for k in range(3)]
+
+    with pytest.raises(TrackingError, match="3 things move"):
+        track_of(tmp_path, drawn(paths))
+
+
+def test_a_camera_that_moves_is_refused(tmp_path: Path) -> None:
+    wide = background((SHAPE[0], 2 * SHAPE[1]), 5)
+    rng = np.random.default_rng(1)
+    for _ in range(150):
+        paint_disc(wide, rng.uniform(0, 480), rng.uniform(0, 160), 6.0, rng.uniform(0, 250))
+    pictures = [to_luma(wide[:, 3 * k : 3 * k + SHAPE[1]]) for k in range(40)]
+
+    with pytest.raises(TrackingError):
+        track_of(tmp_path, pictures)
+
+
+def test_a_body_that_covers_a_pixel_half_of_the_time_is_no_scenery() -> None:
+    behind = to_luma(background(SHAPE, 5))
+    pictures = drawn([(np.where(np.arange(40) % 2, 60.0, 160.0), np.full(40, 80.0))], noise=0.0)
+
+    scenery = learn_again(pictures, [_box(k) for k in range(40)], 1)
+
+    assert float(np.abs(scenery.luma[70:90, 50:70] - behind[70:90, 50:70]).mean()) < 2.0
+
+
+def _box(number: int) -> Luma:
+    mask = np.zeros(SHAPE, dtype=np.uint8)
+    x = 60 if number % 2 else 160
+    mask[66:95, x - 14 : x + 15] = 1
+    return mask
+
+
+def test_scenery_without_motion_is_the_picture_itself() -> None:
+    picture = to_luma(background(SHAPE, 5))
+
+    scenery = learn_scenery([picture] * 12, 1)
+
+    smooth = cv2.GaussianBlur(picture.astype(np.float32), (0, 0), SMOOTHING_PX)
+    assert float(np.abs(scenery.luma - smooth).max()) < 0.01
