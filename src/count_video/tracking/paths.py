@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from count_video.records import Floats
 from count_video.tracking.blobs import Blob, Sight
@@ -110,6 +109,8 @@ def _assigned(live: Sequence[Path], row: int, free: Sequence[Blob]) -> list[tupl
     """Patches that go on with paths, so that the costs of all together are least."""
     if not live or not free:
         return []
+    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - slow; most clips need none
+
     costs = _costs(live, row, free)
     rows, columns = linear_sum_assignment(np.minimum(costs, NO_MATCH))
     pairs = zip(rows.tolist(), columns.tolist(), strict=True)
