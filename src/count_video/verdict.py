@@ -8,8 +8,8 @@ from fractions import Fraction
 
 from count_video.between.infer import Between, Misfit
 from count_video.between.rivals import Knowledge
-from count_video.collisions.alone import SeenImpacts
 from count_video.collisions.seen import SeenCollisions
+from count_video.collisions.weighing import SeenImpacts
 from count_video.footage.clock import real_time_s
 from count_video.physics.theory import pi_bounds
 from count_video.records import (
@@ -38,6 +38,8 @@ LISTED_AT_MOST = 4
 """... and of more than so many only the range."""
 MASS_RELATIVE_SIGMA = 0.002
 """Standard uncertainty of a mass ratio that the user gives: kitchen scales and a ring of thread."""
+IMPACTS_PROBABILITY_AT_LEAST = 0.25
+"""A smaller number of impacts is a lower bound, no count: more of them are likely not seen."""
 IMPACTS_OF_ONE_ALONE = 3
 """So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
 ENDS_EARLY = "the clip ends"
@@ -83,7 +85,8 @@ def impacts_counted(
 ) -> TrialResult:
     """Judge what was found in a clip of one body alone, or of two without a wall."""
     collisions = tuple(_timed(collision, info.capture_fps) for collision in found.collisions)
-    counts = not found.shortcomings
+    likely = found.probability.get(len(collisions), 0.0) >= IMPACTS_PROBABILITY_AT_LEAST
+    counts = likely and not found.shortcomings
     reasons = found.shortcomings or found.doubts
     return replace(
         nothing_to_count(info, report, ""),

@@ -6,9 +6,10 @@ from free_paths import SIZE_PX, between_stops, bouncing, lone, noisy, pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from count_video.collisions.alone import SeenImpacts, seen_impacts
+from count_video.collisions.alone import seen_impacts
 from count_video.collisions.certainty import chances_of_sum
 from count_video.collisions.flight import usual_acceleration
+from count_video.collisions.weighing import SeenImpacts
 from count_video.records import Floats
 
 NOISE_PX = 0.2

@@ -21,22 +21,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.collisions.flight import Motion, Rows, flies_freely, straying
-from count_video.collisions.onesided import Corner, Side, crossing, fit_side, side_frames
-from count_video.signals import low_points
+from count_video.collisions.onesided import Side, crossing, fit_side, side_frames
+from count_video.collisions.turns import Turn, find_turns, usual_flight
 
-HYSTERESIS_SIGMAS = 3.0
-"""What is no more than noise has no jump, and lies at no stop."""
 JUMP_SIGMAS = 5.0
 SPEED_SHARE = 0.5
 """Speed at an impact over the highest speed on that side of it; a body that turns round smoothly
 is slow there."""
 PICTURES_TO_COMPARE = 8
 """On a side of fewer pictures, the speed from one to the next is not that at the turn."""
-PULL_AT_MOST = 1.5
-TURN_PICTURES = (1, 2)
-TURN_SIGMAS = 3.0
-"""Within so many pictures of the highest point of a throw, the path bends by no more than this
-factor of what the usual acceleration does, and the noise."""
 FREE_POINTS_AT_LEAST = 3
 FREE_SHRINK = 0.8
 """A side is cut down to this share of its pictures until the body flies freely in all of them."""
@@ -70,17 +63,6 @@ class Impact:
     """How many show the body flying freely, on the side where fewer do."""
 
 
-@dataclass(frozen=True)
-class Turn:
-    """A turn of the path, which may be an impact."""
-
-    side: int
-    outermost: float
-    """Frame of the outermost sample."""
-    frame: float
-    corner: Corner | None = None
-
-
 def find_impacts(motion: Motion) -> tuple[list[Impact], float]:
     """Find the impacts of one body, in order of time, and half the time that a contact takes."""
     turns = find_turns(motion)
@@ -94,43 +76,6 @@ def find_impacts(motion: Motion) -> tuple[list[Impact], float]:
         if best is None or len(found) - 2 * bad > len(best[0]) - 2 * best[2]:
             best = found, contact, bad
     return (best[0], best[1]) if best else ([], CONTACT_TIMES[0])
-
-
-def find_turns(motion: Motion) -> list[Turn]:
-    """Find turns deeper than the noise that free fall does not explain, in order of time."""
-    depth = HYSTERESIS_SIGMAS * motion.sigma_px
-    turns = [
-        Turn(side, float(motion.frame[row]), float(motion.frame[row]))
-        for side in (-1, 1)
-        for row in low_points(-side * motion.place_px, depth)
-        if not _falls_back(motion, int(row), side)
-    ]
-    return sorted(turns, key=lambda turn: turn.frame)
-
-
-def _falls_back(motion: Motion, row: int, side: int) -> bool:
-    """Whether a body turns round there as it does when nothing but its weight acts on it."""
-    pull = -side * motion.acceleration
-    if pull <= 0:
-        return False
-    bends = []
-    for reach in TURN_PICTURES:
-        if reach <= row < len(motion.frame) - reach:
-            before, here, after = motion.place_px[[row - reach, row, row + reach]]
-            bends.append(-side * (before - 2 * here + after) / reach**2)
-    slack = TURN_SIGMAS * np.sqrt(6.0) * motion.sigma_px
-    shown = [bend for bend in bends if np.isfinite(bend)]
-    return bool(shown) and max(shown) < PULL_AT_MOST * pull + slack
-
-
-def usual_flight(turns: Sequence[Turn]) -> float:
-    """Median time between turns on one side, in pictures; 0 for fewer than two."""
-    flights = [
-        step
-        for side in (-1, 1)
-        for step in np.diff([turn.frame for turn in turns if turn.side == side])
-    ]
-    return float(np.median(flights)) if flights else 0.0
 
 
 def _sharp(turns: Sequence[Turn], motion: Motion, contact: float) -> list[Impact]:

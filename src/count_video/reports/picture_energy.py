@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 from count_video.reports.material import Material
 from count_video.reports.palette import BALL, BLACK, GREEN, HEAVY
 from count_video.reports.phase import measured_states
-from count_video.reports.picture_phase import say_instead
+from count_video.reports.picture_phase import say_instead, why_no_states
 
 
 def draw_energy(axes: Axes, material: Material) -> None:
@@ -16,7 +16,7 @@ def draw_energy(axes: Axes, material: Material) -> None:
     axes.set_title("Energy after each collision")
     states = measured_states(material)
     if states is None:
-        say_instead(axes, "needs the mass ratio:\ngive --masses HEAVY LIGHT")
+        say_instead(axes, why_no_states(material))
         return
     heavy, light = 100 * states.scaled_heavy**2, 100 * states.scaled_light**2
     swing = 100 * states.swing_energy

@@ -18,13 +18,20 @@ SWING_WORTH_A_WORD = 0.05
 _PAPER = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 2}
 
 
+def why_no_states(material: Material) -> str:
+    """Say what the states of both bodies are missing."""
+    if material.track.heavy is None:
+        return "one body alone"
+    return "needs the mass ratio:\ngive --masses HEAVY LIGHT"
+
+
 def draw_measured_phase_circle(axes: Axes, material: Material) -> None:
     """Draw theory and measurement; a sentence where the mass ratio is not known."""
     axes.set_title("Phase circle: theory (lines) and measured states")
     states = measured_states(material)
     ratio = material.mass_ratio
     if states is None or ratio is None:
-        say_instead(axes, "needs the mass ratio:\ngive --masses HEAVY LIGHT")
+        say_instead(axes, why_no_states(material))
         return
     count = collision_count(ratio)
     draw_phase_circle(axes, ratio, 1, count, Look(GREY, 0.55, points=False))

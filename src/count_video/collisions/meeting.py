@@ -1,0 +1,102 @@
+"""Two bodies without a wall: they collide where the gap between them closes and opens by a jump."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from count_video.collisions.flight import motion_of
+from count_video.collisions.impacts import Impact, find_impacts
+from count_video.collisions.onesided import HALF_EXPOSURE, fit_side, side_frames
+from count_video.collisions.pace import in_frames
+from count_video.collisions.weighing import SeenImpacts, weighed
+from count_video.records import BodyTrack, Collision, Floats, Track, Velocities
+from count_video.signals import sigma_of
+
+SAME_CONTACT_PICTURES = 2.5
+END_PICTURES = 3
+PARTED_SHARE = 0.3
+"""At one end of the clip two bodies are at least this share as far apart as at the other."""
+TOUCH_SHARE = 0.3
+"""Two bodies touch where their outlines are this near, as a share of the smaller one's size."""
+
+
+def seen_meetings(track: Track, heavy: BodyTrack, pace: float) -> SeenImpacts:
+    """Find the impacts of two bodies on each other; neither may meet anything else.
+
+    ``track`` counts in pictures, of which each takes ``pace`` frames; ``heavy`` is its second body.
+    """
+    gap = heavy.position_px - track.ball.position_px - track.ball.high_edge_px
+    motion = motion_of(track.frame, gap)
+    every, contact = find_impacts(motion)
+    impacts = [impact for impact in every if _touches(impact, track.ball_diameter_px)]
+    frames = [impact.frame for impact in impacts]
+    collisions = [
+        in_frames(_collision_of_two(number, track, heavy, frames), pace)
+        for number in range(1, len(frames) + 1)
+    ]
+    judged = weighed(motion, impacts, (contact, pace), collisions)
+    reasons = (*judged.shortcomings, *_elsewhere(frames, track, heavy), *_cut_off(gap))
+    return replace(judged, shortcomings=reasons if impacts else judged.shortcomings)
+
+
+def _touches(impact: Impact, size_px: float) -> bool:
+    return impact.side < 0 and abs(impact.place_px) < TOUCH_SHARE * size_px
+
+
+def _collision_of_two(
+    number: int, track: Track, heavy: BodyTrack, frames: Sequence[float]
+) -> Collision:
+    ends = [-np.inf, *frames, np.inf]
+    frame, limits = ends[number], (ends[number - 1], ends[number + 1])
+    sides = [
+        [_state(track.frame, body.position_px, frame, limit) for limit in limits]
+        for body in (track.ball, heavy)
+    ]
+    (before, place), (after, _) = sides[0]
+    return Collision(
+        number=number,
+        kind="bodies",
+        frame=frame,
+        frame_sigma=HALF_EXPOSURE,
+        time_s=None,
+        seen=True,
+        position_px=place,
+        velocity_before=Velocities(before, sides[1][0][0]),
+        velocity_after=Velocities(after, sides[1][1][0]),
+    )
+
+
+def _state(frame: Floats, places: Floats, about: float, limit: float) -> tuple[float, float]:
+    """Velocity and place of one body right before or after a contact; NaN if not shown."""
+    chosen = side_frames(frame, places, about, limit)
+    side = fit_side(frame[chosen], places[chosen], about, sigma_of(places))
+    return (np.nan, np.nan) if side is None else (side.slope, side.value)
+
+
+def _elsewhere(frames: Sequence[float], track: Track, heavy: BodyTrack) -> list[str]:
+    """Say if one of two bodies also meets something that is not the other."""
+    for body in (track.ball, heavy):
+        for impact in find_impacts(motion_of(track.frame, body.position_px))[0]:
+            if all(abs(impact.frame - frame) > SAME_CONTACT_PICTURES for frame in frames):
+                return [
+                    "one of the two bodies also bounces off something else: show the trial from "
+                    "the ball at rest until the heavy body is driven back, or bodies that meet "
+                    "nothing but each other"
+                ]
+    return []
+
+
+def _cut_off(gap: Floats) -> list[str]:
+    """Say if the clip begins or ends when the bodies are near each other: more may lie beyond."""
+    parts = gap[:END_PICTURES], gap[-END_PICTURES:]
+    if any(np.isnan(part).all() for part in parts):
+        return []  # one of them comes into the picture, or leaves it
+    ends = [float(np.nanmedian(part)) for part in parts]
+    if ends[1] < PARTED_SHARE * ends[0]:
+        return ["the clip ends before the bodies have parted; let it run longer"]
+    if ends[0] < PARTED_SHARE * ends[1]:
+        return ["the clip starts when the bodies are next to each other; start it earlier"]
+    return []

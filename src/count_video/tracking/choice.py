@@ -1,0 +1,116 @@
+"""Which of the paths in a clip are those of bodies.
+
+Shadows and mirror images move along with a body, their places a fixed linear function of its own,
+and stand out less: they are none. A body that was lost for a while leaves its path in pieces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from count_video.errors import TrackingError
+from count_video.records import Floats
+from count_video.tracking.paths import Path
+
+SEEN_AT_LEAST = 0.6
+"""Share of the pictures between first and last sighting in which a body must be seen."""
+SIGHTINGS_AT_LEAST = 10
+SWEEP_SIZES = 0.4
+"""A body's places spread over this many of its own sizes at least, or it does not move."""
+RIVAL_SHARE = 0.15
+"""What is worth this share of the first body is a body too."""
+ALIKE_FACTOR = 1.6
+PIECE_SIGHTINGS = 5
+"""Bodies of a kind agree in area and contrast to this factor; pieces of a path have so many."""
+COMPANY_SHARE = 0.12
+"""A shadow's places stray from a linear function of the body's by this share of their spread."""
+SHADOW_CONTRAST = 0.75
+"""A shadow stands out less than the body by this factor at least."""
+AREA_SCATTER = 0.4
+"""A rigid body's patch keeps its area: the median stray of its logarithm is below this."""
+
+
+def bodies_among(paths: Sequence[Path]) -> list[Path]:
+    """Pick the bodies among what moves, the most worthy first: one, or two.
+
+    Raises
+    ------
+    TrackingError
+        If there are none, or more than two.
+    """
+    if not paths:
+        raise TrackingError("nothing moves in this clip")
+    first, *others = _mended(paths)
+    reason = _why_no_body(first)
+    if reason is not None:
+        raise TrackingError(reason)
+    bodies = [first]
+    for path in others:
+        rival = path.worth > RIVAL_SHARE * first.worth or _alike(path, first)
+        if (
+            rival
+            and _why_no_body(path) is None
+            and not any(_accompanies(path, body) for body in bodies)
+        ):
+            bodies.append(path)
+    if len(bodies) > 2:
+        raise TrackingError(
+            f"{len(bodies)} things move on their own: one body alone or two can be followed; cut "
+            "the others away with --region"
+        )
+    return bodies
+
+
+def _mended(paths: Sequence[Path]) -> list[Path]:
+    """Put the pieces of one path together, that of a body which was lost for a while."""
+    first, *others = paths
+    left = []
+    for path in others:
+        apart = path.rows[0] > first.rows[-1] or path.rows[-1] < first.rows[0]
+        if apart and _alike(path, first) and len(path.rows) >= PIECE_SIGHTINGS:
+            pieces = sorted((first, path), key=lambda piece: piece.rows[0])
+            first = Path(
+                [row for piece in pieces for row in piece.rows],
+                [blob for piece in pieces for blob in piece.blobs],
+            )
+        else:
+            left.append(path)
+    return [first, *left]
+
+
+def _alike(one: Path, other: Path) -> bool:
+    """Whether two paths may be those of one body, or of two bodies of a kind."""
+    size = abs(np.log(one.area_px / other.area_px)) < np.log(ALIKE_FACTOR)
+    return bool(size and abs(np.log(one.contrast / other.contrast)) < np.log(ALIKE_FACTOR))
+
+
+def _why_no_body(path: Path) -> str | None:
+    """Why a path is not that of a rigid body that moves, in words for the user; None if it is."""
+    span = path.rows[-1] - path.rows[0] + 1
+    if len(path.rows) < max(SIGHTINGS_AT_LEAST, SEEN_AT_LEAST * span):
+        return "what moves cannot be followed: it is lost too often"
+    if path.sweep_px < SWEEP_SIZES * path.size_px:
+        return "nothing moves by more than a part of its own size"
+    areas = np.log([blob.area_px for blob in path.blobs])
+    if float(np.median(np.abs(areas - np.median(areas)))) > AREA_SCATTER:
+        return "what moves changes its shape: it is no rigid body"
+    return None
+
+
+def _accompanies(path: Path, body: Path) -> bool:
+    """Whether a path is that of the body's shadow or mirror image."""
+    common = sorted(set(path.rows) & set(body.rows))
+    if len(common) < SIGHTINGS_AT_LEAST or path.contrast > SHADOW_CONTRAST * body.contrast:
+        return False
+    one, two = (_at_rows(which, common) for which in (body, path))
+    design = np.column_stack([one, np.ones(len(one))])
+    solution, *_ = np.linalg.lstsq(design, two, rcond=None)
+    stray = np.sqrt(np.mean(np.sum((two - design @ solution) ** 2, axis=1)))
+    return bool(stray < COMPANY_SHARE * np.hypot(*np.std(two, axis=0)) * np.sqrt(12.0))
+
+
+def _at_rows(path: Path, rows: Sequence[int]) -> Floats:
+    place = dict(zip(path.rows, zip(path.x_px, path.y_px, strict=True), strict=True))
+    return np.array([place[row] for row in rows])
