@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn import Scene, as_frames
+from drawn import Scene, as_frames, to_luma
 
 from count_video.tracking.features import MovingFeatures, moving_features
 from count_video.tracking.seeds import (
@@ -18,6 +18,7 @@ from count_video.tracking.seeds import (
 RUN = np.arange(12.0)
 SPEED_PX_FRAME = 0.1
 DIRECTION_DEG = 1.5
+FLICKER = 0.15
 
 
 def run_of(scene: Scene) -> MovingFeatures:
@@ -39,6 +40,19 @@ def test_features_of_both_bodies_move_as_they_do() -> None:
     assert np.median(found.speed_x_px_frame[heavy]) == pytest.approx(-0.8, abs=SPEED_PX_FRAME)
     assert found.frame == 5.5
     assert found.span_frames == 11.0
+
+
+def test_lamps_that_flicker_hide_no_features() -> None:
+    steady = moving().frames()
+    lamps = 1 + FLICKER * np.sin(2.1 * RUN)
+    flickering = [to_luma(lamp * luma) for lamp, luma in zip(lamps, steady, strict=True)]
+
+    found = moving_features(as_frames(flickering))
+
+    for speed, left, right in ((1.5, 60.0, 120.0), (-0.8, 170.0, 270.0)):
+        body = (found.x_px > left) & (found.x_px < right)
+        assert body.sum() >= 5
+        assert np.median(found.speed_x_px_frame[body]) == pytest.approx(speed, abs=SPEED_PX_FRAME)
 
 
 def test_nothing_moves_in_a_still_picture() -> None:

@@ -27,6 +27,8 @@ from count_video.tracking.seeds import (
 
 CANDIDATES = 6
 """So many pairs of patches are tried, best first."""
+SEEN_EACH_RUN = 1.5
+"""A pair seen so many times a run, half as often as a run is looked at, needs no rival."""
 WIDTH_OVER_HEIGHT = 1.3
 """Of a long body only the part next to its neighbour is learnt."""
 BEYOND_FEATURES = 0.2
@@ -81,10 +83,18 @@ def find_bodies(runs: Sequence[Sequence[Frame]], *, faint: bool = False) -> Bodi
     groups = [patches(run, direction, width) for run in features]
     if not any(groups):
         return NotFound("no body moves steadily along a line in this clip")
+    best, most = None, 0
     for pair in rank_pairs(groups)[:CANDIDATES] + pairs_across_runs(groups)[:CANDIDATES]:
-        bodies = _learn_pair(runs, pair, direction)
-        if bodies is not None:
-            return Bodies(bodies[0], bodies[1], direction, upright)
+        learnt = _learn_pair(runs, pair, direction)
+        if learnt is None:
+            continue
+        seen = min(len(body.sightings) for body in learnt)
+        if seen > most:
+            best, most = Bodies(*learnt, direction, upright), seen
+        if most >= SEEN_EACH_RUN * len(runs):
+            break
+    if best is not None:
+        return best
     return NotFound(
         "only one body, or no two that move on their own along one line, can be followed"
     )
