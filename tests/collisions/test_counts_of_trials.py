@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from filmed_trials import (
@@ -192,3 +194,14 @@ def test_the_mass_ratio_is_told_by_the_swing(ratio: float) -> None:
 
     assert swing is not None
     assert swing.mass_ratio == pytest.approx(ratio, rel=MASS_RATIO_SHARE)
+
+
+def test_bodies_whose_outlines_stay_apart_where_they_turn_back_are_not_said_to_touch() -> None:
+    motion = simulate(Setup(heavy_mass_kg=LIGHT_KG * 16, wall_gap_m=0.03))
+    track = film_motion(motion, Filming(capture_fps=600.0)).track
+    assert track.heavy is not None
+    away = track.heavy.position_px + track.ball_diameter_px
+    apart = replace(track, heavy=replace(track.heavy, position_px=away))
+
+    assert not seen_collisions(track).shortcomings
+    assert any("never touch" in reason for reason in seen_collisions(apart).shortcomings)

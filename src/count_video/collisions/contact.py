@@ -23,6 +23,8 @@ JUMP_SIGMAS = 4.0
 CONTACT_SHARE = 0.05
 """Outline and contact agree to this share of the ball's diameter."""
 CONTACT_AT_LEAST_PX = 1.5
+APART_SHARE = 0.5
+"""Bodies whose outlines stay this share of the ball's diameter apart do not touch."""
 
 
 def is_sharp(candidate: Candidate, gaps: Gaps, limits: tuple[float, float]) -> bool:
@@ -92,6 +94,14 @@ def _robust_line(x: Floats, y: Floats) -> tuple[float, float]:
     run, rise = (x[second] - x[first])[apart], (y[second] - y[first])[apart]
     slope = float(np.median(rise / run)) if len(run) else 0.0
     return float(np.median(y - slope * x)), slope
+
+
+def never_touch(contacts: Contacts, ball_diameter_px: float) -> bool:
+    """Whether the outlines stay apart where the gap is said to be closed.
+
+    A camera that looks obliquely shows a gap at contact, but one small beside the ball.
+    """
+    return contacts.bodies_gap_px > APART_SHARE * ball_diameter_px
 
 
 def is_contact(

@@ -9,7 +9,7 @@ import numpy as np
 
 from count_video.collisions.burst import find_burst
 from count_video.collisions.candidates import Candidate, find_candidates, sharpen
-from count_video.collisions.contact import is_contact, learn_contacts, sharp_ones
+from count_video.collisions.contact import is_contact, learn_contacts, never_touch, sharp_ones
 from count_video.collisions.gaps import Gaps, gaps_of
 from count_video.collisions.onesided import fit_side, side_frames
 from count_video.collisions.pace import (
@@ -22,6 +22,8 @@ from count_video.collisions.resolution import shortest_interval, unresolved
 from count_video.collisions.swing import Swing, fit_swing
 from count_video.records import Collision, Floats, Track, Velocities
 from count_video.signals import sigma_of
+
+NEVER_TOUCH = "the two bodies that move never touch: where they turn back, a gap stays between them"
 
 
 @dataclass(frozen=True)
@@ -50,10 +52,13 @@ def seen_collisions(track: Track) -> SeenCollisions:
     collisions = _collisions(found, gaps)
     burst = find_burst(found, gaps, fit_swing(gaps, collisions))
     inside = found[: burst.count]
+    shortcomings = burst.shortcomings
+    if never_touch(learn_contacts(inside, gaps), track.ball_diameter_px):
+        shortcomings = (NEVER_TOUCH, *shortcomings)
     return SeenCollisions(
         collisions=tuple(in_frames(collision, pace) for collision in collisions),
         burst=burst.count,
-        shortcomings=burst.shortcomings,
+        shortcomings=shortcomings,
         doubts=tuple(unresolved(inside, gaps, pace)),
         shortest_interval_frames=shortest_interval(inside) * pace,
         swing=swing_in_frames(fit_swing(gaps, collisions[: burst.count]), pace),

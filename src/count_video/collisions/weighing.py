@@ -136,7 +136,7 @@ def _chance_before(motion: Motion, impacts: Sequence[Impact]) -> float:
     if speed < -LEAVING_SHARE * arrives:
         return CHANCE_LEAVING
     flights = np.diff([impact.frame for impact in impacts])
-    longest = float(flights.max()) if len(flights) else RESOLVED_FRAMES
+    longest = float(flights.max()) if len(flights) else first.frame - begins
     hidden = begins - float(motion.frame[0]) > longest
     return CHANCE_UNSEEN if hidden and speed > RELEASED_SHARE * arrives else 0.0
 

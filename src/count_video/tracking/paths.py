@@ -27,7 +27,7 @@ RECENT = 7
 AREA_COST = 0.5
 YOUNG_COST = 0.5
 NO_MATCH = 1e3
-SIZE_STRAYS = 0.2
+SIZE_STRAYS = 0.5
 NEIGHBOURS = 4
 STRAYING_AT_MOST = 0.3
 """A sighting whose width or height strays from its neighbours' median by more, in its logarithm,
