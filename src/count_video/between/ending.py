@@ -26,7 +26,8 @@ def end_chances(observed: Observations, solution: Solution) -> tuple[float, floa
     last, following = paths.time[:, -2], paths.time[:, -1]
     heavy, velocity = paths.states[0, :, -2], paths.states[1, :, -2]
     rate, rest = paths.pendulums.heavy_rate, paths.pendulums.heavy_rest
-    turn = last + np.arctan2(velocity, rate * (heavy - rest)) % np.pi / rate
+    # The heavy body turns toward the wall where it is farthest from it, not where it is nearest.
+    turn = last + np.arctan2(velocity, rate * (heavy - rest)) % (2 * np.pi) / rate
     late = (paths.states[1, :, -3] > 0) & (paths.before[1, :, -2] < 0)
     more = (following > observed.end) & (following < turn) & ~late
     return float(np.mean(late)), float(np.mean(more))
