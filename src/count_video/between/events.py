@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from count_video.between.model import Paths, follow
+from count_video.between.model import Paths, follow_one
 from count_video.between.observations import Observations
-from count_video.between.solving import Solution, derivative_widths
+from count_video.between.solving import Solution
+from count_video.between.tangents import tangents_of
 from count_video.collisions.seen import SeenCollisions
 from count_video.records import Collision, CollisionKind, Floats, Velocities
 
@@ -23,9 +24,9 @@ def collisions_of(
 ) -> tuple[Collision, ...]:
     """Collisions of the fitted burst, numbered from 1."""
     start = float(observed.frame[0]) - 1.0
-    paths = follow(solution.values[None], solution.count, start)
+    paths = follow_one(solution.values, solution.count, start)
     frames = observed.origin + paths.time[0, 1:]
-    sigmas = _time_sigmas(solution, start)
+    sigmas = _time_sigmas(solution, paths)
     partners = _partners(frames, found.collisions[: found.burst])
     return tuple(
         _collision(observed, paths, event, (frames[event], sigmas[event]), partners.get(event))
@@ -33,17 +34,12 @@ def collisions_of(
     )
 
 
-def _time_sigmas(solution: Solution, start: float) -> Floats:
+def _time_sigmas(solution: Solution, paths: Paths) -> Floats:
     """Give the standard uncertainties of the event times, shape (events,)."""
-    widths = derivative_widths(solution.values)
-    sets = np.repeat(solution.values[None], len(widths) + 1, axis=0)
-    sets[np.arange(1, len(sets)), np.arange(len(widths))] += widths
-    times = follow(sets, solution.count, start).time[:, 1:]
-    with np.errstate(invalid="ignore"):
-        jacobian = (times[1:] - times[0]) / widths[:, None]
-    jacobian = np.where(np.isfinite(jacobian), jacobian, 0.0)
+    times = tangents_of(paths, solution.values).time
+    jacobian = np.where(np.isfinite(times), times, 0.0)
     covariance = np.linalg.pinv(solution.hessian, hermitian=True)
-    variances = np.einsum("pe,pq,qe->e", jacobian, covariance, jacobian)
+    variances = np.einsum("ep,pq,eq->e", jacobian, covariance, jacobian, optimize=True)
     return np.asarray(np.sqrt(np.maximum(variances, 0.0)))
 
 

@@ -1,59 +1,49 @@
-"""The event-driven model, for many sets of parameters at once.
+"""The event-driven model, for many sets of parameters at once or for one alone.
 
 `physics.simulator` follows one trial to rounding and through every oddity. A fit needs the same
 motion a few thousand times over, with slightly different parameters, and knows what happens next:
-bodies, wall, bodies, wall ... So each flight is solved for all sets together, in closed form where
-the threads are equal and with Newton steps from there where they are not. The laws are those of the
-simulator: x'' = -w^2 (x - x0) for each body, and (1 + e) of the relative velocity at a contact.
+bodies, wall, bodies, wall ... So each flight is solved in closed form where the threads are equal
+and with Newton steps from there where they are not. The laws are those of the simulator:
+x'' = -w^2 (x - x0) for each body, and (1 + e) of the relative velocity at a contact.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 
+from count_video.between.arithmetic import ARRAYS, NUMBERS, Arithmetic, Number
 from count_video.between.parameters import FIRST_DEVIATION, Column
 from count_video.records import Floats
 
-State = tuple[Floats, Floats, Floats, Floats]
-"""Heavy body's place and velocity, then the ball's; each of shape (sets,)."""
 NEWTON_STEPS = 2
 """From the closed form for equal threads; each squares the error."""
 
 
 @dataclass(frozen=True)
-class Pendulums:
-    """Rates and rest places of both bodies; arrays have shape (sets,)."""
+class Pendulums(Generic[Number]):
+    """Rates and rest places of both bodies: numbers, or arrays of shape (sets,)."""
 
-    heavy_rate: Floats
-    heavy_rest: Floats
-    ball_rate: Floats
-    ball_rest: Floats
+    heavy_rate: Number
+    heavy_rest: Number
+    ball_rate: Number
+    ball_rest: Number
 
 
 @dataclass(frozen=True)
 class Paths:
     """Motions of all sets; piece k lasts from event k to event k + 1, piece 0 is the start."""
 
-    pendulums: Pendulums
+    pendulums: Pendulums[Floats]
     time: Floats
     """Shape (sets, events + 1): the start of each piece; inf for what never happens."""
     states: Floats
     """Shape (4, sets, events + 1): heavy body's place and velocity, then the ball's."""
     before: Floats
     """Like ``states``, right before the event that starts the piece."""
-
-
-def pendulums_of(sets: Floats) -> Pendulums:
-    """Read the pendulums from parameter sets, shape (sets, columns)."""
-    rate = np.exp(sets[:, Column.SWING])
-    return Pendulums(
-        heavy_rate=rate,
-        heavy_rest=sets[:, Column.HEAVY] + sets[:, Column.HEAVY_PULL] / rate**2,
-        ball_rate=rate * np.exp(sets[:, Column.BALL_SWING]),
-        ball_rest=sets[:, Column.BALL_REST],
-    )
 
 
 def follow(sets: Floats, count: int, first_time: float) -> Paths:
@@ -68,105 +58,188 @@ def follow(sets: Floats, count: int, first_time: float) -> Paths:
     first_time
         No collision is looked for before this time (the model's time 0 may lie after the first).
     """
-    pendulums = pendulums_of(sets)
     times = np.full((len(sets), count + 1), np.inf)
-    states = np.zeros((4, len(sets), count + 1))
-    before = np.zeros_like(states)
-    lightness, wall = np.exp(sets[:, Column.LIGHTNESS]), sets[:, Column.WALL]
+    states = np.full((4, len(sets), count + 1), np.nan)
+    before = np.full_like(states, np.nan)
+    columns: Sequence[Floats] = list(np.ascontiguousarray(sets.T))
+    pendulums = _pendulums(columns, ARRAYS)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        state = _start(sets, pendulums, first_time)
+        state = _start(columns, pendulums, np.full(len(sets), first_time), ARRAYS)
         times[:, 0], states[:, :, 0], before[:, :, 0] = first_time, state, state
-        for event in range(count):
-            to_wall = event % 2 == 1
-            if event:
-                state = _closed_in(wall, state)
-            flight = _flight(pendulums, state, wall, to_wall=to_wall)
-            arrived = advance(pendulums, state, flight)
-            restitution = _restitution(sets, event)
-            state = _off_wall(arrived, restitution) if to_wall else arrived
-            if not to_wall:
-                state = _off_body(arrived, restitution, lightness)
+        for event, step in enumerate(_events(columns, pendulums, (state, count), ARRAYS)):
+            flight, arrived, left = step
             times[:, event + 1] = times[:, event] + flight
-            states[:, :, event + 1], before[:, :, event + 1] = state, arrived
+            states[:, :, event + 1], before[:, :, event + 1] = left, arrived
     return Paths(pendulums, np.where(np.isnan(times), np.inf, times), states, before)
 
 
-def advance(pendulums: Pendulums, state: State, time: Floats) -> State:
-    """Carry states over flights, shape (sets,)."""
+def follow_one(values: Floats, count: int, first_time: float) -> Paths:
+    """Follow the motion of one set, shape (columns,), as :func:`follow` does."""
+    columns: Sequence[float] = values.tolist()
+    pendulums = _pendulums(columns, NUMBERS)
+    state = _start(columns, pendulums, first_time, NUMBERS)
+    flights, before, states = [first_time], [state], [state]
+    for flight, arrived, left in _events(columns, pendulums, (state, count), NUMBERS):
+        flights.append(flight)
+        before.append(arrived)
+        states.append(left)
+    laws = (pendulums.heavy_rate, pendulums.heavy_rest, pendulums.ball_rate, pendulums.ball_rest)
+    times = np.cumsum(_padded(flights, count + 1))
+    return Paths(
+        Pendulums(*(np.array([law]) for law in laws)),
+        np.where(np.isnan(times), np.inf, times)[None],
+        _padded(states, count + 1).T[:, None],
+        _padded(before, count + 1).T[:, None],
+    )
+
+
+def _padded(rows: Sequence[object], length: int) -> Floats:
+    """Rows as an array, NaN where the motion has ended."""
+    array = np.array(rows, dtype=np.float64)
+    padded = np.full((length, *array.shape[1:]), np.nan)
+    padded[: len(array)] = array
+    return padded
+
+
+State = tuple[Number, Number, Number, Number]
+"""Heavy body's place and velocity, then the ball's."""
+
+
+def _pendulums(columns: Sequence[Number], on: Arithmetic[Number]) -> Pendulums[Number]:
+    rate = on.exp(columns[Column.SWING])
+    pull = columns[Column.HEAVY_PULL] / (rate * rate)
+    return Pendulums(
+        heavy_rate=rate,
+        heavy_rest=columns[Column.HEAVY] + pull,
+        ball_rate=rate * on.exp(columns[Column.BALL_SWING]),
+        ball_rest=columns[Column.BALL_REST],
+    )
+
+
+def _start(
+    columns: Sequence[Number],
+    pendulums: Pendulums[Number],
+    time: Number,
+    on: Arithmetic[Number],
+) -> State[Number]:
+    """State at the first time: the heavy body on its free path, the ball at rest."""
+    place, velocity = columns[Column.HEAVY], columns[Column.HEAVY_RATE]
+    heavy = _swung((pendulums.heavy_rate, pendulums.heavy_rest), place, velocity, time, on)
+    return (*heavy, columns[Column.BALL_REST], 0.0 * velocity)
+
+
+def _events(
+    columns: Sequence[Number],
+    pendulums: Pendulums[Number],
+    begin: tuple[State[Number], int],
+    on: Arithmetic[Number],
+) -> Iterator[tuple[Number, State[Number], State[Number]]]:
+    """Yield flight, state on arrival and state after it for each event, while there are any."""
+    state, count = begin
+    lightness, wall = on.exp(columns[Column.LIGHTNESS]), columns[Column.WALL]
+    for event in range(count):
+        to_wall = event % 2 == 1
+        if event:
+            state = _closed_in(wall, state, on)
+        reach = _wall_flight if to_wall else _bodies_flight
+        flight = reach(pendulums, state, wall, on)
+        if on.lost(flight):
+            return
+        arrived = _advance(pendulums, state, flight, on)
+        restitution = _restitution(columns, event)
+        if to_wall:
+            state = _off_wall(arrived, restitution)
+        else:
+            state = _off_body(arrived, restitution, lightness)
+        yield flight, arrived, state
+
+
+def _advance(
+    pendulums: Pendulums[Number], state: State[Number], time: Number, on: Arithmetic[Number]
+) -> State[Number]:
+    """Carry a state over a flight."""
     heavy, heavy_velocity, ball, ball_velocity = state
+    laws = pendulums
     return (
-        *_swung(pendulums.heavy_rate, pendulums.heavy_rest, heavy, heavy_velocity, time),
-        *_swung(pendulums.ball_rate, pendulums.ball_rest, ball, ball_velocity, time),
+        *_swung((laws.heavy_rate, laws.heavy_rest), heavy, heavy_velocity, time, on),
+        *_swung((laws.ball_rate, laws.ball_rest), ball, ball_velocity, time, on),
     )
 
 
 def _swung(
-    rate: Floats, rest: Floats, place: Floats, velocity: Floats, time: Floats
-) -> tuple[Floats, Floats]:
+    law: tuple[Number, Number],
+    place: Number,
+    velocity: Number,
+    time: Number,
+    on: Arithmetic[Number],
+) -> tuple[Number, Number]:
+    rate, rest = law
     angle = rate * time
-    sine, cosine = np.sin(angle), np.cos(angle)
+    sine, cosine = on.sin(angle), on.cos(angle)
     offset = place - rest
     return rest + offset * cosine + velocity / rate * sine, velocity * cosine - offset * rate * sine
 
 
-def _start(sets: Floats, pendulums: Pendulums, time: float) -> State:
-    """State at the first time: the heavy body on its free path, the ball at rest."""
-    heavy = _swung(
-        pendulums.heavy_rate,
-        pendulums.heavy_rest,
-        sets[:, Column.HEAVY],
-        sets[:, Column.HEAVY_RATE],
-        np.full(len(sets), time),
-    )
-    return (*heavy, sets[:, Column.BALL_REST], np.zeros(len(sets)))
+def _wall_flight(
+    pendulums: Pendulums[Number], state: State[Number], wall: Number, on: Arithmetic[Number]
+) -> Number:
+    """Time of the ball to the wall; NaN if it never comes there."""
+    _, _, ball, ball_velocity = state
+    offset = pendulums.ball_rest - wall
+    return _reaches(pendulums.ball_rate, offset, ball - wall, ball_velocity, on)
 
 
-def _flight(pendulums: Pendulums, state: State, wall: Floats, *, to_wall: bool) -> Floats:
-    """Time to the next contact with the wall, or of the bodies; NaN or inf if there is none."""
+def _bodies_flight(
+    pendulums: Pendulums[Number], state: State[Number], wall: Number, on: Arithmetic[Number]
+) -> Number:
+    """Time until the bodies meet; NaN if they never do."""
     heavy, heavy_velocity, ball, ball_velocity = state
-    if to_wall:
-        offset = pendulums.ball_rest - wall
-        return _reaches(pendulums.ball_rate, offset, ball - wall, ball_velocity)
     rest_gap = pendulums.heavy_rest - pendulums.ball_rest
-    time = _reaches(pendulums.heavy_rate, rest_gap, heavy - ball, heavy_velocity - ball_velocity)
+    opening = heavy_velocity - ball_velocity
+    time = _reaches(pendulums.heavy_rate, rest_gap, heavy - ball, opening, on)
     for _ in range(NEWTON_STEPS):
-        there = advance(pendulums, state, time)
+        if on.lost(time):
+            return time
+        there = _advance(pendulums, state, time, on)
         closing = there[1] - there[3]
-        time = time - np.where(closing < 0, (there[0] - there[2]) / closing, 0.0)
-    return np.where(time >= 0, time, np.nan)
+        missing = on.divide(there[0] - there[2], closing)
+        time = time - on.where(closing < 0, missing, 0.0 * closing)
+    return on.where(time >= 0, time, time * np.nan)
 
 
-def _reaches(rate: Floats, rest: Floats, gap: Floats, opening: Floats) -> Floats:
+def _reaches(
+    rate: Number, rest: Number, gap: Number, opening: Number, on: Arithmetic[Number]
+) -> Number:
     """First time at which a swinging gap, not negative now, falls to zero; NaN if it never does.
 
     gap(t) = rest + A cos(rate t - phase) falls through zero at rate t = phase + arccos(-rest / A).
     """
     offset, quarter = gap - rest, opening / rate
-    phase = np.arctan2(quarter, offset)
-    angle = phase + np.arccos(-rest / np.hypot(offset, quarter))
+    phase = on.arctan2(quarter, offset)
+    angle = phase + on.arccos(on.divide(-rest, on.hypot(offset, quarter)))
     # A ball that has just left the contact falls through zero one swing later, not now.
-    left_now = (angle < -1e-9) | ((np.abs(gap) <= 0) & (opening > 0) & (angle < 1e-9))
-    return np.where(left_now, angle + 2 * np.pi, np.maximum(angle, 0.0)) / rate
+    left_now = (angle < -1e-9) | ((gap <= 0) & (gap >= 0) & (opening > 0) & (angle < 1e-9))
+    return on.where(left_now, angle + 2 * np.pi, on.maximum(angle, 0.0 * angle)) / rate
 
 
-def _closed_in(wall: Floats, state: State) -> State:
+def _closed_in(wall: Number, state: State[Number], on: Arithmetic[Number]) -> State[Number]:
     """Undo the rounding of the last flight, so that bodies do not start inside each other."""
-    ball = np.maximum(state[2], wall)
-    return np.maximum(state[0], ball), state[1], ball, state[3]
+    ball = on.maximum(state[2], wall)
+    return on.maximum(state[0], ball), state[1], ball, state[3]
 
 
-def _restitution(sets: Floats, event: int) -> Floats:
-    mean = sets[:, Column.BOUNCE if event % 2 == 1 else Column.BODIES]
+def _restitution(columns: Sequence[Number], event: int) -> Number:
+    mean = columns[Column.BOUNCE if event % 2 == 1 else Column.BODIES]
     column = FIRST_DEVIATION + event
-    return mean + sets[:, column] if column < sets.shape[1] else mean
+    return mean + columns[column] if column < len(columns) else mean
 
 
-def _off_wall(state: State, restitution: Floats) -> State:
+def _off_wall(state: State[Number], restitution: Number) -> State[Number]:
     heavy, heavy_velocity, ball, ball_velocity = state
     return heavy, heavy_velocity, ball, -restitution * ball_velocity
 
 
-def _off_body(state: State, restitution: Floats, lightness: Floats) -> State:
+def _off_body(state: State[Number], restitution: Number, lightness: Number) -> State[Number]:
     heavy, heavy_velocity, ball, ball_velocity = state
     # The impulse on the ball is (1 + e) times the relative velocity over 1 + m/M.
     step = (1 + restitution) * (heavy_velocity - ball_velocity) / (1 + lightness)

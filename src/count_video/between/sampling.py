@@ -23,59 +23,65 @@ class Sampled:
     """Mean over the exposure."""
     ball_centre: Floats
     """At the middle of the exposure."""
-    ball_rate: Floats
-    """Velocity there."""
     heavy: Floats
     """At the middle of the exposure, as the outline of the face is measured."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Pieces that hold given times, and the times since their starts; shape (sets, times)."""
+
+    piece: np.ndarray
+    since: Floats
+
+    def of(self, values: Floats) -> Floats:
+        """Take the pieces' values out of an array of shape (sets, pieces)."""
+        return np.take_along_axis(values, self.piece, axis=1)
 
 
 def sample(paths: Paths, sets: Floats, frame: Floats) -> Sampled:
     """Sample the motions at frame times, shape (frames,), counted from the model's time 0."""
     half = sets[:, Column.EXPOSURE, None] / 2
     whole = _piece_integrals(paths)
-    opened = _integral(paths, frame - half, whole)
-    closed = _integral(paths, frame + half, whole)
-    ball, rate, heavy = _places(paths, frame)
+    opened = _integral(paths, moment(paths, frame - half), whole)
+    closed = _integral(paths, moment(paths, frame + half), whole)
+    middle = moment(paths, np.broadcast_to(frame, (len(sets), len(frame))))
+    ball, heavy = (_place(paths, middle, body) for body in ("ball", "heavy"))
     from_rest = heavy - sets[:, Column.BALL_REST, None]
     outline = sets[:, Column.CONTACT, None] + sets[:, Column.PARALLAX, None] * from_rest
-    return Sampled((closed - opened) / (2 * half), ball, rate, heavy + outline)
+    return Sampled((closed - opened) / (2 * half), ball, heavy + outline)
 
 
-def _pieces(paths: Paths, time: Floats) -> tuple[np.ndarray, Floats]:
-    """Piece that holds each time and the time since its start; shape (sets, times)."""
-    starts = paths.time
-    rows = zip(starts, time, strict=True)
+def moment(paths: Paths, time: Floats) -> Moment:
+    """Find the pieces that hold times, shape (sets, times)."""
+    rows = zip(paths.time, time, strict=True)
     piece = np.stack([np.searchsorted(row, when, side="right") for row, when in rows])
     piece = np.maximum(piece - 1, 0)
-    return piece, time - np.take_along_axis(starts, piece, axis=1)
+    return Moment(piece, time - np.take_along_axis(paths.time, piece, axis=1))
 
 
-def _of_piece(values: Floats, piece: np.ndarray) -> Floats:
-    return np.take_along_axis(values, piece, axis=1)
-
-
-def _places(paths: Paths, frame: Floats) -> tuple[Floats, Floats, Floats]:
-    time = np.broadcast_to(frame, (paths.time.shape[0], len(frame)))
-    piece, since = _pieces(paths, time)
-    heavy, heavy_velocity, ball, ball_velocity = (_of_piece(row, piece) for row in paths.states)
+def law_of(paths: Paths, body: str) -> tuple[Floats, Floats]:
+    """Rate and rest of a body, ``heavy`` or ``ball``; shape (sets, 1)."""
     laws = paths.pendulums
-    rate, rest = laws.heavy_rate[:, None], laws.heavy_rest[:, None]
-    heavy_now = rest + (heavy - rest) * np.cos(rate * since)
-    heavy_now += heavy_velocity / rate * np.sin(rate * since)
-    rate, rest = laws.ball_rate[:, None], laws.ball_rest[:, None]
-    cosine, sine = np.cos(rate * since), np.sin(rate * since)
-    ball_now = rest + (ball - rest) * cosine + ball_velocity / rate * sine
-    ball_rate = ball_velocity * cosine - (ball - rest) * rate * sine
-    return ball_now, ball_rate, heavy_now
+    if body == "heavy":
+        return laws.heavy_rate[:, None], laws.heavy_rest[:, None]
+    return laws.ball_rate[:, None], laws.ball_rest[:, None]
+
+
+def _place(paths: Paths, when: Moment, body: str) -> Floats:
+    rate, rest = law_of(paths, body)
+    row = 0 if body == "heavy" else 2
+    place, velocity = when.of(paths.states[row]), when.of(paths.states[row + 1])
+    angle = rate * when.since
+    return np.asarray(rest + (place - rest) * np.cos(angle) + velocity / rate * np.sin(angle))
 
 
 def _swept(paths: Paths, ball: Floats, velocity: Floats, since: Floats) -> Floats:
     """Integral of the ball's path over a time since the start of a piece."""
-    laws = paths.pendulums
-    rate, rest = laws.ball_rate[:, None], laws.ball_rest[:, None]
+    rate, rest = law_of(paths, "ball")
     # 1 - cos would lose its digits at small angles; twice the squared sine of half keeps them.
     risen = 2 * np.sin(rate * since / 2) ** 2 / rate**2
-    return rest * since + (ball - rest) * np.sin(rate * since) / rate + velocity * risen
+    return np.asarray(rest * since + (ball - rest) * np.sin(rate * since) / rate + velocity * risen)
 
 
 def _piece_integrals(paths: Paths) -> Floats:
@@ -86,7 +92,6 @@ def _piece_integrals(paths: Paths) -> Floats:
     return np.concatenate([np.zeros((len(swept), 1)), np.cumsum(swept, axis=1)], axis=1)
 
 
-def _integral(paths: Paths, time: Floats, whole: Floats) -> Floats:
-    piece, since = _pieces(paths, time)
-    ball, velocity = _of_piece(paths.states[2], piece), _of_piece(paths.states[3], piece)
-    return _of_piece(whole, piece) + _swept(paths, ball, velocity, since)
+def _integral(paths: Paths, when: Moment, whole: Floats) -> Floats:
+    ball, velocity = when.of(paths.states[2]), when.of(paths.states[3])
+    return when.of(whole) + _swept(paths, ball, velocity, when.since)
