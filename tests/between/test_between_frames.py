@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from synthetic_tracks import FilmedTrial, Filming, film
+from synthetic_tracks import FilmedTrial, Filming, film, random_trial
 
 from count_video.between.infer import Between, Misfit, count_between
 from count_video.between.rivals import Knowledge
@@ -114,6 +114,13 @@ def test_mirrored_footage_gives_the_same_count() -> None:
     between = count_between(track, seen_collisions(track), Knowledge(FPS))
     assert isinstance(between, Between)
     assert between.count == filmed().count
+
+
+def test_a_last_collision_shortly_before_the_turn_belongs_to_the_burst() -> None:
+    # The furthest place of the heavy body lies a few noisy frames before that collision.
+    trial = random_trial(3003, FPS)
+    assert trial.motion.burst_end_s > trial.motion.burst[-1].time_s
+    assert seen_collisions(trial.track).burst == trial.count
 
 
 def mirrored(track: Track) -> Track:

@@ -73,6 +73,6 @@ ARRAYS: Arithmetic[Floats] = Arithmetic(
     hypot=np.hypot,
     maximum=np.maximum,
     divide=np.divide,
-    where=np.where,
+    where=lambda condition, yes, no: np.where(np.asarray(condition), yes, no),
     lost=lambda values: not np.isfinite(values).any(),
 )

@@ -14,9 +14,11 @@ from count_video.collisions.seen import SeenCollisions
 from count_video.records import Collision, CollisionKind, Floats, Velocities
 
 SAME_FRAMES = 0.5
-"""A modelled collision is the one seen if they are not further apart ..."""
+"""A modelled collision is the one seen if they are not further apart than this, ..."""
+SAME_SIGMAS = 5.0
+"""... or so many times their uncertainty, ..."""
 SAME_SHARE = 0.5
-"""... and not further than this share of the way to the next one."""
+"""... but never further than this share of the way to the next one."""
 
 
 def collisions_of(
@@ -27,7 +29,7 @@ def collisions_of(
     paths = follow_one(solution.values, solution.count, start)
     frames = observed.origin + paths.time[0, 1:]
     sigmas = _time_sigmas(solution, paths)
-    partners = _partners(frames, found.collisions[: found.burst])
+    partners = _partners(frames, sigmas, found.collisions[: found.burst])
     return tuple(
         _collision(observed, paths, event, (frames[event], sigmas[event]), partners.get(event))
         for event in range(solution.count)
@@ -43,17 +45,19 @@ def _time_sigmas(solution: Solution, paths: Paths) -> Floats:
     return np.asarray(np.sqrt(np.maximum(variances, 0.0)))
 
 
-def _partners(frames: Floats, seen: Sequence[Collision]) -> dict[int, Collision]:
+def _partners(frames: Floats, sigmas: Floats, seen: Sequence[Collision]) -> dict[int, Collision]:
     """Find the collision seen for each modelled one, as far as there is one; nearest first."""
     room = np.diff(frames, prepend=-np.inf, append=np.inf)
-    reach = np.minimum(SAME_FRAMES, SAME_SHARE * np.minimum(room[:-1], room[1:]))
-    pairs = sorted(
-        (abs(collision.frame - frame), event, place)
-        for event, frame in enumerate(frames)
-        for place, collision in enumerate(seen)
-        if collision.kind == _kind(event)
-        and abs(collision.frame - frame) <= max(reach[event], 3 * collision.frame_sigma)
-    )
+    share = SAME_SHARE * np.minimum(room[:-1], room[1:])
+    pairs = []
+    for event, frame in enumerate(frames):
+        for place, collision in enumerate(seen):
+            sigma = float(np.hypot(sigmas[event], collision.frame_sigma))
+            reach = min(share[event], max(SAME_FRAMES, SAME_SIGMAS * sigma))
+            apart = abs(collision.frame - frame)
+            if collision.kind == _kind(event) and apart <= reach:
+                pairs.append((apart, event, place))
+    pairs.sort()
     partners: dict[int, Collision] = {}
     used: set[int] = set()
     for _, event, place in pairs:

@@ -14,6 +14,7 @@ import numpy as np
 from count_video.between.ending import chance_of_more
 from count_video.between.energy import ending_of, energy_kept
 from count_video.between.events import collisions_of
+from count_video.between.forward import forward_fit
 from count_video.between.observations import Observations, observe
 from count_video.between.parameters import FIRST_DEVIATION, Column, Prior
 from count_video.between.rivals import (
@@ -21,7 +22,6 @@ from count_video.between.rivals import (
     Knowledge,
     coarse_fits,
     fine_fit,
-    fit_count,
     log_evidence,
     prior_of,
 )
@@ -116,7 +116,7 @@ def measure_burst(
     if isinstance(start, Misfit):
         return start
     rough, prior = start
-    coarse = fit_count(observed, rough, prior, found.burst)
+    coarse = forward_fit(observed, rough, prior, found)
     if not np.isfinite(coarse.loss):
         return Misfit("no motion of two bodies and a wall has these collisions")
     fits, noise = _fine_fits(observed, prior, [coarse])
@@ -165,7 +165,10 @@ def _fine_fits(
     """Fit the likeliest counts finely, best first, and widen the noise to what is left over."""
     noise = _noise_at(observed, coarse[0])
     scatter = SCATTERS[len(SCATTERS) // 2]
-    fits = [fine_fit(observed, noise, prior, solution, scatter) for solution in coarse]
+    fits: list[Solution] = []
+    for solution in coarse:
+        bearable = min((fit.loss for fit in fits), default=np.inf) + HOPELESS
+        fits.append(fine_fit(observed, noise, prior, solution, scatter, bearable))
     fits.sort(key=lambda solution: solution.loss)
     best = fits[0]
     noise = _noise_at(observed, best)
@@ -212,12 +215,15 @@ def _rival_fits(
     starts = {rival.count: rival for rival in reversed(near)}
     for count in (best.count - 1, best.count + 1):
         starts.setdefault(count, _recounted(best, count))
-    fits = []
+    fits: list[tuple[float, Solution]] = []
     for start in starts.values():
         solution = start
         for scatter in SCATTERS[::-1]:
-            solution = fine_fit(observed, noise, prior, solution, scatter)
+            bearable = min((fit.loss for _, fit in fits), default=np.inf) + HOPELESS
+            solution = fine_fit(observed, noise, prior, solution, scatter, bearable)
             fits.append((log_evidence(solution, scatter), solution))
+            if solution.loss > bearable:
+                break
     return [fit for fit in fits if np.isfinite(fit[0])]
 
 

@@ -124,8 +124,9 @@ def _start(
 ) -> State[Number]:
     """State at the first time: the heavy body on its free path, the ball at rest."""
     place, velocity = columns[Column.HEAVY], columns[Column.HEAVY_RATE]
-    heavy = _swung((pendulums.heavy_rate, pendulums.heavy_rest), place, velocity, time, on)
-    return (*heavy, columns[Column.BALL_REST], 0.0 * velocity)
+    law = (pendulums.heavy_rate, pendulums.heavy_rest)
+    place, velocity = _swung(law, place, velocity, time, on)
+    return place, velocity, columns[Column.BALL_REST], 0.0 * velocity
 
 
 def _events(
@@ -158,12 +159,11 @@ def _advance(
     pendulums: Pendulums[Number], state: State[Number], time: Number, on: Arithmetic[Number]
 ) -> State[Number]:
     """Carry a state over a flight."""
-    heavy, heavy_velocity, ball, ball_velocity = state
-    laws = pendulums
-    return (
-        *_swung((laws.heavy_rate, laws.heavy_rest), heavy, heavy_velocity, time, on),
-        *_swung((laws.ball_rate, laws.ball_rest), ball, ball_velocity, time, on),
-    )
+    heavy_law = (pendulums.heavy_rate, pendulums.heavy_rest)
+    ball_law = (pendulums.ball_rate, pendulums.ball_rest)
+    heavy, heavy_velocity = _swung(heavy_law, state[0], state[1], time, on)
+    ball, ball_velocity = _swung(ball_law, state[2], state[3], time, on)
+    return heavy, heavy_velocity, ball, ball_velocity
 
 
 def _swung(

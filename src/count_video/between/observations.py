@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,8 +17,11 @@ FRAMES_BEYOND = 60.0
 """The path is used this far before the first and after the last collision seen."""
 CLEAR_FRAMES = 1.0
 """And not nearer than this to a collision after the burst."""
-MOST_FRAMES = 700
-"""More are thinned out: in a long flight neighbouring frames tell the same."""
+FRAMES_A_FLIGHT = 16
+"""A long flight between two collisions is thinned out to so many frames: neighbouring ones tell
+the same."""
+MOST_BUSY_FRAMES = 500
+"""Where the collisions crowd all frames are kept, up to this number."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +75,33 @@ def observe(track: Track, found: SeenCollisions) -> Observations:
 
 
 def _chosen(gaps: Gaps, burst: Sequence[Collision], after: Sequence[Collision]) -> np.ndarray:
-    first, last = burst[0].frame, burst[-1].frame
-    stop = after[0].frame - CLEAR_FRAMES if after else np.inf
-    inside = (gaps.frame > first - FRAMES_BEYOND) & (gaps.frame < min(stop, last + FRAMES_BEYOND))
-    chosen = np.flatnonzero(inside)
-    return chosen[:: -(-len(chosen) // MOST_FRAMES)] if len(chosen) else chosen
+    """Places of the frames to explain, thinned out where nothing happens for long."""
+    frames = np.array([collision.frame for collision in burst])
+    stop = min(after[0].frame - CLEAR_FRAMES if after else np.inf, frames[-1] + FRAMES_BEYOND)
+    bounds = np.array([frames[0] - FRAMES_BEYOND, *frames, stop])
+    short = np.flatnonzero(np.diff(frames) < FRAMES_A_FLIGHT) + 1
+    busy = (bounds[short[0]], bounds[short[-1] + 1]) if len(short) else (np.inf, -np.inf)
+    chosen: list[np.ndarray] = []
+    outside = bounds[(bounds <= busy[0]) | (bounds >= busy[1])]
+    for low, high in pairwise(outside):
+        inside = np.flatnonzero((gaps.frame > low) & (gaps.frame <= high))
+        whole = (low, high) == busy or low == bounds[0] or high == stop
+        chosen.append(_thinned(inside, MOST_BUSY_FRAMES if whole else FRAMES_A_FLIGHT))
+    return np.concatenate(chosen)
+
+
+def _thinned(places: np.ndarray, most: int) -> np.ndarray:
+    if len(places) <= most:
+        return places
+    return np.asarray(places[np.linspace(0, len(places) - 1, most).round().astype(int)])
+
+
+def until(observed: Observations, end: float) -> Observations:
+    """Keep the frames before a time."""
+    keep = observed.frame < end
+    return replace(
+        observed,
+        frame=observed.frame[keep],
+        ball_px=observed.ball_px[keep],
+        heavy_px=observed.heavy_px[keep],
+    )

@@ -107,12 +107,6 @@ def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) 
     return sorted(fitted.values(), key=lambda solution: solution.loss)
 
 
-def fit_count(observed: Observations, rough: Floats, prior: Prior, count: int) -> Solution:
-    """Fit one count coarsely, without scatter."""
-    rows = scan(observed, rough, prior)
-    return _best_start(observed, prior, rows, count)
-
-
 def _likeliest(rows: Floats, number: int) -> list[int]:
     """List the counts with the best places of a scan, at most so many."""
     counts = [int(count) for count in rows[:, -2] if count > 0]
@@ -146,13 +140,18 @@ def _noise_at(observed: Observations, values: Floats, count: int, floor: float) 
 
 
 def fine_fit(
-    observed: Observations, noise: Noise, prior: Prior, coarse: Solution, scatter: float
+    observed: Observations,
+    noise: Noise,
+    prior: Prior,
+    coarse: Solution,
+    scatter: float,
+    bearable: float = np.inf,
 ) -> Solution:
     """Fit with scatter of the restitution, from a coarse fit or another fine one."""
     start = np.concatenate([coarse.values, np.zeros(coarse.count)])
     start = start[: FIRST_DEVIATION + coarse.count]  # a fine fit brings deviations of its own
     full = with_deviations(prior, coarse.count, scatter)
-    return solve(observed, noise, full, start, coarse.count)
+    return solve(observed, noise, full, start, coarse.count, bearable)
 
 
 def log_evidence(solution: Solution, scatter: float) -> float:

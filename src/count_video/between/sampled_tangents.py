@@ -56,11 +56,11 @@ def _ball_place(paths: Paths, when: Moment) -> Floats:
     rate, rest = law_of(paths, "ball")
     place, velocity = when.of(paths.states[2]), when.of(paths.states[3])
     angle = rate * when.since
-    return np.asarray(rest + (place - rest) * np.cos(angle) + velocity / rate * np.sin(angle))[0]
+    return np.ravel(rest + (place - rest) * np.cos(angle) + velocity / rate * np.sin(angle))
 
 
 def _piece_integrals(paths: Paths, tangents: Tangents) -> Floats:
-    """Derivative of the ball's path's integral up to each piece; shape (pieces, columns)."""
+    """Differentiate the integral of the ball's path up to each piece; shape (pieces, columns)."""
     length = np.diff(paths.time, axis=1)
     length = np.where(np.isfinite(length), length, 0.0)
     pieces = np.arange(length.shape[1])[None]
@@ -73,7 +73,7 @@ def _swept(paths: Paths, tangents: Tangents, whole: Floats, when: Moment) -> Flo
 
 
 def _swept_in_piece(paths: Paths, tangents: Tangents, when: Moment) -> Floats:
-    """Derivative of the ball's path's integral since the start of a piece, at fixed times."""
+    """Differentiate the integral of the ball's path since the start of a piece, at fixed times."""
     piece, since = when.piece[0], when.since[0]
     rate, rest = (float(value[0, 0]) for value in law_of(paths, "ball"))
     place, velocity = paths.states[2:, 0, piece]

@@ -31,8 +31,9 @@ DAMPING_FACTOR = 8.0
 LATE_COSTS = 10.0
 """Sigmas that each frame costs by which the last collision lies beyond the observations."""
 LATE_AT_MOST = 1e4
-CONVERGED = 1e-3
+CONVERGED = 0.01
 """Fall of the loss in an iteration that is not worth another one."""
+ITERATIONS = 30
 
 
 @dataclass(frozen=True)
@@ -103,16 +104,17 @@ def solve(
     prior: Prior,
     start: Floats,
     count: int,
-    iterations: int = 30,
+    bearable: float = np.inf,
 ) -> Solution:
-    """Fit the parameters from a start, shape (columns,); columns without freedom stay.
+    """Fit the parameters from a start, shape (columns,).
 
-    A column of the prior with sigma 0 stays at the start.
+    A column of the prior with sigma 0 stays at the start. A fit that at its pace will not come
+    down to the bearable loss is given up.
     """
     fit = _fit(observed, noise, prior, start, count)
     damping = FIRST_DAMPING
     gradient, hessian = _normal_equations(observed, noise, prior, fit)
-    for _ in range(iterations):
+    for left in range(ITERATIONS, 0, -1):
         before = fit.loss
         while True:
             trial = within_limits((fit.values - _step(hessian, gradient, damping))[None])[0]
@@ -124,7 +126,8 @@ def solve(
             break
         fit, damping = tried, damping / DAMPING_FACTOR
         gradient, hessian = _normal_equations(observed, noise, prior, fit)
-        if before - fit.loss < CONVERGED:
+        fallen = before - fit.loss
+        if fallen < CONVERGED or fit.loss - left * fallen > bearable:
             break
     return Solution(
         count=count,
@@ -136,9 +139,7 @@ def solve(
     )
 
 
-def _fit(
-    observed: Observations, noise: Noise, prior: Prior, values: Floats, count: int
-) -> _Fit:
+def _fit(observed: Observations, noise: Noise, prior: Prior, values: Floats, count: int) -> _Fit:
     """Follow the model and compare; a loss of inf where it fails."""
     paths, sampled = modelled(observed, values[None], count)
     ball = (sampled.ball[0] - observed.ball_px) / noise.ball
@@ -170,9 +171,7 @@ def _normal_equations(
     """Gradient and Gauss-Newton Hessian of the loss; columns without freedom have zeros."""
     tangents = tangents_of(fit.paths, fit.values)
     with np.errstate(invalid="ignore", over="ignore"):
-        ball, heavy = sampled_tangents(
-            fit.paths, fit.sampled, tangents, fit.values, observed.frame
-        )
+        ball, heavy = sampled_tangents(fit.paths, fit.sampled, tangents, fit.values, observed.frame)
         jacobian = np.concatenate([ball / noise.ball[:, None], heavy / noise.heavy])
         weights = 1 / (1 + (fit.data / CAUCHY_SIGMAS) ** 2)
         usable = np.isfinite(fit.data) & np.isfinite(jacobian).all(axis=1)

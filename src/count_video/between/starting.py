@@ -1,10 +1,11 @@
 """Where the fit may start: what the calm frames tell, and a scan over what they do not.
 
 The heavy body's approach, the ball's place at rest, the wall and the contact are read off. The
-lightness of the ball follows roughly from how near the heavy body comes: a ball between two walls
-keeps the product of speed and free way, 2 V d at first; at the turn it has taken up the heavy
-body's XX Then lightness and restitution are
-scanned, and each number of collisions keeps its best places.
+lightness of the ball follows roughly from how near the heavy body comes to the wall: with d the
+ball's way between the two and V its speed, V d stays the same while both change slowly, and at the
+turn the ball has all the energy, m V^2 = M v^2. At first d is the ball's way L to the wall and V is
+2 v, of which half is the heavy body's own, so d / L at the turn is the square root of m / M. Then
+lightness and restitution are scanned, and each number of collisions keeps its best places.
 """
 
 from __future__ import annotations

@@ -125,7 +125,7 @@ def _flights(paths: Paths, laws: Floats) -> tuple[Floats, Floats]:
 
 
 def _hits(paths: Paths, values: Floats) -> _Hits:
-    """Derivatives of what happens at the events."""
+    """Differentiate what happens at the events."""
     events, columns = paths.time.shape[1] - 1, len(values)
     before = paths.before[:, 0, 1:]
     on_wall = np.arange(events) % 2 == 1

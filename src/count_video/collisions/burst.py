@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -64,7 +65,30 @@ def turn_round(gaps: Gaps, candidates: Sequence[Candidate]) -> float:
         return float("inf")
     later = np.where(gaps.frame > gaps.frame[nearest], away, np.nan)
     turn = _first_of(low_points(later, _turn_depth(gaps)))
-    return float("inf") if turn is None else float(gaps.frame[turn])
+    if turn is None:
+        return float("inf")
+    return _settled(float(gaps.frame[turn]), -away[turn], gaps, candidates)
+
+
+def _settled(turn: float, furthest: float, gaps: Gaps, candidates: Sequence[Candidate]) -> float:
+    """Sharpen the turn where a collision lies close to it, by the vertex of each flight's path.
+
+    The furthest of many noisy places says little about when; whether the heavy body still moved
+    away right before a collision decides whether that one belongs to the burst.
+    """
+    nearer = gaps.heavy_px < furthest - 2 * _turn_depth(gaps)
+    since = gaps.frame[nearer & (gaps.frame < turn)].max(initial=-np.inf)
+    until = gaps.frame[nearer & (gaps.frame > turn)].min(initial=np.inf)
+    bounds = [since, *(c.frame for c in candidates if since < c.frame < until), until]
+    for start, end in pairwise(bounds):
+        inside = (gaps.frame > start) & (gaps.frame < end) & np.isfinite(gaps.heavy_px)
+        if inside.sum() < FRAMES_TO_JUDGE:
+            continue
+        bend, slope, _ = np.polyfit(gaps.frame[inside] - turn, gaps.heavy_px[inside], 2)
+        vertex = turn - slope / (2 * bend) if bend < 0 else np.inf
+        if start < vertex < end:
+            return float(vertex)
+    return turn
 
 
 def _turn_depth(gaps: Gaps) -> float:

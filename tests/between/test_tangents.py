@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from count_video.between.model import Paths, follow, follow_one
+from count_video.between.parameters import FIRST_DEVIATION, Column
+from count_video.between.sampled_tangents import sampled_tangents
+from count_video.between.sampling import sample
+from count_video.between.tangents import tangents_of
+from count_video.records import Floats
+
+START = -61.0
+FRAME = np.arange(-60.0, 120.0)
+ROUNDING_PX = 1e-9
+"""Paths of some hundred px over a hundred flights, each rounded to 1e-16."""
+STEP = 1e-6
+DERIVATIVE_SHARE = 1e-4
+"""Central differences err by the square of the step and by rounding over the step."""
+
+
+def values(count: int, seed: int = 3) -> Floats:
+    """Draw parameters of a burst near 1:80 that swings, loses and has parallax."""
+    rng = np.random.default_rng(seed)
+    base = np.zeros(FIRST_DEVIATION)
+    base[Column.HEAVY] = base[Column.BALL_REST] = 230.0
+    base[Column.HEAVY_RATE], base[Column.HEAVY_PULL] = -2.1, -0.003
+    base[Column.SWING], base[Column.BALL_SWING] = np.log(0.013), 0.02
+    base[Column.WALL], base[Column.CONTACT], base[Column.EXPOSURE] = 140.0, 0.1, 0.4
+    base[Column.LIGHTNESS], base[Column.PARALLAX] = -np.log(80.0), 0.01
+    base[Column.BODIES], base[Column.BOUNCE] = 0.97, 0.96
+    return np.concatenate([base, rng.normal(0.0, 0.003, count)])
+
+
+@pytest.mark.parametrize("count", [1, 2, 26, 60])
+def test_one_motion_alone_is_the_same_as_among_many(count: int) -> None:
+    sets = np.stack([values(count, seed) for seed in range(3)])
+    together = follow(sets, count, START)
+    for place, row in enumerate(sets):
+        alone = follow_one(row, count, START)
+        happens = np.isfinite(alone.time[0])
+        assert np.array_equal(happens, np.isfinite(together.time[place]))
+        assert np.allclose(alone.time[0, happens], together.time[place, happens], atol=ROUNDING_PX)
+        states = together.states[:, place, happens]
+        assert np.allclose(alone.states[:, 0, happens], states, atol=ROUNDING_PX)
+
+
+def test_a_motion_that_ends_has_no_further_events() -> None:
+    paths = follow_one(values(200), 200, START)
+    assert np.isfinite(paths.time[0, :20]).all()
+    assert np.isinf(paths.time[0, -1])
+
+
+@pytest.mark.parametrize("column", range(FIRST_DEVIATION + 26))
+def test_derivatives_are_those_of_the_motion(column: int) -> None:
+    at = values(26)
+    step = np.zeros_like(at)
+    step[column] = STEP * (1e-3 if column == Column.HEAVY_PULL else 1.0)
+    above, below = measured(at + step), measured(at - step)
+    differences = [(a - b) / (2 * step[column]) for a, b in zip(above, below, strict=True)]
+    for exact, difference in zip(derivatives(at), differences, strict=True):
+        scale = np.abs(difference).max() + np.abs(exact).max()
+        assert np.allclose(exact[:, column], difference, atol=DERIVATIVE_SHARE * max(scale, 1e-9))
+
+
+def measured(at: Floats) -> tuple[Floats, Floats, Floats]:
+    paths = motion(at)
+    sampled = sample(paths, at[None], FRAME)
+    return sampled.ball[0], sampled.heavy[0], paths.time[0, 1:]
+
+
+def derivatives(at: Floats) -> tuple[Floats, Floats, Floats]:
+    paths = motion(at)
+    tangents = tangents_of(paths, at)
+    ball, heavy = sampled_tangents(paths, sample(paths, at[None], FRAME), tangents, at, FRAME)
+    return ball, heavy, tangents.time
+
+
+def motion(at: Floats) -> Paths:
+    return follow_one(at, len(at) - FIRST_DEVIATION, START)
