@@ -117,7 +117,7 @@ def solve(
     for left in range(ITERATIONS, 0, -1):
         before = fit.loss
         while True:
-            trial = within_limits((fit.values - _step(hessian, gradient, damping))[None])[0]
+            trial = _stepped(fit.values, hessian, gradient, damping)
             tried = _fit(observed, noise, prior, trial, count)
             if tried.loss < before or damping > MOST_DAMPING:
                 break
@@ -191,9 +191,29 @@ def _normal_equations(
     return gradient, hessian
 
 
-def _step(hessian: Floats, gradient: Floats, damping: float) -> Floats:
-    """Step of the damped normal equations, shape (columns,)."""
+def _stepped(values: Floats, hessian: Floats, gradient: Floats, damping: float) -> Floats:
+    """Step within the limits: a column that would leave them goes to its limit and stays there."""
+    free = np.ones(len(values), dtype=bool)
+    trial = values.copy()
+    while True:
+        trial[free] = (values - _step(hessian, gradient, damping, values - trial, free))[free]
+        limited = within_limits(trial[None])[0]
+        outside = free & (limited != trial)
+        trial[outside] = limited[outside]
+        free &= ~outside
+        if not outside.any():
+            return trial
+
+
+def _step(
+    hessian: Floats, gradient: Floats, damping: float, taken: Floats, free: np.ndarray
+) -> Floats:
+    """Step of the damped normal equations, shape (columns,), where some columns have theirs."""
     # Scaled to a unit diagonal first: the columns' units differ by ten orders of magnitude.
-    scale = 1 / np.sqrt(np.maximum(np.diag(hessian), 1e-300))
-    unit = hessian * scale[:, None] * scale + damping * np.eye(len(hessian))
-    return np.asarray(np.linalg.solve(unit, gradient * scale) * scale)
+    scale = 1 / np.sqrt(np.maximum(np.diag(hessian)[free], 1e-300))
+    fixed = ~free
+    right = gradient[free] - hessian[np.ix_(free, fixed)] @ taken[fixed]
+    unit = hessian[np.ix_(free, free)] * scale[:, None] * scale
+    step = taken.copy()
+    step[free] = np.linalg.solve(unit + damping * np.eye(len(unit)), right * scale) * scale
+    return step

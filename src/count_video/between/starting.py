@@ -3,9 +3,10 @@
 The heavy body's approach, the ball's place at rest, the wall and the contact are read off. The
 lightness of the ball follows roughly from how near the heavy body comes to the wall: with d the
 ball's way between the two and V its speed, V d stays the same while both change slowly, and at the
-turn the ball has all the energy, m V^2 = M v^2. At first d is the ball's way L to the wall and V is
-2 v, of which half is the heavy body's own, so d / L at the turn is the square root of m / M. Then
-lightness and restitution are scanned, and each number of collisions keeps its best places.
+turn the ball has all the energy that the threads leave, m V^2 = M (v^2 - w^2 (L - d)^2). At first d
+is the ball's way L to the wall and V is 2 v, of which half is the heavy body's own, so that V d is
+v L. Then lightness and restitution are scanned, and each number of collisions keeps its best
+places.
 """
 
 from __future__ import annotations
@@ -27,9 +28,11 @@ CALM_FRAMES = 3.0
 CALM_CONTACTS = 4
 """Fewer do not tell a trend."""
 PARALLAX_AT_MOST = 0.15
-LIGHTNESS_SPAN = (-0.35, 0.95)
+LIGHTNESS_SPAN = (-0.35, 1.1)
 """The scan reaches so far from the rough value, in its logarithm: losses let the heavy body come
 nearer, so that the ball looks lighter than it is."""
+SWUNG_AT_MOST = 0.8
+"""Share of the energy that the threads may take up before the turn."""
 STEPS_AT_MOST = 401
 RATES = (5e-4, 0.1)
 """Angular rates in radians per frame that threads and cameras bring about."""
@@ -69,8 +72,10 @@ def rough_values(
     values[Column.SWING] = np.log(rate)
     parallax = values[Column.PARALLAX] = _parallax(observed, burst)
     nearest = (float(np.nanmin(observed.heavy_px)) - place - rest) / (1 + parallax) + rest - wall
-    share = np.clip(nearest / max(rest - wall, 1e-9), 0.01, 1.0)
-    values[Column.LIGHTNESS] = 2 * np.log(share)
+    way = max(rest - wall, 1e-9)
+    share = np.clip(nearest / way, 0.01, 1.0)
+    swung = (rate * (way - share * way) / velocity) ** 2 if velocity else 0.0
+    values[Column.LIGHTNESS] = 2 * np.log(share) + np.log1p(-min(swung, SWUNG_AT_MOST))
     values[Column.EXPOSURE] = 0.5
     calm = calm_ones(burst)
     values[Column.BODIES] = _restitution([c for c in calm if c.kind == "bodies"])
