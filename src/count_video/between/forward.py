@@ -20,7 +20,7 @@ from count_video.records import Floats
 FIRST_COLLISIONS = 4
 GROWTH = 4
 """Each fit spans so many times the collisions of the one before."""
-FLOOR_PX = 0.1
+FLOOR_PX = 0.3
 """Until all are in, anything nearer than this is as good."""
 CLEAR_FRAMES = 0.6
 """Frames nearer to the next collision may hold it in their exposure."""

@@ -240,7 +240,7 @@ def _answer(
     count = max(chances, key=lambda number: chances[number])
     solution = max((fit for fit in fits if fit[1].count == count), key=lambda fit: fit[0])[1]
     more = 0.0 if found.burst < len(found.collisions) else chance_of_more(observed, solution)
-    values, sigmas = solution.values, np.sqrt(np.diag(np.linalg.pinv(solution.hessian)))
+    values, sigmas = solution.values, _sigmas(solution)
     paths, _ = modelled(observed, values[None], count)
     ratio = float(np.exp(-values[Column.LIGHTNESS]))
     return Between(
@@ -254,6 +254,12 @@ def _answer(
         ending=ending_of(paths, values),
         misfit_px=_root_mean_square(solution),
     )
+
+
+def _sigmas(solution: Solution) -> Floats:
+    """Standard uncertainties of the parameters."""
+    variances = np.diag(np.linalg.pinv(solution.hessian, hermitian=True))
+    return np.asarray(np.sqrt(np.maximum(variances, 0.0)))
 
 
 def _probabilities(fits: list[tuple[float, Solution]]) -> dict[int, float]:
