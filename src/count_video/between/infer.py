@@ -257,7 +257,7 @@ def _answer(
 
 
 def _sigmas(solution: Solution) -> Floats:
-    """Standard uncertainties of the parameters."""
+    """Give the standard uncertainties of the parameters."""
     variances = np.diag(np.linalg.pinv(solution.hessian, hermitian=True))
     return np.asarray(np.sqrt(np.maximum(variances, 0.0)))
 
