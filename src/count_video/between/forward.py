@@ -10,7 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 from count_video.between.observations import Observations, until
-from count_video.between.parameters import FIRST_DEVIATION, Column, Prior, within_limits
+from count_video.between.parameters import (
+    FIRST_DEVIATION,
+    Column,
+    Prior,
+    deviations_of,
+    within_limits,
+)
 from count_video.between.rivals import with_deviations
 from count_video.between.solving import Solution, modelled, noise_of, solve
 from count_video.collisions.seen import SeenCollisions
@@ -40,7 +46,8 @@ def forward_fit(
         part = observed
         if count < len(burst):
             part = until(observed, burst[count].frame - observed.origin - CLEAR_FRAMES)
-        values = np.concatenate([values, np.zeros(FIRST_DEVIATION + count - len(values))])
+        missing = FIRST_DEVIATION + deviations_of(count) - len(values)
+        values = np.concatenate([values, np.zeros(max(missing, 0))])
         _, sampled = modelled(part, values[None], count)
         solution = solve(
             part,

@@ -16,7 +16,7 @@ from count_video.between.energy import ending_of, energy_kept
 from count_video.between.events import collisions_of
 from count_video.between.forward import forward_fit
 from count_video.between.observations import Observations, observe
-from count_video.between.parameters import FIRST_DEVIATION, Column, Prior
+from count_video.between.parameters import Column, Prior
 from count_video.between.rivals import (
     SCATTERS,
     Knowledge,
@@ -24,6 +24,7 @@ from count_video.between.rivals import (
     fine_fit,
     log_evidence,
     prior_of,
+    recounted,
 )
 from count_video.between.solving import Noise, Solution, modelled, noise_of, scaled
 from count_video.between.starting import rough_values
@@ -214,7 +215,7 @@ def _rival_fits(
     near = [rival for rival in rivals if rival.loss < best.loss + HOPELESS]
     starts = {rival.count: rival for rival in reversed(near)}
     for count in (best.count - 1, best.count + 1):
-        starts.setdefault(count, _recounted(best, count))
+        starts.setdefault(count, replace(best, count=count, values=recounted(best, count)))
     fits: list[tuple[float, Solution]] = []
     for start in starts.values():
         solution = start
@@ -225,10 +226,6 @@ def _rival_fits(
             if solution.loss > bearable:
                 break
     return [fit for fit in fits if np.isfinite(fit[0])]
-
-
-def _recounted(solution: Solution, count: int) -> Solution:
-    return replace(solution, count=count, values=solution.values[:FIRST_DEVIATION])
 
 
 def _answer(

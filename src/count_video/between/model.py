@@ -16,7 +16,7 @@ from typing import Generic
 import numpy as np
 
 from count_video.between.arithmetic import ARRAYS, NUMBERS, Arithmetic, Number
-from count_video.between.parameters import FIRST_DEVIATION, Column
+from count_video.between.parameters import FIRST_DEVIATION, Column, deviation_places
 from count_video.records import Floats
 
 NEWTON_STEPS = 2
@@ -138,6 +138,7 @@ def _events(
     """Yield flight, state on arrival and state after it for each event, while there are any."""
     state, count = begin
     lightness, wall = on.exp(columns[Column.LIGHTNESS]), columns[Column.WALL]
+    deviation = (FIRST_DEVIATION + deviation_places(count)).tolist()
     for event in range(count):
         to_wall = event % 2 == 1
         if event:
@@ -147,7 +148,9 @@ def _events(
         if on.lost(flight):
             return
         arrived = _advance(pendulums, state, flight, on)
-        restitution = _restitution(columns, event)
+        restitution = columns[Column.BOUNCE if to_wall else Column.BODIES]
+        if deviation[event] < len(columns):
+            restitution = restitution + columns[deviation[event]]
         if to_wall:
             state = _off_wall(arrived, restitution)
         else:
@@ -226,12 +229,6 @@ def _closed_in(wall: Number, state: State[Number], on: Arithmetic[Number]) -> St
     """Undo the rounding of the last flight, so that bodies do not start inside each other."""
     ball = on.maximum(state[2], wall)
     return on.maximum(state[0], ball), state[1], ball, state[3]
-
-
-def _restitution(columns: Sequence[Number], event: int) -> Number:
-    mean = columns[Column.BOUNCE if event % 2 == 1 else Column.BODIES]
-    column = FIRST_DEVIATION + event
-    return mean + columns[column] if column < len(columns) else mean
 
 
 def _off_wall(state: State[Number], restitution: Number) -> State[Number]:

@@ -15,7 +15,7 @@ from count_video.records import Floats
 
 
 class Column(IntEnum):
-    """Columns of an array of parameter sets, shape (sets, len(Column) + collisions).
+    """Columns of an array of parameter sets, shape (sets, len(Column) + deviations).
 
     The columns beyond these are the deviations of the restitution at each collision.
     """
@@ -50,6 +50,22 @@ class Column(IntEnum):
 
 
 FIRST_DEVIATION = len(Column)
+MOST_DEVIATIONS = 60
+"""Of more collisions, neighbours of a kind share a deviation: what matters is how much energy is
+lost by when, and neighbours lose it at nearly the same time."""
+
+
+def deviation_places(count: int) -> np.ndarray:
+    """Which deviation each of so many collisions has, shape (count,), counted from 0."""
+    event = np.arange(count)
+    pairs = max(1, -(-count // 2))
+    groups = min(pairs, MOST_DEVIATIONS // 2)
+    return np.asarray(2 * (event // 2 * groups // pairs) + event % 2)
+
+
+def deviations_of(count: int) -> int:
+    """Count the deviations that so many collisions have."""
+    return int(deviation_places(count).max(initial=-1)) + 1
 
 
 @dataclass(frozen=True)

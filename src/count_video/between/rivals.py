@@ -11,7 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from count_video.between.observations import Observations
-from count_video.between.parameters import FIRST_DEVIATION, Column, Prior
+from count_video.between.parameters import (
+    FIRST_DEVIATION,
+    Column,
+    Prior,
+    deviation_places,
+    deviations_of,
+    within_limits,
+)
 from count_video.between.solving import Noise, Solution, modelled, noise_of, solve
 from count_video.between.starting import scan
 from count_video.records import Floats
@@ -77,9 +84,10 @@ def prior_of(rough: Floats, known: Knowledge) -> Prior:
 
 def with_deviations(prior: Prior, count: int, scatter: float) -> Prior:
     """Let the restitution of each collision deviate by a scatter."""
+    sharing = np.bincount(deviation_places(count))
     return Prior(
-        np.concatenate([prior.mean[:FIRST_DEVIATION], np.zeros(count)]),
-        np.concatenate([prior.sigma[:FIRST_DEVIATION], np.full(count, scatter)]),
+        np.concatenate([prior.mean[:FIRST_DEVIATION], np.zeros(len(sharing))]),
+        np.concatenate([prior.sigma[:FIRST_DEVIATION], scatter / np.sqrt(sharing)]),
     )
 
 
@@ -87,23 +95,18 @@ def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) 
     """Fit promising counts coarsely, without scatter; the solutions by rising loss.
 
     It begins with the number that was seen and the counts that the scan likes best. As long as the
-    best one's neighbours have not been tried they come next: each takes the scan's best place about
-    the best fit so far.
+    best one's neighbours have not been tried they come next, each from the best fit so far.
     """
-    fitted: dict[int, Solution] = {}
     rows = scan(observed, rough, prior)
     wanted = list(dict.fromkeys([seen, *_likeliest(rows, STARTS)]))
+    fitted = {count: _best_start(observed, prior, rows, count) for count in wanted}
     for _ in range(ROUNDS):
-        for count in wanted:
-            solution = _best_start(observed, prior, rows, count)
-            if count not in fitted or solution.loss < fitted[count].loss:
-                fitted[count] = solution
         best = min(fitted.values(), key=lambda solution: solution.loss)
         wanted = [best.count + step for step in NEIGHBOURS if best.count + step not in fitted]
         if not wanted:
             break
-        rows = scan(observed, best.values, prior)
-        wanted += [count for count in _likeliest(rows, 2) if count not in fitted]
+        for count in wanted:
+            fitted[count] = _coarse_fit(observed, prior, recounted(best, count), count)
     return sorted(fitted.values(), key=lambda solution: solution.loss)
 
 
@@ -148,10 +151,22 @@ def fine_fit(
     bearable: float = np.inf,
 ) -> Solution:
     """Fit with scatter of the restitution, from a coarse fit or another fine one."""
-    start = np.concatenate([coarse.values, np.zeros(coarse.count)])
-    start = start[: FIRST_DEVIATION + coarse.count]  # a fine fit brings deviations of its own
+    columns = FIRST_DEVIATION + deviations_of(coarse.count)
+    start = np.concatenate([coarse.values, np.zeros(columns)])
+    start = start[:columns]  # a fine fit brings deviations of its own
     full = with_deviations(prior, coarse.count, scatter)
     return solve(observed, noise, full, start, coarse.count, bearable)
+
+
+def recounted(solution: Solution, count: int) -> Floats:
+    """Turn a fit into a start, shape (columns without deviations,), for another count.
+
+    The number of collisions grows as the root of the mass ratio: with that changed alone, what
+    goes before and what comes after the thick of it stays where it was seen.
+    """
+    values = solution.values[:FIRST_DEVIATION].copy()
+    values[Column.LIGHTNESS] -= 2 * np.log(count / solution.count)
+    return np.asarray(within_limits(values[None])[0])
 
 
 def log_evidence(solution: Solution, scatter: float) -> float:
@@ -162,4 +177,5 @@ def log_evidence(solution: Solution, scatter: float) -> float:
     scaled = solution.hessian / scale[:, None] / scale
     _, log_determinant = np.linalg.slogdet(scaled + 1e-10 * np.eye(len(scaled)))
     volume = log_determinant + 2 * np.log(scale).sum()
-    return float(-solution.loss - 0.5 * volume - solution.count * np.log(scatter))
+    spread = np.log(scatter / np.sqrt(np.bincount(deviation_places(solution.count)))).sum()
+    return float(-solution.loss - 0.5 * volume - spread)

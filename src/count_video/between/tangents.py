@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from count_video.between.model import Paths
-from count_video.between.parameters import FIRST_DEVIATION, Column
+from count_video.between.parameters import FIRST_DEVIATION, Column, deviation_places
 from count_video.records import Floats
 
 
@@ -157,8 +157,11 @@ def _impacts(before: Floats, on_wall: np.ndarray, values: Floats) -> tuple[Float
     events = len(on_wall)
     _, heavy_velocity, _, ball_velocity = before
     lightness = np.exp(values[Column.LIGHTNESS])
-    deviations = values[FIRST_DEVIATION:] if len(values) > FIRST_DEVIATION else 0.0
-    restitution = deviations + np.where(on_wall, values[Column.BOUNCE], values[Column.BODIES])
+    deviates = len(values) > FIRST_DEVIATION
+    place = FIRST_DEVIATION + deviation_places(events)
+    restitution = (values[place] if deviates else 0.0) + np.where(
+        on_wall, values[Column.BOUNCE], values[Column.BODIES]
+    )
     given = np.where(on_wall, 0.0, (1 + restitution) / (1 + lightness))
     matrix = np.tile(np.eye(4), (events, 1, 1))
     matrix[:, 1, 1] -= lightness * given
@@ -170,7 +173,7 @@ def _impacts(before: Floats, on_wall: np.ndarray, values: Floats) -> tuple[Float
     explicit = np.zeros((events, 4, len(values)))
     event = np.arange(events)
     columns = [np.where(on_wall, Column.BOUNCE, Column.BODIES)]
-    columns += [FIRST_DEVIATION + event] if len(values) > FIRST_DEVIATION else []
+    columns += [place] if deviates else []
     for column in columns:
         explicit[event, 1, column] = np.where(on_wall, 0.0, -lightness * by_restitution)
         explicit[event, 3, column] = by_restitution
