@@ -7,6 +7,8 @@ from where it ends, and nothing has to be searched for.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from count_video.between.observations import Observations, until
@@ -21,7 +23,7 @@ from count_video.between.rivals import with_deviations
 from count_video.between.solving import Solution, modelled, noise_of, solve
 from count_video.collisions.seen import SeenCollisions
 from count_video.collisions.swing import Swing
-from count_video.records import Floats
+from count_video.records import Collision, Floats
 
 FIRST_COLLISIONS = 4
 GROWTH = 4
@@ -30,6 +32,8 @@ FLOOR_PX = 0.3
 """Until all are in, anything nearer than this is as good."""
 CLEAR_FRAMES = 0.6
 """Frames nearer to the next collision may hold it in their exposure."""
+CALM_FRAMES = 3.0
+"""Collisions further apart than this are all seen."""
 SCATTER = 0.006
 """Of the restitution from collision to collision, to begin with."""
 SWING_SIGMAS = 4.0
@@ -37,12 +41,14 @@ SWING_SIGMAS = 4.0
 
 
 def forward_fit(
-    observed: Observations, rough: Floats, prior: Prior, found: SeenCollisions
+    observed: Observations, rough: Floats, prior: Prior, found: SeenCollisions, seen: int
 ) -> Solution:
-    """Fit a burst of which every collision is seen, from rough values."""
-    values = rough if found.swing is None else _with_swing(rough, found.swing)
+    """Fit the first so many collisions of a burst, every one of which is seen."""
     burst = found.collisions[: found.burst]
-    for count in stages(len(burst)):
+    values = rough
+    if seen == len(burst) and found.swing is not None:
+        values = _with_swing(rough, found.swing)
+    for count in stages(seen):
         part = observed
         if count < len(burst):
             part = until(observed, burst[count].frame - observed.origin - CLEAR_FRAMES)
@@ -58,6 +64,13 @@ def forward_fit(
         )
         values = solution.values
     return solution
+
+
+def calm_beginning(burst: Sequence[Collision]) -> int:
+    """Count the collisions up to the first two between which some may be missing."""
+    flights = np.diff([collision.frame for collision in burst])
+    crowded = np.flatnonzero(flights < CALM_FRAMES)
+    return int(crowded[0]) + 1 if len(crowded) else len(burst)
 
 
 def _with_swing(rough: Floats, swing: Swing) -> Floats:

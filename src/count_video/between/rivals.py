@@ -19,8 +19,8 @@ from count_video.between.parameters import (
     deviations_of,
     within_limits,
 )
+from count_video.between.scanning import scan
 from count_video.between.solving import Noise, Solution, modelled, noise_of, solve
-from count_video.between.starting import scan
 from count_video.records import Floats
 
 USUAL_RATE_PER_S = 3.13
@@ -39,10 +39,13 @@ UNEVEN = 0.015
 """Starts differ if the difference of their restitutions does by so much."""
 STARTS = 3
 """Numbers of collisions that are fitted from the first scan."""
-ROUNDS = 6
-"""The best count moves by its neighbours at most so often."""
-NEIGHBOURS = (-2, 2)
+ROUNDS = 12
+"""The best count moves by its neighbours at most so often, with each width of step."""
+PAIR = 2
 """A pair more or less: single ones are settled where the burst ends, which is seen."""
+LONG_STEPS = 32
+"""The neighbours of a count are a pair away, or this part of the count if that is more; then the
+steps become shorter."""
 
 
 @dataclass(frozen=True)
@@ -100,14 +103,22 @@ def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) 
     rows = scan(observed, rough, prior)
     wanted = list(dict.fromkeys([seen, *_likeliest(rows, STARTS)]))
     fitted = {count: _best_start(observed, prior, rows, count) for count in wanted}
-    for _ in range(ROUNDS):
-        best = min(fitted.values(), key=lambda solution: solution.loss)
-        wanted = [best.count + step for step in NEIGHBOURS if best.count + step not in fitted]
-        if not wanted:
-            break
-        for count in wanted:
-            fitted[count] = _coarse_fit(observed, prior, recounted(best, count), count)
-    return sorted(fitted.values(), key=lambda solution: solution.loss)
+    pairs = max(1, min(fitted.values(), key=_loss_of).count // LONG_STEPS)
+    while pairs:
+        for _ in range(ROUNDS):
+            best = min(fitted.values(), key=_loss_of)
+            near = (best.count - PAIR * pairs, best.count + PAIR * pairs)
+            wanted = [count for count in near if count > 0 and count not in fitted]
+            if not wanted:
+                break
+            for count in wanted:
+                fitted[count] = _coarse_fit(observed, prior, recounted(best, count), count)
+        pairs //= 2
+    return sorted(fitted.values(), key=_loss_of)
+
+
+def _loss_of(solution: Solution) -> float:
+    return solution.loss
 
 
 def _likeliest(rows: Floats, number: int) -> list[int]:
@@ -126,7 +137,7 @@ def _best_start(observed: Observations, prior: Prior, rows: Floats, count: int) 
     others = np.flatnonzero(np.abs(uneven - uneven[0]) > UNEVEN)
     starts = [nearest[0], *(nearest[others[:1]])]
     fits = [_coarse_fit(observed, prior, start[:FIRST_DEVIATION], count) for start in starts]
-    return min(fits, key=lambda solution: solution.loss)
+    return min(fits, key=_loss_of)
 
 
 def _coarse_fit(observed: Observations, prior: Prior, start: Floats, count: int) -> Solution:
@@ -135,6 +146,12 @@ def _coarse_fit(observed: Observations, prior: Prior, start: Floats, count: int)
         solution = solve(observed, noise, prior, start, count)
         start = solution.values
     return solution
+
+
+def refloored(observed: Observations, prior: Prior, start: Floats, count: int) -> Solution:
+    """Fit a count with the last of the floors, without scatter."""
+    noise = _noise_at(observed, start, count, FLOORS_PX[-1])
+    return solve(observed, noise, prior, start, count)
 
 
 def _noise_at(observed: Observations, values: Floats, count: int, floor: float) -> Noise:
@@ -161,11 +178,14 @@ def fine_fit(
 def recounted(solution: Solution, count: int) -> Floats:
     """Turn a fit into a start, shape (columns without deviations,), for another count.
 
-    The number of collisions grows as the root of the mass ratio: with that changed alone, what
-    goes before and what comes after the thick of it stays where it was seen.
+    The number of collisions grows as the root of the mass ratio. With that changed, and each loss
+    so that their sum stays, what goes before and what comes after the thick of it is still where
+    it was seen.
     """
     values = solution.values[:FIRST_DEVIATION].copy()
     values[Column.LIGHTNESS] -= 2 * np.log(count / solution.count)
+    contacts = [Column.BODIES, Column.BOUNCE]
+    values[contacts] = 1 - (1 - values[contacts]) * solution.count / count
     return np.asarray(within_limits(values[None])[0])
 
 

@@ -1,24 +1,21 @@
-"""Where the fit may start: what the calm frames tell, and a scan over what they do not.
+"""Where the fit may start: what the calm frames tell.
 
 The heavy body's approach, the ball's place at rest, the wall and the contact are read off. The
 lightness of the ball follows roughly from how near the heavy body comes to the wall: with d the
 ball's way between the two and V its speed, V d stays the same while both change slowly, and at the
 turn the ball has all the energy that the threads leave, m V^2 = M (v^2 - w^2 (L - d)^2). At first d
 is the ball's way L to the wall and V is 2 v, of which half is the heavy body's own, so that V d is
-v L. Then lightness and restitution are scanned, and each number of collisions keeps its best
-places.
+v L.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from count_video.between.observations import Observations
-from count_video.between.parameters import FIRST_DEVIATION, Column, Prior, within_limits
-from count_video.between.solving import modelled
+from count_video.between.parameters import FIRST_DEVIATION, Column
 from count_video.records import Collision, Floats
 
 CLEAR_FRAMES = 0.6
@@ -28,28 +25,17 @@ CALM_FRAMES = 3.0
 CALM_CONTACTS = 4
 """Fewer do not tell a trend."""
 PARALLAX_AT_MOST = 0.15
-LIGHTNESS_SPAN = (-0.35, 1.1)
-"""The scan reaches so far from the rough value, in its logarithm: losses let the heavy body come
-nearer, so that the ball looks lighter than it is."""
+NEAREST_SHARE = 0.003
+"""No clip shows the heavy body nearer to the wall than by this share of the ball's way."""
 SWUNG_AT_MOST = 0.8
 """Share of the energy that the threads may take up before the turn."""
-STEPS_AT_MOST = 401
 RATES = (5e-4, 0.1)
 """Angular rates in radians per frame that threads and cameras bring about."""
 RATE_UNKNOWN = 4e-3
 RATE_FACTOR = 1.5
 """Threads are hardly twice as long or half as long as usual."""
-PHASE_STEP = 0.25
-"""Collisions by which neighbours of the scan differ at most through their lightness."""
-RESTITUTIONS = np.linspace(-0.03, 0.03, 7)
-"""Added to the rough restitution of both contacts."""
-ASYMMETRIES = (-0.02, 0.0, 0.02)
-"""Added to that of the bodies and taken from that of the wall."""
 RESTITUTION_UNKNOWN = 0.96
 RESTITUTION_AT_LEAST = 0.7
-SCAN_FRAMES = 60
-SCAN_FLOOR_PX = 2.0
-"""At first anything nearer than this is as good."""
 
 
 def rough_values(
@@ -73,7 +59,7 @@ def rough_values(
     parallax = values[Column.PARALLAX] = _parallax(observed, burst)
     nearest = (float(np.nanmin(observed.heavy_px)) - place - rest) / (1 + parallax) + rest - wall
     way = max(rest - wall, 1e-9)
-    share = np.clip(nearest / way, 0.01, 1.0)
+    share = np.clip(nearest / way, NEAREST_SHARE, 1.0)
     swung = (rate * (way - share * way) / velocity) ** 2 if velocity else 0.0
     values[Column.LIGHTNESS] = 2 * np.log(share) + np.log1p(-min(swung, SWUNG_AT_MOST))
     values[Column.EXPOSURE] = 0.5
@@ -165,53 +151,3 @@ def _swing_rate(observed: Observations, expected: float | None) -> float:
     solution, *_ = np.linalg.lstsq(np.vstack(columns), np.concatenate(places), rcond=None)
     low, high = RATES if expected is None else (expected / RATE_FACTOR, expected * RATE_FACTOR)
     return float(np.sqrt(np.clip(solution[-1], low**2, high**2)))
-
-
-def scan(observed: Observations, rough: Floats, prior: Prior) -> Floats:
-    """Scan lightness and restitution; the sets by rising loss, shape (sets, columns).
-
-    The last column is the number of collisions until the last frame.
-    """
-    steps = _lightness_steps(rough, prior)
-    grid = np.meshgrid(steps, RESTITUTIONS, ASYMMETRIES)
-    lightness, restitution, asymmetry = (axis.ravel() for axis in grid)
-    sets = np.repeat(rough[None], len(lightness), axis=0)
-    sets[:, Column.LIGHTNESS] = lightness
-    # Above 1 neither restitution can lie; the fit may stray there, its start should not.
-    sets[:, Column.BODIES] = np.minimum(rough[Column.BODIES] + restitution + asymmetry, 1.0)
-    sets[:, Column.BOUNCE] = np.minimum(rough[Column.BOUNCE] + restitution - asymmetry, 1.0)
-    sets = within_limits(sets)
-    thin = _thinned(observed)
-    most = round(1.5 * np.pi / np.sqrt(np.exp(steps.min()))) + 4
-    paths, sampled = modelled(thin, sets, most)
-    with np.errstate(invalid="ignore"):
-        loss = _capped(sampled.ball - thin.ball_px) + _capped(sampled.heavy - thin.heavy_px)
-    counts = (paths.time[:, 1:] <= observed.frame[-1]).sum(axis=1)
-    return np.asarray(np.column_stack([sets, counts, loss])[np.argsort(loss)])
-
-
-def _lightness_steps(rough: Floats, prior: Prior) -> Floats:
-    low, high = rough[Column.LIGHTNESS] + np.array(LIGHTNESS_SPAN)
-    if np.isfinite(prior.sigma[Column.LIGHTNESS]):
-        reach = 3 * prior.sigma[Column.LIGHTNESS]
-        low, high = prior.mean[Column.LIGHTNESS] + np.array([-reach, reach])
-    # N is about pi sqrt(M/m): its logarithm moves half as much as that of the lightness.
-    collisions = np.pi / np.sqrt(np.exp(low))
-    number = 2 + int(np.ceil((high - low) * collisions / 2 / PHASE_STEP))
-    return np.linspace(low, high, min(number, STEPS_AT_MOST))
-
-
-def _thinned(observed: Observations) -> Observations:
-    keep = np.unique(np.linspace(0, len(observed.frame) - 1, SCAN_FRAMES).round().astype(int))
-    return replace(
-        observed,
-        frame=observed.frame[keep],
-        ball_px=observed.ball_px[keep],
-        heavy_px=observed.heavy_px[keep],
-    )
-
-
-def _capped(residuals: Floats) -> Floats:
-    squares = (residuals / SCAN_FLOOR_PX) ** 2
-    finite = np.where(np.isfinite(squares), squares, 1e6)
-    return np.asarray(np.log1p(finite).sum(axis=1))

@@ -1,0 +1,150 @@
+"""Weigh the counts against each other: fine fits, their noise, and the probability of each count.
+
+What the fit leaves unexplained is larger than the noise of single frames and hangs together over
+several: compression, shading and a model that is not the world see to that. The noise is widened
+until the best fit's residuals are no surprise, and only then are its rivals judged.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from count_video.between.observations import Observations
+from count_video.between.parameters import Prior
+from count_video.between.rivals import SCATTERS, fine_fit, log_evidence, recounted, refloored
+from count_video.between.solving import Noise, Solution, modelled, noise_of, scaled
+
+Weighed = dict[tuple[int, float], tuple[float, Solution]]
+"""Logarithm of the evidence and the fit, for each count and scatter."""
+HOPELESS = 150.0
+"""A count whose loss exceeds the best by so much needs no further look."""
+IMPROBABLE = 10.0
+"""Nor do those beyond a count whose evidence is smaller by so much, as a logarithm."""
+MOST_RIVALS = 16
+"""Counts on either side of the best that are looked at: where so many are likely, none is known."""
+CORRELATED_AT_MOST = 12
+"""Lag in frames up to which residuals may hang together."""
+RESIDUALS_AT_LEAST = 20
+"""Fewer do not tell how they hang together."""
+DOUBT = 0.02
+"""Share of counts that turn out wrong for reasons outside the model."""
+
+
+def fine_fits(
+    observed: Observations, prior: Prior, coarse: list[Solution]
+) -> tuple[list[Solution], Noise]:
+    """Fit the likeliest counts finely, best first, and widen the noise to what is left over."""
+    noise = _noise_at(observed, coarse[0])
+    scatter = SCATTERS[len(SCATTERS) // 2]
+    fits: list[Solution] = []
+    for solution in coarse:
+        bearable = min((fit.loss for fit in fits), default=np.inf) + HOPELESS
+        fits.append(fine_fit(observed, noise, prior, solution, scatter, bearable))
+    fits.sort(key=lambda solution: solution.loss)
+    best = fits[0]
+    noise = _noise_at(observed, best)
+    return fits, scaled(
+        noise,
+        _inflation(best.ball_residuals / noise.ball),
+        _inflation(best.heavy_residuals / noise.heavy),
+    )
+
+
+def _noise_at(observed: Observations, solution: Solution) -> Noise:
+    _, sampled = modelled(observed, solution.values[None], solution.count)
+    return noise_of(observed, sampled)
+
+
+def _inflation(residuals: np.ndarray) -> float:
+    """Factor on the noise for residuals that are larger than it, or hang together."""
+    kept = residuals[np.isfinite(residuals)]
+    if len(kept) < RESIDUALS_AT_LEAST:
+        return 1.0
+    spread = float(np.sqrt(np.mean(np.clip(kept, -6, 6) ** 2)))
+    centred = np.clip(kept, -6, 6) / max(spread, 1e-9)
+    together = 1.0
+    for lag in range(1, min(CORRELATED_AT_MOST, len(kept) // 4)):
+        correlation = float(np.mean(centred[lag:] * centred[:-lag]))
+        if correlation < 2 / np.sqrt(len(kept)):
+            break
+        together += 2 * correlation
+    return max(1.0, spread) * float(np.sqrt(together))
+
+
+def weigh(observed: Observations, noise: Noise, prior: Prior, rivals: list[Solution]) -> Weighed:
+    """Fit each count that comes into question with each scatter; ``rivals`` begin with the best.
+
+    From the best count it goes up and down, each count from the fit of its neighbour or, as the
+    kind of the last collision is mostly seen, of the one a pair away, until on either side two in
+    a row are out of the question.
+    """
+    best = rivals[0]
+    weighed: Weighed = {}
+    _weigh_count(weighed, observed, noise, prior, best)
+    near = {fit.count: fit for fit in reversed(rivals) if fit.loss < best.loss + HOPELESS}
+    for side in (-1, 1):
+        lost = 0
+        for count in range(best.count + side, best.count + side * (MOST_RIVALS + 1), side):
+            if lost == 2 or count < 1:
+                break
+            neighbour = min(
+                (fit for _, fit in weighed.values()),
+                key=lambda fit: ((fit.count - count) % 2, abs(fit.count - count)),
+            )
+            start = refloored(observed, prior, recounted(neighbour, count), count)
+            _weigh_count(weighed, observed, noise, prior, start)
+            if count in near:
+                _weigh_count(weighed, observed, noise, prior, near[count])
+            lost = lost + 1 if _evidence_of(weighed, count) < -IMPROBABLE else 0
+    return {key: fit for key, fit in weighed.items() if np.isfinite(fit[0])}
+
+
+def _weigh_count(
+    weighed: Weighed, observed: Observations, noise: Noise, prior: Prior, start: Solution
+) -> None:
+    """Add the fits of a count from a start, where they are better than those that are there."""
+    solution = start
+    bearable = min((fit.loss for _, fit in weighed.values()), default=np.inf) + HOPELESS
+    for scatter in SCATTERS[::-1]:
+        solution = fine_fit(observed, noise, prior, solution, scatter, bearable)
+        evidence = log_evidence(solution, scatter)
+        if evidence > weighed.get((start.count, scatter), (-np.inf, solution))[0]:
+            weighed[start.count, scatter] = evidence, solution
+        if solution.loss > bearable:
+            return
+
+
+def _evidence_of(weighed: Weighed, count: int) -> float:
+    """Logarithm of a count's best evidence over that of the best count."""
+    highest = max(evidence for evidence, _ in weighed.values())
+    own = [evidence for (number, _), (evidence, _) in weighed.items() if number == count]
+    return max(own, default=-np.inf) - highest
+
+
+def probabilities(weighed: Weighed) -> dict[int, float]:
+    """Share the probability among the counts by their evidence."""
+    highest = max(evidence for evidence, _ in weighed.values())
+    shares: dict[int, float] = {}
+    for evidence, solution in weighed.values():
+        share = float(np.exp(evidence - highest))
+        shares[solution.count] = shares.get(solution.count, 0.0) + share
+    total = sum(shares.values())
+    return {count: share / total for count, share in shares.items()}
+
+
+def shifted(chances: dict[int, float], count: int, more: float) -> dict[int, float]:
+    """Give the chance that one more collision follows the clip's end to the next count."""
+    shifted = dict(chances)
+    moved = more * shifted[count]
+    shifted[count] -= moved
+    shifted[count + 1] = shifted.get(count + 1, 0.0) + moved
+    return shifted
+
+
+def doubted(chances: dict[int, float], count: int) -> dict[int, float]:
+    """Leave room for what the model does not know: one collision more or fewer."""
+    doubted = {number: chance * (1 - DOUBT) for number, chance in chances.items()}
+    for number in (count - 1, count + 1):
+        doubted[number] = doubted.get(number, 0.0) + DOUBT / 2
+    kept = {number for number, chance in doubted.items() if chance >= 1e-6} | {count}
+    return {number: doubted[number] for number in sorted(kept)}
