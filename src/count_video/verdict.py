@@ -26,7 +26,15 @@ MASS_RATIO_SIGMA_AT_MOST = 0.1
 
 
 PROBABILITY_AT_LEAST = 0.5
-"""A count that is inferred must be more probable than all others together."""
+"""A count that is inferred must be more probable than all others together, ..."""
+INTERVAL_SHARE = 0.01
+"""... or, in a burst of hundreds, right to this share of it, ..."""
+INTERVAL_PROBABILITY = 0.95
+"""... with this probability."""
+LIKELY_ABOVE = 0.02
+"""Less likely counts are not named ..."""
+LISTED_AT_MOST = 4
+"""... and of more than so many only the range."""
 MASS_RELATIVE_SIGMA = 0.002
 """Standard uncertainty of a mass ratio that the user gives: kitchen scales and a ring of thread."""
 ENDS_EARLY = "the clip ends"
@@ -120,18 +128,17 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
     """Complete the answer by what lies between the frames, or say why nothing can be said."""
     if isinstance(between, Misfit):
         return replace(result, reason=f"{result.reason}; {between.reason}")
-    count, chance = between.count, between.probability[between.count]
+    count = between.count
     if count < found.burst:
         return replace(
             result,
             reason=f"{result.reason}; the model of the motion that describes the track best has "
             f"only {count} where the frames show {found.burst} collisions",
         )
-    if chance < PROBABILITY_AT_LEAST:
-        likely = ", ".join(f"{n} ({p:.0%})" for n, p in between.probability.items() if p > 0.02)
+    if not _is_sure(between):
         return replace(
             result,
-            reason=f"{result.reason}; a model of the motion leaves open which of {likely} it is",
+            reason=f"{result.reason}; {_left_open(between, result.mass_ratio)}",
             probability=between.probability,
         )
     burst = tuple(_timed(collision, result.capture_fps) for collision in between.collisions)
@@ -154,6 +161,24 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
         mass_ratio=ratio,
     )
     return measured(counted_now, between)
+
+
+def _left_open(between: Between, mass_ratio: float | None) -> str:
+    """Say between which counts the fit cannot decide."""
+    likely = {n: p for n, p in between.probability.items() if p > LIKELY_ABOVE}
+    if len(likely) > LISTED_AT_MOST:
+        which = f"a model of the motion only tells that it is one of {min(likely)} to {max(likely)}"
+    else:
+        listed = ", ".join(f"{n} ({p:.0%})" for n, p in likely.items())
+        which = f"a model of the motion leaves open which of {listed} it is"
+    return which if mass_ratio else f"{which}; the masses, given with --masses, narrow it down"
+
+
+def _is_sure(between: Between) -> bool:
+    """Whether a count may be told: probable by itself, or within a narrow interval."""
+    count, chances = between.count, between.probability
+    near = sum(p for n, p in chances.items() if abs(n - count) <= INTERVAL_SHARE * count)
+    return chances[count] >= PROBABILITY_AT_LEAST or near >= INTERVAL_PROBABILITY
 
 
 def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:

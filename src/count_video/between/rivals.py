@@ -33,19 +33,18 @@ PULL_SHARE = 0.3
 """The heavy body hangs from the ball's rest by about this share of the ball's way to the wall."""
 FLOORS_PX = (6.0, 0.6)
 """The fit begins coarsely: far from the solution only large residuals should pull."""
-SCATTERS = (0.0015, 0.006, 0.02)
+SCATTERS = (0.0004, 0.0015, 0.006, 0.02)
 """Standard deviations of the restitution from collision to collision that are tried."""
 UNEVEN = 0.015
 """Starts differ if the difference of their restitutions does by so much."""
 STARTS = 3
 """Numbers of collisions that are fitted from the first scan."""
-ROUNDS = 12
-"""The best count moves by its neighbours at most so often, with each width of step."""
+ROUNDS = 40
+"""The best count's neighbours are tried at most so often."""
 PAIR = 2
 """A pair more or less: single ones are settled where the burst ends, which is seen."""
 LONG_STEPS = 32
-"""The neighbours of a count are a pair away, or this part of the count if that is more; then the
-steps become shorter."""
+"""The first neighbours of a count are this part of it away, if that is more than a pair."""
 
 
 @dataclass(frozen=True)
@@ -103,17 +102,21 @@ def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) 
     rows = scan(observed, rough, prior)
     wanted = list(dict.fromkeys([seen, *_likeliest(rows, STARTS)]))
     fitted = {count: _best_start(observed, prior, rows, count) for count in wanted}
-    pairs = max(1, min(fitted.values(), key=_loss_of).count // LONG_STEPS)
-    while pairs:
-        for _ in range(ROUNDS):
-            best = min(fitted.values(), key=_loss_of)
-            near = (best.count - PAIR * pairs, best.count + PAIR * pairs)
-            wanted = [count for count in near if count > 0 and count not in fitted]
-            if not wanted:
-                break
-            for count in wanted:
+    best = min(fitted.values(), key=_loss_of)
+    pairs = max(1, best.count // LONG_STEPS)
+    for _ in range(ROUNDS):
+        near = (best.count - PAIR * pairs, best.count + PAIR * pairs)
+        for count in near:
+            if count > 0 and count not in fitted:
                 fitted[count] = _coarse_fit(observed, prior, recounted(best, count), count)
-        pairs //= 2
+        better = min(fitted.values(), key=_loss_of)
+        if better is not best:
+            # In long bursts the way may be long: step further as long as it goes downhill.
+            best, pairs = better, 2 * pairs if best.count > 2 * LONG_STEPS else pairs
+        elif pairs == 1:
+            break
+        else:
+            pairs //= 2
     return sorted(fitted.values(), key=_loss_of)
 
 

@@ -81,12 +81,15 @@ def weigh(observed: Observations, noise: Noise, prior: Prior, rivals: list[Solut
     best = rivals[0]
     weighed: Weighed = {}
     _weigh_count(weighed, observed, noise, prior, best)
+    impossible: set[int] = set()
     near = {fit.count: fit for fit in reversed(rivals) if fit.loss < best.loss + HOPELESS}
     for side in (-1, 1):
         lost = 0
         for count in range(best.count + side, best.count + side * (MOST_RIVALS + 1), side):
             if lost == 2 or count < 1:
                 break
+            if count % 2 in impossible:
+                continue
             neighbour = min(
                 (fit for _, fit in weighed.values()),
                 key=lambda fit: ((fit.count - count) % 2, abs(fit.count - count)),
@@ -95,7 +98,10 @@ def weigh(observed: Observations, noise: Noise, prior: Prior, rivals: list[Solut
             _weigh_count(weighed, observed, noise, prior, start)
             if count in near:
                 _weigh_count(weighed, observed, noise, prior, near[count])
-            lost = lost + 1 if _evidence_of(weighed, count) < -IMPROBABLE else 0
+            evidence = _evidence_of(weighed, count)
+            lost = lost + 1 if evidence < -IMPROBABLE else 0
+            if (count - best.count) % 2 and evidence < -HOPELESS:
+                impossible.add(count % 2)  # the last collision was seen to be of the other kind
     return {key: fit for key, fit in weighed.items() if np.isfinite(fit[0])}
 
 
