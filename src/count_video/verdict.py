@@ -135,10 +135,10 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
             reason=f"{result.reason}; the model of the motion that describes the track best has "
             f"only {count} where the frames show {found.burst} collisions",
         )
-    if not _is_sure(between):
+    if not sure_enough(between):
         return replace(
             result,
-            reason=f"{result.reason}; {_left_open(between, result.mass_ratio)}",
+            reason=f"{result.reason}; {left_open(between, result.mass_ratio)}",
             probability=between.probability,
         )
     burst = tuple(_timed(collision, result.capture_fps) for collision in between.collisions)
@@ -163,7 +163,7 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
     return measured(counted_now, between)
 
 
-def _left_open(between: Between, mass_ratio: float | None) -> str:
+def left_open(between: Between, mass_ratio: float | None) -> str:
     """Say between which counts the fit cannot decide."""
     likely = {n: p for n, p in between.probability.items() if p > LIKELY_ABOVE}
     if len(likely) > LISTED_AT_MOST:
@@ -174,7 +174,7 @@ def _left_open(between: Between, mass_ratio: float | None) -> str:
     return which if mass_ratio else f"{which}; the masses, given with --masses, narrow it down"
 
 
-def _is_sure(between: Between) -> bool:
+def sure_enough(between: Between) -> bool:
     """Whether a count may be told: probable by itself, or within a narrow interval."""
     count, chances = between.count, between.probability
     near = sum(p for n, p in chances.items() if abs(n - count) <= INTERVAL_SHARE * count)

@@ -38,7 +38,9 @@ MISFIT_SHARE = 0.005
 """... or by this share of the ball's diameter, as a root mean square."""
 CALM_COLLISIONS = 4
 RIVALS = 5
-"""Counts that are fitted finely."""
+"""Counts that are fitted finely, ..."""
+COARSELY_LOST = 40.0
+"""... if their coarse fits are not worse than the best one's by so much."""
 NOTHING_KNOWN = Knowledge()
 
 
@@ -97,7 +99,8 @@ def count_between(
     coarse = coarse_fits(observed, rough, prior, found.burst)
     if not np.isfinite(coarse[0].loss):
         return Misfit("no motion of two bodies and a wall resembles the track")
-    fits, noise = fine_fits(observed, prior, coarse[:RIVALS])
+    promising = [fit for fit in coarse[:RIVALS] if fit.loss < coarse[0].loss + COARSELY_LOST]
+    fits, noise = fine_fits(observed, prior, promising)
     strayed = _strayed(fits[0], observed, track)
     if strayed is not None:
         return strayed

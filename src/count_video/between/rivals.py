@@ -39,6 +39,10 @@ UNEVEN = 0.015
 """Starts differ if the difference of their restitutions does by so much."""
 STARTS = 3
 """Numbers of collisions that are fitted from the first scan."""
+SEEN_SHARE = 0.5
+"""The number seen is tried if it is more than this share of the scan's best count."""
+HOPELESS = 150.0
+"""A count whose loss exceeds the best by so much needs no further look."""
 ROUNDS = 40
 """The best count's neighbours are tried at most so often."""
 PAIR = 2
@@ -100,15 +104,19 @@ def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) 
     best one's neighbours have not been tried they come next, each from the best fit so far.
     """
     rows = scan(observed, rough, prior)
-    wanted = list(dict.fromkeys([seen, *_likeliest(rows, STARTS)]))
-    fitted = {count: _best_start(observed, prior, rows, count) for count in wanted}
+    likeliest = _likeliest(rows, STARTS)
+    wanted = [seen] if seen > SEEN_SHARE * likeliest[0] else []
+    fitted: dict[int, Solution] = {}
+    for count in dict.fromkeys(wanted + likeliest):
+        fitted[count] = _best_start(observed, prior, rows, count, _bearable(fitted))
     best = min(fitted.values(), key=_loss_of)
     pairs = max(1, best.count // LONG_STEPS)
     for _ in range(ROUNDS):
         near = (best.count - PAIR * pairs, best.count + PAIR * pairs)
         for count in near:
             if count > 0 and count not in fitted:
-                fitted[count] = _coarse_fit(observed, prior, recounted(best, count), count)
+                start = recounted(best, count)
+                fitted[count] = _coarse_fit(observed, prior, start, count, _bearable(fitted))
         better = min(fitted.values(), key=_loss_of)
         if better is not best:
             # In long bursts the way may be long: step further as long as it goes downhill.
@@ -124,13 +132,20 @@ def _loss_of(solution: Solution) -> float:
     return solution.loss
 
 
+def _bearable(fitted: dict[int, Solution]) -> float:
+    """Loss above which a count is out of the question."""
+    return min((fit.loss for fit in fitted.values()), default=np.inf) + HOPELESS
+
+
 def _likeliest(rows: Floats, number: int) -> list[int]:
     """List the counts with the best places of a scan, at most so many."""
     counts = [int(count) for count in rows[:, -2] if count > 0]
     return list(dict.fromkeys(counts))[:number]
 
 
-def _best_start(observed: Observations, prior: Prior, rows: Floats, count: int) -> Solution:
+def _best_start(
+    observed: Observations, prior: Prior, rows: Floats, count: int, bearable: float
+) -> Solution:
     """Fit a count from the scan's best places with it, and keep the best fit.
 
     Two starts: the second favours the other contact's losses, as these trade off in the scan.
@@ -139,22 +154,26 @@ def _best_start(observed: Observations, prior: Prior, rows: Floats, count: int) 
     uneven = nearest[:, Column.BODIES] - nearest[:, Column.BOUNCE]
     others = np.flatnonzero(np.abs(uneven - uneven[0]) > UNEVEN)
     starts = [nearest[0], *(nearest[others[:1]])]
-    fits = [_coarse_fit(observed, prior, start[:FIRST_DEVIATION], count) for start in starts]
+    fits = [
+        _coarse_fit(observed, prior, start[:FIRST_DEVIATION], count, bearable) for start in starts
+    ]
     return min(fits, key=_loss_of)
 
 
-def _coarse_fit(observed: Observations, prior: Prior, start: Floats, count: int) -> Solution:
-    for floor in FLOORS_PX:
-        noise = _noise_at(observed, start, count, floor)
-        solution = solve(observed, noise, prior, start, count)
-        start = solution.values
-    return solution
+def _coarse_fit(
+    observed: Observations, prior: Prior, start: Floats, count: int, bearable: float
+) -> Solution:
+    noise = _noise_at(observed, start, count, FLOORS_PX[0])
+    coarsest = solve(observed, noise, prior, start, count)
+    return refloored(observed, prior, coarsest.values, count, bearable)
 
 
-def refloored(observed: Observations, prior: Prior, start: Floats, count: int) -> Solution:
+def refloored(
+    observed: Observations, prior: Prior, start: Floats, count: int, bearable: float = np.inf
+) -> Solution:
     """Fit a count with the last of the floors, without scatter."""
     noise = _noise_at(observed, start, count, FLOORS_PX[-1])
-    return solve(observed, noise, prior, start, count)
+    return solve(observed, noise, prior, start, count, bearable)
 
 
 def _noise_at(observed: Observations, values: Floats, count: int, floor: float) -> Noise:

@@ -11,13 +11,18 @@ import numpy as np
 
 from count_video.between.observations import Observations
 from count_video.between.parameters import Prior
-from count_video.between.rivals import SCATTERS, fine_fit, log_evidence, recounted, refloored
+from count_video.between.rivals import (
+    HOPELESS,
+    SCATTERS,
+    fine_fit,
+    log_evidence,
+    recounted,
+    refloored,
+)
 from count_video.between.solving import Noise, Solution, modelled, noise_of, scaled
 
 Weighed = dict[tuple[int, float], tuple[float, Solution]]
 """Logarithm of the evidence and the fit, for each count and scatter."""
-HOPELESS = 150.0
-"""A count whose loss exceeds the best by so much needs no further look."""
 IMPROBABLE = 10.0
 """Nor do those beyond a count whose evidence is smaller by so much, as a logarithm."""
 MOST_RIVALS = 16

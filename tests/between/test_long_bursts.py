@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from synthetic_tracks import FilmedTrial, Filming, film
+
+from count_video.between.infer import Between, count_between
+from count_video.between.parameters import MOST_DEVIATIONS, deviation_places, deviations_of
+from count_video.between.rivals import Knowledge
+from count_video.collisions.seen import seen_collisions
+from count_video.physics.setup import Setup
+from count_video.verdict import left_open, sure_enough
+
+FPS = 1000.0
+SETUP = Setup(
+    heavy_mass_kg=105.0,
+    wall_gap_m=0.05,
+    bodies_gap_m=0.001,
+    restitution_bodies=0.998,
+    restitution_wall=0.996,
+)
+RATIO = SETUP.heavy_mass_kg / SETUP.light_mass_kg
+RATIO_SIGMA = 0.002 * RATIO
+PROBABILITIES_OF = {301: 0.01, 303: 0.05, 305: 0.35, 307: 0.3, 309: 0.28, 311: 0.01}
+
+
+@cache
+def filmed() -> FilmedTrial:
+    return film(SETUP, Filming(FPS, clock_phase=0.3), seed=2)
+
+
+@cache
+def fitted() -> Between:
+    track = filmed().track
+    known = Knowledge(FPS, RATIO, RATIO_SIGMA)
+    between = count_between(track, seen_collisions(track), known)
+    assert isinstance(between, Between)
+    return between
+
+
+def test_three_hundred_collisions_are_counted_where_the_masses_are_known() -> None:
+    assert filmed().shortest_frames < 0.05
+    assert filmed().count > 300
+    assert fitted().count == filmed().count
+
+
+def test_most_of_them_are_told_as_inferred() -> None:
+    inferred = sum(not collision.seen for collision in fitted().collisions)
+    assert inferred > 0.8 * filmed().count
+
+
+def test_the_sum_of_the_losses_is_measured() -> None:
+    # Each contact's own losses trade off with the other's; together they are what is left.
+    assert fitted().energy_kept[-1] == pytest.approx(true_energy_kept(), rel=0.02)
+
+
+def true_energy_kept() -> float:
+    first, last = filmed().motion.burst[0], filmed().motion.burst[-1]
+    reduced = 1 / (1 / SETUP.heavy_mass_kg + 1 / SETUP.light_mass_kg)
+    lost = reduced * (1 - first.restitution**2) / 2 * first.heavy_before_m_s**2
+    return last.energy_after_j / (first.energy_after_j + lost)
+
+
+def test_each_collision_of_a_short_burst_deviates_by_itself() -> None:
+    for count in (1, 2, 31, MOST_DEVIATIONS):
+        assert np.array_equal(deviation_places(count), np.arange(count))
+
+
+def test_neighbours_of_a_kind_share_a_deviation_in_a_long_burst() -> None:
+    places = deviation_places(314)
+    assert deviations_of(314) == MOST_DEVIATIONS
+    assert np.array_equal(places % 2, np.arange(314) % 2)
+    sharing = np.bincount(places)
+    assert sharing.max() - sharing.min() <= 1
+
+
+def test_a_count_of_hundreds_is_told_if_it_is_sure_within_a_hundredth() -> None:
+    between = replace(fitted(), count=305, probability=PROBABILITIES_OF)
+    assert not sure_enough(between)
+    narrow = {303: 0.3, 305: 0.36, 307: 0.3, 309: 0.04}
+    assert sure_enough(replace(between, probability=narrow))
+    few = {number - 275: chance for number, chance in narrow.items()}
+    assert not sure_enough(replace(between, count=30, probability=few))
+
+
+def test_a_count_that_stays_open_is_told_as_a_range_with_what_would_help() -> None:
+    between = replace(fitted(), count=305, probability=dict.fromkeys(range(295, 315, 2), 0.1))
+    assert "one of 295 to 313" in left_open(between, None)
+    assert "--masses" in left_open(between, None)
+    assert "--masses" not in left_open(between, RATIO)
