@@ -1,4 +1,4 @@
-"""What follows the last collision: whether the two may meet once more before the turn."""
+"""Where the burst ends: whether the last collision comes before the turn, and whether one more."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from count_video.records import Floats
 DRAWS = 200
 
 
-def chance_of_more(observed: Observations, solution: Solution) -> float:
-    """Probability that a collision follows between the clip's end and the heavy body's turn.
+def end_chances(observed: Observations, solution: Solution) -> tuple[float, float]:
+    """Probabilities that the burst has one collision fewer than was fitted, and one more.
 
-    Draws from the fit's uncertainty are followed for one collision more. One that the frames would
-    have to show is none: the fit has decided on those.
+    Draws from the fit's uncertainty are followed for one collision more. One more is one between
+    the clip's end and the heavy body's turn; one that the frames would have to show is none, as
+    the fit has decided on those. One fewer it is where the body had turned before the last.
     """
     rng = np.random.default_rng(0)  # the same clip gets the same answer
     sets = within_limits(_draws(solution, rng))
@@ -26,7 +27,9 @@ def chance_of_more(observed: Observations, solution: Solution) -> float:
     heavy, velocity = paths.states[0, :, -2], paths.states[1, :, -2]
     rate, rest = paths.pendulums.heavy_rate, paths.pendulums.heavy_rest
     turn = last + np.arctan2(velocity, rate * (heavy - rest)) % np.pi / rate
-    return float(np.mean((following > observed.end) & (following < turn)))
+    late = (paths.states[1, :, -3] > 0) & (paths.before[1, :, -2] < 0)
+    more = (following > observed.end) & (following < turn) & ~late
+    return float(np.mean(late)), float(np.mean(more))
 
 
 def _draws(solution: Solution, rng: np.random.Generator) -> Floats:

@@ -7,11 +7,11 @@ of it, and the bend of the heavy body's path decide between them; the theory's c
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from count_video.between.ending import chance_of_more
+from count_video.between.ending import end_chances
 from count_video.between.energy import ending_of, energy_kept
 from count_video.between.events import collisions_of
 from count_video.between.forward import calm_beginning, forward_fit
@@ -41,6 +41,8 @@ RIVALS = 5
 """Counts that are fitted finely, ..."""
 COARSELY_LOST = 40.0
 """... if their coarse fits are not worse than the best one's by so much."""
+TURNED_BEFORE = 0.5
+"""The last fitted collision is left to what follows the burst if this is more likely than not."""
 NOTHING_KNOWN = Knowledge()
 
 
@@ -173,13 +175,18 @@ def _answer(
     solution = max(
         (fit for fit in weighed.values() if fit[1].count == count), key=lambda fit: fit[0]
     )[1]
-    more = 0.0 if found.burst < len(found.collisions) else chance_of_more(observed, solution)
+    fewer, more = end_chances(observed, solution)
+    more = 0.0 if found.burst < len(found.collisions) else more
+    chances = shifted(chances, count, fewer, more)
+    if fewer > more and fewer > TURNED_BEFORE:
+        count -= 1
+        solution = replace(solution, count=count)
     values, sigmas = solution.values, _sigmas(solution)
     paths, _ = modelled(observed, values[None], count)
     ratio = float(np.exp(-values[Column.LIGHTNESS]))
     return Between(
         count=count,
-        probability=doubted(shifted(chances, count, more), count),
+        probability=doubted(chances, count),
         collisions=collisions_of(observed, solution, found),
         mass_ratio=Estimate(ratio, ratio * float(sigmas[Column.LIGHTNESS])),
         restitution_bodies=Estimate(float(values[Column.BODIES]), float(sigmas[Column.BODIES])),

@@ -19,7 +19,7 @@ from count_video.between.parameters import (
     deviations_of,
     within_limits,
 )
-from count_video.between.scanning import scan
+from count_video.between.scanning import MOST_COLLISIONS, scan
 from count_video.between.solving import Noise, Solution, modelled, noise_of, solve
 from count_video.records import Floats
 
@@ -105,7 +105,7 @@ def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) 
     """
     rows = scan(observed, rough, prior)
     likeliest = _likeliest(rows, STARTS)
-    wanted = [seen] if seen > SEEN_SHARE * likeliest[0] else []
+    wanted = [seen] if not likeliest or seen > SEEN_SHARE * likeliest[0] else []
     fitted: dict[int, Solution] = {}
     for count in dict.fromkeys(wanted + likeliest):
         fitted[count] = _best_start(observed, prior, rows, count, _bearable(fitted))
@@ -114,7 +114,7 @@ def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) 
     for _ in range(ROUNDS):
         near = (best.count - PAIR * pairs, best.count + PAIR * pairs)
         for count in near:
-            if count > 0 and count not in fitted:
+            if 0 < count <= MOST_COLLISIONS and count not in fitted:
                 start = recounted(best, count)
                 fitted[count] = _coarse_fit(observed, prior, start, count, _bearable(fitted))
         better = min(fitted.values(), key=_loss_of)
@@ -139,7 +139,7 @@ def _bearable(fitted: dict[int, Solution]) -> float:
 
 def _likeliest(rows: Floats, number: int) -> list[int]:
     """List the counts with the best places of a scan, at most so many."""
-    counts = [int(count) for count in rows[:, -2] if count > 0]
+    counts = [int(count) for count in rows[:, -2] if 0 < count <= MOST_COLLISIONS]
     return list(dict.fromkeys(counts))[:number]
 
 

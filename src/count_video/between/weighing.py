@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from count_video.between.observations import Observations
-from count_video.between.parameters import Prior
+from count_video.between.parameters import FIRST_DEVIATION, Prior
 from count_video.between.rivals import (
     HOPELESS,
     SCATTERS,
@@ -20,6 +20,7 @@ from count_video.between.rivals import (
     refloored,
 )
 from count_video.between.solving import Noise, Solution, modelled, noise_of, scaled
+from count_video.records import Floats
 
 Weighed = dict[tuple[int, float], tuple[float, Solution]]
 """Logarithm of the evidence and the fit, for each count and scatter."""
@@ -99,7 +100,7 @@ def weigh(observed: Observations, noise: Noise, prior: Prior, rivals: list[Solut
                 (fit for _, fit in weighed.values()),
                 key=lambda fit: ((fit.count - count) % 2, abs(fit.count - count)),
             )
-            start = refloored(observed, prior, recounted(neighbour, count), count)
+            start = refloored(observed, prior, _start(neighbour, count), count)
             _weigh_count(weighed, observed, noise, prior, start)
             if count in near:
                 _weigh_count(weighed, observed, noise, prior, near[count])
@@ -108,6 +109,13 @@ def weigh(observed: Observations, noise: Noise, prior: Prior, rivals: list[Solut
             if (count - best.count) % 2 and evidence < -HOPELESS:
                 impossible.add(count % 2)  # the last collision was seen to be of the other kind
     return {key: fit for key, fit in weighed.items() if np.isfinite(fit[0])}
+
+
+def _start(neighbour: Solution, count: int) -> Floats:
+    """Begin with a neighbour's motion: one collision fewer or more is its end cut or gone on."""
+    if (count - neighbour.count) % 2:
+        return neighbour.values[:FIRST_DEVIATION]
+    return recounted(neighbour, count)
 
 
 def _weigh_count(
@@ -143,13 +151,13 @@ def probabilities(weighed: Weighed) -> dict[int, float]:
     return {count: share / total for count, share in shares.items()}
 
 
-def shifted(chances: dict[int, float], count: int, more: float) -> dict[int, float]:
-    """Give the chance that one more collision follows the clip's end to the next count."""
-    shifted = dict(chances)
-    moved = more * shifted[count]
-    shifted[count] -= moved
-    shifted[count + 1] = shifted.get(count + 1, 0.0) + moved
-    return shifted
+def shifted(chances: dict[int, float], count: int, fewer: float, more: float) -> dict[int, float]:
+    """Give the chances that a count ends one collision sooner or later to its neighbours."""
+    moved = dict(chances)
+    for step, share in ((-1, fewer), (1, more)):
+        moved[count + step] = moved.get(count + step, 0.0) + share * chances[count]
+    moved[count] -= (fewer + more) * chances[count]
+    return moved
 
 
 def doubted(chances: dict[int, float], count: int) -> dict[int, float]:

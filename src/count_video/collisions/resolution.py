@@ -26,7 +26,10 @@ LONG_FLIGHT_FRAMES = 1.0
 hides two collisions. In simulated bursts, with threads, losses and their scatter drawn at random,
 no flight is longer by 5 %."""
 TURN_FRAMES = 12
-"""A ball that turns round by itself between two collisions of a kind is seen for so long."""
+"""A ball that turns round by itself between two collisions of a kind is seen for so long, ..."""
+TURN_CLEAR_SHARE = 0.2
+"""... and keeps this share of its largest distance from what it did not strike: nearer to it, a
+blurred zigzag looks like a turn."""
 
 
 def unresolved(candidates: Sequence[Candidate], gaps: Gaps, pace: float) -> list[str]:
@@ -77,6 +80,10 @@ def _turned(before: Candidate, after: Candidate, gaps: Gaps) -> bool:
     inside = (gaps.frame > before.frame + 1) & (gaps.frame < after.frame - 1)
     inside &= np.isfinite(signal)
     if inside.sum() < TURN_FRAMES:
+        return False
+    other = signal_of("bodies" if before.kind == "wall" else "wall", gaps)
+    clear = other[inside] - np.nanmin(other)
+    if np.nanmin(clear) < TURN_CLEAR_SHARE * np.nanmax(clear):
         return False
     frame, values = gaps.frame[inside], signal[inside]
     smooth = np.polynomial.Polynomial.fit(frame, values, 4)
