@@ -2,7 +2,8 @@
 
 ``python tests/between/study.py 60`` films 60 random trials near 1:100 at each of four rates (no
 pictures: tracks as a good tracker gives them), counts them and prints the tables. It takes about
-two seconds a trial; ``--first-seed`` draws others.
+a second a trial; ``--first-seed`` draws others. With ``--long`` the trials are near 1:10 000, each
+counted with its masses known and without; they take ten seconds each.
 """
 
 from __future__ import annotations
@@ -14,14 +15,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from synthetic_tracks import FilmedTrial, random_trial
+from synthetic_tracks import FilmedTrial, random_long_trial, random_trial
 
 from count_video.between.infer import Between, count_between
 from count_video.between.rivals import Knowledge
 from count_video.collisions.seen import SeenCollisions, seen_collisions
-from count_video.verdict import PROBABILITY_RESOLVED, leaves_room
+from count_video.verdict import MASS_RELATIVE_SIGMA, PROBABILITY_RESOLVED, leaves_room, sure_enough
 
 RATES = (960.0, 480.0, 240.0, 120.0)
+LONG_RATES = (1000.0, 4000.0)
 BINS = (0.0, 0.5, 0.8, 0.95, 1.0001)
 
 
@@ -92,6 +94,35 @@ def _errors(trial: FilmedTrial, fitted: object) -> tuple[float, float]:
     return ratio, max(abs(bodies), abs(wall))
 
 
+def long_table(first_seed: int, trials: int) -> str:
+    """Count trials near 1:10 000 and write how they come out as a Markdown table."""
+    lines = ["| frames/s | masses | exact | not counted | wrong | true count's probability |"]
+    lines += ["|---:|---|---:|---:|---:|---:|"]
+    for rate in LONG_RATES:
+        drawn = [random_long_trial(seed, rate) for seed in range(first_seed, first_seed + trials)]
+        for masses in (True, False):
+            lines.append(_long_row(rate, masses, drawn))
+    return "\n".join(lines)
+
+
+def _long_row(rate: float, masses: bool, drawn: Sequence[FilmedTrial]) -> str:
+    exact = silent = 0
+    chances = []
+    for trial in drawn:
+        ratio = trial.motion.setup.heavy_mass_kg / trial.motion.setup.light_mass_kg
+        given = (ratio, MASS_RELATIVE_SIGMA * ratio) if masses else ()
+        found = seen_collisions(trial.track)
+        fitted = count_between(trial.track, found, Knowledge(rate, *given))
+        sure = isinstance(fitted, Between) and sure_enough(fitted)
+        silent += not sure
+        exact += sure and fitted.count == trial.count
+        chances.append(fitted.probability.get(trial.count, 0.0) if sure else np.nan)
+    wrong = len(drawn) - exact - silent
+    usual = f"{np.nanmedian(chances):.2f}" if np.isfinite(chances).any() else "-"
+    given_or_not = "given" if masses else "not given"
+    return f"| {rate:.0f} | {given_or_not} | {exact} | {silent} | {wrong} | {usual} |"
+
+
 def accuracy_table(outcomes: Sequence[Outcome]) -> str:
     """Write accuracy by capture rate as a Markdown table."""
     lines = [
@@ -142,7 +173,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, add_help=True)
     parser.add_argument("trials", type=int, help="trials at each rate")
     parser.add_argument("--first-seed", type=int, default=1000)
+    parser.add_argument("--long", action="store_true", help="count trials near 1:10 000")
     options = parser.parse_args(arguments)
+    if options.long:
+        sys.stdout.write(f"{long_table(options.first_seed, options.trials)}\n")
+        return 0
     outcomes = []
     sys.stderr.flush()
     for seed in range(options.first_seed, options.first_seed + options.trials):

@@ -100,6 +100,21 @@ def random_setup(rng: np.random.Generator) -> Setup:
     )
 
 
+def random_long_trial(seed: int, capture_fps: float) -> FilmedTrial:
+    """Draw a trial near 1:10 000 with bodies as hard as steel."""
+    rng = np.random.default_rng([seed, 99])
+    setup = Setup(
+        heavy_mass_kg=0.0105 * float(rng.uniform(9000.0, 11000.0)),
+        wall_gap_m=float(rng.uniform(0.02, 0.06)),
+        bodies_gap_m=float(rng.uniform(0.0, 0.002)),
+        release_m=float(rng.uniform(0.06, 0.09)),
+        light_thread_m=float(rng.uniform(0.98, 1.02)),
+        restitution_bodies=float(rng.uniform(0.995, 1.0)),
+        restitution_wall=float(rng.uniform(0.995, 1.0)),
+    )
+    return film(setup, Filming(capture_fps, clock_phase=float(rng.random())), seed)
+
+
 def random_trial(seed: int, capture_fps: float) -> FilmedTrial:
     """Draw a trial of 25 to 35 collisions whose shortest interval is at least 0.25 frame."""
     rng = np.random.default_rng([seed, round(capture_fps)])

@@ -131,7 +131,8 @@ def measure_burst(
     scatter = SCATTERS[len(SCATTERS) // 2]
     fit = fine_fit(observed, noise, prior, fits[0], scatter)
     measured = _answer(found, observed, {(fit.count, scatter): (0.0, fit)})
-    if not all(collision.seen for collision in measured.collisions):
+    seen = all(collision.seen for collision in measured.collisions)
+    if not seen or measured.count != found.burst:
         return Misfit("the fitted collisions are not those that were seen")
     return measured
 

@@ -94,10 +94,11 @@ def weigh(observed: Observations, noise: Noise, prior: Prior, rivals: list[Solut
         for count in range(best.count + side, best.count + side * (MOST_RIVALS + 1), side):
             if lost == 2 or count < 1:
                 break
-            if count % 2 in impossible:
+            if abs(count - best.count) > 1 and count % 2 in impossible:
                 continue
+            bearable = min(fit.loss for _, fit in weighed.values()) + HOPELESS
             neighbour = min(
-                (fit for _, fit in weighed.values()),
+                (fit for _, fit in weighed.values() if fit.loss < bearable),
                 key=lambda fit: ((fit.count - count) % 2, abs(fit.count - count)),
             )
             start = refloored(observed, prior, _start(neighbour, count), count)
