@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.between.observations import Observations
+from count_video.between.observations import Observations, until
 from count_video.between.parameters import (
     FIRST_DEVIATION,
     Column,
@@ -39,6 +39,8 @@ UNEVEN = 0.015
 """Starts differ if the difference of their restitutions does by so much."""
 STARTS = 3
 """Numbers of collisions that are fitted from the first scan."""
+CLEAR_FRAMES = 0.6
+"""Frames nearer to a collision may hold it in their exposure."""
 SEEN_SHARE = 0.5
 """The number seen is tried if it is more than this share of the scan's best count."""
 HOPELESS = 150.0
@@ -172,8 +174,23 @@ def refloored(
     observed: Observations, prior: Prior, start: Floats, count: int, bearable: float = np.inf
 ) -> Solution:
     """Fit a count with the last of the floors, without scatter."""
+    start = _led_to_the_last(observed, prior, start, count)
     noise = _noise_at(observed, start, count, FLOORS_PX[-1])
     return solve(observed, noise, prior, start, count, bearable)
+
+
+def _led_to_the_last(observed: Observations, prior: Prior, start: Floats, count: int) -> Floats:
+    """Improve a start in which the last collision does not come about in time.
+
+    That one is often slow and easily missed, and what does not happen has no derivative to follow.
+    So the frames before it are fitted first, with the collisions before it.
+    """
+    paths, _ = modelled(observed, start[None], count)
+    before = until(observed, observed.last - CLEAR_FRAMES)
+    if paths.time[0, -1] <= observed.frame[-1] or len(before.frame) < 2 or count < 2:
+        return start
+    noise = _noise_at(before, start, count - 1, FLOORS_PX[-1])
+    return solve(before, noise, prior, start, count - 1).values
 
 
 def _noise_at(observed: Observations, values: Floats, count: int, floor: float) -> Noise:
