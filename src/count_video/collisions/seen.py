@@ -24,6 +24,8 @@ from count_video.records import Collision, Floats, Track, Velocities
 from count_video.signals import sigma_of
 
 NEVER_TOUCH = "the two bodies that move never touch: where they turn back, a gap stays between them"
+FEW_TO_BELIEVE = 2
+"""Outlines can be learnt wrongly: against more collisions than this in a row they have no say."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,8 @@ def seen_collisions(track: Track) -> SeenCollisions:
     burst = find_burst(found, gaps, fit_swing(gaps, collisions))
     inside = found[: burst.count]
     shortcomings = burst.shortcomings
-    if never_touch(learn_contacts(inside, gaps), track.ball_diameter_px):
+    few = len(inside) <= FEW_TO_BELIEVE
+    if few and never_touch(learn_contacts(inside, gaps), track.ball_diameter_px):
         shortcomings = (NEVER_TOUCH, *shortcomings)
     return SeenCollisions(
         collisions=tuple(in_frames(collision, pace) for collision in collisions),
