@@ -97,6 +97,18 @@ def test_a_ball_that_falls_back_unseen_leaves_a_doubt() -> None:
     assert found.probability[len(impacts)] < 0.9
 
 
+@pytest.mark.parametrize("hidden", range(0, 62, 3))
+def test_a_hidden_beginning_never_makes_a_smaller_count_a_sure_one(hidden: int) -> None:
+    place, impacts = bouncing(DYING, PULL, drop=20.3)
+    place = noisy(place, NOISE_PX)
+    place[:hidden] = np.nan
+
+    found = seen_impacts(lone(place))
+
+    if len(found.collisions) < len(impacts):
+        assert not counts(found) or found.probability[len(found.collisions)] < 0.9
+
+
 def test_bounces_too_frequent_for_the_pictures_are_said_to_be_so() -> None:
     flights = [24 * 0.75**n for n in range(12)]
     place, _ = bouncing([*flights, 30.0], PULL, drop=24.0)

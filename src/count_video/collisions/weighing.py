@@ -29,12 +29,14 @@ bodies that touch tell it by their outlines."""
 CHANCE_STRAYING = 0.4
 """Chance that a flight which strays from free flight hides one more."""
 UNSEEN_SHARE = 0.3
-LEAVING_SHARE = 0.2
+CONTACT_PICTURES = 1.0
+SHORTER_AT_MOST = 1.6
+"""A flight is not longer than the longest after it by more: bodies that lose 60 % of their speed at
+an impact are hardly said to bounce."""
 CHANCE_LEAVING = 0.5
-RELEASED_SHARE = 0.7
 CHANCE_UNSEEN = 0.3
-"""Chances that one lies before the first, where so many of the pictures before do not show the
-body: it comes into sight on its way from the stop, or at a good part of its speed at the stop."""
+"""Chances that an impact lies before the first one, in pictures of which this share do not show the
+body: it comes into sight as it moves away from the stop, or toward it."""
 FALLEN_BACK = 1.3
 TAIL_PICTURES = 4.0
 CHANCES_TAIL = (0.5, 0.25, 0.15)
@@ -119,26 +121,37 @@ def _chance(impact: Impact, impacts: Sequence[Impact], kind: str) -> float:
 
 
 def _chance_before(motion: Motion, impacts: Sequence[Impact]) -> float:
-    """Chance of an impact before the first one found, by how the body comes into sight."""
+    """Chance of an impact before the first one found, in the time that does not show the body.
+
+    The flight that ends at the first impact is followed back to where it would have begun at the
+    stop. If that lies within the clip and the body is not seen then, it may have bounced there;
+    more likely so if it still moves away from the stop when it comes into sight.
+    """
     first = impacts[0]
     rows = np.flatnonzero(np.isfinite(motion.place_px) & (motion.frame < first.frame))
-    if len(rows) == 0:
-        return 0.0
     while len(rows) > FREE_POINTS_AT_LEAST and not flies_freely(motion, rows):
         rows = rows[1:]
-    begins = float(motion.frame[rows[0]])
-    every = motion.frame < begins
-    unseen = np.isnan(motion.place_px[every]).mean() if every.any() else 0.0
-    if unseen < UNSEEN_SHARE:
+    if len(rows) == 0 or not np.isfinite(first.velocity_before):
+        return CHANCE_UNSEEN
+    begins, clip = float(motion.frame[rows[0]]), float(motion.frame[0])
+    left = first.frame - _flight_time(motion, impacts)
+    hidden = (motion.frame >= left - CONTACT_PICTURES) & (motion.frame < begins)
+    if left < clip - CONTACT_PICTURES or not hidden.any():
+        return 0.0
+    if float(np.isnan(motion.place_px[hidden]).mean()) < UNSEEN_SHARE:
         return 0.0
     speed = first.side * (first.velocity_before - motion.acceleration * (first.frame - begins))
-    arrives = first.side * first.velocity_before
-    if speed < -LEAVING_SHARE * arrives:
-        return CHANCE_LEAVING
+    return CHANCE_LEAVING if speed < 0 else CHANCE_UNSEEN
+
+
+def _flight_time(motion: Motion, impacts: Sequence[Impact]) -> float:
+    """How long the flight before the first impact took if it began at the stop, in pictures."""
+    first = impacts[0]
+    pull = first.side * motion.acceleration
+    back = 2 * first.side * first.velocity_before / pull if pull > 0 else np.inf
     flights = np.diff([impact.frame for impact in impacts])
-    longest = float(flights.max()) if len(flights) else first.frame - begins
-    hidden = begins - float(motion.frame[0]) > longest
-    return CHANCE_UNSEEN if hidden and speed > RELEASED_SHARE * arrives else 0.0
+    # Without a pull, or with a weak one, the body comes from another stop, as it does later on.
+    return float(min(back, SHORTER_AT_MOST * flights.max())) if len(flights) else float(back)
 
 
 def _in_a_tail(motion: Motion, impacts: Sequence[Impact]) -> bool:
