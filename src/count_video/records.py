@@ -126,6 +126,9 @@ class Track:
     ball_diameter_px: float
     line: MotionLine
     warnings: tuple[str, ...]
+    shift_px: Floats | None = None
+    """How far each picture lies from where a camera at rest had shown it, by image x and y, shape
+    (n, 2); positions and line are freed of it. None where the camera stood."""
 
 
 @dataclass(frozen=True)

@@ -5,15 +5,12 @@ import csv
 import numpy as np
 import pytest
 from evidence_made import CLIP, Made, Truth
-from scipy.ndimage import map_coordinates
+from outlines import OUTLINE_WITHIN_PX, drawn_shift
 
 from count_video.footage.reader import open_footage
-from count_video.records import Floats
 from count_video.reports.annotated_clip import layout_of
 from count_video.reports.clip_header import HEADER_PX
 from count_video.reports.pace import BETWEEN_COLLISIONS_S, frame_times_s
-
-OUTLINE_WITHIN_PX = 1.0
 
 
 def test_the_annotated_clip_has_a_picture_for_every_frame_of_the_track(made: Made) -> None:
@@ -33,24 +30,6 @@ def test_the_annotated_clip_plays_in_browsers(made: Made) -> None:
     assert info.width_px % 2 == info.height_px % 2 == 0
     data = made.file("annotated.mp4").read_bytes()
     assert data.index(b"moov") < data.index(b"mdat"), "the index comes first: it starts at once"
-
-
-def drawn_shift(picture: Floats, centre: tuple[float, float], radius: float) -> Floats:
-    """Shift of the drawn circle from where it should be, (x, y), by the colour that it adds.
-
-    On each ray from the centre the place of the largest added brightness is the line; its distance
-    from the radius, over all rays, is a shift (first harmonic) and a change of size (the mean).
-    """
-    angle = np.radians(np.arange(0, 360, 5))
-    along = np.arange(-6.0, 6.01, 0.25)
-    reach = radius + along[:, None]
-    x, y = centre[0] + reach * np.cos(angle), centre[1] + reach * np.sin(angle)
-    added = map_coordinates(picture, [y, x], order=1)
-    weight = np.clip(added - 0.5 * added.max(axis=0), 0, None)
-    off = (weight * along[:, None]).sum(axis=0) / weight.sum(axis=0)
-    return np.array(
-        [2 * (off * np.cos(angle)).mean(), 2 * (off * np.sin(angle)).mean(), off.mean()]
-    )
 
 
 @pytest.mark.parametrize("index", [5, 60, 120, 200])

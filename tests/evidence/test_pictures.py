@@ -36,7 +36,7 @@ def material() -> Material:
     shape = (trial.info.height_px, trial.info.width_px)
     sampler = SpaceTimeSampler(trial.track.line, trial.track.ball_diameter_px, shape)
     with open_footage(CLIP) as footage:
-        rows = np.array([sampler.row(frame.luma) for frame in footage.frames()])
+        rows = np.array([sampler.row(frame.luma, (0.0, 0.0)) for frame in footage.frames()])
     swing = trial.found.swing
     return Material(
         result=trial.result,

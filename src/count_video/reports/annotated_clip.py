@@ -13,10 +13,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Collision, Frame, Track, TrialResult
+from count_video.records import Frame, Track, TrialResult
 from count_video.reports.clip_header import HEADER_PX, draw_header
 from count_video.reports.clip_strip import Strip
-from count_video.reports.contact_frames import ContactFrames, image_point
+from count_video.reports.contact_frames import ContactFrames, image_point, shift_of
 from count_video.reports.material import contact_px
 from count_video.reports.overlay import Point, mark, path, ring
 from count_video.reports.palette import BALL, HEAVY, rgb
@@ -80,7 +80,7 @@ class AnnotatedClip:
         for frame in frames:
             row = rows.get(frame.index)
             if row is not None:
-                self._rows.append(self._sampler.row(frame.luma))
+                self._rows.append(self._sampler.row(frame.luma, shift_of(self.track, row)))
                 self.contact_frames.see(frame.index, frame.luma)
                 yield self._picture(frame, row)
 
@@ -102,16 +102,16 @@ class AnnotatedClip:
         cv2.cvtColor(luma, cv2.COLOR_GRAY2RGB, dst=canvas[HEADER_PX:end])
         footage = canvas[:end]
         self._draw_bodies(footage, row)
-        self._draw_marks(footage, frame.index)
+        self._draw_marks(footage, frame.index, row)
         self.strip.draw(canvas[end:], self._rows, row)
         return canvas
 
     def _draw_bodies(self, canvas: Pixels, row: int) -> None:
-        track, line = self.track, self.track.line
+        track = self.track
         ball = float(track.ball.position_px[row])
         if np.isfinite(ball):
             middle = ball + (track.ball.low_edge_px + track.ball.high_edge_px) / 2
-            centre = self.layout.place(image_point(line, middle))
+            centre = self.layout.place(self._point(middle, row))
             ring(canvas, centre, track.ball_diameter_px / 2 * self.layout.scale, rgb(BALL))
         if track.heavy is None or not np.isfinite(track.heavy.position_px[row]):
             return
@@ -120,18 +120,18 @@ class AnnotatedClip:
         foot = face - inward * 0.25 * track.ball_diameter_px
         reach = FACE_DIAMETERS * track.ball_diameter_px
         corners = [(foot, -reach), (face, -reach), (face, reach), (foot, reach)]
-        points = [self.layout.place(self._aside(along, aside)) for along, aside in corners]
+        points = [self.layout.place(self._aside(along, aside, row)) for along, aside in corners]
         path(canvas, points, rgb(HEAVY))
 
-    def _aside(self, along_px: float, aside_px: float) -> Point:
-        x, y = image_point(self.track.line, along_px)
+    def _point(self, along_px: float, row: int) -> Point:
+        return image_point(self.track.line, along_px, shift_of(self.track, row))
+
+    def _aside(self, along_px: float, aside_px: float, row: int) -> Point:
+        x, y = self._point(along_px, row)
         return (x + aside_px, y) if self.track.line.upright else (x, y + aside_px)
 
-    def _draw_marks(self, canvas: Pixels, index: int) -> None:
+    def _draw_marks(self, canvas: Pixels, index: int, row: int) -> None:
         for collision in self._result.collisions:
             if -0.5 <= index - collision.frame < FLASH_FRAMES - 0.5:
-                mark(canvas, collision.kind, self._contact(collision), MARK_PX, seen=collision.seen)
-
-    def _contact(self, collision: Collision) -> Point:
-        along = contact_px(collision, self.track)
-        return self.layout.place(image_point(self.track.line, along))
+                contact = self.layout.place(self._point(contact_px(collision, self.track), row))
+                mark(canvas, collision.kind, contact, MARK_PX, seen=collision.seen)

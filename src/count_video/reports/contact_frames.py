@@ -13,6 +13,8 @@ from count_video.records import Collision, MotionLine, Track
 from count_video.reports.material import contact_px
 
 Luma = NDArray[np.uint8]
+Point = tuple[float, float]
+UNMOVED = (0.0, 0.0)
 WIDTH_DIAMETERS = 2.4
 HEIGHT_DIAMETERS = 1.5
 SHOWN_WIDTH_PX = 300
@@ -51,20 +53,30 @@ class ContactFrames:
     def see(self, index: int, luma: Luma) -> None:
         """Cut out what is wanted of the next frame."""
         for collision in self._wanted.get(index, ()):
-            jpeg = _jpeg(_cut(luma, collision, self.track))
+            row = int(np.searchsorted(self.track.frame, index))
+            jpeg = _jpeg(_cut(luma, collision, self.track, shift_of(self.track, row)))
             self.found[collision.number].append(ContactFrame(index, jpeg))
 
 
-def image_point(line: MotionLine, position_px: float) -> tuple[float, float]:
-    """Image x and y of a position along the line of motion."""
+def image_point(line: MotionLine, position_px: float, shift: Point = UNMOVED) -> Point:
+    """Image x and y of a position along the line of motion, in a picture shifted so far."""
     slope = np.tan(np.radians(line.tilt_deg))
+    x, y = position_px, line.anchor_y_px + slope * (position_px - line.anchor_x_px)
     if line.upright:
-        return line.anchor_x_px + slope * (position_px - line.anchor_y_px), position_px
-    return position_px, line.anchor_y_px + slope * (position_px - line.anchor_x_px)
+        x, y = line.anchor_x_px + slope * (position_px - line.anchor_y_px), position_px
+    return x + shift[0], y + shift[1]
 
 
-def _cut(luma: Luma, collision: Collision, track: Track) -> Luma:
-    x, y = image_point(track.line, contact_px(collision, track))
+def shift_of(track: Track, row: int) -> Point:
+    """How far the picture of one row of a track is shifted by the camera's motion, by x and y."""
+    if track.shift_px is None:
+        return UNMOVED
+    x, y = track.shift_px[row]
+    return float(x), float(y)
+
+
+def _cut(luma: Luma, collision: Collision, track: Track, shift: Point) -> Luma:
+    x, y = image_point(track.line, contact_px(collision, track), shift)
     along = max(16, round(WIDTH_DIAMETERS * track.ball_diameter_px))
     across = max(10, round(HEIGHT_DIAMETERS * track.ball_diameter_px))
     width, height = (across, along) if track.line.upright else (along, across)

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from count_video.records import Floats, Frame, Track
-from count_video.reports.contact_frames import image_point
+from count_video.reports.contact_frames import image_point, shift_of
 
 FRAMES_ENOUGH = 8
 REACH_DIAMETERS = 0.3
@@ -37,9 +37,9 @@ def levelled(track: Track, frames: Sequence[Frame]) -> Track:
     clearness = np.zeros(len(offsets))
     rows = {int(index): row for row, index in enumerate(track.frame)}
     for frame in frames:
-        position = track.ball.position_px[rows[frame.index]] if frame.index in rows else np.nan
-        if np.isfinite(position):
-            clearness += _rim_clearness(frame, track, float(position), offsets)
+        row = rows.get(frame.index)
+        if row is not None and np.isfinite(track.ball.position_px[row]):
+            clearness += _rim_clearness(frame, track, row, offsets)
     best = int(np.argmax(clearness))
     if clearness[best] <= CLEARER * float(np.median(clearness)):
         return track
@@ -49,11 +49,11 @@ def levelled(track: Track, frames: Sequence[Frame]) -> Track:
     return replace(track, line=replace(line, anchor_y_px=line.anchor_y_px + offsets[best]))
 
 
-def _rim_clearness(frame: Frame, track: Track, position_px: float, offsets: Floats) -> Floats:
+def _rim_clearness(frame: Frame, track: Track, row: int, offsets: Floats) -> Floats:
     """Step of the brightness across the circle, for each offset across the line, shape (n,)."""
     radius = track.ball_diameter_px / 2
     angle = np.radians(ANGLES_DEG)
-    middle = image_point(track.line, position_px)
+    middle = image_point(track.line, float(track.ball.position_px[row]), shift_of(track, row))
     along, across = middle[::-1] if track.line.upright else middle
     picture = (frame.luma.T if track.line.upright else frame.luma).astype(np.float64)
 

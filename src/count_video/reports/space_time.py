@@ -38,11 +38,18 @@ class SpaceTimeSampler:
         middle = np.rint(anchor_across + slope * (place - anchor_along)).astype(np.intp)
         half = max(1, round(HALF_WIDTH_DIAMETERS * ball_diameter_px))
         aside = np.arange(-half, half + 1)
-        self._across = np.clip(middle + aside[:, None], 0, across - 1)
+        self._across = middle + aside[:, None]
         self._along = np.broadcast_to(place, self._across.shape)
+        self._size = (across, along)
 
-    def row(self, luma: Luma) -> Luma:
-        """Brightness along the line of one picture, shape (length,)."""
+    def row(self, luma: Luma, shift: tuple[float, float]) -> Luma:
+        """Brightness along the line of one picture that lies shifted by x and y, shape (length,).
+
+        Beyond the picture's border its last pixel goes on.
+        """
         picture = luma.T if self._upright else luma
-        row: Luma = np.rint(picture[self._across, self._along].mean(axis=0)).astype(np.uint8)
+        along, across = shift[::-1] if self._upright else shift
+        rows = np.clip(self._across + round(across), 0, self._size[0] - 1)
+        columns = np.clip(self._along + round(along), 0, self._size[1] - 1)
+        row: Luma = np.rint(picture[rows, columns].mean(axis=0)).astype(np.uint8)
         return row

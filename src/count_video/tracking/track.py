@@ -7,6 +7,7 @@ the bodies look like; the main pass streams every frame once and keeps none of t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -53,7 +54,12 @@ def track_clip(
         _pass_over(view, progress)
         raise TrackingError(bodies.reason)
     frames, left, right = _follow(view, bodies, camera, progress)
-    return _track(bodies, frames, (left, right), (view, settings.wall_side))
+    track = _track(bodies, frames, (left, right), (view, settings.wall_side))
+    motion = camera.motion()
+    if motion is None:
+        return track
+    # Where the shift is unknown no body has a place either.
+    return replace(track, shift_px=view.factor * np.nan_to_num(motion.shift_px))
 
 
 def _find(runs: list[list[Frame]]) -> tuple[Bodies | NotFound, Camera]:

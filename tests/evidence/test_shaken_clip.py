@@ -1,0 +1,70 @@
+"""What is drawn over shaken footage lies where the bodies are in the shaken picture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from outlines import OUTLINE_WITHIN_PX, drawn_shift
+
+from count_video.evidence import EvidenceSettings, count_with_evidence
+from count_video.footage.reader import open_footage
+from count_video.records import Floats
+from count_video.reports.clip_header import HEADER_PX
+from count_video.trial import TrialSettings, work_through
+from synth_video.scene_file import load_scene
+from synth_video.trial import render_trial
+
+SHAKE_PX = 3.0
+EVERY = 12
+"""The outline is looked for in every so many frames."""
+
+
+@pytest.fixture(scope="module")
+def shaken(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("shaken") / "shaken.mp4"
+    render_trial(load_scene("ratio16", (f"tripod.shake_px={SHAKE_PX}",)), 3, path)
+    return path
+
+
+def lumas(path: Path) -> list[Floats]:
+    with open_footage(path) as footage:
+        return [frame.luma.astype(float) for frame in footage.frames()]
+
+
+def centres(path: Path) -> tuple[Floats, float]:
+    """Centre of the ball in each picture, shape (n, 2), and its diameter."""
+    truth = json.loads(path.with_suffix(".truth.json").read_text("utf-8"))
+    rows = truth["frames"]
+    faces = [[row[f"ball_{face}_point_px"] for row in rows] for face in ("near", "far")]
+    return np.array(faces).mean(axis=0), truth["ball_diameter_px"]
+
+
+def test_outlines_follow_the_shake_and_positions_are_freed_of_it(
+    shaken: Path, tmp_path: Path
+) -> None:
+    count_with_evidence(shaken, TrialSettings(), EvidenceSettings(tmp_path))
+    plain, shown = lumas(shaken), lumas(tmp_path / "shaken.annotated.mp4")
+    centre, diameter_px = centres(shaken)
+    assert shown[0].shape[1] == plain[0].shape[1], "the clip is shown pixel by pixel"
+    below = slice(HEADER_PX, HEADER_PX + plain[0].shape[0])
+    off = [
+        drawn_shift(np.abs(shown[k][below] - plain[k]), tuple(centre[k]), diameter_px / 2)
+        for k in range(0, len(plain), EVERY)
+    ]
+    assert np.abs(off).max() <= OUTLINE_WITHIN_PX
+
+
+def test_a_track_tells_how_its_camera_moved(shaken: Path) -> None:
+    track = work_through(shaken, TrialSettings()).track
+    assert track is not None
+    assert track.shift_px is not None
+    assert track.shift_px.shape == (len(track.frame), 2)
+    # What is left of the ball's truth once the measured shift is taken away is the line of motion.
+    centre, _ = centres(shaken)
+    steady = centre[track.frame.astype(int)] - track.shift_px
+    assert np.ptp(steady[:, 1]) < SHAKE_PX < np.ptp(centre[:, 1])
+    along = track.ball.position_px - steady[:, 0]
+    assert np.nanstd(along) < OUTLINE_WITHIN_PX / 2
