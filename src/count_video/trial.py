@@ -12,13 +12,14 @@ it takes the same way through other doors of the same rooms.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
 from count_video import verdict
 from count_video.between.infer import Between, Misfit, count_between, measure_burst
 from count_video.collisions.alone import seen_impacts
+from count_video.collisions.cadence import Cadence, cadence_of
 from count_video.collisions.seen import SeenCollisions, seen_collisions
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage, open_footage
@@ -96,6 +97,8 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
 def _with_pair(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
     """Work through a clip in which a ball and a heavy body can be followed."""
     info, report = footage.info, footage.report()
+    shown, cadence = track, cadence_of(track)
+    track = cadence.evened(track) if cadence else track
     found = seen_collisions(track)
     result = verdict.counted(info, report, track, found, settings.masses, settings.ball_diameter_mm)
     between = None
@@ -105,7 +108,7 @@ def _with_pair(footage: Footage, track: Track, settings: TrialSettings) -> Trial
     elif result.count:
         between = measure_burst(track, found, verdict.knowledge(info, settings.masses))
         result = verdict.measured(result, between)
-    return Trial(result, info, track, found, between)
+    return Trial(_as_shown(result, cadence), info, shown, found, between)
 
 
 def _without_pair(footage: Footage, looking: TrackSettings, progress: Progress) -> Trial:
@@ -115,5 +118,14 @@ def _without_pair(footage: Footage, looking: TrackSettings, progress: Progress) 
     except TrackingError as error:
         nothing = verdict.nothing_to_count(footage.info, footage.report(), str(error))
         return Trial(nothing, footage.info, None, None)
-    result = verdict.impacts_counted(footage.info, footage.report(), track, seen_impacts(track))
-    return Trial(result, footage.info, track, None)
+    cadence = cadence_of(track)
+    found = seen_impacts(cadence.evened(track) if cadence else track)
+    result = verdict.impacts_counted(footage.info, footage.report(), track, found)
+    return Trial(_as_shown(result, cadence), footage.info, track, None)
+
+
+def _as_shown(result: TrialResult, cadence: Cadence | None) -> TrialResult:
+    """Tell collisions by the frames that show them, where copies lie between the pictures."""
+    if cadence is None:
+        return result
+    return replace(result, collisions=tuple(map(cadence.shown, result.collisions)))

@@ -1,0 +1,74 @@
+"""The clock of a clip into which copies were put: its pictures were taken evenly, its frames not.
+
+A clip of 25 pictures a second that is shown at 30 holds a copy after every fifth picture::
+
+    picture   0 1 2 3 4 . 5 6 7 8 9 .      filmed at even times
+    frame     0 1 2 3 4 5 6 7 8 9 10 11
+
+By the frames' numbers a body would stand still during each copy and all collisions would lie up to
+a picture off. Where a camera lost a picture and repeated the one before, it is the other way round:
+the frames are even, and the body moves two steps in one. The bodies' own paths tell which it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from count_video.records import Collision, Floats, Track
+
+STEPS_AT_LEAST = 6
+"""Changes of the step between frames, while a body moves, that a judgement takes."""
+MOVES_SIGMAS = 8.0
+"""A body moves if it covers so many standard uncertainties from picture to picture."""
+SMOOTHER = 0.5
+"""Pictures are taken for even if the paths are so much smoother for it."""
+
+
+@dataclass(frozen=True)
+class Cadence:
+    """Even times of the pictures of a clip."""
+
+    frame: Floats
+    """Frame in which each picture comes first, shape (n,)."""
+    step: float
+    """Frames from one picture to the next on average."""
+
+    def evened(self, track: Track) -> Track:
+        """Time the pictures of a track evenly, in frames on average."""
+        return replace(track, frame=self.frame[0] + self.step * np.arange(len(self.frame)))
+
+    def shown(self, collision: Collision) -> Collision:
+        """Tell a collision that was found between evened pictures by the frames that show it.
+
+        It lies between the last frame that shows the picture before it and the first that shows
+        the picture after it.
+        """
+        place = (collision.frame - self.frame[0]) / self.step
+        before = int(np.clip(np.floor(place), 0, len(self.frame) - 2))
+        return replace(collision, frame=float(self.frame[before + 1]) - 1.0 + place - before)
+
+
+def cadence_of(track: Track) -> Cadence | None:
+    """Tell whether copies were put between evenly taken pictures; None where the frames are even.
+
+    Both clocks are tried on the bodies' steps wherever the step between frames changes.
+    """
+    steps = np.diff(track.frame)
+    if len(steps) < 2 or np.ptp(steps) == 0:
+        return None
+    bodies = [track.ball] if track.heavy is None else [track.ball, track.heavy]
+    step = float(steps.mean())
+    by_frame, by_picture = [], []
+    for body in bodies:
+        moved = np.diff(body.position_px)
+        least = MOVES_SIGMAS * float(np.nanmedian(body.sigma_px))
+        lesser = np.minimum(np.abs(moved[1:]), np.abs(moved[:-1]))
+        telling = (np.diff(steps) != 0) & (lesser > least)
+        by_frame.append(np.abs(np.diff(step * moved / steps))[telling])
+        by_picture.append(np.abs(np.diff(moved))[telling])
+    rough, smooth = np.concatenate(by_frame), np.concatenate(by_picture)
+    if len(rough) < STEPS_AT_LEAST or np.median(smooth) > SMOOTHER * np.median(rough):
+        return None
+    return Cadence(track.frame, step)
