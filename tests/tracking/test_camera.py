@@ -110,6 +110,20 @@ def test_a_picture_without_texture_has_no_landmarks() -> None:
     assert learn_landmarks(runs_of(plain)) is None
 
 
+def test_a_few_windows_that_move_each_its_own_way_are_no_scenery() -> None:
+    turn = 2 * np.pi * np.arange(4) / 4
+    pictures = []
+    for time in range(2 * RUN):
+        picture = np.full((112, 320), 90.0)
+        for column, phase in enumerate(turn + time / 3.0):
+            patch = to_luma(background((14, 14), seed=column))
+            there = displaced(patch, (1.8 * np.sin(phase), 1.8 * np.cos(phase)))
+            picture[40:54, 30 + 64 * column : 44 + 64 * column] = there
+        pictures.append(to_luma(picture))
+
+    assert learn_landmarks(runs_of(pictures)) is None
+
+
 def test_a_camera_at_rest_is_left_alone(still: list[Luma]) -> None:
     runs = runs_of(still)
 

@@ -23,6 +23,7 @@ from count_video.tracking.landmarks import (
     WINDOW_PX,
     WINDOWS_AT_LEAST,
     Landmarks,
+    Shift,
     make_landmarks,
     measure,
 )
@@ -39,6 +40,9 @@ TOGETHER_PX = 0.7
 """Corners of one rigid scene move together to this RMS."""
 SHAKE_AT_MOST_PX = 16.0
 """What moves further than this is no backdrop."""
+SCATTER_AT_MOST_PX = 0.2
+"""Windows of one rigid scene leave their joint shift open by some hundredths of a pixel. Where it
+is more, some lie on what moves by itself, and the camera's motion is not told from theirs."""
 REFINEMENTS = 3
 GROUP_SHARE = 0.15
 """A rigid scene has this share of the corners that the largest one has."""
@@ -95,7 +99,13 @@ def learn_landmarks(runs: Sequence[Sequence[Frame]]) -> Landmarks | None:
         if len(seen) < SEEN_SHARE * len(pictures):
             return None
         pictures, known = [p for p, _ in seen], [s for _, s in seen]
-    return landmarks
+    return None if _scatter(measured) > SCATTER_AT_MOST_PX else landmarks
+
+
+def _scatter(shifts: Sequence[Shift | None]) -> float:
+    """By how much windows usually leave the shift open, in the direction that shows less of it."""
+    sigma = [(shift.sigma_x_px, shift.sigma_y_px) for shift in shifts if shift is not None]
+    return float(np.median(sigma, axis=0).max())
 
 
 def _some(pictures: Sequence[Luma]) -> list[Luma]:
