@@ -98,9 +98,8 @@ def _is_campaign(options: argparse.Namespace) -> bool:
     """Tell a campaign, which is summed up, from single clips, each of which speaks for itself."""
     manifest = any(path.suffix.lower() == ".csv" for path in options.clips)
     folder = any(os.path.isdir(path) for path in options.clips)
-    kept = options.output is not None and (folder or len(options.clips) > 1)
-    asked_for = kept or options.scheduler is not None
-    return manifest or asked_for or (folder and not options.json)
+    kept = options.output is not None and len(options.clips) > 1
+    return manifest or folder or kept or options.scheduler is not None
 
 
 def _quieten_the_drawing() -> None:

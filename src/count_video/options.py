@@ -91,7 +91,8 @@ def _parser() -> _Parser:
         nargs="*",
         type=Path,
         help="a video file, or a folder: then every video file in it, in natural order; or a "
-        "manifest (.csv): then a clip a line, with options of its own",
+        "manifest (.csv): then a clip a line, with options of its own (a folder's own manifest.csv "
+        "is heeded)",
     )
     parser.add_argument(
         "--version",

@@ -39,7 +39,7 @@ def test_short_trials_of_the_papers_campaign_are_counted_as_they_are(
     write_lists(takes, PAPER.seed, tmp_path)
     assert len(list(film(takes, tmp_path, workers=2))) == len(SHORT)
     results = tmp_path / "results"
-    assert count_cli.main([str(tmp_path / "manifest.csv"), "-o", str(results)]) == 0
+    assert count_cli.main([str(tmp_path), "-o", str(results)]) == 0
     found = {
         take.name: json.loads((results / f"{take.name}.json").read_text("utf-8"))["count"]
         for take in takes

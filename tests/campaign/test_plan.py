@@ -74,6 +74,18 @@ def test_a_manifest_gives_each_clip_its_options(tmp_path: Path) -> None:
     assert second.settings == TrialSettings(capture_fps=240.0), "empty cells leave the options"
 
 
+def test_the_manifest_in_a_folder_is_heeded_and_no_clip_is_left_out(tmp_path: Path) -> None:
+    for name in ("a.mp4", "b.mp4", "c.mp4"):
+        (tmp_path / name).touch()
+    manifest(tmp_path, "clip,capture_fps\nb.mp4,960\n").rename(tmp_path / "manifest.csv")
+    jobs = jobs_of([tmp_path], PLAIN)
+    assert [(job.name, job.settings.capture_fps) for job in jobs] == [
+        ("b", 960.0),
+        ("a", None),
+        ("c", None),
+    ]
+
+
 def test_a_manifest_may_cut_one_clip_into_trials(tmp_path: Path) -> None:
     file = manifest(tmp_path, "clip,start,end\nday.mp4,0,500\nday.mp4,500,900\n")
     jobs = jobs_of([file], PLAIN)

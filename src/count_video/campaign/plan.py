@@ -16,6 +16,8 @@ from count_video.trial import TrialSettings
 
 RESERVED_NAMES = frozenset({"campaign"})
 """Names of trials whose results would overwrite the campaign's own files."""
+FOLDER_MANIFEST = "manifest.csv"
+"""What is special about clips of a folder may lie beside them."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +55,9 @@ def jobs_of(
 ) -> list[Job]:
     """List the trials that files, folders and manifests stand for, in the order given.
 
-    A folder stands for its clips in natural order, a manifest (``.csv``) for its lines. A folder
-    without a clip, or one that cannot be read, is a job with its problem.
+    A folder stands for its clips in natural order, a manifest (``.csv``) for its lines; what a
+    folder's own ``manifest.csv`` says of clips is heeded. A folder without a clip, or one that
+    cannot be read, is a job with its problem.
 
     Raises
     ------
@@ -78,14 +81,25 @@ def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
         for line in read_manifest(path, settings):
             yield Job(line.name, str(line.clip), line.settings)
     elif path.is_dir():
-        try:
-            clips: Sequence[Path] = clips_in(path)
-        except (FootageError, OSError) as error:
-            yield Job("", str(path), settings, getattr(error, "strerror", None) or str(error))
-        else:
-            yield from (Job("", str(clip), settings) for clip in clips)
+        yield from _of_folder(path, settings)
     else:
         yield Job("", str(path), settings)
+
+
+def _of_folder(folder: Path, settings: TrialSettings) -> Iterator[Job]:
+    """Yield the trials of the folder's manifest, if it has one, then its other clips."""
+    manifest = folder / FOLDER_MANIFEST
+    told = list(_wanted(manifest, settings)) if manifest.is_file() else []
+    yield from told
+    known = {os.path.realpath(job.clip) for job in told}
+    try:
+        clips: Sequence[Path] = clips_in(folder)
+    except (FootageError, OSError) as error:
+        if not told:
+            yield Job("", str(folder), settings, getattr(error, "strerror", None) or str(error))
+    else:
+        others = (clip for clip in clips if os.path.realpath(clip) not in known)
+        yield from (Job("", str(clip), settings) for clip in others)
 
 
 def _free_name(job: Job, taken: set[str]) -> str:
