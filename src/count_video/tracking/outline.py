@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.circle import circle_through
+from count_video.tracking.peak import beyond, peak_of
 from count_video.tracking.sprite import Pixels, Sprite, make_sprite
 
 EDGE_POSSIBLE = 0.35
@@ -125,8 +126,7 @@ def _edge_points(clarity: Pixels) -> tuple[Floats, NDArray[np.intp]]:
     before = np.pad(clarity, ((0, 0), (1, 0)))[:, :-1]
     after = np.pad(clarity, ((0, 0), (0, 1)))[:, 1:]
     y, x = np.nonzero((clarity > before) & (clarity >= after) & (clarity > 0))
-    low, peak, high = (part[y, x].astype(np.float64) for part in (before, clarity, after))
-    return x + 0.5 * (high - low) / (2 * peak - low - high), y
+    return x + beyond(before[y, x], clarity[y, x], after[y, x]), y
 
 
 def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> float:
@@ -140,17 +140,8 @@ def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward:
     for row, end in zip(rows, ends, strict=True):
         begin, stop = sorted((end - (EDGE_REACH_PX - 1) * inward, end + EDGE_REACH_PX * inward))
         begin, stop = max(begin, 0), min(stop + 1, slope.shape[1])
-        steepest.append(begin + _peak(np.abs(slope[row, begin:stop])))
+        steepness = np.abs(slope[row, begin:stop])
+        steepest.append(begin + peak_of(steepness, int(np.argmax(steepness))))
     edges = np.array(steepest)
     outermost = float(np.quantile(edges, 0.1 if inward > 0 else 0.9))
     return float(edges[np.abs(edges - outermost) <= NEAR_OUTERMOST_PX].mean())
-
-
-def _peak(values: Pixels) -> float:
-    """Place of the largest value, between the samples by the parabola through its neighbours."""
-    place = int(np.argmax(values))
-    if not 0 < place < len(values) - 1:
-        return float(place)
-    before, here, after = (float(value) for value in values[place - 1 : place + 2])
-    bend = before - 2 * here + after
-    return place + 0.5 * (before - after) / bend if bend < 0 else float(place)
