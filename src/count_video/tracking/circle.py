@@ -56,9 +56,7 @@ class Circle:
     radius_px: float
 
 
-def circle_through(
-    x: NDArray[np.intp], y: NDArray[np.intp], shape: tuple[int, ...]
-) -> Circle | None:
+def circle_through(x: Floats, y: NDArray[np.intp], shape: tuple[int, ...]) -> Circle | None:
     """Find the circle that most of its sectors show; None if there is none.
 
     Parameters

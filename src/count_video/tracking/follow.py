@@ -23,8 +23,11 @@ AGREEMENT_SHARE = 0.75
 INSIDE_AT_LEAST = 0.35
 """Share of the sprite that must lie within the picture."""
 REACH_AT_LEAST_PX = 8.0
+REACH_OVER_HEIGHT = 0.25
+"""Large bodies are seen from close by, and move by more px."""
 REACH_OVER_SPEED = 3.0
-"""A search reaches this many times as far as the body moves in a frame."""
+"""A search reaches this many times as far as the body ever moved in a frame: where it is needed the
+body has just turned, and how fast it comes back the frames before do not tell."""
 LOST_GROWTH = 1.5
 """Growth of the reach for each frame without a sighting."""
 
@@ -43,6 +46,8 @@ class Follower:
     _place: tuple[float, float] | None = None
     """Last place, as a camera at rest had seen it; so are the guesses."""
     _speed: tuple[float, float] = (0.0, 0.0)
+    _fastest: float = 0.0
+    """Highest speed along x so far, px per frame."""
     _last_index: int = 0
     _lost: int = 0
 
@@ -58,18 +63,20 @@ class Follower:
                 values.append(float("nan"))
             return
         place = (fit.x_px - shift[0], fit.y_px - shift[1])
-        if self._place is not None and self._lost == 0 and index > self._last_index:
-            frames = index - self._last_index
-            self._speed = (
-                (place[0] - self._place[0]) / frames,
-                (place[1] - self._place[1]) / frames,
-            )
-        elif self._lost:
-            self._speed = (0.0, 0.0)
+        self._learn_speed(index, place)
         self._place, self._last_index, self._lost = place, index, 0
         self.x_px.append(fit.x_px)
         self.y_px.append(fit.y_px)
         self.sigma_px.append(fit.sigma_x_px)
+
+    def _learn_speed(self, index: int, place: tuple[float, float]) -> None:
+        """Note how the body has come from its last place; a body lost on the way has turned."""
+        if self._place is None or index <= self._last_index:
+            return
+        frames = index - self._last_index
+        x, y = ((now - then) / frames for now, then in zip(place, self._place, strict=True))
+        self._fastest = max(self._fastest, abs(x))
+        self._speed = (0.0, 0.0) if self._lost else (x, y)
 
     def take_away(self, motion: Motion, upright: bool) -> None:
         """Correct all places by the camera's motion; ``upright`` if the pictures are transposed."""
@@ -85,7 +92,8 @@ class Follower:
         if self._believed(fit):
             return fit
         place = self._place or self._nearest_sighting(index)
-        reach = max(REACH_AT_LEAST_PX, REACH_OVER_SPEED * abs(self._speed[0]))
+        large = REACH_OVER_HEIGHT * self.body.sprite.shape[0]
+        reach = max(REACH_AT_LEAST_PX, large, REACH_OVER_SPEED * self._fastest)
         reach *= LOST_GROWTH ** min(self._lost, 12)
         known = self._place is not None and reach < picture.shape[1]
         near, reach_px = _plus(place, shift), reach if known else None

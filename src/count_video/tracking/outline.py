@@ -14,7 +14,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.records import Floats
 from count_video.tracking.circle import circle_through
+from count_video.tracking.peak import beyond, peak_of
 from count_video.tracking.sprite import Pixels, Sprite, make_sprite
 
 EDGE_POSSIBLE = 0.35
@@ -26,6 +28,9 @@ BEYOND_OUTLINE_PX = 2
 """Pixels kept beyond the outline: the blurred edge reaches that far."""
 ROWS_AT_LEAST = 8
 EDGE_REACH_PX = 4
+NEAR_OUTERMOST_PX = 1.0
+"""Edges of rows this near to the outermost one are taken together: the face of a cylinder is seen
+as a straight edge."""
 
 
 @dataclass(frozen=True)
@@ -113,23 +118,30 @@ def _own_edges(clarity: Pixels) -> NDArray[np.bool_]:
     return np.asarray(own & np.isin(labels, pieces), dtype=bool)
 
 
-def _edge_points(clarity: Pixels) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Columns and rows of the edge pixels that are clearest among their neighbours in the row."""
+def _edge_points(clarity: Pixels) -> tuple[Floats, NDArray[np.intp]]:
+    """Places and rows of the edges that are clearest among their neighbours in the row.
+
+    Between the columns the parabola through the neighbours tells the place.
+    """
     before = np.pad(clarity, ((0, 0), (1, 0)))[:, :-1]
     after = np.pad(clarity, ((0, 0), (0, 1)))[:, 1:]
     y, x = np.nonzero((clarity > before) & (clarity >= after) & (clarity > 0))
-    return x, y
+    return x + beyond(before[y, x], clarity[y, x], after[y, x]), y
 
 
 def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> float:
-    """Find the outermost point of one side of the outline, to about half a pixel.
+    """Find the outermost point of one side of the outline, to a small part of a pixel.
 
-    In every row the edge is the steepest place within a few pixels of the mask's end; the
-    outermost one is taken as a quantile over the rows, which a stray row does not move.
+    In every row the edge is the steepest place within a few pixels of the mask's end. About where
+    the outermost one is tells a quantile over the rows, which a stray row does not move; it would
+    take noise for outline, so the mean of the edges nearby stands for it.
     """
     steepest = []
     for row, end in zip(rows, ends, strict=True):
         begin, stop = sorted((end - (EDGE_REACH_PX - 1) * inward, end + EDGE_REACH_PX * inward))
         begin, stop = max(begin, 0), min(stop + 1, slope.shape[1])
-        steepest.append(begin + int(np.argmax(np.abs(slope[row, begin:stop]))))
-    return float(np.quantile(steepest, 0.1 if inward > 0 else 0.9))
+        steepness = np.abs(slope[row, begin:stop])
+        steepest.append(begin + peak_of(steepness, int(np.argmax(steepness))))
+    edges = np.array(steepest)
+    outermost = float(np.quantile(edges, 0.1 if inward > 0 else 0.9))
+    return float(edges[np.abs(edges - outermost) <= NEAR_OUTERMOST_PX].mean())

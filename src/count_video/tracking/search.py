@@ -9,6 +9,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from count_video.tracking.peak import peak_of
 from count_video.tracking.sprite import Picture, Pixels, Sprite
 
 COARSE_HEIGHT_PX = 28
@@ -59,11 +60,14 @@ def search(
     scale = max(1.0, min(height, width) / COARSE_HEIGHT_PX)
     scene = _reduce(picture[top:bottom, left:right], scale)
     pattern = _reduce(sprite.appearance, scale)
-    scores = cv2.matchTemplate(scene, pattern, cv2.TM_CCOEFF_NORMED)
-    _, best, _, place = cv2.minMaxLoc(scores)
+    scores: Pixels = np.asarray(
+        cv2.matchTemplate(scene, pattern, cv2.TM_CCOEFF_NORMED), dtype=np.float32
+    )
+    _, best, _, (column, row) = cv2.minMaxLoc(scores)
     if best < FOUND_AT_LEAST:
         return None
-    return left + place[0] * scale, top + place[1] * scale
+    x, y = peak_of(scores[row], column), peak_of(scores[:, column], row)
+    return left + x * scale, top + y * scale
 
 
 def _reduce(picture: Picture | Pixels, scale: float) -> Pixels:

@@ -17,7 +17,7 @@ from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import BodyTrack, Floats, Frame, MotionLine, Track, WallSide
 from count_video.tracking.bodies import Bodies, NotFound, find_bodies
 from count_video.tracking.camera import Camera
-from count_video.tracking.certainty import stated_sigma
+from count_video.tracking.certainty import stated_sigmas
 from count_video.tracking.follow import Follower
 from count_video.tracking.pilot import pilots
 from count_video.tracking.roles import wall_side
@@ -119,10 +119,7 @@ def _track(
         (view.factor * body.left_edge_px, view.factor * body.right_edge_px)
         for body in (bodies.left, bodies.right)
     ]
-    sigma_px = [
-        stated_sigma(x, view.factor * np.array(follower.sigma_px))
-        for x, follower in zip(x_px, followers, strict=True)
-    ]
+    sigma_px = stated_sigmas(x_px, [view.factor * np.array(f.sigma_px) for f in followers])
     unseen = [float(np.isnan(x).mean()) for x in x_px]
     if max(unseen) > 1 - SEEN_AT_LEAST:
         raise TrackingError("the bodies cannot be followed through the clip: they are lost")
