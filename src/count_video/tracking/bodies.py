@@ -2,19 +2,18 @@
 
 A candidate pair of moving patches is believed when both bodies are found again all over the clip,
 always side by side in the same order, and move on their own: a mirror image in the clear wall also
-moves opposite to the ball, but so exactly that the sum of the two places never changes. Of several
-believable pairs the one that meets is taken: what passes by in the distance touches nothing.
+moves opposite to the ball, but so exactly that the sum of the two places never changes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Floats, Frame
+from count_video.records import Frame
 from count_video.tracking.features import MovingFeatures, moving_features
 from count_video.tracking.learning import Body, Box, Seed, learn
 from count_video.tracking.seeds import (
@@ -30,8 +29,6 @@ CANDIDATES = 6
 """So many pairs of patches are tried, best first."""
 SEEN_EACH_RUN = 1.5
 """A pair seen so many times a run, half as often as a run is looked at, needs no rival."""
-MEET_SHARE = 0.5
-"""Bodies meet if their outlines once come as near as this share of the smaller body's width."""
 WIDTH_OVER_HEIGHT = 1.3
 """Of a long body only the part next to its neighbour is learnt."""
 BEYOND_FEATURES = 0.2
@@ -59,6 +56,8 @@ class Bodies:
     """Direction of motion in the picture that was searched."""
     upright: bool
     """True if that picture was transposed because the bodies move up and down."""
+    seen_as: PatchPair
+    """The moving patches from which they were learnt."""
 
 
 @dataclass(frozen=True)
@@ -68,10 +67,13 @@ class NotFound:
     reason: str
 
 
-def find_bodies(runs: Sequence[Sequence[Frame]], *, faint: bool = False) -> Bodies | NotFound:
+def find_bodies(
+    runs: Sequence[Sequence[Frame]], *, faint: bool = False, tried: Collection[PatchPair] = ()
+) -> Bodies | NotFound:
     """Find the two bodies that move along one line, from runs of consecutive frames.
 
-    ``faint`` looks for bodies that hardly stand out as well.
+    ``faint`` looks for bodies that hardly stand out as well; ``tried`` are patches that came to
+    nothing.
     """
     features = [moving_features(run, faint=faint) for run in runs]
     direction = motion_direction_deg(features)
@@ -86,16 +88,15 @@ def find_bodies(runs: Sequence[Sequence[Frame]], *, faint: bool = False) -> Bodi
     groups = [patches(run, direction, width) for run in features]
     if not any(groups):
         return NotFound("no body moves steadily along a line in this clip")
-    best, merit = None, (False, 0)
+    best, most = None, 0
     for pair in rank_pairs(groups)[:CANDIDATES] + pairs_across_runs(groups)[:CANDIDATES]:
-        learnt = _learn_pair(runs, pair, direction)
+        learnt = None if pair in tried else _learn_pair(runs, pair, direction)
         if learnt is None:
             continue
         seen = min(len(body.sightings) for body in learnt)
-        found = _meet(*learnt), seen
-        if found > merit:
-            best, merit = Bodies(*learnt, direction, upright), found
-        if merit >= (True, SEEN_EACH_RUN * len(runs)):
+        if seen > most:
+            best, most = Bodies(*learnt, direction, upright, pair), seen
+        if most >= SEEN_EACH_RUN * len(runs):
             break
     if best is not None:
         return best
@@ -175,30 +176,17 @@ def _core(patch: Patch) -> Box:
 
 def _side_by_side(left: Body, right: Body) -> bool:
     """Check the order where both were seen, and that one is no mirror image of the other."""
-    a, b = _facing_ends(left, right)
-    if len(a) < 4:
+    both = sorted(set(left.sightings) & set(right.sightings))
+    if len(both) < 4:
         return False
+    a = np.array([left.sightings[index][0] for index in both]) + left.right_edge_px
+    b = np.array([right.sightings[index][0] for index in both]) + right.left_edge_px
     overlap = OVERLAP_SHARE * (left.right_edge_px - left.left_edge_px)
     ordered = b - a > -overlap
     if np.mean(ordered) < ORDERED_SHARE:
         return False
     a, b = a[ordered], b[ordered]
     return float(np.std(a + b)) > MIRROR_SHARE * float(np.std(b - a))
-
-
-def _meet(left: Body, right: Body) -> bool:
-    """Whether the two come close to each other in any picture that shows both."""
-    a, b = _facing_ends(left, right)
-    width = min(body.right_edge_px - body.left_edge_px for body in (left, right))
-    return bool((b - a).min() < MEET_SHARE * width)
-
-
-def _facing_ends(left: Body, right: Body) -> tuple[Floats, Floats]:
-    """Right end of the left body and left end of the right one, where both were seen, in px."""
-    both = sorted(set(left.sightings) & set(right.sightings))
-    a = np.array([left.sightings[index][0] for index in both]) + left.right_edge_px
-    b = np.array([right.sightings[index][0] for index in both]) + right.left_edge_px
-    return a, b
 
 
 def _transposed(frame: Frame) -> Frame:

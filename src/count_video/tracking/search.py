@@ -81,10 +81,12 @@ def likely_places(
     if right - left < width or bottom - top < height:
         return []
     scale = max(1.0, min(height, width) / COARSE_HEIGHT_PX)
-    scene = _reduce(_cut(picture, (left, top, right, bottom)), scale)
+    scene = _cut(picture, (left, top, right, bottom))
+    small = _reduce(scene, scale)
+    step_y, step_x = (full / few for full, few in zip(scene.shape, small.shape, strict=True))
     pattern = _reduce(sprite.appearance, scale)
-    scores = np.asarray(cv2.matchTemplate(scene, pattern, cv2.TM_CCOEFF_NORMED), np.float32)
-    return [(left + x * scale, top + y * scale) for x, y in _peaks(scores, pattern.shape)]
+    scores = np.asarray(cv2.matchTemplate(small, pattern, cv2.TM_CCOEFF_NORMED), np.float32)
+    return [(left + x * step_x, top + y * step_y) for x, y in _peaks(scores, pattern.shape)]
 
 
 def _span(near: float, size: int, reach: float, end: int) -> tuple[int, int]:
@@ -107,23 +109,36 @@ def _cut(picture: Picture, box: tuple[int, int, int, int]) -> Picture:
     return np.asarray(padded, dtype=np.uint8)
 
 
-def _peaks(scores: Pixels, shape: tuple[int, ...]) -> list[tuple[int, int]]:
+def _peaks(scores: Pixels, shape: tuple[int, ...]) -> list[tuple[float, float]]:
     """Columns and rows of the highest scores that lie apart from each other, highest first."""
     # Where the scene is flat, the correlation is 0 / 0.
-    rest = np.where(np.isfinite(scores), scores, np.float32(-1.0))
+    known = np.where(np.isfinite(scores), scores, np.float32(-1.0))
+    rest = known.copy()
     away_y, away_x = (max(1, round(APART_SHARE * size)) for size in shape)
     found = []
     for _ in range(PLACES):
         _, best, _, (x, y) = cv2.minMaxLoc(rest)
         if best < FOUND_AT_LEAST:
             break
-        found.append((x, y))
+        found.append((x + _vertex(known[y, :], x), y + _vertex(known[:, x], y)))
         rest[max(0, y - away_y) : y + away_y + 1, max(0, x - away_x) : x + away_x + 1] = -1.0
     return found
+
+
+def _vertex(scores: Pixels, place: int) -> float:
+    """How far from a highest score the vertex of the parabola lies through it and its neighbours.
+
+    A pixel of the reduced picture may span ten: the registration wants to begin nearer than that.
+    """
+    if not 0 < place < len(scores) - 1:
+        return 0.0
+    before, here, after = (float(score) for score in scores[place - 1 : place + 2])
+    bend = before - 2 * here + after
+    return 0.5 * (before - after) / bend if bend < 0 else 0.0
 
 
 def _reduce(picture: Picture | Pixels, scale: float) -> Pixels:
     if scale <= 1.0:
         return picture.astype(np.float32)
-    size = (max(1, int(picture.shape[1] / scale)), max(1, int(picture.shape[0] / scale)))
+    size = (max(1, round(picture.shape[1] / scale)), max(1, round(picture.shape[0] / scale)))
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
