@@ -26,7 +26,7 @@ from count_video.footage.reader import Footage, open_footage
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import FootageInfo, Track, TrialResult, WallSide
 from count_video.tracking.lone import track_free_bodies
-from count_video.tracking.track import Region, TrackSettings, track_clip
+from count_video.tracking.track import Region, TrackSettings, tracks
 
 
 @dataclass(frozen=True)
@@ -83,15 +83,33 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
     with open_footage(path, capture_fps=settings.capture_fps) as footage:
         looking = TrackSettings(settings.wall_side, settings.region, settings.start, settings.end)
         try:
-            track = track_clip(footage, looking, progress)
+            trial = _with_likeliest_pair(footage, looking, settings, progress)
         except TrackingError:
             return _without_pair(footage, looking, progress)
-        trial = _with_pair(footage, track, settings)
         if trial.result.status == "counted":
             return trial
         # A shadow or a hand may have been taken for the second body.
         alone = _without_pair(footage, looking, progress)
         return alone if verdict.bounces_alone(alone.result, alone.track) else trial
+
+
+def _with_likeliest_pair(
+    footage: Footage, looking: TrackSettings, settings: TrialSettings, progress: Progress
+) -> Trial:
+    """Work through a clip with the first two bodies that move as ball and heavy body do.
+
+    The first two of all stand for the others if none of them bear out their collisions.
+    """
+    first = None
+    for track in tracks(footage, looking, progress):
+        trial = _with_pair(footage, track, settings)
+        first = first or trial
+        borne_out = trial.found is not None and trial.found.borne_out
+        if borne_out or trial.result.status == "counted":
+            return trial
+    if first is None:
+        raise TrackingError("no two bodies can be followed")
+    return first
 
 
 def _with_pair(footage: Footage, track: Track, settings: TrialSettings) -> Trial:

@@ -63,10 +63,13 @@ def has_kink(frame: Floats, signal: Floats, corner: Corner, limits: tuple[float,
 
 
 def _bends(frame: Floats, signal: Floats, corner: Corner, limits: tuple[float, float]) -> bool:
-    """Whether one parabola describes a short flight clearly better than two straight lines."""
+    """Whether one parabola describes short flights clearly better than two straight lines.
+
+    A flight may be short on one side only: further away than that the long one bends as well.
+    """
     chosen = np.isfinite(signal) & (np.abs(frame - corner.frame) > HALF_EXPOSURE)
     chosen &= (frame > limits[0] + HALF_EXPOSURE) & (frame < limits[1] - HALF_EXPOSURE)
-    chosen &= np.abs(frame - corner.frame) < LAST_WINDOW_FRAMES
+    chosen &= np.abs(frame - corner.frame) < FLIGHT_FRAMES
     if chosen.sum() < BEND_POINTS:
         return False
     time, values = frame[chosen] - corner.frame, signal[chosen]

@@ -24,6 +24,10 @@ from count_video.records import Collision, Floats, Track, Velocities
 from count_video.signals import sigma_of
 
 NEVER_TOUCH = "the two bodies that move never touch: where they turn back, a gap stays between them"
+STRAYS = (
+    "the cylinder does not move as its swing and these collisions would have it: some were missed, "
+    "or something else was taken for a body"
+)
 FEW_TO_BELIEVE = 2
 """Outlines can be learnt wrongly: against more collisions than this in a row they have no say."""
 
@@ -44,6 +48,9 @@ class SeenCollisions:
     """Between neighbours of the first burst; inf for fewer than two."""
     swing: Swing | None
     """The heavy body's path; None where the frames do not show all velocity steps."""
+    borne_out: bool
+    """Whether the heavy body's whole path follows from its swing and the collisions: then both
+    bodies were followed rightly."""
 
 
 def seen_collisions(track: Track) -> SeenCollisions:
@@ -52,7 +59,8 @@ def seen_collisions(track: Track) -> SeenCollisions:
     gaps = gaps_of(in_pictures(track, pace))
     found = _corroborated(gaps, track.ball_diameter_px)
     collisions = _collisions(found, gaps)
-    burst = find_burst(found, gaps, fit_swing(gaps, collisions))
+    swing = fit_swing(gaps, collisions)
+    burst = find_burst(found, gaps, swing)
     inside = found[: burst.count]
     shortcomings = burst.shortcomings
     few = len(inside) <= FEW_TO_BELIEVE
@@ -62,9 +70,13 @@ def seen_collisions(track: Track) -> SeenCollisions:
         collisions=tuple(in_frames(collision, pace) for collision in collisions),
         burst=burst.count,
         shortcomings=shortcomings,
-        doubts=tuple(unresolved(inside, gaps, pace)),
+        doubts=(
+            *unresolved(inside, gaps, pace),
+            *([STRAYS] if swing is not None and not swing.holds else []),
+        ),
         shortest_interval_frames=shortest_interval(inside) * pace,
         swing=swing_in_frames(fit_swing(gaps, collisions[: burst.count]), pace),
+        borne_out=swing is not None and swing.holds,
     )
 
 

@@ -24,6 +24,11 @@ FRAMES_BEYOND = 60.0
 POINTS_AT_LEAST = 20
 UNSHOWN_AT_MOST = 0.34
 """Share of the velocity steps that may be filled in from their neighbours."""
+STRAY_AT_LEAST_PX = 0.5
+STRAY_SHARE = 0.004
+"""A heavy body that was followed rightly, through collisions that are all known, strays less than
+this from its path, or than this share of its way: lenses bend a straight line, converted clips
+blend pictures."""
 CORRELATED_FRAMES = 10
 """What is left over is not white (reflections creep over polished brass): so many neighbouring
 frames count as one."""
@@ -43,6 +48,18 @@ class Swing:
     rate_squared_sigma: float
     centre_px: float
     """Distance of the heavy body's face where its threads hang straight down."""
+    stray_px: float
+    """RMS by which the heavy body strays from this path."""
+    way_px: float
+    """How far it goes."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether the path is that of a body that swings and takes these strokes.
+
+        If it is not, a body was mistaken for another, or collisions are missing.
+        """
+        return self.stray_px < max(STRAY_AT_LEAST_PX, STRAY_SHARE * self.way_px)
 
 
 def fit_swing(gaps: Gaps, burst: Sequence[Collision]) -> Swing | None:
@@ -66,13 +83,15 @@ def fit_swing(gaps: Gaps, burst: Sequence[Collision]) -> Swing | None:
     solution = _solve(_design(frame, place, times, -steps), place)
     if solution is None or solution[0][4] <= 0:
         return None
-    (_, _, bend, rate_squared, share), sigma = solution
+    (_, _, bend, rate_squared, share), sigma, stray = solution
     return Swing(
         mass_ratio=1 / share,
         mass_ratio_relative_sigma=sigma[4] / share,
         rate_squared=rate_squared,
         rate_squared_sigma=sigma[3],
         centre_px=float(place.mean()) + 2 * bend / rate_squared if rate_squared else np.nan,
+        stray_px=stray,
+        way_px=float(np.ptp(place)),
     )
 
 
@@ -93,8 +112,11 @@ def _design(frame: Floats, place: Floats, times: Floats, steps: Floats) -> Float
     return np.stack([np.ones_like(clock), clock, clock**2, -twice, ramps], axis=1)
 
 
-def _solve(design: Floats, place: Floats) -> tuple[Floats, Floats] | None:
-    """Coefficients and their standard uncertainties; None where the columns are not independent."""
+def _solve(design: Floats, place: Floats) -> tuple[Floats, Floats, float] | None:
+    """Coefficients, their standard uncertainties, and the RMS of what is left over.
+
+    None where the columns are not independent.
+    """
     scale = np.abs(design).max(axis=0)
     if not np.all(scale > 0):
         return None
@@ -105,4 +127,5 @@ def _solve(design: Floats, place: Floats) -> tuple[Floats, Floats] | None:
     left_over = place - scaled @ solution
     variance = float(left_over @ left_over) / (len(place) - design.shape[1])
     covariance = CORRELATED_FRAMES * variance * np.linalg.inv(scaled.T @ scaled)
-    return solution / scale, np.sqrt(np.diag(covariance)) / scale
+    stray = float(np.sqrt(np.mean(left_over**2)))
+    return solution / scale, np.sqrt(np.diag(covariance)) / scale, stray

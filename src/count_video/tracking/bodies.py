@@ -7,7 +7,7 @@ moves opposite to the ball, but so exactly that the sum of the two places never 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,6 +56,8 @@ class Bodies:
     """Direction of motion in the picture that was searched."""
     upright: bool
     """True if that picture was transposed because the bodies move up and down."""
+    seen_as: PatchPair
+    """The moving patches from which they were learnt."""
 
 
 @dataclass(frozen=True)
@@ -65,10 +67,13 @@ class NotFound:
     reason: str
 
 
-def find_bodies(runs: Sequence[Sequence[Frame]], *, faint: bool = False) -> Bodies | NotFound:
+def find_bodies(
+    runs: Sequence[Sequence[Frame]], *, faint: bool = False, tried: Collection[PatchPair] = ()
+) -> Bodies | NotFound:
     """Find the two bodies that move along one line, from runs of consecutive frames.
 
-    ``faint`` looks for bodies that hardly stand out as well.
+    ``faint`` looks for bodies that hardly stand out as well; ``tried`` are patches that came to
+    nothing.
     """
     features = [moving_features(run, faint=faint) for run in runs]
     direction = motion_direction_deg(features)
@@ -85,12 +90,12 @@ def find_bodies(runs: Sequence[Sequence[Frame]], *, faint: bool = False) -> Bodi
         return NotFound("no body moves steadily along a line in this clip")
     best, most = None, 0
     for pair in rank_pairs(groups)[:CANDIDATES] + pairs_across_runs(groups)[:CANDIDATES]:
-        learnt = _learn_pair(runs, pair, direction)
+        learnt = None if pair in tried else _learn_pair(runs, pair, direction)
         if learnt is None:
             continue
         seen = min(len(body.sightings) for body in learnt)
         if seen > most:
-            best, most = Bodies(*learnt, direction, upright), seen
+            best, most = Bodies(*learnt, direction, upright, pair), seen
         if most >= SEEN_EACH_RUN * len(runs):
             break
     if best is not None:

@@ -97,8 +97,7 @@ class Follower:
         reach *= LOST_GROWTH ** min(self._lost, 12)
         known = self._place is not None and reach < picture.shape[1]
         near, reach_px = _plus(place, shift), reach if known else None
-        found = search(picture, self.body.sprite, near, self.slope, reach_px=reach_px)
-        fit = None if found is None else register(picture, self.body.sprite, found)
+        fit = search(picture, self.body.sprite, near, self.slope, reach_px=reach_px)
         return fit if self._believed(fit) else None
 
     def _guess(self, index: int) -> tuple[float, float] | None:

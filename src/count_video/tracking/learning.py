@@ -212,8 +212,7 @@ def _find(
     """Register the sprite at a guess, or where a search finds it if there it agrees poorly."""
     fit = None if guess is None else register(picture, sketch.sprite, guess)
     if fit is None or fit.agreement < AGREEMENT_SHARE * typical:
-        place = search(picture, sketch.sprite, sketch.start, slope)
-        other = None if place is None else register(picture, sketch.sprite, place)
+        other = search(picture, sketch.sprite, sketch.start, slope)
         if other is not None and (fit is None or other.agreement > fit.agreement):
             fit = other
     if fit is None or fit.agreement < AGREEMENT_AT_LEAST or fit.inside < INSIDE_AT_LEAST:

@@ -1,7 +1,8 @@
 """Find a sprite in a picture when nothing is known of its place, or only roughly.
 
 Normalised cross-correlation of the sprite's box with the picture, at reduced size: a place right
-to a few pixels is all that the registration needs.
+to a few pixels is all that the registration needs. So coarse a look confuses a plain body with what
+is like it in the scenery, so the best few places are registered and the best agreement counts.
 """
 
 from __future__ import annotations
@@ -10,12 +11,21 @@ import cv2
 import numpy as np
 
 from count_video.tracking.peak import peak_of
+from count_video.tracking.register import Fit, register
 from count_video.tracking.sprite import Picture, Pixels, Sprite
 
 COARSE_HEIGHT_PX = 28
 """The sprite is reduced until it is about this high."""
 FOUND_AT_LEAST = 0.45
 """Correlation below which nothing is said to be found."""
+PLACES = 4
+"""So many places are registered."""
+APART_SHARE = 0.25
+"""Places lie this share of the sprite's width and height apart at least."""
+SURE = 0.95
+"""With this agreement a place needs no rival."""
+BEYOND_SHARE = 0.65
+"""Bodies that come in or go out are looked for while they stick out of the picture so far."""
 ROWS_OF_SLACK = 0.25
 """The band searched is this much higher than the sprite on either side, as a share of it."""
 
@@ -26,7 +36,7 @@ def search(
     near: tuple[float, float],
     slope: float,
     reach_px: float | None = None,
-) -> tuple[float, float] | None:
+) -> Fit | None:
     """Find the sprite along the line of motion; None where nothing like it is there.
 
     Parameters
@@ -41,37 +51,83 @@ def search(
         Rise of the line of motion: change of y by x.
     reach_px
         How far from ``near`` to look along x; None for the whole width.
+    """
+    best: Fit | None = None
+    for place in likely_places(picture, sprite, near, slope, reach_px):
+        fit = register(picture, sprite, place)
+        if fit is not None and (best is None or fit.agreement > best.agreement):
+            best = fit
+        if best is not None and best.agreement > SURE:
+            break
+    return best
 
-    Returns
-    -------
-    tuple of float or None
-        Place (x, y) of the sprite's top left pixel, right to a few px.
+
+def likely_places(
+    picture: Picture,
+    sprite: Sprite,
+    near: tuple[float, float],
+    slope: float,
+    reach_px: float | None = None,
+) -> list[tuple[float, float]]:
+    """Places (x, y) of the sprite's top left pixel, right to a few px, the likeliest first.
+
+    Parameters are those of :func:`search`.
     """
     height, width = sprite.shape
     reach = float(picture.shape[1]) if reach_px is None else reach_px
-    left = int(max(0, near[0] - reach))
-    right = int(min(picture.shape[1], near[0] + width + reach))
     rise = abs(slope) * min(reach, picture.shape[1])
     slack = ROWS_OF_SLACK * height + (rise if reach_px is not None else rise / 2)
-    top = int(max(0, near[1] - slack))
-    bottom = int(min(picture.shape[0], near[1] + height + slack))
+    left, right = _span(near[0], width, reach, picture.shape[1])
+    top, bottom = _span(near[1], height, slack, picture.shape[0])
     if right - left < width or bottom - top < height:
-        return None
+        return []
     scale = max(1.0, min(height, width) / COARSE_HEIGHT_PX)
-    scene = _reduce(picture[top:bottom, left:right], scale)
+    scene = _cut(picture, (left, top, right, bottom))
+    small = _reduce(scene, scale)
+    step_y, step_x = (full / few for full, few in zip(scene.shape, small.shape, strict=True))
     pattern = _reduce(sprite.appearance, scale)
-    scores: Pixels = np.asarray(
-        cv2.matchTemplate(scene, pattern, cv2.TM_CCOEFF_NORMED), dtype=np.float32
-    )
-    _, best, _, (column, row) = cv2.minMaxLoc(scores)
-    if best < FOUND_AT_LEAST:
-        return None
-    x, y = peak_of(scores[row], column), peak_of(scores[:, column], row)
-    return left + x * scale, top + y * scale
+    scores = np.asarray(cv2.matchTemplate(small, pattern, cv2.TM_CCOEFF_NORMED), np.float32)
+    return [(left + x * step_x, top + y * step_y) for x, y in _peaks(scores, pattern.shape)]
+
+
+def _span(near: float, size: int, reach: float, end: int) -> tuple[int, int]:
+    """First and last px of what is searched along one axis: the body may stick out at both ends."""
+    beyond = int(BEYOND_SHARE * size)
+    return int(max(-beyond, near - reach)), int(min(end + beyond, near + size + reach))
+
+
+def _cut(picture: Picture, box: tuple[int, int, int, int]) -> Picture:
+    """Cut out a box; beyond the picture's border its last row or column goes on."""
+    left, top, right, bottom = box
+    height, width = picture.shape
+    inside = picture[max(0, top) : min(height, bottom), max(0, left) : min(width, right)]
+    above, below = max(0, -top), max(0, bottom - height)
+    before, after = max(0, -left), max(0, right - width)
+    if not any((above, below, before, after)):
+        return inside
+    border = cv2.BORDER_REPLICATE
+    padded = cv2.copyMakeBorder(inside, above, below, before, after, borderType=border)
+    return np.asarray(padded, dtype=np.uint8)
+
+
+def _peaks(scores: Pixels, shape: tuple[int, ...]) -> list[tuple[float, float]]:
+    """Columns and rows of the highest scores that lie apart from each other, highest first."""
+    # Where the scene is flat, the correlation is 0 / 0.
+    known = np.where(np.isfinite(scores), scores, np.float32(-1.0))
+    rest = known.copy()
+    away_y, away_x = (max(1, round(APART_SHARE * size)) for size in shape)
+    found = []
+    for _ in range(PLACES):
+        _, best, _, (x, y) = cv2.minMaxLoc(rest)
+        if best < FOUND_AT_LEAST:
+            break
+        found.append((peak_of(known[y, :], x), peak_of(known[:, x], y)))
+        rest[max(0, y - away_y) : y + away_y + 1, max(0, x - away_x) : x + away_x + 1] = -1.0
+    return found
 
 
 def _reduce(picture: Picture | Pixels, scale: float) -> Pixels:
     if scale <= 1.0:
         return picture.astype(np.float32)
-    size = (max(1, int(picture.shape[1] / scale)), max(1, int(picture.shape[0] / scale)))
+    size = (max(1, round(picture.shape[1] / scale)), max(1, round(picture.shape[0] / scale)))
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.float32)

@@ -6,7 +6,7 @@ the bodies look like; the main pass streams every frame once and keeps none of t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,22 +21,35 @@ from count_video.tracking.certainty import stated_sigmas
 from count_video.tracking.follow import Follower
 from count_video.tracking.pilot import pilots
 from count_video.tracking.roles import wall_side
+from count_video.tracking.seeds import PatchPair
 from count_video.tracking.standing import steadied
 from count_video.tracking.view import Region, TrackSettings, View, view_of
 
-__all__ = ["Region", "TrackSettings", "track_clip"]
+__all__ = ["Region", "TrackSettings", "track_clip", "tracks"]
 
 FRAMES_AT_LEAST = 12
 """Shorter clips show no motion to speak of."""
 SEEN_AT_LEAST = 0.5
 """A body seen in a smaller share of the frames was not followed."""
+PAIRS_AT_MOST = 3
+"""So many pairs of bodies are followed in turn, should the others not do."""
 PROGRESS_STEP = 16
 
 
 def track_clip(
     footage: Footage, settings: TrackSettings, progress: Progress = NO_PROGRESS
 ) -> Track:
-    """Measure where ball and heavy body were, frame by frame.
+    """Measure where ball and heavy body were, frame by frame; raises as :func:`tracks` does."""
+    return next(tracks(footage, settings, progress))
+
+
+def tracks(
+    footage: Footage, settings: TrackSettings, progress: Progress = NO_PROGRESS
+) -> Iterator[Track]:
+    """Measure where ball and heavy body were, frame by frame, the likeliest bodies first.
+
+    There is a second track only where more than two things move, or one body shows up in different
+    ways. Each takes a pass through the footage when it is asked for.
 
     Raises
     ------
@@ -47,31 +60,48 @@ def track_clip(
     """
     view = view_of(footage, settings)
     for runs in pilots(view):
-        bodies, camera = _find(runs)
+        steady, camera = steadied(runs)
+        bodies = _find(steady, ())
         if isinstance(bodies, Bodies):
             break
     if isinstance(bodies, NotFound):
         _pass_over(view, progress)
         raise TrackingError(bodies.reason)
-    frames, left, right = _follow(view, bodies, camera, progress)
-    track = _track(bodies, frames, (left, right), (view, settings.wall_side))
+    tried: list[PatchPair] = []
+    shown, fault = False, None
+    while isinstance(bodies, Bodies):
+        afresh = Camera(camera.landmarks)
+        frames, left, right = _follow(view, bodies, afresh, progress)
+        try:
+            track = _track(bodies, frames, (left, right), (view, settings.wall_side))
+            yield _with_shift(track, afresh, view)
+            shown = True
+        except TrackingError as error:
+            fault = fault or error
+        tried.append(bodies.seen_as)
+        bodies = _find(steady, tried) if len(tried) < PAIRS_AT_MOST else NotFound("")
+    if fault is not None and not shown:
+        raise fault
+
+
+def _find(runs: Sequence[Sequence[Frame]], tried: Sequence[PatchPair]) -> Bodies | NotFound:
+    """Find the bodies in steady runs, first by what stands out, then by what is faint."""
+    # A ball that bounces to and fro moves evenly in short runs only.
+    short = [half for run in runs for half in (run[: len(run) // 2], run[len(run) // 2 :]) if half]
+    for pieces, faint in ((runs, False), (short, False), (runs, True), (short, True)):
+        bodies = find_bodies(pieces, faint=faint, tried=tried)
+        if isinstance(bodies, Bodies):
+            break
+    return bodies
+
+
+def _with_shift(track: Track, camera: Camera, view: View) -> Track:
+    """Add to a track how the camera moved, if it did."""
     motion = camera.motion()
     if motion is None:
         return track
     # Where the shift is unknown no body has a place either.
     return replace(track, shift_px=view.factor * np.nan_to_num(motion.shift_px))
-
-
-def _find(runs: list[list[Frame]]) -> tuple[Bodies | NotFound, Camera]:
-    """Find the bodies in runs, first by what stands out, then by what is faint."""
-    runs, camera = steadied(runs)
-    # A ball that bounces to and fro moves evenly in short runs only.
-    short = [half for run in runs for half in (run[: len(run) // 2], run[len(run) // 2 :]) if half]
-    for pieces, faint in ((runs, False), (short, False), (runs, True), (short, True)):
-        bodies = find_bodies(pieces, faint=faint)
-        if isinstance(bodies, Bodies):
-            break
-    return bodies, camera
 
 
 def _pass_over(view: View, progress: Progress) -> None:
