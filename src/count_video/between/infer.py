@@ -106,7 +106,7 @@ def count_between(
     strayed = _strayed(fits[0], observed, track)
     if strayed is not None:
         return strayed
-    return _answer(found, observed, weigh(observed, noise, prior, fits))
+    return _answer(found, observed, weigh(observed, noise, prior, fits, coarse))
 
 
 def measure_burst(
