@@ -33,7 +33,7 @@ RATE_SIGMA_UNKNOWN = 1.0
 PULL_SHARE = 0.3
 """The heavy body hangs from the ball's rest by about this share of the ball's way to the wall."""
 DRIFT_SIGMA_PX = 0.02
-"""Errors of outlines that hang together: measured on rendered clips, of which the truth is known."""
+"""Errors of outlines that hang together, as measured on rendered clips whose truth is known."""
 FLOORS_PX = (6.0, 0.6)
 """The fit begins coarsely: far from the solution only large residuals should pull."""
 SCATTERS = (0.0002, 0.001, 0.005, 0.02)

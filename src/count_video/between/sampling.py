@@ -14,7 +14,6 @@ from count_video.between.model import Paths
 from count_video.between.parameters import Column
 from count_video.records import Floats
 
-
 BLUR_MOMENTS = 16
 
 
@@ -54,7 +53,7 @@ def sample(paths: Paths, sets: Floats, frame: Floats) -> Sampled:
 
 
 def blur_of(paths: Paths, values: Floats, frame: Floats) -> Floats:
-    """Standard deviation of the ball's place over each exposure of the first motion, px.
+    """Give the standard deviation of the ball's place over the exposures of one motion, px.
 
     Shape (frames,); from some moments of the exposure, as nothing hangs on its last digits.
     """
