@@ -182,10 +182,11 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
     seen = sum(collision.seen for collision in burst)
     ratio = result.mass_ratio or between.mass_ratio.value
     pi = pi_bounds(count, ratio, 1)
+    doubtful = between.probability[count] < PROBABILITY_AT_LEAST
     counted_now = replace(
         result,
         status="counted",
-        reason=None,
+        reason=left_open(between, result.mass_ratio) if doubtful else None,
         count=count,
         seen=seen,
         between_frames=count - seen,

@@ -20,7 +20,7 @@ from count_video.between.parameters import (
     within_limits,
 )
 from count_video.between.rivals import with_deviations
-from count_video.between.solving import Solution, modelled, noise_of, solve
+from count_video.between.solving import Solution, noise_of, solve
 from count_video.collisions.seen import SeenCollisions
 from count_video.collisions.swing import Swing
 from count_video.records import Collision, Floats
@@ -54,10 +54,9 @@ def forward_fit(
             part = until(observed, burst[count].frame - observed.origin - CLEAR_FRAMES)
         missing = FIRST_DEVIATION + deviations_of(count) - len(values)
         values = np.concatenate([values, np.zeros(max(missing, 0))])
-        _, sampled = modelled(part, values[None], count)
         solution = solve(
             part,
-            noise_of(part, sampled, FLOOR_PX),
+            noise_of(part, values, count, FLOOR_PX),
             with_deviations(prior, count, SCATTER),
             values,
             count,

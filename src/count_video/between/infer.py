@@ -13,6 +13,7 @@ import numpy as np
 
 from count_video.between.ending import end_chances
 from count_video.between.energy import ending_of, energy_kept
+from count_video.between.estimates import estimate, mass_ratio, shares_of
 from count_video.between.events import collisions_of
 from count_video.between.forward import calm_beginning, forward_fit
 from count_video.between.observations import Observations, observe
@@ -106,7 +107,7 @@ def count_between(
     strayed = _strayed(fits[0], observed, track)
     if strayed is not None:
         return strayed
-    return _answer(found, observed, weigh(observed, noise, prior, fits))
+    return _answer(found, observed, weigh(observed, noise, prior, fits, coarse))
 
 
 def measure_burst(
@@ -172,6 +173,7 @@ def _answer(
     weighed: Weighed,
 ) -> Between:
     chances = probabilities(weighed)
+    shares = shares_of(weighed, chances)
     count = max(chances, key=lambda number: chances[number])
     solution = max(
         (fit for fit in weighed.values() if fit[1].count == count), key=lambda fit: fit[0]
@@ -182,23 +184,16 @@ def _answer(
     if fewer > more and fewer > TURNED_BEFORE:
         count -= 1
         solution = replace(solution, count=count)
-    values, sigmas = solution.values, _sigmas(solution)
+    values = solution.values
     paths, _ = modelled(observed, values[None], count)
-    ratio = float(np.exp(-values[Column.LIGHTNESS]))
     return Between(
         count=count,
         probability=doubted(chances, count),
         collisions=collisions_of(observed, solution, found),
-        mass_ratio=Estimate(ratio, ratio * float(sigmas[Column.LIGHTNESS])),
-        restitution_bodies=Estimate(float(values[Column.BODIES]), float(sigmas[Column.BODIES])),
-        restitution_wall=Estimate(float(values[Column.BOUNCE]), float(sigmas[Column.BOUNCE])),
+        mass_ratio=mass_ratio(weighed, shares),
+        restitution_bodies=estimate(weighed, shares, Column.BODIES),
+        restitution_wall=estimate(weighed, shares, Column.BOUNCE),
         energy_kept=tuple(float(share) for share in energy_kept(paths, values)),
         ending=ending_of(paths, values),
         misfit_px=_root_mean_square(solution),
     )
-
-
-def _sigmas(solution: Solution) -> Floats:
-    """Give the standard uncertainties of the parameters."""
-    variances = np.diag(np.linalg.pinv(solution.hessian, hermitian=True))
-    return np.asarray(np.sqrt(np.maximum(variances, 0.0)))

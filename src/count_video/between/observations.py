@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from count_video.between.drift import drift_shape
 from count_video.collisions.gaps import Gaps, gaps_of
 from count_video.collisions.seen import SeenCollisions
 from count_video.records import Collision, Floats, Track
@@ -36,6 +37,8 @@ class Observations:
     """The ball's centre, away from the wall."""
     heavy_px: Floats
     """The heavy body's face less the ball's near half: where the ball's centre is in contact."""
+    drift: Floats
+    """Share of each rise in the drift of the heavy body's outline, shape (frames, DRIFTS)."""
     ball_sigma_px: float
     """White noise of one frame."""
     heavy_sigma_px: float
@@ -66,6 +69,7 @@ def observe(track: Track, found: SeenCollisions) -> Observations:
         frame=gaps.frame[chosen] - burst[0].frame,
         ball_px=gaps.ball_px[chosen],
         heavy_px=gaps.heavy_px[chosen] - near_edge,
+        drift=drift_shape(gaps.heavy_px[chosen]),
         ball_sigma_px=sigma_of(gaps.ball_px),
         heavy_sigma_px=sigma_of(gaps.heavy_px),
         last=burst[-1].frame - burst[0].frame,
@@ -104,4 +108,5 @@ def until(observed: Observations, end: float) -> Observations:
         frame=observed.frame[keep],
         ball_px=observed.ball_px[keep],
         heavy_px=observed.heavy_px[keep],
+        drift=observed.drift[keep],
     )

@@ -15,9 +15,10 @@ from count_video.records import Floats
 
 
 class Column(IntEnum):
-    """Columns of an array of parameter sets, shape (sets, len(Column) + deviations).
+    """Columns of an array of parameter sets, shape (sets, FIRST_DEVIATION + deviations).
 
-    The columns beyond these are the deviations of the restitution at each collision.
+    Beyond these are the drift of the outline and the deviations of the restitution at each
+    collision.
     """
 
     HEAVY = 0
@@ -49,7 +50,11 @@ class Column(IntEnum):
     sees the face's rim and the ball under changing angles."""
 
 
-FIRST_DEVIATION = len(Column)
+FIRST_DRIFT = len(Column)
+DRIFTS = 8
+"""Columns for the rises of the drift of the heavy body's outline along its path, px; then follow
+the deviations."""
+FIRST_DEVIATION = FIRST_DRIFT + DRIFTS
 MOST_DEVIATIONS = 60
 """Of more collisions, neighbours of a kind share a deviation: what matters is how much energy is
 lost by when, and neighbours lose it at nearly the same time."""

@@ -13,6 +13,7 @@ import numpy as np
 from count_video.between.observations import Observations, until
 from count_video.between.parameters import (
     FIRST_DEVIATION,
+    FIRST_DRIFT,
     Column,
     Prior,
     deviation_places,
@@ -31,9 +32,11 @@ RATE_SIGMA_UNKNOWN = 1.0
 """The same where the capture rate is not known."""
 PULL_SHARE = 0.3
 """The heavy body hangs from the ball's rest by about this share of the ball's way to the wall."""
+DRIFT_SIGMA_PX = 0.02
+"""Errors of outlines that hang together, as measured on rendered clips whose truth is known."""
 FLOORS_PX = (6.0, 0.6)
 """The fit begins coarsely: far from the solution only large residuals should pull."""
-SCATTERS = (0.0004, 0.0015, 0.006, 0.02)
+SCATTERS = (0.0002, 0.001, 0.005, 0.02)
 """Standard deviations of the restitution from collision to collision that are tried."""
 UNEVEN = 0.015
 """Starts differ if the difference of their restitutions does by so much."""
@@ -82,6 +85,7 @@ def prior_of(rough: Floats, known: Knowledge) -> Prior:
     prior = prior.with_value(Column.BALL_SWING, 0.0, 0.05)
     prior = prior.with_value(Column.EXPOSURE, 0.5, 0.3)
     prior = prior.with_value(Column.PARALLAX, 0.0, 0.05)
+    prior.sigma[FIRST_DRIFT:FIRST_DEVIATION] = DRIFT_SIGMA_PX
     prior = prior.with_value(Column.BODIES, 0.95, 0.1)
     prior = prior.with_value(Column.BOUNCE, 0.95, 0.1)
     if known.mass_ratio is not None:
@@ -165,7 +169,7 @@ def _best_start(
 def _coarse_fit(
     observed: Observations, prior: Prior, start: Floats, count: int, bearable: float
 ) -> Solution:
-    noise = _noise_at(observed, start, count, FLOORS_PX[0])
+    noise = noise_of(observed, start, count, FLOORS_PX[0])
     coarsest = solve(observed, noise, prior, start, count)
     return refloored(observed, prior, coarsest.values, count, bearable)
 
@@ -175,7 +179,7 @@ def refloored(
 ) -> Solution:
     """Fit a count with the last of the floors, without scatter."""
     start = _led_to_the_last(observed, prior, start, count)
-    noise = _noise_at(observed, start, count, FLOORS_PX[-1])
+    noise = noise_of(observed, start, count, FLOORS_PX[-1])
     return solve(observed, noise, prior, start, count, bearable)
 
 
@@ -189,13 +193,8 @@ def _led_to_the_last(observed: Observations, prior: Prior, start: Floats, count:
     before = until(observed, observed.last - CLEAR_FRAMES)
     if paths.time[0, -1] <= observed.frame[-1] or len(before.frame) < 2 or count < 2:
         return start
-    noise = _noise_at(before, start, count - 1, FLOORS_PX[-1])
+    noise = noise_of(before, start, count - 1, FLOORS_PX[-1])
     return solve(before, noise, prior, start, count - 1).values
-
-
-def _noise_at(observed: Observations, values: Floats, count: int, floor: float) -> Noise:
-    _, sampled = modelled(observed, values[None], count)
-    return noise_of(observed, sampled, floor)
 
 
 def fine_fit(

@@ -14,6 +14,8 @@ from count_video.between.model import Paths
 from count_video.between.parameters import Column
 from count_video.records import Floats
 
+BLUR_MOMENTS = 16
+
 
 @dataclass(frozen=True)
 class Sampled:
@@ -21,8 +23,6 @@ class Sampled:
 
     ball: Floats
     """Mean over the exposure."""
-    ball_centre: Floats
-    """At the middle of the exposure."""
     heavy: Floats
     """At the middle of the exposure, as the outline of the face is measured."""
 
@@ -46,10 +46,21 @@ def sample(paths: Paths, sets: Floats, frame: Floats) -> Sampled:
     opened = _integral(paths, moment(paths, frame - half), whole)
     closed = _integral(paths, moment(paths, frame + half), whole)
     middle = moment(paths, np.broadcast_to(frame, (len(sets), len(frame))))
-    ball, heavy = (_place(paths, middle, body) for body in ("ball", "heavy"))
+    heavy = _place(paths, middle, "heavy")
     from_rest = heavy - sets[:, Column.BALL_REST, None]
     outline = sets[:, Column.CONTACT, None] + sets[:, Column.PARALLAX, None] * from_rest
-    return Sampled((closed - opened) / (2 * half), ball, heavy + outline)
+    return Sampled((closed - opened) / (2 * half), heavy + outline)
+
+
+def blur_of(paths: Paths, values: Floats, frame: Floats) -> Floats:
+    """Give the standard deviation of the ball's place over the exposures of one motion, px.
+
+    Shape (frames,); from some moments of the exposure, as nothing hangs on its last digits.
+    """
+    share = (np.arange(BLUR_MOMENTS) + 0.5) / BLUR_MOMENTS - 0.5
+    times = frame[:, None] + share * values[Column.EXPOSURE]
+    places = _place(paths, moment(paths, times.reshape(1, -1)), "ball")
+    return np.asarray(places.reshape(times.shape).std(axis=1))
 
 
 def moment(paths: Paths, time: Floats) -> Moment:

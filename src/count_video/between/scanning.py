@@ -102,6 +102,7 @@ def _thinned(observed: Observations) -> Observations:
         frame=observed.frame[keep],
         ball_px=observed.ball_px[keep],
         heavy_px=observed.heavy_px[keep],
+        drift=observed.drift[keep],
     )
 
 
