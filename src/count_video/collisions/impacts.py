@@ -22,6 +22,7 @@ import numpy as np
 
 from count_video.collisions.flight import Motion, Rows, flies_freely, straying
 from count_video.collisions.onesided import Side, crossing, fit_side, side_frames
+from count_video.collisions.swinging import excess
 from count_video.collisions.turns import Turn, find_turns, usual_flight
 
 JUMP_SIGMAS = 5.0
@@ -40,6 +41,12 @@ CONTACT_TIMES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
 CONTACT_SHARE = 0.06
 """Half the time that a contact takes, in pictures, and as a share of the usual flight: bumpers are
 springs, and soft balls touch for several pictures of a fast camera."""
+EXCESS_SHARE = 0.4
+EXCESS_SIGMAS = 3.0
+EXCESS_SIGMA_AT_MOST = 0.2
+"""At an impact the law of a swing leaves more than this share of the bend over, clear of the noise;
+where the share is known to less than the second, an impact's share of 1 is told from a swing's 0.
+"""
 STOP_SHARE = 0.08
 """Impacts on one stop lie within this share of the body's whole way."""
 STOP_SIGMAS = 6.0
@@ -58,7 +65,8 @@ class Impact:
     """Along the direction in which places are measured, in px per picture."""
     velocity_after: float
     clarity: float
-    """Jump of the velocity over its standard uncertainty; 0 where too few pictures show it."""
+    """Jump of the velocity over its standard uncertainty; 0 where too few pictures show it, or tell
+    it from the turn of a swing."""
     pictures: int
     """How many show the body flying freely, on the side where fewer do."""
 
@@ -116,7 +124,21 @@ def _sharpened(
     if corner is None or abs(corner.frame - turn.outermost) > moves:
         return None
     sharper = replace(turn, frame=corner.frame, corner=corner)
-    return sharper if _is_impact(sharper, motion, limits, contact) else None
+    if not _is_impact(sharper, motion, limits, contact):
+        return None
+    return _unlike_a_swing(sharper, motion, limits, contact)
+
+
+def _unlike_a_swing(
+    turn: Turn, motion: Motion, limits: tuple[float, float], contact: float
+) -> Turn | None:
+    """Leave a turn out where a swing explains it; mark it where too few pictures tell."""
+    left = excess(motion, turn.frame, limits, contact)
+    if left is None:
+        return replace(turn, told_from_swing=False)
+    if left.share > EXCESS_SHARE:
+        return replace(turn, told_from_swing=left.share > EXCESS_SIGMAS * left.sigma)
+    return replace(turn, told_from_swing=False) if left.sigma > EXCESS_SIGMA_AT_MOST else None
 
 
 def _unseen_around(motion: Motion, frame: float) -> float:
@@ -194,7 +216,7 @@ def _impact(turn: Turn, motion: Motion) -> Impact:
         place_px=motion.place_back(corner.value, corner.frame),
         velocity_before=motion.slope_back(corner.slope_before, corner.frame),
         velocity_after=motion.slope_back(corner.slope_after, corner.frame),
-        clarity=jump / max(corner.slope_sigma, 1e-9),
+        clarity=jump / max(corner.slope_sigma, 1e-9) if turn.told_from_swing else 0.0,
         pictures=min(corner.points),
     )
 

@@ -29,6 +29,8 @@ class Turn:
     """Frame of the outermost sample."""
     frame: float
     corner: Corner | None = None
+    told_from_swing: bool = True
+    """False where too few pictures tell the corner from the turn of a swing."""
 
 
 def find_turns(motion: Motion) -> list[Turn]:
