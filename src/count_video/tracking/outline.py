@@ -143,5 +143,5 @@ def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward:
         steepness = np.abs(slope[row, begin:stop])
         steepest.append(begin + peak_of(steepness, int(np.argmax(steepness))))
     edges = np.array(steepest)
-    outermost = float(np.quantile(edges, 0.1 if inward > 0 else 0.9))
+    outermost = float(np.quantile(edges, 0.1 if inward > 0 else 0.9, method="nearest"))
     return float(edges[np.abs(edges - outermost) <= NEAR_OUTERMOST_PX].mean())
