@@ -20,6 +20,7 @@ from count_video import verdict
 from count_video.between.infer import Between, Misfit, count_between, measure_burst
 from count_video.collisions.alone import seen_impacts
 from count_video.collisions.cadence import Cadence, cadence_of
+from count_video.collisions.ramps import Ramp, ramps_of
 from count_video.collisions.seen import SeenCollisions, seen_collisions
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage, open_footage
@@ -115,9 +116,8 @@ def _with_likeliest_pair(
 def _with_pair(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
     """Work through a clip in which a ball and a heavy body can be followed."""
     info, report = footage.info, footage.report()
-    shown, cadence = track, cadence_of(track)
-    track = cadence.evened(track) if cadence else track
-    found = seen_collisions(track)
+    shown = track
+    clock, track, found = _seen(track)
     result = verdict.counted(info, report, track, found, settings.masses, settings.ball_diameter_mm)
     between = None
     if verdict.leaves_room(found) and not settings.seen_only:
@@ -126,7 +126,23 @@ def _with_pair(footage: Footage, track: Track, settings: TrialSettings) -> Trial
     elif result.count:
         between = measure_burst(track, found, verdict.knowledge(info, settings.masses))
         result = verdict.measured(result, between)
-    return Trial(_as_shown(result, cadence), info, shown, found, between)
+    return Trial(_as_shown(result, clock), info, shown, found, between)
+
+
+def _seen(track: Track) -> tuple[Cadence | Ramp | None, Track, SeenCollisions]:
+    """Find the collisions by the clock that the clip was made by; also the track by that clock."""
+    cadence = cadence_of(track)
+    even = cadence.evened(track) if cadence else track
+    found = seen_collisions(even)
+    if found.borne_out and not found.doubts:
+        return cadence, even, found
+    for ramp in ramps_of(track):
+        steady = ramp.evened(track)
+        other = seen_collisions(steady, pace=1.0)
+        sure = other.borne_out and not other.doubts and not other.shortcomings
+        if sure and ramp.resolves(other.collisions):
+            return ramp, steady, other
+    return cadence, even, found
 
 
 def _without_pair(footage: Footage, looking: TrackSettings, progress: Progress) -> Trial:
@@ -142,8 +158,9 @@ def _without_pair(footage: Footage, looking: TrackSettings, progress: Progress) 
     return Trial(_as_shown(result, cadence), footage.info, track, None)
 
 
-def _as_shown(result: TrialResult, cadence: Cadence | None) -> TrialResult:
-    """Tell collisions by the frames that show them, where copies lie between the pictures."""
-    if cadence is None:
+def _as_shown(result: TrialResult, clock: Cadence | Ramp | None) -> TrialResult:
+    """Tell collisions by the frames that show them, where these were not taken evenly."""
+    if clock is None:
         return result
-    return replace(result, collisions=tuple(map(cadence.shown, result.collisions)))
+    warnings = (*result.warnings, clock.warning) if isinstance(clock, Ramp) else result.warnings
+    return replace(result, collisions=tuple(map(clock.shown, result.collisions)), warnings=warnings)

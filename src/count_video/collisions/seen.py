@@ -53,9 +53,13 @@ class SeenCollisions:
     bodies were followed rightly."""
 
 
-def seen_collisions(track: Track) -> SeenCollisions:
-    """Find the collisions that a track of both bodies shows."""
-    pace = frames_per_picture(track)
+def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
+    """Find the collisions that a track of both bodies shows.
+
+    ``pace`` is the number of frames from one picture to the next where the pictures are closest;
+    if it is not given, the usual number.
+    """
+    pace = frames_per_picture(track) if pace is None else pace
     gaps = gaps_of(in_pictures(track, pace))
     found = _corroborated(gaps, track.ball_diameter_px)
     collisions = _collisions(found, gaps)
