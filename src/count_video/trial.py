@@ -104,10 +104,11 @@ def _with_likeliest_pair(
     first = None
     for track in tracks(footage, looking, progress):
         trial = _with_pair(footage, track, settings)
-        first = first or trial
-        borne_out = trial.found is not None and trial.found.borne_out
-        if borne_out or trial.result.status == "counted":
+        if trial.found is not None and trial.found.borne_out:
             return trial
+        if first is None and trial.result.status == "counted":
+            return trial
+        first = first or trial
     if first is None:
         raise TrackingError("no two bodies can be followed")
     return first

@@ -19,7 +19,7 @@ from count_video.collisions.pace import (
     swing_in_frames,
 )
 from count_video.collisions.resolution import shortest_interval, unresolved
-from count_video.collisions.swing import Swing, fit_swing
+from count_video.collisions.swing import Swing, borne_out, fit_swing
 from count_video.records import Collision, Floats, Track, Velocities
 from count_video.signals import sigma_of
 
@@ -63,24 +63,24 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     gaps = gaps_of(in_pictures(track, pace))
     found = _corroborated(gaps, track.ball_diameter_px)
     collisions = _collisions(found, gaps)
-    swing = fit_swing(gaps, collisions)
-    burst = find_burst(found, gaps, swing)
+    right = borne_out(gaps, collisions)
+    burst = find_burst(found, gaps, fit_swing(gaps, collisions))
     inside = found[: burst.count]
     shortcomings = burst.shortcomings
     few = len(inside) <= FEW_TO_BELIEVE
     if few and never_touch(learn_contacts(inside, gaps), track.ball_diameter_px):
         shortcomings = (NEVER_TOUCH, *shortcomings)
+    doubts = tuple(unresolved(inside, gaps, pace))
+    if right is False and not doubts:
+        shortcomings = (*shortcomings, STRAYS)
     return SeenCollisions(
         collisions=tuple(in_frames(collision, pace) for collision in collisions),
         burst=burst.count,
         shortcomings=shortcomings,
-        doubts=(
-            *unresolved(inside, gaps, pace),
-            *([STRAYS] if swing is not None and not swing.holds else []),
-        ),
+        doubts=doubts,
         shortest_interval_frames=shortest_interval(inside) * pace,
         swing=swing_in_frames(fit_swing(gaps, collisions[: burst.count]), pace),
-        borne_out=swing is not None and swing.holds,
+        borne_out=bool(right),
     )
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from count_video.collisions.gaps import Gaps
 from count_video.records import Collision, Floats
+from count_video.signals import sigma_of
 
 FRAMES_BEYOND = 60.0
 """The path is used this far before the first and after the last collision."""
@@ -26,9 +27,10 @@ UNSHOWN_AT_MOST = 0.34
 """Share of the velocity steps that may be filled in from their neighbours."""
 STRAY_AT_LEAST_PX = 0.5
 STRAY_SHARE = 0.004
+STRAY_SIGMAS = 3.0
 """A heavy body that was followed rightly, through collisions that are all known, strays less than
-this from its path, or than this share of its way: lenses bend a straight line, converted clips
-blend pictures."""
+this from its path, or than this share of its way (lenses bend a straight line, converted clips
+blend pictures), or than so many standard deviations of its places."""
 CORRELATED_FRAMES = 10
 """What is left over is not white (reflections creep over polished brass): so many neighbouring
 frames count as one."""
@@ -48,18 +50,6 @@ class Swing:
     rate_squared_sigma: float
     centre_px: float
     """Distance of the heavy body's face where its threads hang straight down."""
-    stray_px: float
-    """RMS by which the heavy body strays from this path."""
-    way_px: float
-    """How far it goes."""
-
-    @property
-    def holds(self) -> bool:
-        """Whether the path is that of a body that swings and takes these strokes.
-
-        If it is not, a body was mistaken for another, or collisions are missing.
-        """
-        return self.stray_px < max(STRAY_AT_LEAST_PX, STRAY_SHARE * self.way_px)
 
 
 def fit_swing(gaps: Gaps, burst: Sequence[Collision]) -> Swing | None:
@@ -67,7 +57,51 @@ def fit_swing(gaps: Gaps, burst: Sequence[Collision]) -> Swing | None:
 
     Distances are those of ``gaps``. The uncertainties hold the scatter about the path.
     """
-    bodies = [collision for collision in burst if collision.kind == "bodies"]
+    path = _path(gaps, burst)
+    if path is None or path.solution[4] <= 0:
+        return None
+    _, _, bend, rate_squared, share = path.solution
+    return Swing(
+        mass_ratio=1 / share,
+        mass_ratio_relative_sigma=path.sigma[4] / share,
+        rate_squared=rate_squared,
+        rate_squared_sigma=path.sigma[3],
+        centre_px=path.mean_px + 2 * bend / rate_squared if rate_squared else np.nan,
+    )
+
+
+def borne_out(gaps: Gaps, collisions: Sequence[Collision]) -> bool | None:
+    """Whether the heavy body moves as one that swings and takes these strokes.
+
+    If it does not, a body was mistaken for another, or collisions are missing. None where the
+    frames do not show enough to tell.
+    """
+    path = _path(gaps, collisions)
+    if path is None:
+        return None
+    noise = STRAY_SIGMAS * sigma_of(gaps.heavy_px)
+    return path.stray_px < max(STRAY_AT_LEAST_PX, STRAY_SHARE * path.way_px, noise)
+
+
+@dataclass(frozen=True)
+class _Path:
+    """The linear model fitted to the heavy body's path."""
+
+    solution: Floats
+    """Its five unknowns, shape (5,)."""
+    sigma: Floats
+    """Their standard uncertainties, shape (5,)."""
+    stray_px: float
+    """RMS by which the places stray from the model."""
+    mean_px: float
+    """Mean of the places."""
+    way_px: float
+    """From the nearest place to the farthest."""
+
+
+def _path(gaps: Gaps, collisions: Sequence[Collision]) -> _Path | None:
+    """Fit the path; None where steps are not shown, or nothing can be solved."""
+    bodies = [collision for collision in collisions if collision.kind == "bodies"]
     times = np.array([collision.frame for collision in bodies])
     steps = gaps.sign * np.array(
         [c.velocity_after.ball_px_frame - c.velocity_before.ball_px_frame for c in bodies]
@@ -80,19 +114,8 @@ def fit_swing(gaps: Gaps, burst: Sequence[Collision]) -> Swing | None:
     frame, place = gaps.frame[used], gaps.heavy_px[used]
     if len(frame) < POINTS_AT_LEAST:
         return None
-    solution = _solve(_design(frame, place, times, -steps), place)
-    if solution is None or solution[0][4] <= 0:
-        return None
-    (_, _, bend, rate_squared, share), sigma, stray = solution
-    return Swing(
-        mass_ratio=1 / share,
-        mass_ratio_relative_sigma=sigma[4] / share,
-        rate_squared=rate_squared,
-        rate_squared_sigma=sigma[3],
-        centre_px=float(place.mean()) + 2 * bend / rate_squared if rate_squared else np.nan,
-        stray_px=stray,
-        way_px=float(np.ptp(place)),
-    )
+    solved = _solve(_design(frame, place, times, -steps), place)
+    return None if solved is None else _Path(*solved, float(place.mean()), float(np.ptp(place)))
 
 
 def _filled(steps: Floats) -> Floats:

@@ -7,7 +7,7 @@ moves opposite to the ball, but so exactly that the sum of the two places never 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -68,12 +68,12 @@ class NotFound:
 
 
 def find_bodies(
-    runs: Sequence[Sequence[Frame]], *, faint: bool = False, tried: Collection[PatchPair] = ()
+    runs: Sequence[Sequence[Frame]], *, faint: bool = False, tried: Sequence[Bodies] = ()
 ) -> Bodies | NotFound:
     """Find the two bodies that move along one line, from runs of consecutive frames.
 
-    ``faint`` looks for bodies that hardly stand out as well; ``tried`` are patches that came to
-    nothing.
+    ``faint`` looks for bodies that hardly stand out as well. ``tried`` came to nothing: others are
+    found if there are any, else the same ones from other patches.
     """
     features = [moving_features(run, faint=faint) for run in runs]
     direction = motion_direction_deg(features)
@@ -88,15 +88,16 @@ def find_bodies(
     groups = [patches(run, direction, width) for run in features]
     if not any(groups):
         return NotFound("no body moves steadily along a line in this clip")
-    best, most = None, 0
+    best, merit = None, (False, 0)
     for pair in rank_pairs(groups)[:CANDIDATES] + pairs_across_runs(groups)[:CANDIDATES]:
-        learnt = None if pair in tried else _learn_pair(runs, pair, direction)
+        known = any(pair == bodies.seen_as for bodies in tried)
+        learnt = None if known else _learn_pair(runs, pair, direction)
         if learnt is None:
             continue
-        seen = min(len(body.sightings) for body in learnt)
-        if seen > most:
-            best, most = Bodies(*learnt, direction, upright, pair), seen
-        if most >= SEEN_EACH_RUN * len(runs):
+        found = _others(learnt, tried), min(len(body.sightings) for body in learnt)
+        if found > merit:
+            best, merit = Bodies(*learnt, direction, upright, pair), found
+        if merit >= (True, SEEN_EACH_RUN * len(runs)):
             break
     if best is not None:
         return best
@@ -187,6 +188,26 @@ def _side_by_side(left: Body, right: Body) -> bool:
         return False
     a, b = a[ordered], b[ordered]
     return float(np.std(a + b)) > MIRROR_SHARE * float(np.std(b - a))
+
+
+def _others(learnt: tuple[Body, Body], tried: Sequence[Bodies]) -> bool:
+    """Whether one of the two is another body than in each of the pairs tried."""
+    return all(
+        _apart(learnt[0], bodies.left) or _apart(learnt[1], bodies.right) for bodies in tried
+    )
+
+
+def _apart(one: Body, other: Body) -> bool:
+    """Whether two bodies are at different places in the pictures that show both."""
+    both = sorted(set(one.sightings) & set(other.sightings))
+    if not both:
+        return True
+    middles, widths = [], []
+    for body in (one, other):
+        middle = (body.left_edge_px + body.right_edge_px) / 2
+        middles.append(np.array([body.sightings[index][0] for index in both]) + middle)
+        widths.append(body.right_edge_px - body.left_edge_px)
+    return float(np.median(np.abs(middles[0] - middles[1]))) > min(widths) / 2
 
 
 def _transposed(frame: Frame) -> Frame:

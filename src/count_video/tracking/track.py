@@ -21,7 +21,6 @@ from count_video.tracking.certainty import stated_sigmas
 from count_video.tracking.follow import Follower
 from count_video.tracking.pilot import pilots
 from count_video.tracking.roles import wall_side
-from count_video.tracking.seeds import PatchPair
 from count_video.tracking.standing import steadied
 from count_video.tracking.view import Region, TrackSettings, View, view_of
 
@@ -67,7 +66,7 @@ def tracks(
     if isinstance(bodies, NotFound):
         _pass_over(view, progress)
         raise TrackingError(bodies.reason)
-    tried: list[PatchPair] = []
+    tried: list[Bodies] = []
     shown, fault = False, None
     while isinstance(bodies, Bodies):
         afresh = Camera(camera.landmarks)
@@ -78,13 +77,13 @@ def tracks(
             shown = True
         except TrackingError as error:
             fault = fault or error
-        tried.append(bodies.seen_as)
+        tried.append(bodies)
         bodies = _find(steady, tried) if len(tried) < PAIRS_AT_MOST else NotFound("")
     if fault is not None and not shown:
         raise fault
 
 
-def _find(runs: Sequence[Sequence[Frame]], tried: Sequence[PatchPair]) -> Bodies | NotFound:
+def _find(runs: Sequence[Sequence[Frame]], tried: Sequence[Bodies]) -> Bodies | NotFound:
     """Find the bodies in steady runs, first by what stands out, then by what is faint."""
     # A ball that bounces to and fro moves evenly in short runs only.
     short = [half for run in runs for half in (run[: len(run) // 2], run[len(run) // 2 :]) if half]
