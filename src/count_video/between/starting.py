@@ -130,11 +130,12 @@ def _swing_rate(observed: Observations, expected: float | None) -> float:
 
     x(t) = a + b t - w^2 (second integral of x), with a and b of their own on each side.
     """
-    contact = float(np.interp(0.0, observed.frame, observed.heavy_px))
+    seen = np.isfinite(observed.heavy_px)
+    contact = float(np.interp(0.0, observed.frame[seen], observed.heavy_px[seen]))
     columns, places = [], []
     sides = (observed.frame < -CLEAR_FRAMES, observed.frame > observed.last + CLEAR_FRAMES)
     for number, side in enumerate(sides):
-        chosen = side & np.isfinite(observed.heavy_px)
+        chosen = side & seen
         if chosen.sum() < 8:
             continue
         frame = observed.frame[chosen]
