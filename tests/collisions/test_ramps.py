@@ -1,0 +1,144 @@
+"""Exports whose rate changes inside the clip, and what the cylinder's path says of a track."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from filmed_trials import FilmedTrial, Filming, film_motion, part
+
+from count_video.collisions.ramps import Ramp, ramps_of
+from count_video.collisions.seen import STRAYS, SeenCollisions, seen_collisions
+from count_video.physics.setup import Setup
+from count_video.physics.simulator import simulate
+from count_video.records import BodyTrack, Floats, Track
+
+LIGHT_KG = 0.0105
+NOISE_PX = 0.03
+CAPTURE_FPS = 1200.0
+TIME_WITHIN = 0.5
+"""Frames: a step at a change of the rate is known to a part of a frame only."""
+
+
+@cache
+def trial(ratio: float = 16.0) -> FilmedTrial:
+    motion = simulate(Setup(heavy_mass_kg=ratio * LIGHT_KG, wall_gap_m=0.03))
+    return film_motion(motion, Filming(CAPTURE_FPS, NOISE_PX, lead_frames=120, tail_frames=240))
+
+
+def ramped(whole: FilmedTrial, factor: int) -> tuple[Track, Floats]:
+    """One picture of ``factor`` before and after the middle of the burst, and all between.
+
+    Returns the track and the pictures that were kept.
+    """
+    assert whole.track.heavy is not None
+    frame = whole.track.frame
+    begin, end = (
+        float(whole.frames[a] + whole.frames[a + 1]) / 2 for a in (1, len(whole.frames) - 3)
+    )
+    sparse = (frame < begin) | (frame > end)
+    kept = np.flatnonzero(~sparse | (frame % factor == 0))
+    bodies = [
+        BodyTrack(b.position_px[kept], b.sigma_px[kept], b.low_edge_px, b.high_edge_px)
+        for b in (whole.track.ball, whole.track.heavy)
+    ]
+    even = np.arange(float(len(kept)))
+    return replace(whole.track, frame=even, ball=bodies[0], heavy=bodies[1]), frame[kept]
+
+
+def by_fitting_clock(track: Track) -> tuple[Ramp, SeenCollisions] | None:
+    """First clock by which the cylinder moves as the collisions would have it."""
+    for ramp in ramps_of(track):
+        found = seen_collisions(ramp.evened(track), pace=1.0)
+        if found.borne_out and not found.doubts and not found.shortcomings:
+            return ramp, found
+    return None
+
+
+@pytest.mark.parametrize("factor", [2, 3, 4])
+def test_a_ramp_is_undone(factor: int) -> None:
+    whole = trial()
+    track, kept = ramped(whole, factor)
+
+    fitting = by_fitting_clock(track)
+
+    assert fitting is not None
+    ramp, found = fitting
+    assert found.burst == len(whole.frames)
+    assert f"factor of {factor}" in ramp.warning
+    shown = np.array([ramp.shown(collision).frame for collision in found.collisions])
+    truth = np.interp(whole.frames, kept, track.frame)
+    assert np.abs(shown[: found.burst] - truth).max() < TIME_WITHIN
+
+
+def test_velocities_of_a_ramp_are_those_of_the_frames() -> None:
+    whole = trial()
+    track, _ = ramped(whole, 4)
+    fitting = by_fitting_clock(track)
+    assert fitting is not None
+    ramp, found = fitting
+
+    first = ramp.shown(found.collisions[0])
+
+    # One picture of four is left about the first collision: the cylinder comes on by so much.
+    assert track.heavy is not None
+    coming = np.diff(track.heavy.position_px)[int(first.frame) - 6 : int(first.frame)].mean()
+    assert first.velocity_before.heavy_px_frame == pytest.approx(coming, rel=0.05)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 4.0, 16.0, 60.0])
+def test_a_clip_of_one_rate_has_no_other_clock(ratio: float) -> None:
+    assert not list(ramps_of(trial(ratio).track))
+
+
+def test_collisions_must_be_resolved_also_where_pictures_are_rare() -> None:
+    whole = trial()
+    steady = np.concatenate([np.arange(0.0, 40.0, 4.0), np.arange(40.0, 80.0)])
+    ramp = Ramp(np.arange(float(len(steady))), steady, "")
+    hits = seen_collisions(whole.track).collisions
+
+    rare = [replace(hits[0], frame=12.0), replace(hits[1], frame=18.0)]
+    dense = [replace(hits[0], frame=50.0), replace(hits[1], frame=56.0)]
+
+    assert not ramp.resolves(rare)
+    assert ramp.resolves(dense)
+
+
+def test_a_cylinder_that_leaves_its_path_is_no_evidence() -> None:
+    whole = trial()
+    assert whole.track.heavy is not None
+    good = seen_collisions(whole.track)
+    # As if another thing was taken for it for a while, between two of its strokes.
+    begin, end = (int(whole.frames[place]) for place in (0, 2))
+    away = whole.track.heavy.position_px.copy()
+    away[begin + 8 : end - 8] += 8.0
+    bad = seen_collisions(replace(whole.track, heavy=replace(whole.track.heavy, position_px=away)))
+
+    assert good.borne_out
+    assert STRAYS not in good.shortcomings
+    assert not bad.borne_out
+
+
+def test_a_missed_pair_of_strokes_is_not_borne_out() -> None:
+    whole = trial()
+    middle = int(whole.frames[len(whole.frames) // 2])
+
+    # Frames left out for a while: two strokes lie in the gap.
+    before, after = part(whole.track, 0, middle - 20), part(whole.track, middle + 20)
+    assert before.heavy is not None
+    assert after.heavy is not None
+    bodies = [
+        replace(
+            a,
+            position_px=np.concatenate([a.position_px, b.position_px]),
+            sigma_px=np.concatenate([a.sigma_px, b.sigma_px]),
+        )
+        for a, b in ((before.ball, after.ball), (before.heavy, after.heavy))
+    ]
+    frame = np.arange(float(len(bodies[0].position_px)))
+
+    cut = replace(whole.track, frame=frame, ball=bodies[0], heavy=bodies[1])
+
+    assert not seen_collisions(cut).borne_out

@@ -1,0 +1,88 @@
+"""A sprite is found where nothing is known of its place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drawn import Luma, paint_ball, paint_cylinder
+
+from count_video.tracking.register import Fit
+from count_video.tracking.search import likely_places, search
+from count_video.tracking.sprite import Sprite, look, make_sprite
+
+WITHIN_PX = 0.1
+"""The pictures are free of noise but for rounding to whole grey levels."""
+START_WITHIN_PX = 2.0
+"""The registration settles from a guess that is right to a pixel or two."""
+
+
+def scene(x: float, y: float, radius: float, size: tuple[int, int] = (200, 480)) -> Luma:
+    canvas = np.full(size, 120.0) + np.linspace(-20.0, 20.0, size[1])
+    paint_ball(canvas, x, y, radius)
+    return np.rint(canvas).astype(np.uint8)
+
+
+def sprite_of(radius: float) -> tuple[Sprite, float]:
+    """A ball's sprite, and how far its corner lies from the ball's centre."""
+    reach = round(1.3 * radius)
+    picture = scene(240.0, 100.0, radius, (2 * reach + 200, 480 + 2 * reach))
+    piece = look(picture, 240.0 - reach, 100.0 - reach, (2 * reach + 1, 2 * reach + 1))
+    return make_sprite(piece, np.ones_like(piece)), float(reach)
+
+
+@pytest.mark.parametrize("radius", [14.0, 30.0, 60.0])
+@pytest.mark.parametrize("x", [90.3, 251.7, 377.4])
+def test_a_ball_of_any_size_is_found(radius: float, x: float) -> None:
+    sprite, reach = sprite_of(radius)
+
+    fit = search(scene(x, 100.0, radius), sprite, (200.0 - reach, 100.0 - reach), 0.0)
+
+    assert fit is not None
+    assert fit.x_px + reach == pytest.approx(x, abs=WITHIN_PX)
+
+
+@pytest.mark.parametrize("x", [-6.0, 3.0, 476.0, 484.0])
+def test_a_ball_that_comes_in_is_found_while_it_sticks_out(x: float) -> None:
+    sprite, reach = sprite_of(30.0)
+
+    fit = search(scene(x, 100.0, 30.0), sprite, (200.0 - reach, 100.0 - reach), 0.0)
+
+    assert isinstance(fit, Fit)
+    assert fit.inside < 1.0
+    assert fit.x_px + reach == pytest.approx(x, abs=3 * WITHIN_PX)
+
+
+def test_a_ball_cut_by_the_upper_border_is_found() -> None:
+    sprite, reach = sprite_of(30.0)
+
+    fit = search(scene(300.0, 12.0, 30.0), sprite, (200.0 - reach, 12.0 - reach), 0.0)
+
+    assert fit is not None
+    assert fit.x_px + reach == pytest.approx(300.0, abs=3 * WITHIN_PX)
+
+
+def test_large_bodies_are_placed_finely_enough_to_register() -> None:
+    sprite, reach = sprite_of(80.0)
+    picture = scene(263.0, 100.0, 80.0)
+
+    places = likely_places(picture, sprite, (200.0 - reach, 100.0 - reach), 0.0)
+
+    assert abs(places[0][0] + reach - 263.0) < START_WITHIN_PX
+
+
+def test_the_best_of_several_likely_places_counts() -> None:
+    sprite, reach = sprite_of(30.0)
+    canvas = scene(350.4, 100.0, 30.0).astype(float)
+    paint_cylinder(canvas, 60.0, 100.0, (60.0, 60.0))
+    picture = np.rint(canvas).astype(np.uint8)
+
+    fit = search(picture, sprite, (60.0 - reach, 100.0 - reach), 0.0)
+
+    assert fit is not None
+    assert fit.x_px + reach == pytest.approx(350.4, abs=WITHIN_PX)
+
+
+def test_nothing_is_found_in_a_flat_picture() -> None:
+    sprite, reach = sprite_of(30.0)
+
+    assert search(np.full((200, 480), 90, np.uint8), sprite, (100.0, 100.0 - reach), 0.0) is None
