@@ -35,7 +35,9 @@ INTERVAL_PROBABILITY = 0.95
 LIKELY_ABOVE = 0.02
 """Less likely counts are not named ..."""
 LISTED_AT_MOST = 4
-"""... and of more than so many only the range."""
+"""... of more than so many only the range, ..."""
+RANGED_AT_MOST = 10
+"""... and of more than so many only about where they are: the ends were not looked for."""
 MASS_RELATIVE_SIGMA = 0.002
 """Standard uncertainty of a mass ratio that the user gives: kitchen scales and a ring of thread."""
 IMPACTS_PROBABILITY_AT_LEAST = 0.25
@@ -202,7 +204,10 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
 def left_open(between: Between, mass_ratio: float | None) -> str:
     """Say between which counts the fit cannot decide."""
     likely = {n: p for n, p in between.probability.items() if p > LIKELY_ABOVE}
-    if len(likely) > LISTED_AT_MOST:
+    if len(likely) > RANGED_AT_MOST:
+        about = round(sum(likely) / len(likely), -1)
+        which = f"a model of the motion tells no more than that there are about {about:.0f}"
+    elif len(likely) > LISTED_AT_MOST:
         which = f"a model of the motion only tells that it is one of {min(likely)} to {max(likely)}"
     else:
         listed = ", ".join(f"{n} ({p:.0%})" for n, p in likely.items())
