@@ -44,8 +44,9 @@ IMPACTS_PROBABILITY_AT_LEAST = 0.25
 """A smaller number of impacts is a lower bound, no count: more of them are likely not seen."""
 IMPACTS_OF_ONE_ALONE = 3
 """So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
-ENDS_EARLY = "the clip ends"
-"""How the shortcomings begin that a fitted model can make up for, as it knows what follows."""
+MADE_UP_FOR = ("the clip ends", "the cylinder turns round at frame")
+"""How the shortcomings begin that a fitted model can make up for: it knows what follows, and where
+the cylinder turns better than the few frames do in which it stands still."""
 
 
 def counted(
@@ -149,7 +150,7 @@ def why_not(found: SeenCollisions) -> str | None:
 def leaves_room(found: SeenCollisions) -> bool:
     """Whether collisions may lie where no frame shows them, and the beginning is there."""
     doubtful = bool(found.doubts or found.shortcomings)
-    whole = all(shortcoming.startswith(ENDS_EARLY) for shortcoming in found.shortcomings)
+    whole = all(shortcoming.startswith(MADE_UP_FOR) for shortcoming in found.shortcomings)
     return found.burst > 1 and doubtful and whole
 
 
