@@ -35,15 +35,18 @@ INTERVAL_PROBABILITY = 0.95
 LIKELY_ABOVE = 0.02
 """Less likely counts are not named ..."""
 LISTED_AT_MOST = 4
-"""... and of more than so many only the range."""
+"""... of more than so many only the range, ..."""
+RANGED_AT_MOST = 10
+"""... and of more than so many only about where they are: the ends were not looked for."""
 MASS_RELATIVE_SIGMA = 0.002
 """Standard uncertainty of a mass ratio that the user gives: kitchen scales and a ring of thread."""
 IMPACTS_PROBABILITY_AT_LEAST = 0.25
 """A smaller number of impacts is a lower bound, no count: more of them are likely not seen."""
 IMPACTS_OF_ONE_ALONE = 3
 """So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
-ENDS_EARLY = "the clip ends"
-"""How the shortcomings begin that a fitted model can make up for, as it knows what follows."""
+MADE_UP_FOR = ("the clip ends", "the cylinder turns round at frame")
+"""How the shortcomings begin that a fitted model can make up for: it knows what follows, and where
+the cylinder turns better than the few frames do in which it stands still."""
 
 
 def counted(
@@ -147,7 +150,7 @@ def why_not(found: SeenCollisions) -> str | None:
 def leaves_room(found: SeenCollisions) -> bool:
     """Whether collisions may lie where no frame shows them, and the beginning is there."""
     doubtful = bool(found.doubts or found.shortcomings)
-    whole = all(shortcoming.startswith(ENDS_EARLY) for shortcoming in found.shortcomings)
+    whole = all(shortcoming.startswith(MADE_UP_FOR) for shortcoming in found.shortcomings)
     return found.burst > 1 and doubtful and whole
 
 
@@ -202,7 +205,10 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
 def left_open(between: Between, mass_ratio: float | None) -> str:
     """Say between which counts the fit cannot decide."""
     likely = {n: p for n, p in between.probability.items() if p > LIKELY_ABOVE}
-    if len(likely) > LISTED_AT_MOST:
+    if len(likely) > RANGED_AT_MOST:
+        about = round(sum(likely) / len(likely), -1)
+        which = f"a model of the motion tells no more than that there are about {about:.0f}"
+    elif len(likely) > LISTED_AT_MOST:
         which = f"a model of the motion only tells that it is one of {min(likely)} to {max(likely)}"
     else:
         listed = ", ".join(f"{n} ({p:.0%})" for n, p in likely.items())

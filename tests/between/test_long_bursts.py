@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ from count_video.between.parameters import MOST_DEVIATIONS, deviation_places, de
 from count_video.between.rivals import Knowledge
 from count_video.collisions.seen import seen_collisions
 from count_video.physics.setup import Setup
-from count_video.verdict import left_open, sure_enough
+from count_video.records import FootageInfo, FootageReport, TrialResult
+from count_video.verdict import counted, inferred, left_open, sure_enough
 
 FPS = 1000.0
 SETUP = Setup(
@@ -86,8 +88,33 @@ def test_a_count_of_hundreds_is_told_if_it_is_sure_within_a_hundredth() -> None:
     assert not sure_enough(replace(between, count=30, probability=few))
 
 
+def told(between: Between) -> TrialResult:
+    found = seen_collisions(filmed().track)
+    info = FootageInfo(Path("trial.mp4"), "h264", "yuv420p", 640, 240, 0, None, 30.0, FPS, "option")
+    report = FootageReport(len(filmed().track.frame), None, 0, 0, ())
+    seen = counted(info, report, filmed().track, found, None, 40.0)
+    return inferred(seen, found, between)
+
+
+def test_a_count_of_hundreds_that_is_sure_within_a_hundredth_only_says_what_is_open() -> None:
+    count = fitted().count
+    chances = {count - 2: 0.3, count: 0.36, count + 2: 0.31, count + 4: 0.03}
+    result = told(replace(fitted(), probability=chances))
+    assert (result.status, result.count) == ("counted", count)
+    assert result.reason is not None
+    assert all(str(count + step) in result.reason for step in (-2, 0, 2))
+
+
+def test_a_probable_count_leaves_nothing_open() -> None:
+    count = fitted().count
+    result = told(replace(fitted(), probability={count: 0.9, count + 2: 0.1}))
+    assert (result.status, result.reason) == ("counted", None)
+
+
 def test_a_count_that_stays_open_is_told_as_a_range_with_what_would_help() -> None:
     between = replace(fitted(), count=305, probability=dict.fromkeys(range(295, 315, 2), 0.1))
     assert "one of 295 to 313" in left_open(between, None)
     assert "--masses" in left_open(between, None)
+    wide = replace(between, probability=dict.fromkeys(range(271, 305, 2), 0.05))
+    assert "about 290" in left_open(wide, None)
     assert "--masses" not in left_open(between, RATIO)
