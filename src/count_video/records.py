@@ -126,6 +126,9 @@ class Track:
     ball_diameter_px: float
     line: MotionLine
     warnings: tuple[str, ...]
+    wall_seen: bool = True
+    """False where neither body bounces off anything but the other; ``wall_side`` says nothing then,
+    and the ball is the body at smaller positions."""
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from pathlib import Path
 from count_video import verdict
 from count_video.between.infer import Between, Misfit, count_between, measure_burst
 from count_video.collisions.alone import seen_impacts
+from count_video.collisions.meeting import are_alike, without_wall
 from count_video.collisions.seen import SeenCollisions, seen_collisions
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage, open_footage
@@ -86,15 +87,29 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
         except TrackingError:
             return _without_pair(footage, looking, progress)
         trial = _with_pair(footage, track, settings)
-        if trial.result.status == "counted":
+        if verdict.is_settled(trial.result, at_wall=trial.found is not None):
             return trial
         # A shadow or a hand may have been taken for the second body.
         alone = _without_pair(footage, looking, progress)
-        return alone if verdict.bounces_alone(alone.result, alone.track) else trial
+        return alone if verdict.is_better(alone.result, alone.track, track) else trial
 
 
 def _with_pair(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
-    """Work through a clip in which a ball and a heavy body can be followed."""
+    """Work through a clip in which two bodies can be followed, with or without a wall."""
+    info, report = footage.info, footage.report()
+    if track.wall_seen:
+        trial = _at_wall(footage, track, settings)
+        if trial.found is None or not verdict.strikes_no_wall(trial.result):
+            return trial
+    met = seen_impacts(without_wall(track))
+    result = verdict.impacts_counted(info, report, track, met)
+    if track.wall_seen and not (result.status == "counted" and are_alike(met.collisions)):
+        return trial
+    return Trial(result, info, track, None)
+
+
+def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
+    """Work through a clip in which a ball and a heavy body at a wall can be followed."""
     info, report = footage.info, footage.report()
     found = seen_collisions(track)
     result = verdict.counted(info, report, track, found, settings.masses, settings.ball_diameter_mm)
