@@ -129,6 +129,9 @@ class Track:
     shift_px: Floats | None = None
     """How far each picture lies from where a camera at rest had shown it, by image x and y, shape
     (n, 2); positions and line are freed of it. None where the camera stood."""
+    wall_seen: bool = True
+    """False where neither body bounces off anything but the other; ``wall_side`` says nothing then,
+    and the ball is the body at smaller positions."""
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from count_video import verdict
 from count_video.between.infer import Between, Misfit, count_between, measure_burst
 from count_video.collisions.alone import seen_impacts
 from count_video.collisions.cadence import Cadence, cadence_of
+from count_video.collisions.meeting import are_alike, without_wall
 from count_video.collisions.ramps import Ramp, ramps_of
 from count_video.collisions.seen import SeenCollisions, seen_collisions
 from count_video.errors import TrackingError
@@ -87,11 +88,11 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
             trial = _with_likeliest_pair(footage, looking, settings, progress)
         except TrackingError:
             return _without_pair(footage, looking, progress)
-        if trial.result.status == "counted":
+        if verdict.is_settled(trial.result, at_wall=trial.found is not None):
             return trial
         # A shadow or a hand may have been taken for the second body.
         alone = _without_pair(footage, looking, progress)
-        return alone if verdict.bounces_alone(alone.result, alone.track) else trial
+        return alone if verdict.is_better(alone.result, alone.track, trial.track) else trial
 
 
 def _with_likeliest_pair(
@@ -99,23 +100,44 @@ def _with_likeliest_pair(
 ) -> Trial:
     """Work through a clip with the first two bodies that move as ball and heavy body do.
 
-    The first two of all stand for the others if none of them bear out their collisions.
+    The first two at a wall stand for the others if none of them bear out their collisions.
     """
-    first = None
+    best = None
     for track in tracks(footage, looking, progress):
         trial = _with_pair(footage, track, settings)
         if trial.found is not None and trial.found.borne_out:
             return trial
-        if first is None and trial.result.status == "counted":
-            return trial
-        first = first or trial
-    if first is None:
+        if best is None or (track.wall_seen and not _stands(best)):
+            best = trial
+            if track.wall_seen and trial.result.status == "counted":
+                break
+    if best is None:
         raise TrackingError("no two bodies can be followed")
-    return first
+    return best
+
+
+def _stands(trial: Trial) -> bool:
+    """Whether a trial keeps its place before the next two bodies at a wall."""
+    at_wall = trial.track is not None and trial.track.wall_seen
+    return at_wall or trial.result.status == "counted"
 
 
 def _with_pair(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
-    """Work through a clip in which a ball and a heavy body can be followed."""
+    """Work through a clip in which two bodies can be followed, with or without a wall."""
+    info, report = footage.info, footage.report()
+    if track.wall_seen:
+        trial = _at_wall(footage, track, settings)
+        if trial.found is None or not verdict.strikes_no_wall(trial.result):
+            return trial
+    met = seen_impacts(without_wall(track))
+    result = verdict.impacts_counted(info, report, track, met)
+    if track.wall_seen and not (result.status == "counted" and are_alike(met.collisions)):
+        return trial
+    return Trial(result, info, track, None)
+
+
+def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
+    """Work through a clip in which a ball and a heavy body at a wall can be followed."""
     info, report = footage.info, footage.report()
     shown = track
     clock, track, found = _seen(track)

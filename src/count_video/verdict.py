@@ -107,10 +107,27 @@ def impacts_counted(
     )
 
 
-def bounces_alone(result: TrialResult, track: Track | None) -> bool:
-    """Whether a clip surely shows one body alone that bounces, although two seemed to move."""
-    alone = track is not None and track.heavy is None
-    return alone and (result.count or 0) >= IMPACTS_OF_ONE_ALONE
+def strikes_no_wall(result: TrialResult) -> bool:
+    """Whether a clip that gives no count shows two bodies that strike each other only."""
+    kinds = {collision.kind for collision in result.collisions}
+    return result.status == "not_counted" and kinds == {"bodies"}
+
+
+def is_settled(result: TrialResult, *, at_wall: bool) -> bool:
+    """Whether a count of two bodies needs no other look at the clip.
+
+    Without a wall many impacts may be those of one body alone on its mirror image.
+    """
+    return result.count is not None and (at_wall or result.count < IMPACTS_OF_ONE_ALONE)
+
+
+def is_better(result: TrialResult, track: Track | None, pair: Track | None) -> bool:
+    """Whether what the second look tells comes before what the first told of a pair."""
+    if result.count is None or track is None:
+        return False
+    if track.heavy is None and result.count >= IMPACTS_OF_ONE_ALONE:
+        return True
+    return pair is None or not pair.wall_seen
 
 
 def nothing_to_count(info: FootageInfo, report: FootageReport, reason: str) -> TrialResult:

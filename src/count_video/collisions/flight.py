@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.signals import low_points
 
 Rows = NDArray[np.intp]
 
@@ -27,6 +28,9 @@ QUARTILE = 0.3186
 """Lower quartile of a standard normal value without its sign."""
 NOISE_AT_LEAST_PX = 0.1
 """The centre of a patch is told no better than this."""
+STEP_SHARE = 0.2
+"""Step of the differences that tell the acceleration, as a share of the time between turns."""
+TURN_SIGMAS = 3.0
 POINTS_FOR_BEND = 5
 POINTS_AT_LEAST = 3
 
@@ -77,18 +81,29 @@ def _noise_px(place_px: Floats) -> float:
 
 
 def usual_acceleration(frame: Floats, place_px: Floats) -> float:
-    """Median of the second differences over neighbouring pictures; corners are too few to matter.
+    """Median of the second differences over a few pictures; corners are too few to matter.
 
-    Each counts by the speed at which the body moves there, so that rest says nothing.
+    Each counts by the speed at which the body moves there, so that rest says nothing. Over one
+    picture noise, and places that are whole px, hide a small acceleration; over more they do not.
     """
-    second = place_px[2:] - 2 * place_px[1:-1] + place_px[:-2]
-    speed = np.abs(place_px[2:] - place_px[:-2])
-    even = np.isfinite(second) & (np.abs(frame[2:] - frame[:-2] - 2.0) < 0.5)
+    step = max(1, round(STEP_SHARE * _between_turns(frame, place_px)))
+    far = 2 * step
+    second = place_px[far:] - 2 * place_px[step:-step] + place_px[:-far]
+    speed = np.abs(place_px[far:] - place_px[:-far])
+    even = np.isfinite(second) & (np.abs(frame[far:] - frame[:-far] - far) < 0.5)
     if not even.any() or float(speed[even].sum()) == 0.0:
         return 0.0
     order = np.argsort(second[even])
     share = np.cumsum(speed[even][order])
-    return float(second[even][order][np.searchsorted(share, share[-1] / 2)])
+    middle = np.searchsorted(share, share[-1] / 2)
+    return float(second[even][order][middle]) / step**2
+
+
+def _between_turns(frame: Floats, place_px: Floats) -> float:
+    """Median time in pictures between turns of a path, of whatever sort; 0 for fewer than two."""
+    depth = TURN_SIGMAS * _noise_px(place_px)
+    turns = np.sort(np.concatenate([low_points(sign * place_px, depth) for sign in (1, -1)]))
+    return float(np.median(np.diff(frame[turns]))) if len(turns) > 1 else 0.0
 
 
 def flies_freely(motion: Motion, rows: Rows) -> bool:

@@ -29,8 +29,6 @@ JUMP_SIGMAS = 5.0
 SPEED_SHARE = 0.5
 """Speed at an impact over the highest speed on that side of it; a body that turns round smoothly
 is slow there."""
-PICTURES_TO_COMPARE = 8
-"""On a side of fewer pictures, the speed from one to the next is not that at the turn."""
 FREE_POINTS_AT_LEAST = 3
 FREE_SHRINK = 0.8
 """A side is cut down to this share of its pictures until the body flies freely in all of them."""
@@ -50,6 +48,8 @@ where the share is known to less than the second, an impact's share of 1 is told
 STOP_SHARE = 0.08
 """Impacts on one stop lie within this share of the body's whole way."""
 STOP_SIGMAS = 6.0
+STOP_PICTURES = 0.3
+"""A fast body's place at an impact is as uncertain as its time, by what it moves meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -181,25 +181,17 @@ def _is_impact(turn: Turn, motion: Motion, limits: tuple[float, float], contact:
         -turn.side * motion.slope_back(corner.slope_after, corner.frame),
     )
     return all(
-        _arrives_at_speed(motion, _side_rows(turn, motion, limit, contact), turn, speed)
+        _arrives_at_speed(motion, _side_rows(turn, motion, limit, contact), speed)
         for speed, limit in zip(speeds, limits, strict=True)
     )
 
 
-def _arrives_at_speed(motion: Motion, rows: Rows, turn: Turn, speed: float) -> bool:
-    """Whether the body is as fast at a turn as an impact asks for.
-
-    Its speed there, by the fit and by the pictures next to it, is a good part of the highest of
-    that side.
-    """
+def _arrives_at_speed(motion: Motion, rows: Rows, speed: float) -> bool:
+    """Whether a body is about as fast at a turn, by the fit, as at its fastest on that side."""
     if len(rows) < 2:
         return True
     step = np.abs(np.diff(motion.place_px[rows])) / np.diff(motion.frame[rows])
-    here = speed
-    if len(rows) >= PICTURES_TO_COMPARE:
-        nearest = int(np.argmin(np.abs(motion.frame[rows] - turn.frame)))
-        here = min(speed, float(step[min(nearest, len(step) - 1)]))
-    return here > SPEED_SHARE * float(np.quantile(step, 0.9))
+    return speed > SPEED_SHARE * float(np.quantile(step, 0.9))
 
 
 def _impact(turn: Turn, motion: Motion) -> Impact:
@@ -223,17 +215,25 @@ def _impact(turn: Turn, motion: Motion) -> Impact:
 
 def at_stops(impacts: Sequence[Impact], motion: Motion) -> list[Impact]:
     """Keep the impacts at the stops: one place on either side, where the hardest impacts are."""
-    way = float(np.ptp(motion.place_px[np.isfinite(motion.place_px)]))
-    tolerance = STOP_SHARE * way + STOP_SIGMAS * motion.sigma_px
     kept = []
     for side in (-1, 1):
         here = [impact for impact in impacts if impact.side == side]
-        stop = _stop(here)
-        kept += [impact for impact in here if abs(impact.place_px - stop) < tolerance]
+        stop, tolerance = stop_of(here), stop_tolerance(motion)
+        for impact in here:
+            speeds = abs(impact.velocity_before), abs(impact.velocity_after)
+            slack = STOP_PICTURES * float(np.nan_to_num(min(speeds)))
+            if abs(impact.place_px - stop) < tolerance + slack:
+                kept.append(impact)
     return sorted(kept, key=lambda impact: impact.frame)
 
 
-def _stop(impacts: Sequence[Impact]) -> float:
+def stop_tolerance(motion: Motion) -> float:
+    """How far from each other, in px, the places of a slow body's impacts on one stop may lie."""
+    way = float(np.ptp(motion.place_px[np.isfinite(motion.place_px)]))
+    return STOP_SHARE * way + STOP_SIGMAS * motion.sigma_px
+
+
+def stop_of(impacts: Sequence[Impact]) -> float:
     """Median place, each impact with the weight of its jump; NaN where no jump is shown."""
     shown = [impact for impact in impacts if impact.clarity > 0]
     if not shown:

@@ -17,6 +17,8 @@ from count_video.signals import sigma_of
 
 SAME_CONTACT_PICTURES = 2.5
 END_PICTURES = 3
+ALIKE_FACTOR = 3.0
+"""Two bodies are of a kind if neither has more than so many times the other's mass."""
 PARTED_SHARE = 0.3
 """At one end of the clip two bodies are at least this share as far apart as at the other."""
 TOUCH_SHARE = 0.3
@@ -40,6 +42,30 @@ def seen_meetings(track: Track, heavy: BodyTrack, pace: float) -> SeenImpacts:
     judged = weighed(motion, impacts, (contact, pace), collisions)
     reasons = (*judged.shortcomings, *_elsewhere(frames, track, heavy), *_cut_off(gap))
     return replace(judged, shortcomings=reasons if impacts else judged.shortcomings)
+
+
+def without_wall(track: Track) -> Track:
+    """Call the body at smaller positions the ball, as where there is no wall to tell."""
+    if track.heavy is None or track.wall_side == "left":
+        return replace(track, wall_seen=False)
+    left, right = track.heavy, track.ball
+    face = right.low_edge_px
+    right = BodyTrack(right.position_px + face, right.sigma_px, 0.0, right.high_edge_px - face)
+    return replace(track, ball=left, heavy=right, wall_side="left", wall_seen=False)
+
+
+def are_alike(collisions: Sequence[Collision]) -> bool:
+    """Whether two bodies have masses of a kind, by how much a collision changes their velocities.
+
+    Of a ball and a heavy body a wall may be out of sight; two like bodies need none.
+    """
+    ratios = []
+    for collision in collisions:
+        before, after = collision.velocity_before, collision.velocity_after
+        light = abs(after.ball_px_frame - before.ball_px_frame)
+        heavy = abs(after.heavy_px_frame - before.heavy_px_frame)
+        ratios.append(abs(float(np.log(light / heavy))) if light > 0 and heavy > 0 else np.inf)
+    return bool(ratios) and bool(np.median(ratios) < np.log(ALIKE_FACTOR))
 
 
 def _touches(impact: Impact, size_px: float) -> bool:

@@ -27,6 +27,9 @@ class Blob:
     x_px: float
     y_px: float
     """Centre of its area."""
+    left_px: float
+    top_px: float
+    """Corner of the box around it."""
     width_px: float
     height_px: float
     area_px: float
@@ -88,6 +91,8 @@ def _blob(
     return Blob(
         x_px=x,
         y_px=y,
+        left_px=float(left),
+        top_px=float(top),
         width_px=float(width),
         height_px=float(height),
         area_px=float(area),

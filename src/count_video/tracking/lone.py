@@ -107,6 +107,7 @@ def _pair_track(frame: Floats, bodies: Sequence[Places]) -> Track:
         ball_diameter_px=min(left.width_px, left.height_px),
         line=line,
         warnings=(*_unseen_warnings(ball, "left body"), *_unseen_warnings(heavy, "right body")),
+        wall_seen=False,
     )
 
 

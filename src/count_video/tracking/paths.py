@@ -14,6 +14,7 @@ import numpy as np
 
 from count_video.records import Floats
 from count_video.tracking.blobs import Blob, Sight
+from count_video.tracking.merging import parted
 
 LOST_PICTURES = 12
 """A path that finds no patch for so many pictures has ended."""
@@ -96,11 +97,15 @@ def join(sights: Sequence[Sight]) -> list[Path]:
     for row, sight in enumerate(sights):
         free = [blob for blob in sight.blobs if not blob.at_border]
         taken = _assigned(live, row, free)
-        for path, blob in taken:
+        used = {id(blob) for _, blob in taken}
+        gone_on = {id(path) for path, _ in taken}
+        waiting = [path for path in live if id(path) not in gone_on]
+        pieces, whole = parted(waiting, [blob for blob in free if id(blob) not in used])
+        for path, blob in taken + pieces:
             path.add(row, blob)
         ended += [path for path in live if row - path.rows[-1] > LOST_PICTURES]
         live = [path for path in live if row - path.rows[-1] <= LOST_PICTURES]
-        used = {id(blob) for _, blob in taken}
+        used |= {id(blob) for blob in whole}
         live += [Path([row], [blob]) for blob in free if id(blob) not in used]
     return sorted(ended + live, key=lambda path: path.rows[0])
 

@@ -153,8 +153,8 @@ def _track(
     if max(unseen) > 1 - SEEN_AT_LEAST:
         raise TrackingError("the bodies cannot be followed through the clip: they are lost")
     side = side or wall_side(x_px[0] + edges[0][0], x_px[1] + edges[1][1])
-    if side is None:
-        raise TrackingError("neither body bounces off anything on its far side: no wall is seen")
+    wall_seen = side is not None
+    side = side or "left"
     ball, heavy = (0, 1) if side == "left" else (1, 0)
     width = edges[ball][1] - edges[ball][0]
     face = edges[heavy][0] if side == "left" else edges[heavy][1]
@@ -176,6 +176,7 @@ def _track(
         ball_diameter_px=width,
         line=_line(bodies, followers[ball], view),
         warnings=tuple(_unseen_warnings(unseen, len(frames), ball)),
+        wall_seen=wall_seen,
     )
 
 
