@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 
-TRIPLES = 300
+TRIPLES = 600
+PROPOSALS = 300
+"""Of the circles through so many triples, those of the widest triangles vote: three neighbours on
+an outline that is known to half a pixel say little of the rest of it."""
 SEED = 20260101
 """Draws are repeatable: the same footage gives the same answer."""
 NEAR_PX = 1.0
@@ -74,7 +77,7 @@ def circle_through(x: Floats, y: NDArray[np.intp], shape: tuple[int, ...]) -> Ci
     if len(points) > POINTS_AT_MOST:
         voters = points[rng.choice(len(points), POINTS_AT_MOST, replace=False)]
     low, high = (share * shape[0] for share in RADIUS_SHARE)
-    circles = _sized(_proposals(voters, rng), low, high)
+    circles = _sized(_through_three(_triples(voters, rng)), low, high)[:PROPOSALS]
     best = np.argsort(-_votes(voters, circles), kind="stable")[:REFINED]
     circles = _sized(np.array([_refined(points, circle) for circle in circles[best]]), low, high)
     if len(circles) == 0:
@@ -92,8 +95,8 @@ def _sized(circles: Floats, low: float, high: float) -> Floats:
     return circles[(circles[:, 2] > low) & (circles[:, 2] < high)]
 
 
-def _proposals(points: Floats, rng: np.random.Generator) -> Floats:
-    """Circles through random triples: of all points, and of the outermost ones in their rows.
+def _triples(points: Floats, rng: np.random.Generator) -> Floats:
+    """Random triples: of all points, and of the outermost ones in their rows; shape (n, 3, 2).
 
     Most of the latter lie on the outline, however many marks the ball has within it.
     """
@@ -102,11 +105,14 @@ def _proposals(points: Floats, rng: np.random.Generator) -> Floats:
     ends = np.flatnonzero(np.diff(rows))
     outer = points[order[np.unique(np.r_[0, ends, ends + 1, len(rows) - 1])]]
     triples = [some[rng.integers(0, len(some), (TRIPLES // 2, 3))] for some in (points, outer)]
-    return _through_three(np.concatenate(triples))
+    return np.concatenate(triples)
 
 
 def _through_three(triples: Floats) -> Floats:
-    """Circles (x, y, radius) through three points each, shape (n, 3); NaN-free."""
+    """Circles (x, y, radius) through three points each, shape (n, 3), widest triangles first.
+
+    A triangle is wide if it takes much of its circle's area; those next to nothing are left out.
+    """
     a, b, c = triples[:, 0], triples[:, 1], triples[:, 2]
     ab, ac = b - a, c - a
     cross = 2 * (ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0])
@@ -115,7 +121,8 @@ def _through_three(triples: Floats) -> Floats:
     square_b, square_c = (ab**2).sum(axis=1), (ac**2).sum(axis=1)
     x = (ac[:, 1] * square_b - ab[:, 1] * square_c) / cross
     y = (ab[:, 0] * square_c - ac[:, 0] * square_b) / cross
-    return np.stack([a[:, 0] + x, a[:, 1] + y, np.hypot(x, y)], axis=1)
+    circles = np.stack([a[:, 0] + x, a[:, 1] + y, np.hypot(x, y)], axis=1)
+    return circles[np.argsort(-np.abs(cross) / circles[:, 2] ** 2, kind="stable")]
 
 
 def _votes(points: Floats, circles: Floats) -> NDArray[np.intp]:
