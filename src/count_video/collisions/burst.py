@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from count_video.collisions.candidates import Candidate
-from count_video.collisions.foresight import parted_until_turn
+from count_video.collisions.foresight import last_seen, parted_until_turn
 from count_video.collisions.gaps import Gaps
 from count_video.collisions.onesided import HALF_EXPOSURE, WINDOW_FRAMES, fit_side, side_frames
 from count_video.collisions.swing import Swing
@@ -28,6 +28,8 @@ AT_REST_SHARE = 0.3
 """A ball slower than this share of the approach speed is at rest before the first collision; in
 the midst of a burst it is never slower than the heavy body itself."""
 CLOSING_SIGMAS = 4.0
+HIDDEN_FRAMES = 4.0
+"""A cylinder not seen for so long at the clip's end has left the picture."""
 TURN_SIGMAS = 12.0
 """The heavy body has turned round when it came back by so many standard deviations."""
 TURN_AT_LEAST_PX = 1.0
@@ -144,17 +146,24 @@ def _ending(inside: Sequence[Candidate], gaps: Gaps, end: float, swing: Swing | 
     if not inside or np.isfinite(end):
         return None
     last, final = inside[-1].frame, float(gaps.frame[-1])
+    struck = max(c.frame for c in inside if c.kind == "bodies")
+    gone = last_seen(gaps.frame, gaps.heavy_px)
     since = max(last, final - WINDOW_FRAMES)
+    # A cylinder that leaves the picture is judged by its last frames there.
+    hidden = final - gone > HIDDEN_FRAMES
     gap = _rate(gaps, gaps.gap_px, (since, final))
-    heavy = _rate(gaps, gaps.heavy_px, (since, final))
+    heavy = _rate(gaps, gaps.heavy_px, (struck, gone) if hidden else (since, final))
     ball = _rate(gaps, gaps.ball_px, (since, final))
-    if ball is None or gap is None or heavy is None:
+    parts = parted_until_turn(gaps, swing, (inside[0].frame, last), struck)
+    if ball is None or heavy is None or (gap is None and not hidden):
         what = "right after a collision"
     elif heavy < 0 and not _driven_back(gaps):
         what = "while the cylinder still moves to the wall"
-    elif gap < 0 and not parted_until_turn(gaps, swing, (inside[0].frame, last)):
+    elif hidden and not parts:
+        what = "while the cylinder, out of the picture, may be struck once more"
+    elif gap is not None and gap < 0 and not parts:
         what = "while the ball still catches up with the cylinder"
-    elif ball < 0 and not parted_until_turn(gaps, swing, (inside[0].frame, last)):
+    elif ball < 0 and not parts:
         what = "while the ball still moves to the wall"
     else:
         return None

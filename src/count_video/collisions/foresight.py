@@ -3,7 +3,8 @@
 After the last collision the ball may still drift to the wall, or the cylinder slow down before the
 ball does; whether they meet once more before the cylinder turns round is then a matter of their
 threads. Both swing at the rate measured on the cylinder, the ball about the place where it hung at
-first, and the paths are followed until the cylinder's turn.
+first, and the paths are followed until the cylinder's turn. A cylinder that has left the picture is
+followed from where it was last seen.
 """
 
 from __future__ import annotations
@@ -29,7 +30,9 @@ CLEARANCE_SHARE = 0.005
 """Paths that come nearer than this share of the bodies' distance to rest are too near to call."""
 
 
-def parted_until_turn(gaps: Gaps, swing: Swing | None, burst: tuple[float, float]) -> bool:
+def parted_until_turn(
+    gaps: Gaps, swing: Swing | None, burst: tuple[float, float], struck: float
+) -> bool:
     """Whether ball, cylinder and wall stay apart from the last frame to the cylinder's turn.
 
     Parameters
@@ -40,11 +43,15 @@ def parted_until_turn(gaps: Gaps, swing: Swing | None, burst: tuple[float, float
         The cylinder's swing; without it nothing can be foreseen.
     burst
         Frames of the first and the last collision.
+    struck
+        Frame of the last collision of the cylinder.
     """
     if swing is None or swing.rate_squared < RATE_SIGMAS * swing.rate_squared_sigma:
         return False
-    heavy = _state(gaps, gaps.heavy_px, burst[1])
-    ball = _state(gaps, gaps.ball_px, burst[1])
+    final, gone = float(gaps.frame[-1]), last_seen(gaps.frame, gaps.heavy_px)
+    # What the ball meets meanwhile changes nothing for a cylinder out of the picture.
+    heavy = _state(gaps, gaps.heavy_px, (burst[1] if gone == final else struck, gone))
+    ball = _state(gaps, gaps.ball_px, (burst[1], final))
     before = gaps.ball_px[gaps.frame < burst[0]]
     if heavy is None or ball is None or not np.isfinite(before).any():
         return False
@@ -54,9 +61,12 @@ def parted_until_turn(gaps: Gaps, swing: Swing | None, burst: tuple[float, float
     way = float(np.nanmax(gaps.heavy_px) - np.nanmin(gaps.heavy_px))
     if np.hypot(away, heavy.slope / rate) < SWING_SHARE * way:
         return False
-    turn = np.pi / 2 - np.arctan2(rate * away, heavy.slope)
+    unseen = rate * (final - gone)
+    turn = np.pi / 2 - np.arctan2(rate * away, heavy.slope) - unseen
+    if turn <= 0:
+        return False
     phase = np.linspace(0.0, turn, SAMPLES)
-    heavy_path = _path(heavy, swing.centre_px, rate, phase)
+    heavy_path = _path(heavy, swing.centre_px, rate, unseen + phase)
     ball_path = _path(ball, rest, rate, phase)
     contact = float(np.nanmin(gaps.heavy_px - gaps.ball_px))
     wall = float(np.nanmin(gaps.ball_px))
@@ -65,11 +75,16 @@ def parted_until_turn(gaps: Gaps, swing: Swing | None, burst: tuple[float, float
     return bool(np.all(clear_wall) and np.all(clear_heavy))
 
 
-def _state(gaps: Gaps, signal: Floats, since: float) -> Side | None:
-    """Value and slope of a path at the clip's end."""
-    final = float(gaps.frame[-1])
-    chosen = side_frames(gaps.frame, signal, final + 1.0, since, STATE_FRAMES)
-    side = fit_side(gaps.frame[chosen], signal[chosen], final, sigma_of(signal))
+def last_seen(frame: Floats, signal: Floats) -> float:
+    """Last frame that shows a signal, shape (n,); -inf if none does."""
+    return float(frame[np.isfinite(signal)].max(initial=-np.inf))
+
+
+def _state(gaps: Gaps, signal: Floats, between: tuple[float, float]) -> Side | None:
+    """Value and slope of a path at the second of two frames, from what lies between them."""
+    since, until = between
+    chosen = side_frames(gaps.frame, signal, until + 1.0, since, STATE_FRAMES)
+    side = fit_side(gaps.frame[chosen], signal[chosen], until, sigma_of(signal))
     return side if side is not None and side.points >= POINTS_AT_LEAST else None
 
 

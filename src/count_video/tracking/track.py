@@ -29,7 +29,9 @@ __all__ = ["Region", "TrackSettings", "track_clip", "tracks"]
 FRAMES_AT_LEAST = 12
 """Shorter clips show no motion to speak of."""
 SEEN_AT_LEAST = 0.5
-"""A body seen in a smaller share of the frames was not followed."""
+"""A body seen in a smaller share of the frames between its first and its last was not followed."""
+PRESENT_AT_LEAST = 0.2
+"""A body comes in and goes out again, but is there for this share of the clip."""
 PAIRS_AT_MOST = 3
 """So many pairs of bodies are followed in turn, should the others not do."""
 PROGRESS_STEP = 16
@@ -150,7 +152,7 @@ def _track(
     ]
     sigma_px = stated_sigmas(x_px, [view.factor * np.array(f.sigma_px) for f in followers])
     unseen = [float(np.isnan(x).mean()) for x in x_px]
-    if max(unseen) > 1 - SEEN_AT_LEAST:
+    if not all(_followed(x) for x in x_px):
         raise TrackingError("the bodies cannot be followed through the clip: they are lost")
     side = side or wall_side(x_px[0] + edges[0][0], x_px[1] + edges[1][1])
     wall_seen = side is not None
@@ -178,6 +180,14 @@ def _track(
         warnings=tuple(_unseen_warnings(unseen, len(frames), ball)),
         wall_seen=wall_seen,
     )
+
+
+def _followed(x_px: Floats) -> bool:
+    """Whether a body is seen in most frames while it is in the picture, shape (n,)."""
+    seen = np.flatnonzero(np.isfinite(x_px))
+    if len(seen) < max(FRAMES_AT_LEAST, PRESENT_AT_LEAST * len(x_px)):
+        return False
+    return len(seen) >= SEEN_AT_LEAST * (int(seen[-1]) - int(seen[0]) + 1)
 
 
 def _line(bodies: Bodies, ball: Follower, view: View) -> MotionLine:
