@@ -32,12 +32,15 @@ and threads, and the longer it is the less is its bend the same throughout."""
 GROWTH_AT_MOST = 1.4
 """From one length of the pieces to the next the scatter of errors that wander at random grows by
 sqrt(1.5) = 1.22, give or take what a few pieces do not know. What grows faster is motion."""
+CLEARLY = 1.35
+"""The scatter is known to a quarter by a few pieces, and the largest of several is taken: less than
+this beyond the stated uncertainty is no sign of anything but white noise."""
 PIECES_AT_LEAST = 4
 TURNS_AWAY = 2
 """Frames at a turning point that take no part: their exposure may hold it."""
 MOVED_AT_LEAST_PX = 1.0
 """A body at rest has the same error all the time: nothing of it shows."""
-STRAYS = 40.0
+STRAYS = 16.0
 """A piece with so many times the variance of the calmest quarter holds a collision without a turn;
 errors of an encoder come in bursts, and chance alone makes five times."""
 
@@ -72,7 +75,8 @@ def _enlarged(position: Floats, sigma: Floats, flights: Sequence[Span]) -> Float
     typical = float(np.median(seen)) if len(seen) else 0.0
     if typical == 0.0:
         return sigma
-    return sigma * max(1.0, _scatter(position, flights) / typical)
+    factor = _scatter(position, flights) / typical
+    return sigma * factor if factor > CLEARLY else sigma
 
 
 def _flights(positions: Sequence[Floats]) -> list[Span]:
