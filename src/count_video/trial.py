@@ -20,7 +20,7 @@ from count_video import verdict
 from count_video.between.infer import Between, Misfit, count_between, measure_burst
 from count_video.collisions.alone import seen_impacts
 from count_video.collisions.cadence import Cadence, cadence_of
-from count_video.collisions.meeting import are_alike, without_wall
+from count_video.collisions.meeting import only_turns, without_wall
 from count_video.collisions.ramps import Ramp, ramps_of
 from count_video.collisions.seen import SeenCollisions, seen_collisions
 from count_video.errors import TrackingError
@@ -127,11 +127,10 @@ def _with_pair(footage: Footage, track: Track, settings: TrialSettings) -> Trial
     info, report = footage.info, footage.report()
     if track.wall_seen:
         trial = _at_wall(footage, track, settings)
-        if trial.found is None or not verdict.strikes_no_wall(trial.result):
+        if not only_turns(track, trial.result.collisions):
             return trial
-    met = seen_impacts(without_wall(track))
-    result = verdict.impacts_counted(info, report, track, met)
-    if track.wall_seen and not (result.status == "counted" and are_alike(met.collisions)):
+    result = verdict.impacts_counted(info, report, track, seen_impacts(without_wall(track)))
+    if track.wall_seen and result.status != "counted" and trial.result.status != "counted":
         return trial
     return Trial(result, info, track, None)
 

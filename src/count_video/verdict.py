@@ -107,12 +107,6 @@ def impacts_counted(
     )
 
 
-def strikes_no_wall(result: TrialResult) -> bool:
-    """Whether a clip that gives no count shows two bodies that strike each other only."""
-    kinds = {collision.kind for collision in result.collisions}
-    return result.status == "not_counted" and kinds == {"bodies"}
-
-
 def is_settled(result: TrialResult, *, at_wall: bool) -> bool:
     """Whether a count of two bodies needs no other look at the clip.
 

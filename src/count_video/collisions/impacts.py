@@ -22,7 +22,7 @@ import numpy as np
 
 from count_video.collisions.flight import Motion, Rows, flies_freely, straying
 from count_video.collisions.onesided import Side, crossing, fit_side, side_frames
-from count_video.collisions.swinging import excess
+from count_video.collisions.swinging import excess, is_sharp, is_smooth
 from count_video.collisions.turns import Turn, find_turns, usual_flight
 
 JUMP_SIGMAS = 5.0
@@ -39,12 +39,6 @@ CONTACT_TIMES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
 CONTACT_SHARE = 0.06
 """Half the time that a contact takes, in pictures, and as a share of the usual flight: bumpers are
 springs, and soft balls touch for several pictures of a fast camera."""
-EXCESS_SHARE = 0.4
-EXCESS_SIGMAS = 3.0
-EXCESS_SIGMA_AT_MOST = 0.2
-"""At an impact the law of a swing leaves more than this share of the bend over, clear of the noise;
-where the share is known to less than the second, an impact's share of 1 is told from a swing's 0.
-"""
 STOP_SHARE = 0.08
 """Impacts on one stop lie within this share of the body's whole way."""
 STOP_SIGMAS = 6.0
@@ -134,11 +128,9 @@ def _unlike_a_swing(
 ) -> Turn | None:
     """Leave a turn out where a swing explains it; mark it where too few pictures tell."""
     left = excess(motion, turn.frame, limits, contact)
-    if left is None:
-        return replace(turn, told_from_swing=False)
-    if left.share > EXCESS_SHARE:
-        return replace(turn, told_from_swing=left.share > EXCESS_SIGMAS * left.sigma)
-    return replace(turn, told_from_swing=False) if left.sigma > EXCESS_SIGMA_AT_MOST else None
+    if left is not None and is_smooth(left):
+        return None
+    return replace(turn, told_from_swing=left is not None and is_sharp(left))
 
 
 def _unseen_around(motion: Motion, frame: float) -> float:

@@ -11,14 +11,16 @@ from count_video.collisions.flight import motion_of
 from count_video.collisions.impacts import Impact, find_impacts
 from count_video.collisions.onesided import HALF_EXPOSURE, fit_side, side_frames
 from count_video.collisions.pace import in_frames
+from count_video.collisions.swinging import excess, is_smooth
 from count_video.collisions.weighing import SeenImpacts, weighed
 from count_video.records import BodyTrack, Collision, Floats, Track, Velocities
 from count_video.signals import sigma_of
 
 SAME_CONTACT_PICTURES = 2.5
 END_PICTURES = 3
-ALIKE_FACTOR = 3.0
-"""Two bodies are of a kind if neither has more than so many times the other's mass."""
+LENGTH_FACTOR = 1.35
+MASS_FACTOR = 1.6
+"""Two bodies are of a kind if neither is longer, or heavier, than the other by such a factor."""
 PARTED_SHARE = 0.3
 """At one end of the clip two bodies are at least this share as far apart as at the other."""
 TOUCH_SHARE = 0.3
@@ -40,7 +42,12 @@ def seen_meetings(track: Track, heavy: BodyTrack, pace: float) -> SeenImpacts:
         for number in range(1, len(frames) + 1)
     ]
     judged = weighed(motion, impacts, (contact, pace), collisions)
-    reasons = (*judged.shortcomings, *_elsewhere(frames, track, heavy), *_cut_off(gap))
+    reasons = (
+        *judged.shortcomings,
+        *_elsewhere(frames, track, heavy),
+        *_cut_off(gap),
+        *_unlike(collisions, track, heavy),
+    )
     return replace(judged, shortcomings=reasons if impacts else judged.shortcomings)
 
 
@@ -54,18 +61,41 @@ def without_wall(track: Track) -> Track:
     return replace(track, ball=left, heavy=right, wall_side="left", wall_seen=False)
 
 
-def are_alike(collisions: Sequence[Collision]) -> bool:
-    """Whether two bodies have masses of a kind, by how much a collision changes their velocities.
+def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:
+    """Whether all that look like the ball's collisions with a wall are smooth turns of a swing."""
+    motion = motion_of(track.frame, track.ball.position_px)
+    ends = [-np.inf, *(collision.frame for collision in collisions), np.inf]
+    walls = [
+        excess(motion, collision.frame, (before, after), HALF_EXPOSURE)
+        for before, collision, after in zip(ends[:-2], collisions, ends[2:], strict=True)
+        if collision.kind == "wall"
+    ]
+    return all(left is not None and is_smooth(left) for left in walls)
 
-    Of a ball and a heavy body a wall may be out of sight; two like bodies need none.
+
+def _unlike(collisions: Sequence[Collision], track: Track, heavy: BodyTrack) -> list[str]:
+    """Say if the two are not of a kind, by their lengths and by how their velocities change.
+
+    Then they are the ball and the heavy body of a trial whose wall is not reached in the clip.
     """
-    ratios = []
-    for collision in collisions:
-        before, after = collision.velocity_before, collision.velocity_after
-        light = abs(after.ball_px_frame - before.ball_px_frame)
-        heavy = abs(after.heavy_px_frame - before.heavy_px_frame)
-        ratios.append(abs(float(np.log(light / heavy))) if light > 0 and heavy > 0 else np.inf)
-    return bool(ratios) and bool(np.median(ratios) < np.log(ALIKE_FACTOR))
+    lengths = [body.high_edge_px - body.low_edge_px for body in (track.ball, heavy)]
+    alike = abs(np.log(lengths[0] / lengths[1])) < np.log(LENGTH_FACTOR)
+    ratios = [abs(float(np.log(_steps(collision)))) for collision in collisions]
+    shown = [ratio for ratio in ratios if np.isfinite(ratio)]
+    alike &= not shown or bool(np.median(shown) < np.log(MASS_FACTOR))
+    if alike:
+        return []
+    return [
+        "the two bodies are not of a kind, and neither reaches a wall: let the clip run until the "
+        "burst is over"
+    ]
+
+
+def _steps(collision: Collision) -> float:
+    """Step of the first body's velocity over that of the second's; NaN where not known."""
+    before, after = collision.velocity_before, collision.velocity_after
+    other = abs(after.heavy_px_frame - before.heavy_px_frame)
+    return abs(after.ball_px_frame - before.ball_px_frame) / other if other > 0 else np.nan
 
 
 def _touches(impact: Impact, size_px: float) -> bool:

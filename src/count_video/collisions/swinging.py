@@ -32,6 +32,12 @@ LONGER_AT_MOST = 2.0
 FLIGHT_PICTURES = 6.0
 """The longer flight is taken along to this factor of the shorter one, or so many pictures."""
 PARAMETERS = 2
+EXCESS_SHARE = 0.4
+EXCESS_SIGMAS = 3.0
+EXCESS_SIGMA_AT_MOST = 0.2
+"""At an impact the law of a swing leaves more than this share of the bend over, clear of the noise;
+where the share is known to less than the second, an impact's share of 1 is told from a swing's 0.
+"""
 SECOND_DIFFERENCE = 6.0
 """Variance of a second difference of white noise, over that of the noise."""
 
@@ -45,6 +51,16 @@ class Excess:
     other way, as under gravity."""
     sigma: float
     """Its standard uncertainty."""
+
+
+def is_sharp(left: Excess) -> bool:
+    """Whether a turn is surely no swing's."""
+    return left.share > max(EXCESS_SHARE, EXCESS_SIGMAS * left.sigma)
+
+
+def is_smooth(left: Excess) -> bool:
+    """Whether a turn is surely that of a swing."""
+    return left.share <= EXCESS_SHARE and left.sigma <= EXCESS_SIGMA_AT_MOST
 
 
 def excess(

@@ -16,7 +16,7 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import Footage
 from count_video.progress import Progress
 from count_video.records import Frame
-from count_video.tracking.blobs import Sight, see
+from count_video.tracking.blobs import Blob, Sight, see
 from count_video.tracking.paths import LOST_PICTURES, Path, join
 from count_video.tracking.scenery import (
     PICTURES,
@@ -37,6 +37,8 @@ HIDDEN_SHARE = 0.6
 """Half the box that a body may cover, as a share of its patch's width and height."""
 HIDDEN_WORTH = 0.1
 """Whatever is worth this share of the first path is taken for a body here."""
+BORDER_PX = 3.0
+BORDER_STEPS = 2.0
 PICTURES_AT_REST = 5
 REST_SIZES = 0.15
 """A patch seen in so many pictures that moves by less than this share of its size rests."""
@@ -181,10 +183,11 @@ def _hidden(
     number = {sight.frame: row for row, sight in enumerate(sights)}
     masks = [np.zeros(shape, dtype=np.uint8) for _ in frames]
     for path in paths:
+        first, last = _there(path, paths, shape)
         widths = np.array([blob.width_px for blob in path.blobs])
         heights = np.array([blob.height_px for blob in path.blobs])
         for mask, row in zip(masks, (number[frame] for frame in frames), strict=True):
-            if not path.rows[0] - LOST_PICTURES <= row <= path.rows[-1] + LOST_PICTURES:
+            if not first <= row <= last:
                 continue
             x, y = (float(np.interp(row, path.rows, place)) for place in (path.x_px, path.y_px))
             across, down = (
@@ -194,3 +197,27 @@ def _hidden(
             rows = slice(max(0, int(y - down)), int(y + down) + 1)
             mask[rows, max(0, int(x - across)) : int(x + across) + 1] = 1
     return masks
+
+
+def _there(path: Path, paths: Sequence[Path], shape: tuple[int, ...]) -> tuple[float, float]:
+    """First and last picture in which a path's body may be where the path begins or ends.
+
+    No body appears or vanishes in the midst of the picture: it rested there, for scenery, unless it
+    is the one whose path ended before, or begins after.
+    """
+    first, last = path.rows[0] - LOST_PICTURES, path.rows[-1] + LOST_PICTURES
+    if _amid(path.blobs[0], path.blobs[1:2], shape):
+        ended = [other.rows[-1] for other in paths if other.rows[-1] < path.rows[0]]
+        first = min(first, max(ended, default=-1) + 1)
+    if _amid(path.blobs[-1], path.blobs[-2:-1], shape):
+        begun = [float(other.rows[0]) for other in paths if other.rows[0] > path.rows[-1]]
+        return first, max(last, min(begun, default=np.inf) - 1)
+    return first, last
+
+
+def _amid(blob: Blob, neighbour: Sequence[Blob], shape: tuple[int, ...]) -> bool:
+    """Whether a patch is farther from the picture's border than it moves in two pictures."""
+    step = max((np.hypot(b.x_px - blob.x_px, b.y_px - blob.y_px) for b in neighbour), default=0.0)
+    right, bottom = blob.left_px + blob.width_px, blob.top_px + blob.height_px
+    space = min(blob.left_px, blob.top_px, shape[1] - right, shape[0] - bottom)
+    return bool(space > BORDER_PX + BORDER_STEPS * step)
