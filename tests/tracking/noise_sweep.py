@@ -121,15 +121,14 @@ def _rms(values: Floats) -> float:
 def table(rows: Sequence[tuple[Point, Point]]) -> str:
     """Write the sweep as a Markdown table."""
     lines = [
-        "| noise, grey levels | ball: bound, px | error, px | ratio | error over stated "
-        "| heavy body: bound, px | error, px | ratio | error over stated |",
-        "|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+        "| noise, grey levels | ball: bound, px | error, px | ratio "
+        "| heavy body: bound, px | error, px | ratio |",
+        "|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for row in rows:
         cells = [f"{row[0].noise:g}"]
         for point in row:
-            cells += [f"{point.bound_px:.4f}", f"{point.rms_px:.4f}"]
-            cells += [f"{point.ratio:.2f}", f"{point.normalised:.2f}"]
+            cells += [f"{point.bound_px:.4f}", f"{point.rms_px:.4f}", f"{point.ratio:.2f}"]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 

@@ -40,7 +40,7 @@ TURNS_AWAY = 2
 """Frames at a turning point that take no part: their exposure may hold it."""
 MOVED_AT_LEAST_PX = 1.0
 """A body at rest has the same error all the time: nothing of it shows."""
-STRAYS = 16.0
+STRAYS = 25.0
 """A piece with so many times the variance of the calmest quarter holds a collision without a turn;
 errors of an encoder come in bursts, and chance alone makes five times."""
 
