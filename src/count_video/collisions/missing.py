@@ -28,7 +28,7 @@ END_PICTURES = 2.0
 END_POINTS = 4
 SHORT_STEP = 0.75
 """A last step shorter than this share of those before it hides a turn."""
-AT_STOP_PICTURES = 0.3
+AT_STOP_PICTURES = 0.6
 """A body that would touch its stop in so small a part of a picture may have done so."""
 
 
@@ -93,10 +93,13 @@ def passed_over(motion: Motion, impacts: Sequence[Impact]) -> list[float]:
     over = []
     for turn in find_turns(motion):
         here = [impact for impact in impacts if impact.side == turn.side]
-        place = motion.place_px[motion.frame == turn.outermost]
-        # A flying body passes its stop by what it moves within a contact, not by more.
-        at_stop = bool(here) and turn.side * (stop_of(here) - float(place[0])) < tolerance
-        if at_stop and np.abs(found - turn.frame).min() > SAME_TURN_PICTURES:
+        if not here or np.abs(found - turn.frame).min() <= SAME_TURN_PICTURES:
+            continue
+        near = motion.place_px[np.abs(motion.frame - turn.outermost) <= 1.0]
+        place = float(motion.place_px[motion.frame == turn.outermost][0])
+        # The picture nearest to a turn shows the body by up to half a step away from it.
+        slack = tolerance + AT_STOP_PICTURES * float(np.nanmax(np.abs(near - place)))
+        if turn.side * (stop_of(here) - place) < slack:
             over.append(turn.frame)
     return over
 

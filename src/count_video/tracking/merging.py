@@ -7,19 +7,13 @@ centre lies half its size from that end.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from count_video.tracking.blobs import Blob
 
-if TYPE_CHECKING:
-    from count_video.tracking.paths import Path
-
-KNOWN_SIGHTINGS = 4
-"""A body of which fewer have been seen has no known size."""
 AREA_FACTOR = 1.4
 """The area of both together, to this factor: the gap between them is bridged, a part may hide."""
 
@@ -27,56 +21,74 @@ Extent = tuple[float, float, float]
 """Of a patch along one axis, in px: where it begins, its centre, where it ends."""
 
 
-def parted(
-    paths: Sequence[Path], blobs: Sequence[Blob]
-) -> tuple[list[tuple[Path, Blob]], list[Blob]]:
-    """Part the patches that are two bodies each: such paths with their pieces, and the patches.
+@dataclass(frozen=True)
+class Known:
+    """A body that was followed until just now."""
 
-    ``paths`` are those that no patch goes on with, ``blobs`` the patches that go on with none.
+    last: Blob
+    """Where it was last seen."""
+    area_px: float
+    """Its usual area."""
+
+
+def parted(
+    bodies: Sequence[Known], blobs: Sequence[Blob]
+) -> tuple[list[tuple[int, Blob]], list[Blob]]:
+    """Part the patches that two bodies make up together.
+
+    Parameters
+    ----------
+    bodies
+        Those that no patch goes on with.
+    blobs
+        The patches that go on with no body.
+
+    Returns
+    -------
+    tuple
+        The place of each such body in the list with its piece, and the patches that were parted.
     """
-    known = [path for path in paths if len(path.rows) >= KNOWN_SIGHTINGS]
-    pieces: list[tuple[Path, Blob]] = []
+    left = list(range(len(bodies)))
+    pieces: list[tuple[int, Blob]] = []
     whole = []
     for blob in blobs:
-        for pair in combinations(known, 2):
-            if _make(pair, blob):
-                pieces += _pieces(pair, blob)
+        for one, two in combinations(left, 2):
+            if _make((bodies[one], bodies[two]), blob):
+                pieces += zip(
+                    (one, two), _pieces((bodies[one].last, bodies[two].last), blob), strict=True
+                )
                 whole.append(blob)
-                known = [path for path in known if path not in pair]
+                left = [place for place in left if place not in (one, two)]
                 break
     return pieces, whole
 
 
-def _make(pair: tuple[Path, Path], blob: Blob) -> bool:
+def _make(pair: tuple[Known, Known], blob: Blob) -> bool:
     """Whether two bodies make up a patch, by their areas and by where they last were."""
-    area = sum(path.recent_area_px for path in pair)
+    area = sum(body.area_px for body in pair)
     if abs(np.log(blob.area_px / area)) > np.log(AREA_FACTOR):
         return False
-    last = [path.blobs[-1] for path in pair]
     return all(
-        abs(one.x_px - blob.x_px) < (blob.width_px + one.width_px) / 2
-        and abs(one.y_px - blob.y_px) < (blob.height_px + one.height_px) / 2
-        for one in last
+        abs(last.x_px - blob.x_px) < (blob.width_px + last.width_px) / 2
+        and abs(last.y_px - blob.y_px) < (blob.height_px + last.height_px) / 2
+        for last in (body.last for body in pair)
     )
 
 
-def _pieces(pair: tuple[Path, Path], blob: Blob) -> list[tuple[Path, Blob]]:
+def _pieces(pair: tuple[Blob, Blob], blob: Blob) -> list[Blob]:
     """Put each body at its end of the patch, along either axis."""
-    one, two = (path.blobs[-1] for path in pair)
-    x = _centres((_across(one), _across(two)), _across(blob))
-    y = _centres((_down(one), _down(two)), _down(blob))
+    one, two = pair
+    xs = _centres((_across(one), _across(two)), _across(blob))
+    ys = _centres((_down(one), _down(two)), _down(blob))
     return [
-        (
-            path,
-            replace(
-                last,
-                x_px=x[place],
-                y_px=y[place],
-                left_px=last.left_px + x[place] - last.x_px,
-                top_px=last.top_px + y[place] - last.y_px,
-            ),
+        replace(
+            last,
+            x_px=x,
+            y_px=y,
+            left_px=last.left_px + x - last.x_px,
+            top_px=last.top_px + y - last.y_px,
         )
-        for place, (path, last) in enumerate(zip(pair, (one, two), strict=True))
+        for last, x, y in zip(pair, xs, ys, strict=True)
     ]
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from count_video.records import Floats
 from count_video.tracking.blobs import Blob, Sight
-from count_video.tracking.merging import parted
+from count_video.tracking.merging import Known, parted
 
 LOST_PICTURES = 12
 """A path that finds no patch for so many pictures has ended."""
@@ -25,6 +25,7 @@ AREA_FACTOR = 1.75
 """Areas of one body in neighbouring pictures differ by less; bodies that touch merge to one."""
 RECENT = 7
 """The usual area is that of so many sightings."""
+KNOWN_SIGHTINGS = 4
 AREA_COST = 0.5
 YOUNG_COST = 0.5
 NO_MATCH = 1e3
@@ -64,6 +65,11 @@ class Path:
         return float(np.median([blob.area_px for blob in self.blobs[-RECENT:]]))
 
     @property
+    def is_known(self) -> bool:
+        """Whether the body was seen often enough to know its size."""
+        return len(self.rows) >= KNOWN_SIGHTINGS
+
+    @property
     def area_px(self) -> float:
         """Usual area."""
         return float(np.median([blob.area_px for blob in self.blobs]))
@@ -99,9 +105,10 @@ def join(sights: Sequence[Sight]) -> list[Path]:
         taken = _assigned(live, row, free)
         used = {id(blob) for _, blob in taken}
         gone_on = {id(path) for path, _ in taken}
-        waiting = [path for path in live if id(path) not in gone_on]
-        pieces, whole = parted(waiting, [blob for blob in free if id(blob) not in used])
-        for path, blob in taken + pieces:
+        waiting = [path for path in live if id(path) not in gone_on and path.is_known]
+        known = [Known(path.blobs[-1], path.recent_area_px) for path in waiting]
+        pieces, whole = parted(known, [blob for blob in free if id(blob) not in used])
+        for path, blob in taken + [(waiting[place], piece) for place, piece in pieces]:
             path.add(row, blob)
         ended += [path for path in live if row - path.rows[-1] > LOST_PICTURES]
         live = [path for path in live if row - path.rows[-1] <= LOST_PICTURES]
