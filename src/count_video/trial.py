@@ -12,17 +12,17 @@ it takes the same way through other doors of the same rooms.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
 from count_video import verdict
 from count_video.between.infer import Between, Misfit, count_between, measure_burst
 from count_video.collisions.alone import seen_impacts
-from count_video.collisions.cadence import Cadence, cadence_of
+from count_video.collisions.cadence import cadence_of
+from count_video.collisions.clock import as_shown, seen_by_clock
 from count_video.collisions.meeting import only_turns, without_wall
-from count_video.collisions.ramps import Ramp, ramps_of
-from count_video.collisions.seen import SeenCollisions, seen_collisions
+from count_video.collisions.seen import SeenCollisions
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage, open_footage
 from count_video.progress import NO_PROGRESS, Progress
@@ -139,7 +139,7 @@ def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
     """Work through a clip in which a ball and a heavy body at a wall can be followed."""
     info, report = footage.info, footage.report()
     shown = track
-    clock, track, found = _seen(track)
+    clock, track, found = seen_by_clock(track)
     result = verdict.counted(info, report, track, found, settings.masses, settings.ball_diameter_mm)
     between = None
     if verdict.leaves_room(found) and not settings.seen_only:
@@ -148,23 +148,7 @@ def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
     elif result.count:
         between = measure_burst(track, found, verdict.knowledge(info, settings.masses))
         result = verdict.measured(result, between)
-    return Trial(_as_shown(result, clock), info, shown, found, between)
-
-
-def _seen(track: Track) -> tuple[Cadence | Ramp | None, Track, SeenCollisions]:
-    """Find the collisions by the clock that the clip was made by; also the track by that clock."""
-    cadence = cadence_of(track)
-    even = cadence.evened(track) if cadence else track
-    found = seen_collisions(even)
-    if found.borne_out and not found.doubts:
-        return cadence, even, found
-    for ramp in ramps_of(track):
-        steady = ramp.evened(track)
-        other = seen_collisions(steady, pace=1.0)
-        sure = other.borne_out and not other.doubts and not other.shortcomings
-        if sure and ramp.resolves(other.collisions):
-            return ramp, steady, other
-    return cadence, even, found
+    return Trial(as_shown(result, clock), info, shown, found, between)
 
 
 def _without_pair(footage: Footage, looking: TrackSettings, progress: Progress) -> Trial:
@@ -177,12 +161,4 @@ def _without_pair(footage: Footage, looking: TrackSettings, progress: Progress) 
     cadence = cadence_of(track)
     found = seen_impacts(cadence.evened(track) if cadence else track)
     result = verdict.impacts_counted(footage.info, footage.report(), track, found)
-    return Trial(_as_shown(result, cadence), footage.info, track, None)
-
-
-def _as_shown(result: TrialResult, clock: Cadence | Ramp | None) -> TrialResult:
-    """Tell collisions by the frames that show them, where these were not taken evenly."""
-    if clock is None:
-        return result
-    warnings = (*result.warnings, clock.warning) if isinstance(clock, Ramp) else result.warnings
-    return replace(result, collisions=tuple(map(clock.shown, result.collisions)), warnings=warnings)
+    return Trial(as_shown(result, cadence), footage.info, track, None)

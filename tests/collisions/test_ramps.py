@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from filmed_trials import FilmedTrial, Filming, film_motion, part
 
+from count_video.collisions.clock import seen_by_clock
 from count_video.collisions.ramps import Ramp, ramps_of
-from count_video.collisions.seen import STRAYS, SeenCollisions, seen_collisions
+from count_video.collisions.seen import STRAYS, seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.records import BodyTrack, Floats, Track
@@ -48,24 +49,14 @@ def ramped(whole: FilmedTrial, factor: int) -> tuple[Track, Floats]:
     return replace(whole.track, frame=even, ball=bodies[0], heavy=bodies[1]), frame[kept]
 
 
-def by_fitting_clock(track: Track) -> tuple[Ramp, SeenCollisions] | None:
-    """First clock by which the cylinder moves as the collisions would have it."""
-    for ramp in ramps_of(track):
-        found = seen_collisions(ramp.evened(track), pace=1.0)
-        if found.borne_out and not found.doubts and not found.shortcomings:
-            return ramp, found
-    return None
-
-
 @pytest.mark.parametrize("factor", [2, 3, 4])
 def test_a_ramp_is_undone(factor: int) -> None:
     whole = trial()
     track, kept = ramped(whole, factor)
 
-    fitting = by_fitting_clock(track)
+    ramp, _, found = seen_by_clock(track)
 
-    assert fitting is not None
-    ramp, found = fitting
+    assert isinstance(ramp, Ramp)
     assert found.burst == len(whole.frames)
     assert f"factor of {factor}" in ramp.warning
     shown = np.array([ramp.shown(collision).frame for collision in found.collisions])
@@ -76,9 +67,8 @@ def test_a_ramp_is_undone(factor: int) -> None:
 def test_velocities_of_a_ramp_are_those_of_the_frames() -> None:
     whole = trial()
     track, _ = ramped(whole, 4)
-    fitting = by_fitting_clock(track)
-    assert fitting is not None
-    ramp, found = fitting
+    ramp, _, found = seen_by_clock(track)
+    assert isinstance(ramp, Ramp)
 
     first = ramp.shown(found.collisions[0])
 
