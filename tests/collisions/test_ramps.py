@@ -132,3 +132,13 @@ def test_a_missed_pair_of_strokes_is_not_borne_out() -> None:
     cut = replace(whole.track, frame=frame, ball=bodies[0], heavy=bodies[1])
 
     assert not seen_collisions(cut).borne_out
+
+
+def test_a_clip_with_one_stroke_against_the_wall_alone_is_judged() -> None:
+    whole = trial()
+
+    found = seen_collisions(part(whole.track, int(whole.frames[0]) + 2, int(whole.frames[2]) - 2))
+
+    assert [collision.kind for collision in found.collisions] == ["wall"]
+    assert found.shortcomings
+    assert not found.borne_out

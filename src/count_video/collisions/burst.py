@@ -146,7 +146,7 @@ def _ending(inside: Sequence[Candidate], gaps: Gaps, end: float, swing: Swing | 
     if not inside or np.isfinite(end):
         return None
     last, final = inside[-1].frame, float(gaps.frame[-1])
-    struck = max(c.frame for c in inside if c.kind == "bodies")
+    struck = max((c.frame for c in inside if c.kind == "bodies"), default=inside[0].frame)
     gone = last_seen(gaps.frame, gaps.heavy_px)
     since = max(last, final - WINDOW_FRAMES)
     # A cylinder that leaves the picture is judged by its last frames there.

@@ -94,7 +94,7 @@ def find_bodies(
         learnt = None if known else _learn_pair(runs, pair, direction)
         if learnt is None:
             continue
-        found = _others(learnt, tried), min(len(body.sightings) for body in learnt)
+        found = differ(learnt, tried), min(len(body.sightings) for body in learnt)
         if found > merit:
             best, merit = Bodies(*learnt, direction, upright, pair), found
         if merit >= (True, SEEN_EACH_RUN * len(runs)):
@@ -190,7 +190,7 @@ def _side_by_side(left: Body, right: Body) -> bool:
     return float(np.std(a + b)) > MIRROR_SHARE * float(np.std(b - a))
 
 
-def _others(learnt: tuple[Body, Body], tried: Sequence[Bodies]) -> bool:
+def differ(learnt: tuple[Body, Body], tried: Sequence[Bodies]) -> bool:
     """Whether one of the two is another body than in each of the pairs tried."""
     return all(
         _apart(learnt[0], bodies.left) or _apart(learnt[1], bodies.right) for bodies in tried

@@ -15,7 +15,7 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import Footage
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import BodyTrack, Floats, Frame, MotionLine, Track, WallSide
-from count_video.tracking.bodies import Bodies, NotFound, find_bodies
+from count_video.tracking.bodies import Bodies, NotFound, differ, find_bodies
 from count_video.tracking.camera import Camera
 from count_video.tracking.certainty import stated_sigmas
 from count_video.tracking.follow import Follower
@@ -86,14 +86,21 @@ def tracks(
 
 
 def _find(runs: Sequence[Sequence[Frame]], tried: Sequence[Bodies]) -> Bodies | NotFound:
-    """Find the bodies in steady runs, first by what stands out, then by what is faint."""
+    """Find the bodies in steady runs, first by what stands out, then by what is faint.
+
+    Others than those tried come before the same ones seen in another way.
+    """
     # A ball that bounces to and fro moves evenly in short runs only.
     short = [half for run in runs for half in (run[: len(run) // 2], run[len(run) // 2 :]) if half]
+    again: Bodies | None = None
     for pieces, faint in ((runs, False), (short, False), (runs, True), (short, True)):
         bodies = find_bodies(pieces, faint=faint, tried=tried)
-        if isinstance(bodies, Bodies):
-            break
-    return bodies
+        if isinstance(bodies, NotFound):
+            continue
+        if differ((bodies.left, bodies.right), tried):
+            return bodies
+        again = again or bodies
+    return again or bodies
 
 
 def _with_shift(track: Track, camera: Camera, view: View) -> Track:
