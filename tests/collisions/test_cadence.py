@@ -57,6 +57,20 @@ def test_pictures_with_copies_between_them_are_timed_evenly(every: int) -> None:
     assert found == pytest.approx(wanted, abs=TIME_WITHIN)
 
 
+def test_copies_that_were_not_noticed_at_first_are_left_out_once_their_time_is_known() -> None:
+    track, _ = filmed()
+    noticed = replace(track, frame=first_shown(5))
+    # The first ten pictures with their two copies, as a track that takes them for pictures.
+    rows = np.r_[0:5, 4, 5:10, 9, 10:PICTURES]
+    body = track.ball
+    ball = replace(body, position_px=body.position_px[rows], sigma_px=body.sigma_px[rows])
+    missed = replace(track, frame=np.r_[0:12, noticed.frame[10:]].astype(float), ball=ball)
+    cadence = cadence_of(missed)
+    assert cadence is not None
+    assert cadence.frame.tolist() == noticed.frame.tolist()
+    assert cadence.evened(missed).ball.position_px == pytest.approx(body.position_px)
+
+
 @pytest.mark.parametrize("every", [5, 24])
 def test_frames_stay_even_where_copies_stand_for_lost_pictures(every: int) -> None:
     track, _ = filmed()

@@ -15,13 +15,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from count_video.records import Collision, Floats, Track
+from count_video.records import BodyTrack, Collision, Floats, Track
 
 STEPS_AT_LEAST = 6
 """Changes of the step between frames, while a body moves, that a judgement takes."""
 MOVES_SIGMAS = 8.0
 """A body moves if it covers so many standard uncertainties from picture to picture."""
+KEEP_TIME = 0.9
+"""Share of the noticed copies that come in step."""
 SMOOTHER = 0.5
 """Pictures are taken for even if the paths are so much smoother for it."""
 
@@ -30,6 +33,8 @@ SMOOTHER = 0.5
 class Cadence:
     """Even times of the pictures of a clip."""
 
+    rows: NDArray[np.bool_]
+    """Which rows of the track show a new picture, shape (rows,)."""
     frame: Floats
     """Frame in which each picture comes first, shape (n,)."""
     step: float
@@ -37,7 +42,14 @@ class Cadence:
 
     def evened(self, track: Track) -> Track:
         """Time the pictures of a track evenly, in frames on average."""
-        return replace(track, frame=self.frame[0] + self.step * np.arange(len(self.frame)))
+        heavy = None if track.heavy is None else self._pictures_of(track.heavy)
+        frame = self.frame[0] + self.step * np.arange(len(self.frame))
+        return replace(track, frame=frame, ball=self._pictures_of(track.ball), heavy=heavy)
+
+    def _pictures_of(self, body: BodyTrack) -> BodyTrack:
+        return replace(
+            body, position_px=body.position_px[self.rows], sigma_px=body.sigma_px[self.rows]
+        )
 
     def shown(self, collision: Collision) -> Collision:
         """Tell a collision that was found between evened pictures by the frames that show it.
@@ -55,14 +67,15 @@ def cadence_of(track: Track) -> Cadence | None:
 
     Both clocks are tried on the bodies' steps wherever the step between frames changes.
     """
-    steps = np.diff(track.frame)
+    rows = ~_missed_copies(track)
+    frame = track.frame[rows]
+    steps = np.diff(frame)
     if len(steps) < 2 or np.ptp(steps) == 0:
         return None
-    bodies = [track.ball] if track.heavy is None else [track.ball, track.heavy]
     step = float(steps.mean())
     by_frame, by_picture = [], []
-    for body in bodies:
-        moved = np.diff(body.position_px)
+    for body in _bodies(track):
+        moved = np.diff(body.position_px[rows])
         least = MOVES_SIGMAS * float(np.nanmedian(body.sigma_px))
         lesser = np.minimum(np.abs(moved[1:]), np.abs(moved[:-1]))
         telling = (np.diff(steps) != 0) & (lesser > least)
@@ -71,4 +84,31 @@ def cadence_of(track: Track) -> Cadence | None:
     rough, smooth = np.concatenate(by_frame), np.concatenate(by_picture)
     if len(rough) < STEPS_AT_LEAST or np.median(smooth) > SMOOTHER * np.median(rough):
         return None
-    return Cadence(track.frame, step)
+    return Cadence(rows, frame, step)
+
+
+def _missed_copies(track: Track) -> NDArray[np.bool_]:
+    """Which rows are copies that were not noticed, shape (rows,).
+
+    A converter's copies keep time. Where nearly all that were noticed do, a frame that is due to be
+    a copy is one if no body moved: at a clip's start little is known yet by which to tell them.
+    """
+    none = np.zeros(len(track.frame), dtype=bool)
+    first, last = int(track.frame[0]), int(track.frame[-1])
+    copies = np.setdiff1d(np.arange(first, last + 1), track.frame.astype(int))
+    if len(copies) < STEPS_AT_LEAST:
+        return none
+    apart, often = np.unique(np.diff(copies), return_counts=True)
+    period = int(apart[np.argmax(often)])
+    phases = np.bincount(copies % period, minlength=period)
+    if period < 2 or phases.max() < KEEP_TIME * len(copies):
+        return none
+    due: NDArray[np.bool_] = track.frame.astype(int) % period == int(np.argmax(phases))
+    for body in _bodies(track):
+        moved = np.abs(np.diff(body.position_px, prepend=np.nan))
+        due &= ~(moved > MOVES_SIGMAS * float(np.nanmedian(body.sigma_px)))
+    return due
+
+
+def _bodies(track: Track) -> list[BodyTrack]:
+    return [track.ball] if track.heavy is None else [track.ball, track.heavy]

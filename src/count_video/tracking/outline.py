@@ -78,6 +78,8 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
         ends = _edge(slope, rows, left, 1), _edge(slope, rows, right, -1)
     else:
         ends = circle.x_px - circle.radius_px, circle.x_px + circle.radius_px
+    if ends[1] - ends[0] < ROWS_AT_LEAST:  # an edge and no body
+        return None
     return _cut_out(mean, (rows, left, right), ends, circle is not None)
 
 

@@ -34,6 +34,9 @@ PRESENT_AT_LEAST = 0.2
 """A body comes in and goes out again, but is there for this share of the clip."""
 PAIRS_AT_MOST = 3
 """So many pairs of bodies are followed in turn, should the others not do."""
+UNSURE_FACTOR = 8.0
+"""A sighting with an uncertainty so many times the usual one is not believed: blur at full speed
+and a body half hidden double or treble it."""
 PROGRESS_STEP = 16
 
 
@@ -152,7 +155,7 @@ def _track(
     if len(frames) < FRAMES_AT_LEAST:
         raise TrackingError(f"only {len(frames)} different pictures: too few to show collisions")
     view, side = view_and_side
-    x_px = [view.in_picture(np.array(f.x_px), upright=bodies.upright) for f in followers]
+    x_px = [view.in_picture(_sure_places(f), upright=bodies.upright) for f in followers]
     edges = [
         (view.factor * body.left_edge_px, view.factor * body.right_edge_px)
         for body in (bodies.left, bodies.right)
@@ -195,6 +198,16 @@ def _followed(x_px: Floats) -> bool:
     if len(seen) < max(FRAMES_AT_LEAST, PRESENT_AT_LEAST * len(x_px)):
         return False
     return len(seen) >= SEEN_AT_LEAST * (int(seen[-1]) - int(seen[0]) + 1)
+
+
+def _sure_places(follower: Follower) -> Floats:
+    """Places along the line in the follower's pictures; NaN for sightings that are hardly any.
+
+    What is left of a body that sticks out of the picture may match the scenery; it does so loosely.
+    """
+    sigma = np.array(follower.sigma_px)
+    usual = np.nanmedian(sigma) if np.isfinite(sigma).any() else np.nan
+    return np.where(sigma <= UNSURE_FACTOR * usual, np.array(follower.x_px), np.nan)
 
 
 def _line(bodies: Bodies, ball: Follower, view: View) -> MotionLine:
