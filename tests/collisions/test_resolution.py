@@ -3,8 +3,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from count_video.collisions.burst import Burst
 from count_video.collisions.candidates import Candidate
-from count_video.collisions.resolution import LONG_FLIGHT, long_flights, shortest_interval
+from count_video.collisions.onesided import Corner
+from count_video.collisions.resolution import (
+    LONG_FLIGHT,
+    UNEXPLAINED_SIGMAS,
+    long_flights,
+    shortest_interval,
+    unexplained,
+)
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 
@@ -45,3 +53,24 @@ def test_two_collisions_missed_in_the_middle_leave_a_long_flight(seed: int) -> N
 def test_too_few_flights_are_not_judged() -> None:
     assert long_flights(candidates_at([10.0, 50.0, 60.0])) == []
     assert long_flights([]) == []
+
+
+def turning(frame: float, sigmas: float) -> Candidate:
+    """A corner whose jump of the velocity is so many times its uncertainty, where nothing is."""
+    corner = Corner(frame, 0.1, 0.0, -sigmas / 2, sigmas / 2, 1.0, (8, 8))
+    return Candidate("wall", frame, frame, 0.1, corner)
+
+
+def test_a_sharp_turn_without_a_contact_leaves_a_doubt() -> None:
+    inside = candidates_at([10.0, 50.0, 60.0])
+    clear, faint = turning(55.0, 2 * UNEXPLAINED_SIGMAS), turning(56.0, UNEXPLAINED_SIGMAS / 2)
+
+    assert "55.0" in unexplained([clear, faint], inside, Burst(3, np.inf, ()), 1.0)[0]
+    assert unexplained([faint], inside, Burst(3, np.inf, ()), 1.0) == []
+
+
+def test_sharp_turns_before_the_burst_or_after_it_leave_none() -> None:
+    inside = candidates_at([10.0, 50.0, 60.0])
+    outside = [turning(5.0, 2 * UNEXPLAINED_SIGMAS), turning(95.0, 2 * UNEXPLAINED_SIGMAS)]
+
+    assert unexplained(outside, inside, Burst(3, 90.0, ()), 1.0) == []

@@ -73,7 +73,7 @@ def learn_contacts(candidates: Sequence[Candidate], gaps: Gaps) -> Contacts:
 def _level(corners: Sequence[Corner]) -> float:
     """Median of the corners' values, each with the weight of its jump: hard bounces tell best."""
     values = np.array([corner.value for corner in corners])
-    jumps = np.array([corner.slope_after - corner.slope_before for corner in corners])
+    jumps = np.array([abs(corner.slope_after - corner.slope_before) for corner in corners])
     order = np.argsort(values)
     share = np.cumsum(jumps[order])
     return float(values[order][np.searchsorted(share, share[-1] / 2)])
@@ -120,5 +120,6 @@ def is_contact(
     # Between two frames the gap was lower than any sample shows, by up to one frame's motion.
     place = int(np.argmin(np.abs(gaps.frame - candidate.lowest)))
     around = signal[max(0, place - 2) : place + 3]
-    motion = float(np.nanmax(np.abs(np.diff(around)))) if len(around) > 1 else 0.0
+    moved = np.abs(np.diff(around))
+    motion = float(moved[np.isfinite(moved)].max(initial=0.0))
     return -tolerance < float(signal[place]) - closed < tolerance + motion

@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from count_video.collisions.burst import Burst
 from count_video.collisions.candidates import Candidate, signal_of
 from count_video.collisions.gaps import Gaps
 from count_video.signals import sigma_of
@@ -25,11 +26,44 @@ LONG_FLIGHT_FRAMES = 1.0
 """A flight longer than both a flight before it and one after it, by this factor and so many frames,
 hides two collisions. In simulated bursts, with threads, losses and their scatter drawn at random,
 no flight is longer by 5 %."""
+UNEXPLAINED_SIGMAS = 10.0
+"""Jumps of the velocity by so much are no accidents of noise."""
+NAMED_AT_MOST = 3
 TURN_FRAMES = 12
 """A ball that turns round by itself between two collisions of a kind is seen for so long, ..."""
 TURN_CLEAR_SHARE = 0.2
 """... and keeps this share of its largest distance from what it did not strike: nearer to it, a
 blurred zigzag looks like a turn."""
+
+
+def unexplained(
+    elsewhere: Sequence[Candidate], inside: Sequence[Candidate], burst: Burst, pace: float
+) -> list[str]:
+    """Say where, within the burst, the ball clearly turns without a contact.
+
+    A body that is not followed rightly (it spins, or something was taken for it) may strike
+    something where its place says that there is nothing. ``elsewhere`` are the candidates that jump
+    without a contact, ``inside`` those of the burst.
+    """
+    first = inside[0].frame if inside else np.inf
+    clear = [
+        candidate.frame
+        for candidate in elsewhere
+        if first < candidate.frame < burst.end_frame and _jump(candidate) > UNEXPLAINED_SIGMAS
+    ]
+    if not clear:
+        return []
+    named = ", ".join(f"{frame * pace:.1f}" for frame in sorted(clear)[:NAMED_AT_MOST])
+    more = f" and {len(clear) - NAMED_AT_MOST} more" if len(clear) > NAMED_AT_MOST else ""
+    return [f"the ball turns sharply where by its place it strikes nothing (frame {named}{more})"]
+
+
+def _jump(candidate: Candidate) -> float:
+    """Jump of the velocity over its standard uncertainty; 0 where it is not shown."""
+    corner = candidate.corner
+    if corner is None:
+        return 0.0
+    return abs(corner.slope_after - corner.slope_before) / max(corner.slope_sigma, 1e-9)
 
 
 def unresolved(candidates: Sequence[Candidate], gaps: Gaps, pace: float) -> list[str]:

@@ -18,7 +18,7 @@ from count_video.collisions.pace import (
     in_pictures,
     swing_in_frames,
 )
-from count_video.collisions.resolution import shortest_interval, unresolved
+from count_video.collisions.resolution import shortest_interval, unexplained, unresolved
 from count_video.collisions.swing import Swing, borne_out, fit_swing
 from count_video.records import Collision, Floats, Track, Velocities
 from count_video.signals import sigma_of
@@ -61,7 +61,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     """
     pace = frames_per_picture(track) if pace is None else pace
     gaps = gaps_of(in_pictures(track, pace))
-    found = _corroborated(gaps, track.ball_diameter_px)
+    found, elsewhere = _corroborated(gaps, track.ball_diameter_px)
     collisions = _collisions(found, gaps)
     right = borne_out(gaps, collisions)
     burst = find_burst(found, gaps, fit_swing(gaps, collisions))
@@ -70,7 +70,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     few = len(inside) <= FEW_TO_BELIEVE
     if few and never_touch(learn_contacts(inside, gaps), track.ball_diameter_px):
         shortcomings = (NEVER_TOUCH, *shortcomings)
-    doubts = tuple(unresolved(inside, gaps, pace))
+    doubts = (*unresolved(inside, gaps, pace), *unexplained(elsewhere, inside, burst, pace))
     if right is False and not doubts:
         shortcomings = (*shortcomings, STRAYS)
     return SeenCollisions(
@@ -84,14 +84,18 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     )
 
 
-def _corroborated(gaps: Gaps, ball_diameter_px: float) -> list[Candidate]:
-    """Candidates with a jump of the velocity and a contact, their times sharpened."""
-    found = sharpen(find_candidates(gaps), gaps)
-    found = sharp_ones(found, gaps)
-    contacts = learn_contacts(found, gaps)
-    found = [c for c in found if is_contact(c, gaps, contacts, ball_diameter_px)]
+def _corroborated(gaps: Gaps, ball_diameter_px: float) -> tuple[list[Candidate], list[Candidate]]:
+    """Candidates with a jump of the velocity and a contact, their times sharpened.
+
+    Also those that jump where there is no contact.
+    """
+    sharp = sharp_ones(sharpen(find_candidates(gaps), gaps), gaps)
+    contacts = learn_contacts(sharp, gaps)
+    touching = [is_contact(c, gaps, contacts, ball_diameter_px) for c in sharp]
+    found = [c for c, touches in zip(sharp, touching, strict=True) if touches]
+    elsewhere = [c for c, touches in zip(sharp, touching, strict=True) if not touches]
     found = sharpen(found, gaps, learn_contacts(found, gaps))
-    return sorted(found, key=lambda candidate: candidate.frame)
+    return sorted(found, key=lambda candidate: candidate.frame), elsewhere
 
 
 def _collisions(found: Sequence[Candidate], gaps: Gaps) -> list[Collision]:
