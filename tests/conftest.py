@@ -1,8 +1,9 @@
-"""What holds for every test: reproducible examples, and no file left open."""
+"""What holds for every test: reproducible examples, Ctrl-C that works, and no file left open."""
 
 from __future__ import annotations
 
 import os
+import signal
 import stat
 from collections import Counter
 from collections.abc import Iterator
@@ -15,6 +16,10 @@ from hypothesis import settings
 # drawn on every run, so that a failure can be repeated anywhere.
 settings.register_profile("reproducible", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("reproducible")
+
+# A shell that starts the tests in the background lets them, and all that they start, ignore Ctrl-C.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 _DESCRIPTORS = Path("/proc/self/fd")
 _DATA_SUFFIXES = frozenset(

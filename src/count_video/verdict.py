@@ -88,9 +88,13 @@ def impacts_counted(
 ) -> TrialResult:
     """Judge what was found in a clip of one body alone, or of two without a wall."""
     collisions = tuple(_timed(collision, info.capture_fps) for collision in found.collisions)
-    likely = found.probability.get(len(collisions), 0.0) >= IMPACTS_PROBABILITY_AT_LEAST
+    chance = found.probability.get(len(collisions), 0.0)
+    likely = chance >= max(IMPACTS_PROBABILITY_AT_LEAST, *found.probability.values(), 0.0)
     counts = likely and not found.shortcomings
     reasons = found.shortcomings or found.doubts
+    if not (likely or found.shortcomings):
+        likelier = max(found.probability, key=found.probability.__getitem__)
+        reasons = (*reasons, f"{len(collisions)} impacts are seen, but {likelier} are likelier")
     return replace(
         nothing_to_count(info, report, ""),
         status="counted" if counts else "not_counted",
