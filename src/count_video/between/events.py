@@ -47,7 +47,8 @@ def _time_sigmas(solution: Solution, paths: Paths) -> Floats:
 
 def _partners(frames: Floats, sigmas: Floats, seen: Sequence[Collision]) -> dict[int, Collision]:
     """Find the collision seen for each modelled one, as far as there is one; nearest first."""
-    room = np.diff(frames, prepend=-np.inf, append=np.inf)
+    # What never happens lies at infinity, and may do so more than once.
+    room = np.diff(np.minimum(frames, np.finfo(np.float64).max), prepend=-np.inf, append=np.inf)
     share = SAME_SHARE * np.minimum(room[:-1], room[1:])
     pairs = []
     for event, frame in enumerate(frames):
