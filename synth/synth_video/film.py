@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.errors import UsageError
 from count_video.footage.writer import WriteOptions, write_clip
 from synth_video.camera import sensor_for
 from synth_video.compositor import Compositor
@@ -20,6 +21,7 @@ from synth_video.scene import EncodingSettings, Scene
 from synth_video.schedule import Schedule
 from synth_video.stage import Stage
 from synth_video.tripod import tripod_shift
+from synth_video.truth import truth_path
 
 CLOCK, ART, NOISE = 1, 2, 3
 """Each use of chance has its own stream: more noise does not change what stands on the shelf."""
@@ -49,16 +51,25 @@ def pictures(
 
 
 def write_film(
-    clip_path: Path, frames: Iterator[NDArray[np.uint8]], scene: Scene, schedule: Schedule
+    clip_path: Path,
+    frames: Iterator[NDArray[np.uint8]],
+    scene: Scene,
+    schedule: Schedule,
+    tell: Callable[[Path], None],
 ) -> None:
-    """Encode the pictures as the scene asks.
+    """Encode the pictures as the scene asks; ``tell`` then writes their truth to its path.
 
     Raises
     ------
     UsageError
-        If the file cannot be written so.
+        If the file cannot be written so, or its truth cannot.
     """
     write_clip(clip_path, _stored(frames, scene.encoding), _write_options(scene, schedule))
+    try:
+        tell(truth_path(clip_path))
+    except UsageError:
+        clip_path.unlink()  # a clip without its truth, or with an older one, would mislead
+        raise
 
 
 def _stored(

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.errors import UsageError
 from count_video.physics.simulator import Motion, simulate
 from synth_video.experiments.filming import render_experiment
 from synth_video.experiments.truth import ExperimentTruth
@@ -19,7 +18,7 @@ from synth_video.projection import Projection, projection_of
 from synth_video.scene import Scene
 from synth_video.schedule import Schedule, schedule_of
 from synth_video.stage import set_stage
-from synth_video.truth import Truth, truth_of, truth_path, write_truth
+from synth_video.truth import Truth, truth_of, write_truth
 
 
 def render_clip(scene: Scene, seed: int, clip_path: Path) -> Truth | ExperimentTruth:
@@ -46,12 +45,8 @@ def render_trial(scene: Scene, seed: int, clip_path: Path) -> Truth:
     schedule = schedule_of(scene, motion, np.random.default_rng([seed, CLOCK]))
     projection = projection_of(scene)
     truth = truth_of(scene, seed, motion, schedule, projection)
-    write_film(clip_path, render_frames(scene, seed, motion, schedule, projection), scene, schedule)
-    try:
-        write_truth(truth, truth_path(clip_path))
-    except UsageError:
-        clip_path.unlink()  # a clip without its truth, or with an older one, would mislead
-        raise
+    frames = render_frames(scene, seed, motion, schedule, projection)
+    write_film(clip_path, frames, scene, schedule, partial(write_truth, truth))
     return truth
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from count_video.collisions.candidates import Candidate
 from count_video.collisions.foresight import last_seen, parted_until_turn
 from count_video.collisions.gaps import Gaps
-from count_video.collisions.onesided import HALF_EXPOSURE, WINDOW_FRAMES, fit_side, side_frames
+from count_video.collisions.onesided import HALF_EXPOSURE, WINDOW_FRAMES, fit_side, side_of
 from count_video.collisions.swing import Swing
 from count_video.collisions.turning import first_turn
 from count_video.records import Floats
@@ -124,8 +124,7 @@ def _beginning(inside: Sequence[Candidate], gaps: Gaps) -> str | None:
             "the clip starts after the first collision: the ball already moves to the wall; "
             "start the clip while the ball is still at rest"
         )
-    before = side_frames(gaps.frame, gaps.ball_px, first.frame, -np.inf)
-    ball = fit_side(gaps.frame[before], gaps.ball_px[before], first.frame, sigma_of(gaps.ball_px))
+    ball = side_of(gaps.frame, gaps.ball_px, first.frame, -np.inf)
     if ball is None or ball.points < FRAMES_TO_JUDGE:
         return (
             "the clip starts too close to its first collision to tell whether the ball was at "

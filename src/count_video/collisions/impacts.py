@@ -192,7 +192,6 @@ def _impact(turn: Turn, motion: Motion) -> Impact:
         row = int(np.argmin(np.abs(motion.frame - turn.outermost)))
         place = float(motion.place_px[row])
         return Impact(turn.outermost, 0.5, turn.side, place, np.nan, np.nan, 0.0, 0)
-    jump = abs(corner.slope_after - corner.slope_before)
     return Impact(
         frame=corner.frame,
         frame_sigma=corner.frame_sigma,
@@ -200,7 +199,7 @@ def _impact(turn: Turn, motion: Motion) -> Impact:
         place_px=motion.place_back(corner.value, corner.frame),
         velocity_before=motion.slope_back(corner.slope_before, corner.frame),
         velocity_after=motion.slope_back(corner.slope_after, corner.frame),
-        clarity=jump / max(corner.slope_sigma, 1e-9) if turn.told_from_swing else 0.0,
+        clarity=corner.clarity if turn.told_from_swing else 0.0,
         pictures=min(corner.points),
     )
 

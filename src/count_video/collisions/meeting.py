@@ -9,12 +9,11 @@ import numpy as np
 
 from count_video.collisions.flight import motion_of
 from count_video.collisions.impacts import Impact, find_impacts
-from count_video.collisions.onesided import HALF_EXPOSURE, fit_side, side_frames
+from count_video.collisions.onesided import HALF_EXPOSURE, side_of
 from count_video.collisions.pace import in_frames
 from count_video.collisions.swinging import excess, is_smooth
 from count_video.collisions.weighing import SeenImpacts, weighed
 from count_video.records import BodyTrack, Collision, Floats, Track, Velocities
-from count_video.signals import sigma_of
 
 SAME_CONTACT_PICTURES = 2.5
 END_PICTURES = 3
@@ -127,8 +126,7 @@ def _collision_of_two(
 
 def _state(frame: Floats, places: Floats, about: float, limit: float) -> tuple[float, float]:
     """Velocity and place of one body right before or after a contact; NaN if not shown."""
-    chosen = side_frames(frame, places, about, limit)
-    side = fit_side(frame[chosen], places[chosen], about, sigma_of(places))
+    side = side_of(frame, places, about, limit)
     return (np.nan, np.nan) if side is None else (side.slope, side.value)
 
 

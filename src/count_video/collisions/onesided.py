@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.signals import sigma_of
 
 HALF_EXPOSURE = 0.5
 """Frames: the longest shutter is open for the whole frame, half of it before its centre."""
@@ -55,6 +56,17 @@ class Corner:
     """Standard uncertainty of the jump of the slope."""
     points: tuple[int, int]
     """How many frames support each side."""
+
+    @property
+    def clarity(self) -> float:
+        """Jump of the slope over its standard uncertainty."""
+        return abs(self.slope_after - self.slope_before) / max(self.slope_sigma, 1e-9)
+
+
+def side_of(frame: Floats, signal: Floats, about: float, limit: float) -> Side | None:
+    """Select and fit one side of a corner at ``about``, as far as ``limit``; None if not shown."""
+    chosen = side_frames(frame, signal, about, limit)
+    return fit_side(frame[chosen], signal[chosen], about, sigma_of(signal))
 
 
 def fit_side(frame: Floats, signal: Floats, about: float, sigma: float) -> Side | None:

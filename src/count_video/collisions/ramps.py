@@ -21,8 +21,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from count_video.collisions.pace import in_frames
 from count_video.collisions.resolution import RESOLVED_FRAMES
-from count_video.records import Collision, Floats, Track, Velocities
+from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
 
 SIDES = ((3, 3), (2, 3), (3, 2))
@@ -83,22 +84,12 @@ class Ramp:
         pace = float(np.interp(frame + 0.5, self.frame, self.steady)) - float(
             np.interp(frame - 0.5, self.frame, self.steady)
         )
-        return replace(
-            collision,
-            frame=frame,
-            frame_sigma=collision.frame_sigma / pace,
-            velocity_before=_quickened(collision.velocity_before, pace),
-            velocity_after=_quickened(collision.velocity_after, pace),
-        )
+        return replace(in_frames(collision, 1 / pace), frame=frame)
 
     def resolves(self, collisions: Sequence[Collision]) -> bool:
         """Whether there are pictures enough between collisions also where they are rarer."""
         frames = [self.shown(collision).frame for collision in collisions]
         return all(b - a >= RESOLVED_FRAMES for a, b in pairwise(frames))
-
-
-def _quickened(velocities: Velocities, pace: float) -> Velocities:
-    return Velocities(velocities.ball_px_frame * pace, velocities.heavy_px_frame * pace)
 
 
 def ramps_of(track: Track) -> Iterator[Ramp]:

@@ -49,21 +49,15 @@ def unexplained(
     clear = [
         candidate.frame
         for candidate in elsewhere
-        if first < candidate.frame < burst.end_frame and _jump(candidate) > UNEXPLAINED_SIGMAS
+        if first < candidate.frame < burst.end_frame
+        and candidate.corner is not None
+        and candidate.corner.clarity > UNEXPLAINED_SIGMAS
     ]
     if not clear:
         return []
     named = ", ".join(f"{frame * pace:.1f}" for frame in sorted(clear)[:NAMED_AT_MOST])
     more = f" and {len(clear) - NAMED_AT_MOST} more" if len(clear) > NAMED_AT_MOST else ""
     return [f"the ball turns sharply where by its place it strikes nothing (frame {named}{more})"]
-
-
-def _jump(candidate: Candidate) -> float:
-    """Jump of the velocity over its standard uncertainty; 0 where it is not shown."""
-    corner = candidate.corner
-    if corner is None:
-        return 0.0
-    return abs(corner.slope_after - corner.slope_before) / max(corner.slope_sigma, 1e-9)
 
 
 def unresolved(candidates: Sequence[Candidate], gaps: Gaps, pace: float) -> list[str]:

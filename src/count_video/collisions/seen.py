@@ -11,7 +11,7 @@ from count_video.collisions.burst import find_burst
 from count_video.collisions.candidates import Candidate, find_candidates, sharpen
 from count_video.collisions.contact import is_contact, learn_contacts, never_touch, sharp_ones
 from count_video.collisions.gaps import Gaps, gaps_of
-from count_video.collisions.onesided import fit_side, side_frames
+from count_video.collisions.onesided import side_of
 from count_video.collisions.pace import (
     frames_per_picture,
     in_frames,
@@ -19,9 +19,8 @@ from count_video.collisions.pace import (
     swing_in_frames,
 )
 from count_video.collisions.resolution import shortest_interval, unexplained, unresolved
-from count_video.collisions.swing import Swing, borne_out, fit_swing
+from count_video.collisions.swing import Swing, borne_out, fit_path, swing_of
 from count_video.records import Collision, Floats, Track, Velocities
-from count_video.signals import sigma_of
 
 NEVER_TOUCH = "the two bodies that move never touch: where they turn back, a gap stays between them"
 STRAYS = (
@@ -63,8 +62,9 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     gaps = gaps_of(in_pictures(track, pace))
     found, elsewhere = _corroborated(gaps, track.ball_diameter_px)
     collisions = _collisions(found, gaps)
-    right = borne_out(gaps, collisions)
-    burst = find_burst(found, gaps, fit_swing(gaps, collisions))
+    path = fit_path(gaps, collisions)
+    right = borne_out(path, gaps)
+    burst = find_burst(found, gaps, swing_of(path))
     inside = found[: burst.count]
     shortcomings = burst.shortcomings
     few = len(inside) <= FEW_TO_BELIEVE
@@ -79,7 +79,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
         shortcomings=shortcomings,
         doubts=doubts,
         shortest_interval_frames=shortest_interval(inside) * pace,
-        swing=swing_in_frames(fit_swing(gaps, collisions[: burst.count]), pace),
+        swing=swing_in_frames(swing_of(fit_path(gaps, collisions[: burst.count])), pace),
         borne_out=bool(right),
     )
 
@@ -127,8 +127,7 @@ def _rates(
     """Velocity right before and right after a collision, by one-sided fits; NaN if not shown."""
     rates = []
     for limit in limits:
-        chosen = side_frames(gaps.frame, signal, frame, limit)
-        side = fit_side(gaps.frame[chosen], signal[chosen], frame, sigma_of(signal))
+        side = side_of(gaps.frame, signal, frame, limit)
         rates.append(float("nan") if side is None else side.slope)
     return rates[0], rates[1]
 
@@ -137,8 +136,7 @@ def _value(gaps: Gaps, frame: float, limits: tuple[float, float]) -> float:
     """Distance of the ball at a collision: the mean of both sides, as far as shown."""
     values = []
     for limit in limits:
-        chosen = side_frames(gaps.frame, gaps.ball_px, frame, limit)
-        side = fit_side(gaps.frame[chosen], gaps.ball_px[chosen], frame, sigma_of(gaps.ball_px))
+        side = side_of(gaps.frame, gaps.ball_px, frame, limit)
         if side is not None:
             values.append(side.value)
     if values:

@@ -52,39 +52,8 @@ class Swing:
     """Distance of the heavy body's face where its threads hang straight down."""
 
 
-def fit_swing(gaps: Gaps, burst: Sequence[Collision]) -> Swing | None:
-    """Fit the heavy body's path; None where a step is not shown or nothing can be solved.
-
-    Distances are those of ``gaps``. The uncertainties hold the scatter about the path.
-    """
-    path = _path(gaps, burst)
-    if path is None or path.solution[4] <= 0:
-        return None
-    _, _, bend, rate_squared, share = path.solution
-    return Swing(
-        mass_ratio=1 / share,
-        mass_ratio_relative_sigma=path.sigma[4] / share,
-        rate_squared=rate_squared,
-        rate_squared_sigma=path.sigma[3],
-        centre_px=path.mean_px + 2 * bend / rate_squared if rate_squared else np.nan,
-    )
-
-
-def borne_out(gaps: Gaps, collisions: Sequence[Collision]) -> bool | None:
-    """Whether the heavy body moves as one that swings and takes these strokes.
-
-    If it does not, a body was mistaken for another, or collisions are missing. None where the
-    frames do not show enough to tell.
-    """
-    path = _path(gaps, collisions)
-    if path is None:
-        return None
-    noise = STRAY_SIGMAS * sigma_of(gaps.heavy_px)
-    return path.stray_px < max(STRAY_AT_LEAST_PX, STRAY_SHARE * path.way_px, noise)
-
-
 @dataclass(frozen=True)
-class _Path:
+class HeavyPath:
     """The linear model fitted to the heavy body's path."""
 
     solution: Floats
@@ -99,8 +68,11 @@ class _Path:
     """From the nearest place to the farthest."""
 
 
-def _path(gaps: Gaps, collisions: Sequence[Collision]) -> _Path | None:
-    """Fit the path; None where steps are not shown, or nothing can be solved."""
+def fit_path(gaps: Gaps, collisions: Sequence[Collision]) -> HeavyPath | None:
+    """Fit the heavy body's path; None where steps are not shown, or nothing can be solved.
+
+    Distances are those of ``gaps``. The uncertainties hold the scatter about the path.
+    """
     bodies = [collision for collision in collisions if collision.kind == "bodies"]
     times = np.array([collision.frame for collision in bodies])
     steps = gaps.sign * np.array(
@@ -115,7 +87,33 @@ def _path(gaps: Gaps, collisions: Sequence[Collision]) -> _Path | None:
     if len(frame) < POINTS_AT_LEAST:
         return None
     solved = _solve(_design(frame, place, times, -steps), place)
-    return None if solved is None else _Path(*solved, float(place.mean()), float(np.ptp(place)))
+    return None if solved is None else HeavyPath(*solved, float(place.mean()), float(np.ptp(place)))
+
+
+def swing_of(path: HeavyPath | None) -> Swing | None:
+    """Tell the swing of a path; None where it is not known or gives no mass ratio."""
+    if path is None or path.solution[4] <= 0:
+        return None
+    _, _, bend, rate_squared, share = path.solution
+    return Swing(
+        mass_ratio=1 / share,
+        mass_ratio_relative_sigma=path.sigma[4] / share,
+        rate_squared=rate_squared,
+        rate_squared_sigma=path.sigma[3],
+        centre_px=path.mean_px + 2 * bend / rate_squared if rate_squared else np.nan,
+    )
+
+
+def borne_out(path: HeavyPath | None, gaps: Gaps) -> bool | None:
+    """Whether the heavy body moves as one that swings and takes these strokes.
+
+    If it does not, a body was mistaken for another, or collisions are missing. None where the
+    frames do not show enough to tell.
+    """
+    if path is None:
+        return None
+    noise = STRAY_SIGMAS * sigma_of(gaps.heavy_px)
+    return path.stray_px < max(STRAY_AT_LEAST_PX, STRAY_SHARE * path.way_px, noise)
 
 
 def _filled(steps: Floats) -> Floats:

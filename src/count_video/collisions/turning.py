@@ -21,9 +21,7 @@ import numpy as np
 
 from count_video.collisions.candidates import Candidate
 from count_video.collisions.gaps import Gaps
-from count_video.collisions.onesided import BENT_FROM, fit_side, side_frames
-from count_video.records import Floats
-from count_video.signals import sigma_of
+from count_video.collisions.onesided import BENT_FROM, side_of
 
 Turn = Literal["none", "open", "turned"]
 
@@ -65,9 +63,7 @@ def _turn(gaps: Gaps, flight: tuple[float, float]) -> Turn:
 
 def _velocity(gaps: Gaps, about: float, limit: float) -> tuple[float, float] | None:
     """Velocity at one end of a flight and its standard uncertainty; None where it shows no bend."""
-    signal: Floats = gaps.heavy_px
-    chosen = side_frames(gaps.frame, signal, about, limit)
-    side = fit_side(gaps.frame[chosen], signal[chosen], about, sigma_of(signal))
+    side = side_of(gaps.frame, gaps.heavy_px, about, limit)
     if side is None or side.points < BENT_FROM:
         return None
     return side.slope, float(np.sqrt(side.covariance[1, 1]))

@@ -16,7 +16,7 @@ from count_video.footage.reader import Footage
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import BodyTrack, Floats, Frame, MotionLine, Track, WallSide
 from count_video.tracking.bodies import Bodies, NotFound, differ, find_bodies
-from count_video.tracking.camera import Camera
+from count_video.tracking.camera import Camera, Motion
 from count_video.tracking.certainty import stated_sigmas
 from count_video.tracking.follow import Follower
 from count_video.tracking.pilot import pilots
@@ -75,10 +75,10 @@ def tracks(
     shown, fault = False, None
     while isinstance(bodies, Bodies):
         afresh = Camera(camera.landmarks)
-        frames, left, right = _follow(view, bodies, afresh, progress)
+        frames, (left, right), motion = _follow(view, bodies, afresh, progress)
         try:
             track = _track(bodies, frames, (left, right), (view, settings.wall_side))
-            yield _with_shift(track, afresh, view)
+            yield _with_shift(track, motion, view)
             shown = True
         except TrackingError as error:
             fault = fault or error
@@ -106,9 +106,8 @@ def _find(runs: Sequence[Sequence[Frame]], tried: Sequence[Bodies]) -> Bodies | 
     return again or bodies
 
 
-def _with_shift(track: Track, camera: Camera, view: View) -> Track:
+def _with_shift(track: Track, motion: Motion | None, view: View) -> Track:
     """Add to a track how the camera moved, if it did."""
-    motion = camera.motion()
     if motion is None:
         return track
     # Where the shift is unknown no body has a place either.
@@ -124,7 +123,7 @@ def _pass_over(view: View, progress: Progress) -> None:
 
 def _follow(
     view: View, bodies: Bodies, camera: Camera, progress: Progress
-) -> tuple[Floats, Follower, Follower]:
+) -> tuple[Floats, tuple[Follower, Follower], Motion | None]:
     slope = float(np.tan(np.radians(bodies.tilt_deg)))
     left, right = Follower(bodies.left, slope), Follower(bodies.right, slope)
     indices: list[float] = []
@@ -143,7 +142,7 @@ def _follow(
     if motion is not None:
         left.take_away(motion, bodies.upright)
         right.take_away(motion, bodies.upright)
-    return np.array(indices), left, right
+    return np.array(indices), (left, right), motion
 
 
 def _track(

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.errors import UsageError
 from synth_video.experiments.course import Course
 from synth_video.experiments.happening import course_of
 from synth_video.experiments.staging import set_experiment
@@ -20,7 +19,7 @@ from synth_video.film import CLOCK, pictures, write_film
 from synth_video.projection import Projection, projection_of
 from synth_video.scene import Scene
 from synth_video.schedule import Schedule
-from synth_video.truth import truth_path, write_text
+from synth_video.truth import write_text
 
 
 def render_experiment(scene: Scene, seed: int, clip_path: Path) -> ExperimentTruth:
@@ -36,12 +35,7 @@ def render_experiment(scene: Scene, seed: int, clip_path: Path) -> ExperimentTru
     projection = projection_of(scene)
     truth = truth_of_course(scene, seed, course, schedule, projection)
     frames = experiment_frames(scene, seed, course, schedule, projection)
-    write_film(clip_path, frames, scene, schedule)
-    try:
-        write_text(experiment_json(truth), truth_path(clip_path))
-    except UsageError:
-        clip_path.unlink()  # a clip without its truth, or with an older one, would mislead
-        raise
+    write_film(clip_path, frames, scene, schedule, partial(write_text, experiment_json(truth)))
     return truth
 
 
