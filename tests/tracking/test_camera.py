@@ -4,11 +4,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from drawn import Luma, Scene, as_frames, background, displaced, to_luma
+from drawn import Luma, Scene, as_frames, background, displaced, paint_cylinder, to_luma
 
 from count_video.records import Floats, Frame
 from count_video.tracking.camera import Camera
-from count_video.tracking.landmarks import Landmarks, measure
+from count_video.tracking.displacement import measure
+from count_video.tracking.landmarks import Landmarks, agreement, evidence
 from count_video.tracking.standing import learn_landmarks, steadied
 
 FRAMES = 96
@@ -18,6 +19,8 @@ SHIFT_PX = 0.05
 displacing of a picture adds."""
 NORMAL_ERROR = (0.6, 1.6)
 KNOCK_PX = 8.0
+FAINT_SHARE = 0.3
+"""Of the backdrop's usual contrast."""
 ALONG_SHARE = 0.02
 """Of what all landmarks tell of the shift along."""
 
@@ -168,3 +171,34 @@ def test_a_knock_in_a_still_clip_is_noticed_without_delay(still: list[Luma]) -> 
 
     assert motion is not None
     assert motion.shift_px[:, 0] == pytest.approx(knocked[:, 0], abs=3 * SHIFT_PX)
+
+
+def test_a_bright_body_that_all_but_rests_is_no_scenery() -> None:
+    """The cylinder creeps by a pixel in the middle of the clip, before a faint backdrop."""
+    creeping = np.interp(np.arange(float(FRAMES)), [0, 12, 80, FRAMES], [160, 140.5, 139.5, 125])
+    faint = 125.0 + FAINT_SHARE * (background((112, 320)) - 125.0)
+    rng = np.random.default_rng(2)
+    pictures = []
+    for face in creeping:
+        canvas = faint.copy()
+        paint_cylinder(canvas, float(face), 56.0, (70.0, 43.0))
+        pictures.append(to_luma(canvas, 0.8, rng))
+
+    _, camera = steadied(runs_of(pictures))
+    for picture in pictures:
+        camera.see(picture)
+
+    assert camera.motion() is None
+
+
+def test_windows_seen_surely_outweigh_more_that_look_a_little_alike() -> None:
+    """Half of them hidden and half exact, against all of them at a correlation of 0.8."""
+    rng = np.random.default_rng(4)
+    appearance = rng.normal(size=(12, 121))
+    appearance -= appearance.mean(axis=1, keepdims=True)
+    other = rng.normal(size=appearance.shape)
+    hidden = np.where(np.arange(12)[:, None] % 2 == 0, appearance, other)
+    alike = 0.8 * appearance + 0.6 * other
+
+    assert agreement(hidden, appearance) < agreement(alike, appearance)
+    assert evidence(hidden, appearance) > evidence(alike, appearance)

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.landmarks import Landmarks, Shift, measure
+from count_video.tracking.displacement import Shift, measure
+from count_video.tracking.landmarks import Landmarks
 from count_video.tracking.sprite import Picture
 
 MOVED_AT_LEAST_PX = 0.35

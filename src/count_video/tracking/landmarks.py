@@ -1,60 +1,35 @@
-"""What stands still in the picture, and how far it has moved: the camera's own motion.
+"""What stands still in the picture: small windows around corners of the backdrop and of the wall.
 
-A hand on the table or a wobbly tripod moves the whole picture. That motion is read off small
-windows around corners of the backdrop and of the wall, which all move by one shift. Each window
-gives its own shift by the linearised appearance, blind to a change of brightness and contrast. They
-are joined by least squares, and windows that disagree (something passes in front) lose their say.
-How much the windows differ from each other tells how uncertain the joint shift is.
+All of them move by one shift when the camera moves. What bodies hide or lend their own edges to is
+left out, and no window has more say than its own faults allow: noise, and what encoders and
+reflections move it by.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.sprite import REACH_PX, Picture, Pixels, look, smooth
+from count_video.tracking.sprite import REACH_PX, Picture, Pixels, look
 
 WINDOW_PX = 11
-ROUNDS = 8
-CONVERGED_PX = 0.03
-"""A step this small ends the iteration: what is left is a small share of it."""
-STEP_AT_MOST_PX = 2.0
-MISFIT_ALLOWED = 6.0
-"""A window whose misfit is so many times the median one has half its weight."""
-MEDIAN_CHI_SQUARED = 1.386
-"""Median of chi squared with two degrees of freedom, which one window's misfit has."""
-SURE_SHARE = 0.9
-"""A shift is believed at once from this share of the typical correlation on; below it, the scenery
-is looked for elsewhere as well."""
-SEEN_SHARE = 0.6
-"""Below this share of the typical correlation the picture does not show the landmarks."""
 SEARCH_PX = 16
 """A knock may move the picture so far from one frame to the next."""
-SEARCHED_WINDOWS = 8
 WINDOWS_AT_LEAST = 4
-FLAT = 1e-6
-"""Windows show nothing of a direction in which their slopes are weaker by this share."""
-
-
-@dataclass(frozen=True)
-class Shift:
-    """How far the picture has moved since the reference, in px, with standard uncertainties."""
-
-    x_px: float
-    y_px: float
-    sigma_x_px: float
-    sigma_y_px: float
-    agreement: float = 1.0
-    """Correlation of the windows with what they show in the reference."""
-
-    @property
-    def place(self) -> tuple[float, float]:
-        """The shift without its uncertainty."""
-        return self.x_px, self.y_px
+SEEN_SHARE = 0.6
+"""Below this share of its usual correlation a window, or the picture, does not show the scenery."""
+USUAL = 0.8
+"""A window is fully seen in one of five pictures at least: the quantile of its correlations."""
+SHOWN_SHARE = 0.7
+"""A window that fewer pictures show is hidden too often, or lies on a body that left."""
+CLOSEST = 0.999
+"""Beyond this correlation pictures are taken to be the same."""
+FAULT_PX = 0.05
+"""Besides noise, compression and creeping reflections move each window by so much by itself."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +44,10 @@ class Landmarks:
     agreement: float
     """Typical correlation of the pictures that it was learnt from with it."""
     slopes: Pixels
-    """By x and y, free of what brightness and contrast can do, shape (n, 2, p)."""
+    """By x and y, free of what brightness and contrast can do, times the window's say, shape
+    (n, 2, p)."""
     normal: Floats
-    """Products of the slopes, shape (n, 2, 2)."""
+    """What the window has to say: products of the slopes, once times the say, shape (n, 2, 2)."""
     inverse: Floats
     """Pseudo-inverses of ``normal``."""
 
@@ -83,178 +59,126 @@ def make_landmarks(
 ) -> Landmarks | None:
     """Learn the appearance of windows around corners from pictures with known shifts.
 
-    Corners are places in the unshifted picture. None if too few lie clear of the picture's border.
+    Corners are places in the unshifted picture. None if too few lie clear of the picture's border
+    and are shown by most pictures.
     """
-    half, border = WINDOW_PX // 2, WINDOW_PX // 2 + REACH_PX + SEARCH_PX // 2
-    rows, columns = pictures[0].shape
-    inside = [
-        (round(x) - half, round(y) - half)
-        for x, y in corners
-        if border <= x < columns - border and border <= y < rows - border
-    ]
+    inside = _inside(corners, pictures[0].shape)
     if len(inside) < WINDOWS_AT_LEAST:
         return None
-    shape = (WINDOW_PX, WINDOW_PX)
-    shown = np.array(
-        [
-            [look(picture, x + right, y + down, shape) for x, y in inside]
-            for picture, (right, down) in zip(pictures, shifts, strict=True)
-        ]
-    )
-    mean = shown.mean(axis=0)
-    slope_y, slope_x = np.gradient(mean, axis=(1, 2))
-    flat = mean.reshape(len(inside), -1)
-    appearance = flat - flat.mean(axis=1, keepdims=True)
-    slopes = np.stack([slope_x.reshape(flat.shape), slope_y.reshape(flat.shape)], axis=1)
-    slopes -= slopes.mean(axis=2, keepdims=True)
-    power = (appearance**2).sum(axis=1)[:, None, None] + 1e-6
-    slopes -= (slopes @ appearance[:, :, None]) / power * appearance[:, None, :]
+    shown = _shown(inside, pictures, shifts)
+    kept = np.flatnonzero(_lasting(shown))
+    if len(kept) < WINDOWS_AT_LEAST:
+        return None
+    shown = shown[:, kept]
+    appearance = _centred(shown.mean(axis=0).reshape(len(kept), -1))
+    slopes = _slopes(shown.mean(axis=0), appearance)
     normal = (slopes @ slopes.transpose(0, 2, 1)).astype(np.float64)
+    say = _say(normal, _noise(shown, appearance))[:, None, None]
+    weighted = np.asarray(say * normal, dtype=np.float64)
     return Landmarks(
-        tuple(x for x, _ in inside),
-        tuple(y for _, y in inside),
+        tuple(inside[place][0] for place in kept),
+        tuple(inside[place][1] for place in kept),
         appearance.astype(np.float32),
-        float(np.median([_correlation(seen.reshape(flat.shape), appearance) for seen in shown])),
-        slopes.astype(np.float32),
-        normal,
-        np.linalg.pinv(normal, hermitian=True),
+        float(np.median([agreement(one.reshape(appearance.shape), appearance) for one in shown])),
+        (say * slopes).astype(np.float32),
+        weighted,
+        np.asarray(np.linalg.pinv(weighted, hermitian=True)),
     )
 
 
-def measure(picture: Picture, landmarks: Landmarks, guess: tuple[float, float]) -> Shift | None:
-    """Measure how far the picture has moved, from a guess; None where the scenery is not seen."""
-    found = _settle(picture, landmarks, guess)
-    if found is not None and found.agreement > SURE_SHARE * landmarks.agreement:
-        return found
-    anew = _search(picture, landmarks, guess)
-    other = None if anew is None else _settle(picture, landmarks, anew)
-    if found is None or (other is not None and other.agreement > found.agreement):
-        found = other
-    seen = found is not None and found.agreement > SEEN_SHARE * landmarks.agreement
-    return found if seen else None
-
-
-def _settle(picture: Picture, landmarks: Landmarks, guess: tuple[float, float]) -> Shift | None:
-    """Gauss-Newton from a guess that is right to a pixel or two."""
-    x, y = guess
-    before = (0.0, 0.0)
-    for _ in range(ROUNDS):
-        seen = _windows(picture, landmarks, (x, y))
-        step = None if seen is None else _step(landmarks, seen)
-        if seen is None or step is None:
-            return None
-        right, down = _damped(step.x_px, before[0]), _damped(step.y_px, before[1])
-        x, y, before = x + right, y + down, (right, down)
-        if max(abs(x - guess[0]), abs(y - guess[1])) > SEARCH_PX / 2:
-            return None
-        if max(abs(right), abs(down)) < CONVERGED_PX:
-            return replace(step, x_px=x, y_px=y, agreement=_correlation(seen, landmarks.appearance))
-    return None
-
-
-def _damped(step: float, before: float) -> float:
-    """Shorten a step that goes back: pictures sharper than the reference make steps too long.
-
-    The secant through both steps crosses zero between the two places.
-    """
-    return step * before / (before - step) if step * before < 0 else step
-
-
-def _windows(picture: Picture, landmarks: Landmarks, shift: tuple[float, float]) -> Pixels | None:
-    """Take the windows out of a picture that has moved, shape (n, p); None beyond the picture."""
-    size = WINDOW_PX + 2 * REACH_PX
-    right, down = round(shift[0]), round(shift[1])
-    count = len(landmarks.left)
-    row = np.empty((size, count, size), dtype=np.uint8)
-    for place, (left, top) in enumerate(zip(landmarks.left, landmarks.top, strict=True)):
-        x, y = left + right - REACH_PX, top + down - REACH_PX
-        piece = picture[max(y, 0) : y + size, max(x, 0) : x + size]
-        if piece.shape != (size, size):
-            return None
-        row[:, place] = piece
-    # Side by side the windows are smoothed in one go; only their margins mix.
-    smoothed = smooth(row.reshape(size, -1), shift[0] - right, shift[1] - down)
-    inner = smoothed.reshape(row.shape)[REACH_PX:-REACH_PX, :, REACH_PX:-REACH_PX]
-    return inner.transpose(1, 0, 2).reshape(count, -1)
-
-
-def _step(landmarks: Landmarks, seen: Pixels) -> Shift | None:
-    """One robust least squares step, with the uncertainty that the windows' scatter tells."""
-    wanted = -(landmarks.slopes @ seen[:, :, None])[:, :, 0].astype(np.float64)
-    own = (landmarks.inverse @ wanted[:, :, None])[:, :, 0]
-    plain = _joint(landmarks.normal.sum(axis=0), wanted.sum(axis=0))
-    if plain is None:
-        return None
-    misfit = _misfit(landmarks, own - plain[:2])
-    middle = float(np.partition(misfit, len(misfit) // 2)[len(misfit) // 2])
-    weight = 1 / (1 + (misfit / (MISFIT_ALLOWED * middle + 1e-9)) ** 2)
-    joint = _joint((weight @ landmarks.normal.reshape(-1, 4)).reshape(2, 2), weight @ wanted)
-    if joint is None:
-        return None
-    x, y, variance_x, variance_y = joint
-    noise = middle / MEDIAN_CHI_SQUARED
-    return Shift(
-        min(max(x, -STEP_AT_MOST_PX), STEP_AT_MOST_PX),
-        min(max(y, -STEP_AT_MOST_PX), STEP_AT_MOST_PX),
-        float(np.sqrt(noise * variance_x)),
-        float(np.sqrt(noise * variance_y)),
-    )
-
-
-def _joint(normal: Floats, wanted: Floats) -> tuple[float, float, float, float] | None:
-    """Solve for one shift: x, y and what the noise is multiplied by in their variances.
-
-    None where the windows show no slope in some direction.
-    """
-    (xx, xy), (_, yy) = normal.tolist()
-    x, y = wanted.tolist()
-    determinant = xx * yy - xy * xy
-    if determinant <= FLAT * (xx + yy) ** 2:
-        return None
-    return (
-        (yy * x - xy * y) / determinant,
-        (xx * y - xy * x) / determinant,
-        yy / determinant,
-        xx / determinant,
-    )
-
-
-def _misfit(landmarks: Landmarks, away: Floats) -> Floats:
-    """Chi squared, up to the noise, of windows whose shifts lie so far away, shape (n,)."""
-    return np.asarray((away * (landmarks.normal @ away[:, :, None])[:, :, 0]).sum(axis=1))
-
-
-def _correlation(seen: Pixels, appearance: Pixels) -> float:
+def agreement(seen: Pixels, appearance: Pixels) -> float:
     """Mean correlation of windows with their appearance; shapes (n, p), the second centred.
 
     Every window counts alike, or a few edges along the motion would outvote those across it.
     """
-    centred = seen - seen.mean(axis=1, keepdims=True)
+    return float(_correlations(seen, appearance).mean())
+
+
+def evidence(seen: Pixels, appearance: Pixels) -> float:
+    """How much likelier the windows' looks are with than without the scenery in them.
+
+    It is the mean logarithm of the likelihood ratio, per pixel, for noise of unknown strength. A
+    body in front of some windows costs what these had to say and no more; a place at which all of
+    them look a little alike gains little.
+    """
+    each = np.clip(_correlations(seen, appearance), 0.0, CLOSEST)
+    return float(-np.log1p(-np.square(each)).mean()) / 2
+
+
+def _inside(
+    corners: Sequence[tuple[float, float]], shape: tuple[int, ...]
+) -> list[tuple[int, int]]:
+    """Top left pixels of the windows that stay in the picture when it moves."""
+    half, border = WINDOW_PX // 2, WINDOW_PX // 2 + REACH_PX + SEARCH_PX // 2
+    rows, columns = shape
+    return [
+        (round(x) - half, round(y) - half)
+        for x, y in corners
+        if border <= x < columns - border and border <= y < rows - border
+    ]
+
+
+def _shown(
+    places: Sequence[tuple[int, int]],
+    pictures: Sequence[Picture],
+    shifts: Sequence[tuple[float, float]],
+) -> Pixels:
+    """Take the windows out of all pictures, shape (pictures, n, WINDOW_PX, WINDOW_PX)."""
+    shape = (WINDOW_PX, WINDOW_PX)
+    return np.array(
+        [
+            [look(picture, x + right, y + down, shape) for x, y in places]
+            for picture, (right, down) in zip(pictures, shifts, strict=True)
+        ]
+    )
+
+
+def _lasting(shown: Pixels) -> NDArray[np.bool_]:
+    """Which windows most pictures show, shape (n,)."""
+    flat = shown.reshape(*shown.shape[:2], -1)
+    each = np.array([_correlations(one, _centred(flat.mean(axis=0))) for one in flat])
+    seen = each > SEEN_SHARE * np.quantile(each, USUAL, axis=0)
+    return np.asarray(seen.mean(axis=0) >= SHOWN_SHARE)
+
+
+def _slopes(mean: Pixels, appearance: Pixels) -> Pixels:
+    """Slopes by x and y, free of what brightness and contrast can do, shape (n, 2, p)."""
+    slope_y, slope_x = np.gradient(mean, axis=(1, 2))
+    slopes = np.stack([slope.reshape(appearance.shape) for slope in (slope_x, slope_y)], axis=1)
+    slopes -= slopes.mean(axis=2, keepdims=True)
+    power = (appearance**2).sum(axis=1)[:, None, None] + 1e-6
+    return np.asarray(slopes - (slopes @ appearance[:, :, None]) / power * appearance[:, None, :])
+
+
+def _noise(shown: Pixels, appearance: Pixels) -> Floats:
+    """Variance of each window's pixels about its appearance, shape (n,).
+
+    It is what is left of them when brightness and contrast have been fitted: noise,
+    and the bodies that hide a window for a while and thus taint its appearance.
+    """
+    seen = _centred(shown.reshape(len(shown), *appearance.shape))
+    contrast = (seen * appearance).sum(axis=2) / ((appearance**2).sum(axis=1) + 1e-6)
+    left_over = seen - contrast[:, :, None] * appearance
+    return np.asarray((left_over**2).mean(axis=(0, 2)), dtype=np.float64)
+
+
+def _say(normal: Floats, noise: Floats) -> Floats:
+    """Weight of each window: the usual noise over its own, and over what its fault amounts to.
+
+    Without the fault the few pixels of a sharp edge would have all the say, though they are off by
+    the same hundredths of a pixel as others.
+    """
+    steepest = np.linalg.eigvalsh(normal)[:, -1]
+    return np.asarray(np.median(noise) / (noise + FAULT_PX**2 * steepest + 1e-6))
+
+
+def _correlations(seen: Pixels, appearance: Pixels) -> Pixels:
+    """Correlation of each window with its appearance; shapes (n, p), the second centred."""
+    centred = _centred(seen)
     power = np.einsum("ij,ij->i", centred, centred) * np.einsum("ij,ij->i", appearance, appearance)
     shared = np.einsum("ij,ij->i", centred, appearance)
-    return float((shared / np.sqrt(power + 1e-6)).mean())
+    return np.asarray(shared / np.sqrt(power + 1e-6))
 
 
-def _search(
-    picture: Picture, landmarks: Landmarks, near: tuple[float, float]
-) -> tuple[float, float] | None:
-    """Find the shift to a pixel by the joint correlation of some windows with their surroundings.
-
-    None where the windows' surroundings leave the picture.
-    """
-    total = None
-    reach = SEARCH_PX
-    for place in range(min(len(landmarks.left), SEARCHED_WINDOWS)):
-        x = landmarks.left[place] + round(near[0]) - reach
-        y = landmarks.top[place] + round(near[1]) - reach
-        size = WINDOW_PX + 2 * reach
-        scene = picture[max(y, 0) : y + size, max(x, 0) : x + size].astype(np.float32)
-        if scene.shape != (size, size):
-            continue
-        pattern = landmarks.appearance[place].reshape(WINDOW_PX, WINDOW_PX)
-        scores = cv2.matchTemplate(scene, pattern, cv2.TM_CCOEFF_NORMED)
-        total = scores if total is None else total + scores
-    if total is None:
-        return None
-    _, _, _, (right, down) = cv2.minMaxLoc(total)
-    return round(near[0]) + right - reach, round(near[1]) + down - reach
+def _centred(flat: Pixels) -> Pixels:
+    return np.asarray(flat - flat.mean(axis=-1, keepdims=True))

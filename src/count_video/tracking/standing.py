@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 from count_video.records import Floats, Frame
 from count_video.tracking.camera import Camera
 from count_video.tracking.clear_places import clear_places
+from count_video.tracking.displacement import Shift, measure
 from count_video.tracking.flow import Luma, as_bytes, flow, prepare
 from count_video.tracking.landmarks import (
     WINDOW_PX,
     WINDOWS_AT_LEAST,
     Landmarks,
-    Shift,
     make_landmarks,
-    measure,
 )
 
 PICTURES_AT_MOST = 16
@@ -40,8 +39,9 @@ TOGETHER_PX = 0.7
 """Corners of one rigid scene move together to this RMS."""
 SHAKE_AT_MOST_PX = 16.0
 """What moves further than this is no backdrop."""
-SCATTER_AT_MOST_PX = 0.2
-"""Windows of one rigid scene leave their joint shift open by some hundredths of a pixel. Where it
+SCATTER_AT_MOST_PX = 0.15
+"""Windows of one rigid scene leave their joint shift open by some hundredths of a pixel, by a tenth
+where they are faint or compressed. Where it
 is more, some lie on what moves by itself, and the camera's motion is not told from theirs."""
 REFINEMENTS = 3
 GROUP_SHARE = 0.15
