@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from count_video.between.infer import Between, Misfit
 from count_video.between.rivals import Knowledge
+from count_video.collisions.burst import Rival
 from count_video.collisions.seen import SeenCollisions
 from count_video.collisions.weighing import SeenImpacts
 from count_video.footage.clock import real_time_s
@@ -44,9 +45,8 @@ IMPACTS_PROBABILITY_AT_LEAST = 0.25
 """A smaller number of impacts is a lower bound, no count: more of them are likely not seen."""
 IMPACTS_OF_ONE_ALONE = 3
 """So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
-MADE_UP_FOR = ("the clip ends", "the cylinder turns round at frame")
-"""How the shortcomings begin that a fitted model can make up for: it knows what follows, and where
-the cylinder turns better than the few frames do in which it stands still."""
+MADE_UP_FOR = "the clip ends"
+"""How the shortcomings begin that a fitted model can make up for: it knows what follows."""
 
 
 def counted(
@@ -66,11 +66,11 @@ def counted(
     return replace(
         nothing_to_count(info, report, reason or ""),
         status="not_counted" if reason else "counted",
-        reason=reason,
+        reason=reason or _open(found),
         count=count,
         seen=found.burst,
         between_frames=None if reason else 0,
-        probability={} if count is None else probabilities(count),
+        probability={} if count is None else probabilities(count, found.rival),
         count_after_burst=len(collisions) - found.burst,
         collisions=collisions,
         wall_side=track.wall_side,
@@ -162,6 +162,12 @@ def why_not(found: SeenCollisions) -> str | None:
     return "; ".join(reasons) if reasons else None
 
 
+def _open(found: SeenCollisions) -> str | None:
+    """Say what leaves a count open between two that are both likely."""
+    likely = found.rival is not None and found.rival.probability > LIKELY_ABOVE
+    return found.rival.reason if found.rival and likely else None
+
+
 def leaves_room(found: SeenCollisions) -> bool:
     """Whether collisions may lie where no frame shows them, and the beginning is there."""
     doubtful = bool(found.doubts or found.shortcomings)
@@ -182,11 +188,12 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
     if isinstance(between, Misfit):
         return replace(result, reason=f"{result.reason}; {between.reason}")
     count = between.count
-    if count < found.burst:
+    least = min(found.burst, found.rival.count) if found.rival else found.burst
+    if count < least:
         return replace(
             result,
             reason=f"{result.reason}; the model of the motion that describes the track best has "
-            f"only {count} where the frames show {found.burst} collisions",
+            f"only {count} where the frames show {least} collisions",
         )
     if not sure_enough(between):
         return replace(
@@ -195,7 +202,7 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
             probability=between.probability,
         )
     burst = tuple(_timed(collision, result.capture_fps) for collision in between.collisions)
-    after = result.collisions[found.burst :]
+    after = result.collisions[min(count, found.burst) :]
     later = tuple(replace(c, number=count + place) for place, c in enumerate(after, 1))
     seen = sum(collision.seen for collision in burst)
     ratio = result.mass_ratio or between.mass_ratio.value
@@ -209,6 +216,7 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
         seen=seen,
         between_frames=count - seen,
         probability=between.probability,
+        count_after_burst=len(later),
         collisions=(*burst, *later),
         pi_low=pi.low,
         pi_high=pi.high,
@@ -251,13 +259,21 @@ def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
     )
 
 
-def probabilities(count: int) -> dict[int, float]:
+def probabilities(count: int, rival: Rival | None = None) -> dict[int, float]:
     """Probability of each count where all collisions are resolved.
 
-    What is left to doubt is shared between one more and one fewer.
+    What is left to doubt is shared between one more and one fewer, of both counts if a rival to
+    the one told is open.
     """
+    shares = {count: 1.0} if rival is None else {count: 1 - rival.probability}
+    if rival is not None:
+        shares[rival.count] = rival.probability
     rest = (1 - PROBABILITY_RESOLVED) / 2
-    return {count - 1: rest, count: PROBABILITY_RESOLVED, count + 1: rest}
+    chances: dict[int, float] = {}
+    for number, share in shares.items():
+        for near, part in ((-1, rest), (0, PROBABILITY_RESOLVED), (1, rest)):
+            chances[number + near] = chances.get(number + near, 0.0) + share * part
+    return dict(sorted(chances.items()))
 
 
 def _ratio(

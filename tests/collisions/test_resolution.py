@@ -65,12 +65,12 @@ def test_a_sharp_turn_without_a_contact_leaves_a_doubt() -> None:
     inside = candidates_at([10.0, 50.0, 60.0])
     clear, faint = turning(55.0, 2 * UNEXPLAINED_SIGMAS), turning(56.0, UNEXPLAINED_SIGMAS / 2)
 
-    assert "55.0" in unexplained([clear, faint], inside, Burst(3, np.inf, ()), 1.0)[0]
-    assert unexplained([faint], inside, Burst(3, np.inf, ()), 1.0) == []
+    assert "55.0" in unexplained([clear, faint], inside, Burst(3, None, np.inf, ()), 1.0)[0]
+    assert unexplained([faint], inside, Burst(3, None, np.inf, ()), 1.0) == []
 
 
 def test_sharp_turns_before_the_burst_or_after_it_leave_none() -> None:
     inside = candidates_at([10.0, 50.0, 60.0])
     outside = [turning(5.0, 2 * UNEXPLAINED_SIGMAS), turning(95.0, 2 * UNEXPLAINED_SIGMAS)]
 
-    assert unexplained(outside, inside, Burst(3, 90.0, ()), 1.0) == []
+    assert unexplained(outside, inside, Burst(3, None, 90.0, ()), 1.0) == []

@@ -36,11 +36,24 @@ TURN_AT_LEAST_PX = 1.0
 
 
 @dataclass(frozen=True)
+class Rival:
+    """Another count, where a collision falls together with the heavy body's turn."""
+
+    count: int
+    probability: float
+    """Of that count, against the one told; at most 0.5."""
+    reason: str
+    """What leaves it open, in words for the user."""
+
+
+@dataclass(frozen=True)
 class Burst:
     """Extent of the first burst."""
 
     count: int
     """How many of the candidates belong to it."""
+    rival: Rival | None
+    """How many may belong to it just as well; None where that is clear."""
     end_frame: float
     """Where the heavy body turns round again; inf if the clip ends before."""
     shortcomings: tuple[str, ...]
@@ -52,22 +65,25 @@ def find_burst(candidates: Sequence[Candidate], gaps: Gaps, swing: Swing | None)
 
     ``swing`` is the heavy body's path through all of them, as far as it is known.
     """
-    end = turn_round(gaps, candidates)
-    turned, doubtful = first_turn(candidates, gaps)
-    inside = [c for c in candidates if c.frame <= end and c.frame < turned]
-    end = min(end, turned)
-    shortcomings = [
-        _beginning(inside, gaps),
-        _ending(inside, gaps, end, swing),
-        _open_turn(doubtful) if np.isfinite(doubtful) and doubtful <= end else None,
-    ]
-    return Burst(len(inside), end, tuple(s for s in shortcomings if s))
+    turning = first_turn(candidates, gaps, swing)
+    end = min(turn_round(gaps, candidates), turning.before)
+    inside = [c for c in candidates if c.frame <= end and c.frame < turning.before]
+    count, rival = len(inside), None
+    if turning.open_before <= end:
+        surely = sum(c.frame < turning.open_before for c in inside)
+        turned = turning.chance < 0.5
+        count, other = (surely, count) if turned else (count, surely)
+        end = turning.open_before if turned else end
+        rival = Rival(other, min(turning.chance, 1 - turning.chance), _open(turning.open_before))
+    inside = inside[:count]
+    shortcomings = [_beginning(inside, gaps), _ending(inside, gaps, end, swing)]
+    return Burst(count, rival, end, tuple(s for s in shortcomings if s))
 
 
-def _open_turn(frame: float) -> str:
+def _open(frame: float) -> str:
     return (
         f"the cylinder turns round at frame {frame:.0f}, just when the ball strikes it: whether "
-        "that collision still belongs to the burst cannot be told"
+        "that collision still belongs to the burst is not certain"
     )
 
 

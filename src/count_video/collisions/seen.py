@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.collisions.burst import find_burst
+from count_video.collisions.burst import Rival, find_burst
 from count_video.collisions.candidates import Candidate, find_candidates, sharpen
 from count_video.collisions.contact import is_contact, learn_contacts, never_touch, sharp_ones
 from count_video.collisions.gaps import Gaps, gaps_of
@@ -39,6 +39,8 @@ class SeenCollisions:
     """In order of time, numbered from 1; real times are not filled in."""
     burst: int
     """How many of them belong to the first burst."""
+    rival: Rival | None
+    """How many may belong to it just as well; None where that is clear."""
     shortcomings: tuple[str, ...]
     """Why the clip does not show the whole burst; empty if it does."""
     doubts: tuple[str, ...]
@@ -76,6 +78,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     return SeenCollisions(
         collisions=tuple(in_frames(collision, pace) for collision in collisions),
         burst=burst.count,
+        rival=burst.rival,
         shortcomings=shortcomings,
         doubts=doubts,
         shortest_interval_frames=shortest_interval(inside) * pace,
