@@ -9,7 +9,13 @@ from drawn import Luma, Scene, as_frames, background, displaced, paint_cylinder,
 from count_video.records import Floats, Frame
 from count_video.tracking.camera import Camera
 from count_video.tracking.displacement import measure
-from count_video.tracking.landmarks import Landmarks, agreement, evidence
+from count_video.tracking.landmarks import (
+    WINDOW_PX,
+    Landmarks,
+    agreement,
+    clear_of,
+    evidence,
+)
 from count_video.tracking.standing import learn_landmarks, steadied
 
 FRAMES = 96
@@ -202,3 +208,14 @@ def test_windows_seen_surely_outweigh_more_that_look_a_little_alike() -> None:
 
     assert agreement(hidden, appearance) < agreement(alike, appearance)
     assert evidence(hidden, appearance) > evidence(alike, appearance)
+
+
+def test_what_bodies_sweep_is_left_out_unless_too_little_is_left(landmarks: Landmarks) -> None:
+    middle = sorted(landmarks.left)[len(landmarks.left) // 2]
+
+    half = clear_of(landmarks, [(middle, 0.0, 320.0, 112.0)])
+    everything = clear_of(landmarks, [(0.0, 0.0, 320.0, 112.0)])
+
+    assert max(half.left) + WINDOW_PX <= middle
+    assert half.normal.shape == (len(half.left), 2, 2)
+    assert everything is landmarks

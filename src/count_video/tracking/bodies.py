@@ -59,6 +59,22 @@ class Bodies:
     seen_as: PatchPair
     """The moving patches from which they were learnt."""
 
+    def swept(self) -> list[tuple[float, float, float, float]]:
+        """Boxes (left, top, right, bottom) in px of the picture that the bodies pass over.
+
+        They reach as far as the bodies were seen when they were learnt.
+        """
+        boxes = [_swept(body) for body in (self.left, self.right) if body.sightings]
+        if not self.upright:
+            return boxes
+        return [(top, left, bottom, right) for left, top, right, bottom in boxes]
+
+
+def _swept(body: Body) -> tuple[float, float, float, float]:
+    x, y = np.array(list(body.sightings.values())).T
+    left, right = float(x.min()) + body.left_edge_px, float(x.max()) + body.right_edge_px
+    return left, float(y.min()), right, float(y.max()) + body.sprite.shape[0]
+
 
 @dataclass(frozen=True)
 class NotFound:

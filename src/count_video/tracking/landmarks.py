@@ -8,7 +8,7 @@ reflections move it by.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.tracking.sprite import REACH_PX, Picture, Pixels, look
 
+Box = tuple[float, float, float, float]
+"""Left, top, right and bottom in px."""
 WINDOW_PX = 11
 SEARCH_PX = 16
 """A knock may move the picture so far from one frame to the next."""
@@ -84,6 +86,35 @@ def make_landmarks(
         weighted,
         np.asarray(np.linalg.pinv(weighted, hermitian=True)),
     )
+
+
+def clear_of(landmarks: Landmarks, boxes: Sequence[Box]) -> Landmarks:
+    """Leave out the windows that bodies pass over, which are given as boxes that they sweep.
+
+    All of them are kept if too few would be left to tell the camera's motion.
+    """
+    kept = [
+        place
+        for place, corner in enumerate(zip(landmarks.left, landmarks.top, strict=True))
+        if not any(_overlap(corner, box) for box in boxes)
+    ]
+    if len(kept) < WINDOWS_AT_LEAST:
+        return landmarks
+    return replace(
+        landmarks,
+        left=tuple(landmarks.left[place] for place in kept),
+        top=tuple(landmarks.top[place] for place in kept),
+        appearance=landmarks.appearance[kept],
+        slopes=landmarks.slopes[kept],
+        normal=landmarks.normal[kept],
+        inverse=landmarks.inverse[kept],
+    )
+
+
+def _overlap(corner: tuple[int, int], box: Box) -> bool:
+    x, y = corner
+    left, top, right, bottom = box
+    return left < x + WINDOW_PX and x < right and top < y + WINDOW_PX and y < bottom
 
 
 def agreement(seen: Pixels, appearance: Pixels) -> float:

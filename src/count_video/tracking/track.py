@@ -19,6 +19,7 @@ from count_video.tracking.bodies import Bodies, NotFound, differ, find_bodies
 from count_video.tracking.camera import Camera, Motion
 from count_video.tracking.certainty import stated_sigmas
 from count_video.tracking.follow import Follower
+from count_video.tracking.landmarks import clear_of
 from count_video.tracking.pilot import pilots
 from count_video.tracking.roles import wall_side
 from count_video.tracking.standing import steadied
@@ -74,7 +75,8 @@ def tracks(
     tried: list[Bodies] = []
     shown, fault = False, None
     while isinstance(bodies, Bodies):
-        afresh = Camera(camera.landmarks)
+        landmarks = camera.landmarks and clear_of(camera.landmarks, bodies.swept())
+        afresh = Camera(landmarks)
         frames, (left, right), motion = _follow(view, bodies, afresh, progress)
         try:
             track = _track(bodies, frames, (left, right), (view, settings.wall_side))
