@@ -22,7 +22,9 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
     )
     | _SHARED,
     "options": _SHARED,
-    "campaign": frozenset({"options", "trial", "evidence", "corrections", "reports", "physics"})
+    "campaign": frozenset(
+        {"options", "trial", "verdict", "evidence", "corrections", "reports", "physics"}
+    )
     | _SHARED,
     "evidence": frozenset({"trial", "corrections", "reports", "between", "collisions", "footage"})
     | _SHARED,

@@ -15,10 +15,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from count_video import cli, trial
-from count_video.campaign import fingerprint, unread_result
+from count_video.campaign import fingerprint
 from count_video.errors import FootageError
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import TrialResult
+from count_video.verdict import unread_result
 
 
 def count_clip(

@@ -4,11 +4,11 @@ import json
 
 import pytest
 
-from count_video.campaign.one_by_one import unread_result
 from count_video.campaign.plan import Job
 from count_video.campaign.rows import row_of
 from count_video.reports.json_object import json_object
 from count_video.trial import TrialSettings
+from count_video.verdict import unread_result
 
 JOB = Job("trial", "trial.mp4", TrialSettings())
 RESULT = json_object(unread_result("trial.mp4", "nothing moves"))

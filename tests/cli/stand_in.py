@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from count_video import trial
-from count_video.campaign import unread_result
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Collision, TrialResult, Velocities
+from count_video.verdict import unread_result
 
 Work = Callable[[Path], TrialResult]
 

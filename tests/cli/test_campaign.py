@@ -104,34 +104,16 @@ def test_the_progress_ends_with_every_clip(stand_in: StandIn, error: BaseExcepti
     assert Recorder.calls == ["start", "finish"]
 
 
-def test_a_folder_stands_for_the_video_files_in_it(stand_in: StandIn, tmp_path: Path) -> None:
+def test_a_folder_stands_for_the_video_files_in_it(tmp_path: Path) -> None:
     touch(tmp_path, "clip10.mp4", "clip2.MOV", "notes.txt", "clip1.mkv", "._clip1.mkv", "mp4")
     touch(tmp_path / "folder.mp4", "deeper.mp4")
-    told = [Path(o.result.clip).name for o in outcomes(tmp_path)]
-    assert told == ["clip1.mkv", "clip2.MOV", "clip10.mp4"]
+    assert [clip.name for clip in clips_in(tmp_path)] == ["clip1.mkv", "clip2.MOV", "clip10.mp4"]
 
 
-def test_a_folder_without_a_clip_is_told_and_stops_no_other(
-    stand_in: StandIn, tmp_path: Path
-) -> None:
-    touch(tmp_path / "empty", "notes.txt")
-    empty, good = outcomes(tmp_path / "empty", tmp_path / "good.mp4")
-    assert isinstance(empty.error, FootageError)
-    assert empty.result.clip == str(tmp_path / "empty")
-    assert "no video file in this folder" in (empty.result.reason or "")
-    assert good.result.status == "counted"
-
-
-def test_a_folder_that_may_not_be_read_is_told(
-    stand_in: StandIn, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def locked(folder: Path) -> object:
-        raise PermissionError(13, "Permission denied", str(folder))
-
-    monkeypatch.setattr(Path, "iterdir", locked)
-    refused, good = outcomes(tmp_path, Path("a.mp4"))
-    assert refused.result.reason == "Permission denied"
-    assert good.error is None
+def test_a_folder_without_a_clip_is_told(tmp_path: Path) -> None:
+    touch(tmp_path, "notes.txt")
+    with pytest.raises(FootageError, match="no video file in this folder"):
+        clips_in(tmp_path)
 
 
 @given(st.lists(st.integers(0, 10**12), min_size=1, max_size=8, unique=True))

@@ -17,7 +17,7 @@ STAND_IN = """
 import time
 from dataclasses import replace
 from count_video import trial
-from count_video.campaign import unread_result
+from count_video.verdict import unread_result
 from count_video.cli import run
 
 def count_clip(path, settings, progress):

@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from count_video.collisions.burst import find_burst
 from count_video.collisions.candidates import Candidate
 from count_video.collisions.gaps import Gaps
 from count_video.collisions.swing import Swing
@@ -72,3 +73,15 @@ def test_flights_too_short_to_show_a_bend_tell_no_turn() -> None:
     hits = [Candidate("wall", at, at, 0.1, None) for at in (16.0, 23.0)]
 
     assert first_turn(hits, gaps_of(frame, heavy), None) == Turning(np.inf, np.inf, 1.0)
+
+
+def test_a_burst_without_an_open_turn_has_no_rival() -> None:
+    frame = np.arange(60.0)
+    heavy = np.where(frame < 20, 90.0 - frame, 70.0 + 0.8 * (frame - 20))
+    ball = np.where(frame < 20, 40.0, np.maximum(40.0 - (frame - 20), 20.0 + 0.0 * frame))
+    sigma = np.full(60, NOISE_PX)
+    gaps = Gaps(frame, heavy - ball, heavy, ball, sigma, sigma, 1)
+
+    burst = find_burst([Candidate("bodies", 20.0, 20.0, 0.1, None)], gaps, None)
+
+    assert burst.rival is None

@@ -9,11 +9,12 @@ import cv2
 
 from count_video import trial
 from count_video.campaign.fingerprint import content_digest, tool_version
-from count_video.campaign.one_by_one import refused, unread_result
+from count_video.campaign.one_by_one import refused
 from count_video.campaign.plan import Job
 from count_video.errors import CountVideoError
 from count_video.records import TrialResult
 from count_video.reports.json_object import json_line
+from count_video.verdict import unread_result
 
 
 @dataclass(frozen=True)

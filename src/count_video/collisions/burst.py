@@ -69,7 +69,7 @@ def find_burst(candidates: Sequence[Candidate], gaps: Gaps, swing: Swing | None)
     end = min(turn_round(gaps, candidates), turning.before)
     inside = [c for c in candidates if c.frame <= end and c.frame < turning.before]
     count, rival = len(inside), None
-    if turning.open_before <= end:
+    if np.isfinite(turning.open_before) and turning.open_before <= end:
         surely = sum(c.frame < turning.open_before for c in inside)
         turned = turning.chance < 0.5
         count, other = (surely, count) if turned else (count, surely)

@@ -1,0 +1,22 @@
+"""From what was found to the answer: counted or not, how sure, and what to do."""
+
+from count_video.verdict.blank import nothing_to_count, unread_result
+from count_video.verdict.fitted import inferred, knowledge, left_open, measured, sure_enough
+from count_video.verdict.impacts import impacts_counted, is_better, is_settled
+from count_video.verdict.resolved import counted, leaves_room, probabilities
+
+__all__ = [
+    "counted",
+    "impacts_counted",
+    "inferred",
+    "is_better",
+    "is_settled",
+    "knowledge",
+    "leaves_room",
+    "left_open",
+    "measured",
+    "nothing_to_count",
+    "probabilities",
+    "sure_enough",
+    "unread_result",
+]

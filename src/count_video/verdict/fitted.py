@@ -1,0 +1,111 @@
+"""The answer where a fitted model tells what lies between the frames."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+from count_video.between.infer import Between, Misfit
+from count_video.between.rivals import Knowledge
+from count_video.collisions.seen import SeenCollisions
+from count_video.physics.theory import pi_bounds
+from count_video.records import FootageInfo, TrialResult
+from count_video.verdict.resolved import LIKELY_ABOVE
+from count_video.verdict.timed import timed
+
+PROBABILITY_AT_LEAST = 0.5
+"""A count that is inferred must be more probable than all others together, ..."""
+INTERVAL_SHARE = 0.01
+"""... or, in a burst of hundreds, right to this share of it, ..."""
+INTERVAL_PROBABILITY = 0.95
+"""... with this probability."""
+LISTED_AT_MOST = 4
+"""Of more likely counts than so many only the range is named, ..."""
+RANGED_AT_MOST = 10
+"""... and of more than so many only about where they are: the ends were not looked for."""
+MASS_RELATIVE_SIGMA = 0.002
+"""Standard uncertainty of a mass ratio that the user gives: kitchen scales and a ring of thread."""
+
+
+def knowledge(info: FootageInfo, masses: tuple[Fraction, Fraction] | None) -> Knowledge:
+    """Tell a fit what is known besides the track."""
+    if masses is None:
+        return Knowledge(info.capture_fps)
+    ratio = float(masses[0] / masses[1])
+    return Knowledge(info.capture_fps, ratio, MASS_RELATIVE_SIGMA * ratio)
+
+
+def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misfit) -> TrialResult:
+    """Complete the answer by what lies between the frames, or say why nothing can be said."""
+    if isinstance(between, Misfit):
+        return replace(result, reason=f"{result.reason}; {between.reason}")
+    count = between.count
+    least = min(found.burst, found.rival.count) if found.rival else found.burst
+    if count < least:
+        return replace(
+            result,
+            reason=f"{result.reason}; the model of the motion that describes the track best has "
+            f"only {count} where the frames show {least} collisions",
+        )
+    if not sure_enough(between):
+        return replace(
+            result,
+            reason=f"{result.reason}; {left_open(between, result.mass_ratio)}",
+            probability=between.probability,
+        )
+    burst = tuple(timed(collision, result.capture_fps) for collision in between.collisions)
+    after = result.collisions[min(count, found.burst) :]
+    later = tuple(replace(c, number=count + place) for place, c in enumerate(after, 1))
+    seen = sum(collision.seen for collision in burst)
+    ratio = result.mass_ratio or between.mass_ratio.value
+    pi = pi_bounds(count, ratio, 1)
+    doubtful = between.probability[count] < PROBABILITY_AT_LEAST
+    counted_now = replace(
+        result,
+        status="counted",
+        reason=left_open(between, result.mass_ratio) if doubtful else None,
+        count=count,
+        seen=seen,
+        between_frames=count - seen,
+        probability=between.probability,
+        count_after_burst=len(later),
+        collisions=(*burst, *later),
+        pi_low=pi.low,
+        pi_high=pi.high,
+        mass_ratio=ratio,
+    )
+    return measured(counted_now, between)
+
+
+def left_open(between: Between, mass_ratio: float | None) -> str:
+    """Say between which counts the fit cannot decide."""
+    likely = {n: p for n, p in between.probability.items() if p > LIKELY_ABOVE}
+    if len(likely) > RANGED_AT_MOST:
+        about = round(sum(likely) / len(likely), -1)
+        which = f"a model of the motion tells no more than that there are about {about:.0f}"
+    elif len(likely) > LISTED_AT_MOST:
+        which = f"a model of the motion only tells that it is one of {min(likely)} to {max(likely)}"
+    else:
+        listed = ", ".join(f"{n} ({p:.0%})" for n, p in likely.items())
+        which = f"a model of the motion leaves open which of {listed} it is"
+    return which if mass_ratio else f"{which}; the masses, given with --masses, narrow it down"
+
+
+def sure_enough(between: Between) -> bool:
+    """Whether a count may be told: probable by itself, or within a narrow interval."""
+    count, chances = between.count, between.probability
+    near = sum(p for n, p in chances.items() if abs(n - count) <= INTERVAL_SHARE * count)
+    return chances[count] >= PROBABILITY_AT_LEAST or near >= INTERVAL_PROBABILITY
+
+
+def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
+    """Add what the fit tells of the physics; nothing where it does not describe the track."""
+    if isinstance(between, Misfit):
+        return result
+    return replace(
+        result,
+        energy_kept=between.energy_kept,
+        restitution_bodies=between.restitution_bodies,
+        restitution_wall=between.restitution_wall,
+        ending=between.ending,
+    )

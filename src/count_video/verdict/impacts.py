@@ -1,0 +1,60 @@
+"""The answer for one body alone, or two without a wall; and which of two looks at a clip counts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from count_video.collisions.weighing import SeenImpacts
+from count_video.records import FootageInfo, FootageReport, Track, TrialResult
+from count_video.verdict.blank import nothing_to_count
+from count_video.verdict.timed import timed
+
+IMPACTS_PROBABILITY_AT_LEAST = 0.25
+"""A smaller number of impacts is a lower bound, no count: more of them are likely not seen."""
+IMPACTS_OF_ONE_ALONE = 3
+"""So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
+
+
+def impacts_counted(
+    info: FootageInfo, report: FootageReport, track: Track, found: SeenImpacts
+) -> TrialResult:
+    """Judge what was found in a clip of one body alone, or of two without a wall."""
+    collisions = tuple(timed(collision, info.capture_fps) for collision in found.collisions)
+    chance = found.probability.get(len(collisions), 0.0)
+    likely = chance >= max(IMPACTS_PROBABILITY_AT_LEAST, *found.probability.values(), 0.0)
+    counts = likely and not found.shortcomings
+    reasons = found.shortcomings or found.doubts
+    if not (likely or found.shortcomings):
+        likelier = max(found.probability, key=found.probability.__getitem__)
+        reasons = (*reasons, f"{len(collisions)} impacts are seen, but {likelier} are likelier")
+    return replace(
+        nothing_to_count(info, report, ""),
+        status="counted" if counts else "not_counted",
+        reason="; ".join(reasons) or None,
+        count=len(collisions) if counts else None,
+        seen=len(collisions),
+        between_frames=0 if counts else None,
+        probability=found.probability if counts else {},
+        count_after_burst=0,
+        collisions=collisions,
+        wall_side=track.wall_side if track.heavy is None else None,
+        ball_diameter_px=track.ball_diameter_px,
+        warnings=(*report.warnings, *track.warnings),
+    )
+
+
+def is_settled(result: TrialResult, *, at_wall: bool) -> bool:
+    """Whether a count of two bodies needs no other look at the clip.
+
+    Without a wall many impacts may be those of one body alone on its mirror image.
+    """
+    return result.count is not None and (at_wall or result.count < IMPACTS_OF_ONE_ALONE)
+
+
+def is_better(result: TrialResult, track: Track | None, pair: Track | None) -> bool:
+    """Whether what the second look tells comes before what the first told of a pair."""
+    if result.count is None or track is None:
+        return False
+    if track.heavy is None and result.count >= IMPACTS_OF_ONE_ALONE:
+        return True
+    return pair is None or not pair.wall_seen

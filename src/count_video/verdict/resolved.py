@@ -1,0 +1,106 @@
+"""The answer where the frames show all collisions, or why it cannot be given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+from count_video.collisions.burst import Rival
+from count_video.collisions.seen import SeenCollisions
+from count_video.physics.theory import pi_bounds
+from count_video.records import FootageInfo, FootageReport, Track, TrialResult
+from count_video.verdict.blank import nothing_to_count
+from count_video.verdict.timed import timed
+
+PROBABILITY_RESOLVED = 0.98
+"""Share of resolved clips that come out right, not above what tests have shown."""
+MASS_RATIO_SIGMA_AT_MOST = 0.1
+"""A measured mass ratio is told only if it is known to this share."""
+LIKELY_ABOVE = 0.02
+"""Less likely counts are not named."""
+MADE_UP_FOR = "the clip ends"
+"""How the shortcomings begin that a fitted model can make up for: it knows what follows."""
+
+
+def counted(
+    info: FootageInfo,
+    report: FootageReport,
+    track: Track,
+    found: SeenCollisions,
+    masses: tuple[Fraction, Fraction] | None,
+    ball_diameter_mm: float,
+) -> TrialResult:
+    """Judge what was found in a clip with both bodies."""
+    collisions = tuple(timed(collision, info.capture_fps) for collision in found.collisions)
+    reason = why_not(found)
+    count = None if reason else found.burst
+    ratio = _ratio(found, masses)
+    pi = pi_bounds(count, *ratio) if count and ratio else None
+    return replace(
+        nothing_to_count(info, report, reason or ""),
+        status="not_counted" if reason else "counted",
+        reason=reason or _open(found),
+        count=count,
+        seen=found.burst,
+        between_frames=None if reason else 0,
+        probability={} if count is None else probabilities(count, found.rival),
+        count_after_burst=len(collisions) - found.burst,
+        collisions=collisions,
+        wall_side=track.wall_side,
+        ball_diameter_px=track.ball_diameter_px,
+        millimetres_per_px=ball_diameter_mm / track.ball_diameter_px,
+        pi_low=None if pi is None else pi.low,
+        pi_high=None if pi is None else pi.high,
+        mass_ratio=None if ratio is None else float(ratio[0] / ratio[1]),
+        warnings=(*report.warnings, *track.warnings),
+    )
+
+
+def why_not(found: SeenCollisions) -> str | None:
+    """Why the burst cannot be counted, as one sentence; None if it can."""
+    if found.burst == 0:
+        return "no collision is seen: no gap between two bodies closes and opens with a jump"
+    reasons: Sequence[str] = (*found.shortcomings, *found.doubts)
+    return "; ".join(reasons) if reasons else None
+
+
+def _open(found: SeenCollisions) -> str | None:
+    """Say what leaves a count open between two that are both likely."""
+    likely = found.rival is not None and found.rival.probability > LIKELY_ABOVE
+    return found.rival.reason if found.rival and likely else None
+
+
+def leaves_room(found: SeenCollisions) -> bool:
+    """Whether collisions may lie where no frame shows them, and the beginning is there."""
+    doubtful = bool(found.doubts or found.shortcomings)
+    whole = all(shortcoming.startswith(MADE_UP_FOR) for shortcoming in found.shortcomings)
+    return found.burst > 1 and doubtful and whole
+
+
+def probabilities(count: int, rival: Rival | None = None) -> dict[int, float]:
+    """Probability of each count where all collisions are resolved.
+
+    What is left to doubt is shared between one more and one fewer, of both counts if a rival to
+    the one told is open.
+    """
+    shares = {count: 1.0} if rival is None else {count: 1 - rival.probability}
+    if rival is not None:
+        shares[rival.count] = rival.probability
+    rest = (1 - PROBABILITY_RESOLVED) / 2
+    chances: dict[int, float] = {}
+    for number, share in shares.items():
+        for near, part in ((-1, rest), (0, PROBABILITY_RESOLVED), (1, rest)):
+            chances[number + near] = chances.get(number + near, 0.0) + share * part
+    return dict(sorted(chances.items()))
+
+
+def _ratio(
+    found: SeenCollisions, masses: tuple[Fraction, Fraction] | None
+) -> tuple[Fraction | float, Fraction | float] | None:
+    if masses is not None:
+        return masses
+    swing = found.swing
+    if swing is None or swing.mass_ratio_relative_sigma > MASS_RATIO_SIGMA_AT_MOST:
+        return None
+    return swing.mass_ratio, 1
