@@ -11,7 +11,7 @@ from synth_video.projection import projection_of
 from synth_video.schedule import schedule_of
 from synth_video.suite.clip_conditions import PART
 from synth_video.suite.condition import STRENGTHS, Condition, Strength, choice
-from synth_video.suite.filming import Label, Take, label_of, takes_of
+from synth_video.suite.filming import Label, Take, label_of
 from synth_video.suite.suites import SUITES, conditions_of
 from synth_video.truth import Truth, truth_of
 
@@ -82,8 +82,3 @@ def test_a_clip_is_named_by_condition_strength_and_number_and_tells_them() -> No
 
 def test_a_clip_of_no_suite_stands_for_itself() -> None:
     assert label_of("ratio100-count31") == Label("ratio100-count31", "")
-
-
-def test_large_clips_are_few() -> None:
-    large = next(condition for condition in ALL if condition.most < 10)
-    assert len(takes_of([large], ["full"], range(10))) == large.most

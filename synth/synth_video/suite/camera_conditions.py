@@ -154,6 +154,5 @@ FILE = (
             "view.width_m=0.44",
             "clip.max_frames=110",
         ),
-        most=2,
     ),
 )

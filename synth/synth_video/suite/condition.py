@@ -42,8 +42,6 @@ class Condition:
     """Container of the clips."""
     base: str = SCENE
     """Scene that it makes harder; one that is not of the suite keeps its own looks."""
-    most: int = 1000
-    """No more clips than this of each strength, where they are large."""
 
     def seed(self, number: int) -> int:
         """Seed of a clip by its number: each condition has trials of its own."""

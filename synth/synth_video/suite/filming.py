@@ -62,7 +62,7 @@ def takes_of(
     conditions: Sequence[Condition], strengths: Sequence[Strength], numbers: Sequence[int]
 ) -> list[Take]:
     """All clips of a suite, condition by condition."""
-    return [Take(c, s, n) for c in conditions for s in strengths for n in numbers[: c.most]]
+    return [Take(c, s, n) for c in conditions for s in strengths for n in numbers]
 
 
 def film(takes: Sequence[Take], folder: Path, workers: int) -> Iterator[tuple[Take, bool]]:
