@@ -161,7 +161,7 @@ def _track(
         (view.factor * body.left_edge_px, view.factor * body.right_edge_px)
         for body in (bodies.left, bodies.right)
     ]
-    sigma_px = stated_sigmas(x_px, [view.factor * np.array(f.sigma_px) for f in followers])
+    sigma_px = stated_sigmas(frames, x_px, [view.factor * np.array(f.sigma_px) for f in followers])
     unseen = [float(np.isnan(x).mean()) for x in x_px]
     if not all(_followed(x) for x in x_px):
         raise TrackingError("the bodies cannot be followed through the clip: they are lost")
