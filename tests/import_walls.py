@@ -13,7 +13,7 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 _SHARED = frozenset({"records", "errors", "progress"})
-_BELOW_A_STAGE = _SHARED | {"physics", "signals"}
+_BELOW_A_STAGE = _SHARED | {"physics", "signals", "lasting"}
 
 MAY_IMPORT: Mapping[str, frozenset[str]] = {
     "__main__": frozenset({"cli"}),
@@ -38,6 +38,7 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
     "tracking": _BELOW_A_STAGE | {"footage"},  # it draws its frames itself, from pilot and stream
     "footage": _BELOW_A_STAGE,
     "signals": _SHARED,
+    "lasting": _SHARED,
     "physics": _SHARED,
     "records": frozenset(),
     "errors": frozenset(),

@@ -84,8 +84,8 @@ def fit_side(frame: Floats, signal: Floats, about: float, sigma: float) -> Side 
     count = len(frame)
     if count < 2:
         return None
-    order = 2 if count >= BENT_FROM else 1
-    design = np.vander(frame - about, order + 1, increasing=True)
+    design = _design(frame, about)
+    order = design.shape[1] - 1
     inverse = np.linalg.inv(design.T @ design)
     solution = inverse @ (design.T @ signal)
     left_over = signal - design @ solution
@@ -97,6 +97,16 @@ def fit_side(frame: Floats, signal: Floats, about: float, sigma: float) -> Side 
     bend = float(solution[2]) if order == 2 else 0.0
     covariance = np.asarray(variance * inverse[:2, :2], dtype=np.float64)
     return Side(float(solution[0]), float(solution[1]), bend, covariance, count)
+
+
+def _design(frame: Floats, about: float) -> Floats:
+    order = 2 if len(frame) >= BENT_FROM else 1
+    return np.vander(frame - about, order + 1, increasing=True)
+
+
+def fit_weights(frame: Floats, about: float) -> Floats:
+    """Return the weights of the points in the value that ``fit_side`` finds, shape (n,)."""
+    return np.asarray(np.linalg.pinv(_design(frame, about))[0], dtype=np.float64)
 
 
 def side_frames(

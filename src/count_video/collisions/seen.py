@@ -20,6 +20,7 @@ from count_video.collisions.pace import (
 )
 from count_video.collisions.resolution import shortest_interval, unexplained, unresolved
 from count_video.collisions.swing import Swing, borne_out, fit_path, swing_of
+from count_video.collisions.timing import with_true_sigmas
 from count_video.records import Collision, Floats, Track, Velocities
 
 NEVER_TOUCH = "the two bodies that move never touch: where they turn back, a gap stays between them"
@@ -63,7 +64,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     pace = frames_per_picture(track) if pace is None else pace
     gaps = gaps_of(in_pictures(track, pace))
     found, elsewhere = _corroborated(gaps, track.ball_diameter_px)
-    collisions = _collisions(found, gaps)
+    collisions = _collisions(with_true_sigmas(found, gaps), gaps)
     path = fit_path(gaps, collisions)
     right = borne_out(path, gaps)
     burst = find_burst(found, gaps, swing_of(path))

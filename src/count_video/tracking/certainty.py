@@ -21,15 +21,13 @@ from itertools import pairwise
 
 import numpy as np
 
+from count_video.lasting import Flight, errors_of, flight_of
 from count_video.records import Floats
 from count_video.signals import low_points, sigma_of
-from count_video.tracking.lasting import Flight, error_sigma
 
 TURN_SIGMAS = 6.0
 TURNS_AWAY = 2
 """Frames at a turning point that take no part: their exposure may hold it."""
-FRAMES_AT_LEAST = 4
-"""A shorter flight says hardly more than its own place and velocity."""
 MOVED_AT_LEAST_PX = 1.0
 FREEDOM_TO_JUDGE = 4
 STRAYS = 25.0
@@ -77,8 +75,9 @@ def _enlarged(frame: Floats, position: Floats, sigma: Floats, spans: Sequence[Sp
     rows = np.arange(len(frame), dtype=np.float64)
     clocks = [frame] if np.array_equal(frame - frame[0], rows) else [frame, rows]
     position = position - np.nanmean(position)
-    found = np.array([error_sigma(_flights(clock, position, spans)) for clock in clocks])
-    hidden = float(np.min(found)) ** 2 - float(np.mean(sigma[known] ** 2))
+    found = [errors_of(_flights(clock, position, spans)) for clock in clocks]
+    known_px2 = float(np.mean(sigma[known] ** 2))
+    hidden = min((errors.sigma_px**2 for errors in found if errors), default=0.0) - known_px2
     return np.asarray(np.sqrt(sigma**2 + hidden), dtype=np.float64) if hidden > 0 else sigma
 
 
@@ -94,7 +93,7 @@ def _spans(positions: Sequence[Floats]) -> list[Span]:
 
 def _flights(clock: Floats, position: Floats, spans: Sequence[Span]) -> list[Flight]:
     """Flights that tell of errors, as far as simple paths can judge it."""
-    flights = [_flight(clock[slice(*span)], position[slice(*span)]) for span in spans]
+    flights = [flight_of(clock[slice(*span)], position[slice(*span)]) for span in spans]
     seen = [flight for flight in flights if flight is not None]
     variances = np.array([_variance(flight) for flight in seen])
     moving = np.array([np.ptp(flight.place_px) >= MOVED_AT_LEAST_PX for flight in seen], dtype=bool)
@@ -104,24 +103,6 @@ def _flights(clock: Floats, position: Floats, spans: Sequence[Span]) -> list[Fli
     usual = float(np.quantile(judged, 0.25))
     left_out = (variances > STRAYS * usual) | (~moving & (STRAYS * variances < usual))
     return [flight for flight, out in zip(seen, left_out, strict=True) if not out]
-
-
-def _flight(clock: Floats, position: Floats) -> Flight | None:
-    """Columns of one flight; None for a body hardly seen."""
-    seen = np.isfinite(position)
-    if seen.sum() < FRAMES_AT_LEAST:
-        return None
-    time = clock - clock[seen].mean()
-    fallen = _integral(time, _integral(time, np.interp(clock, clock[seen], position[seen])))
-    time, place = time[seen], position[seen] - position[seen].mean()
-    own = np.column_stack([np.ones_like(time), time])
-    return Flight(clock[seen], own, np.column_stack([time**2, fallen[seen]]), place)
-
-
-def _integral(time: Floats, values: Floats) -> Floats:
-    """Integrate by the trapezoidal rule from the first value on."""
-    means = (values[1:] + values[:-1]) / 2
-    return np.concatenate([[0.0], np.cumsum(means * np.diff(time))])
 
 
 def _variance(flight: Flight) -> float:

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from count_video.lasting import LASTS_FRAMES, Errors, Flight, errors_of
 from count_video.records import Floats
-from count_video.tracking.lasting import Flight, error_sigma
 
 SIGMA_PX = 0.05
 FLIGHTS = 12
@@ -24,6 +24,12 @@ def errors(rng: np.random.Generator, lasts: float, white: float) -> Floats:
         lasting[frame] = kept * lasting[frame - 1] + np.sqrt(1 - kept**2) * rng.normal()
     both = np.sqrt(white) * rng.normal(size=FRAMES) + np.sqrt(1 - white) * lasting
     return np.asarray(SIGMA_PX * both)
+
+
+def error_sigma(flights: list[Flight]) -> float:
+    errors = errors_of(flights)
+    assert errors is not None
+    return errors.sigma_px
 
 
 def flight(error: Floats, start_px: float, speed: float) -> Flight:
@@ -55,5 +61,15 @@ def test_a_law_that_flights_share_twice_is_taken_once() -> None:
 
 
 def test_too_little_freedom_tells_nothing() -> None:
-    assert np.isnan(error_sigma([]))
-    assert np.isnan(error_sigma([flight(np.zeros(6), 0.0, 1.0)]))
+    assert errors_of([]) is None
+    assert errors_of([flight(np.zeros(6), 0.0, 1.0)]) is None
+
+
+def test_a_sum_of_errors_varies_by_their_covariance() -> None:
+    errors = Errors(0.5, np.array([2.0, 0.0, 0.0, 0.0]))
+    half = np.exp(-1.0 / LASTS_FRAMES[0])
+
+    assert errors.sigma_px == pytest.approx(np.sqrt(2.5))
+    assert errors.variance_of(np.array([3.0]), np.array([2.0])) == pytest.approx(4 * 2.5)
+    found = errors.variance_of(np.array([0.0, 1.0]), np.array([1.0, -1.0]))
+    assert found == pytest.approx(2 * 0.5 + 2 * 2.0 * (1 - half))

@@ -15,7 +15,7 @@ with the places:
 with C the covariance over s^2, P = C^-1 - C^-1 X (X' C^-1 X)^-1 X' C^-1 and f the degrees of
 freedom. C is never written down: a Kalman filter whose state is the lasting error turns the columns
 of X and y into independent ones, frame by frame, for all pairs at once. Pairs that fit alike are
-hard to tell apart, so s is their mean, weighted by likelihood.
+hard to tell apart, so the variance is the mean of theirs, weighted by likelihood.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ from count_video.records import Floats
 LASTS_FRAMES = (2.0, 4.0, 8.0, 16.0)
 """What lasts longer than that the path takes up in most flights: the places say nothing of it."""
 WHITE_SHARES = (0.0, 0.1, 0.2, 0.4, 0.6, 0.8)
+FRAMES_AT_LEAST = 4
+"""A shorter flight says hardly more than its own place and velocity."""
 FREEDOM_AT_LEAST = 8
 """Fewer degrees of freedom know a standard deviation to no better than a quarter."""
 SINGULAR = 1e-9
@@ -55,20 +57,76 @@ class Flight:
         return int(len(self.clock) - self.own.shape[1])
 
 
-def error_sigma(flights: Sequence[Flight]) -> float:
-    """Measure the standard deviation of the errors in px; NaN where the flights tell too little."""
+def flight_of(clock: Floats, position: Floats) -> Flight | None:
+    """Describe a flight under an acceleration linear in time and place, the law of all flights.
+
+    Parameters
+    ----------
+    clock
+        Frame coordinates, shape (n,).
+    position
+        Places from an origin that all flights share, shape (n,); NaN where not seen.
+
+    Returns
+    -------
+    Flight or None
+        None where the body is hardly seen.
+    """
+    seen = np.isfinite(position)
+    if seen.sum() < FRAMES_AT_LEAST:
+        return None
+    time = clock - clock[seen].mean()
+    fallen = _integral(time, _integral(time, np.interp(clock, clock[seen], position[seen])))
+    time, place = time[seen], position[seen] - position[seen].mean()
+    own = np.column_stack([np.ones_like(time), time])
+    return Flight(clock[seen], own, np.column_stack([time**2, fallen[seen]]), place)
+
+
+def _integral(time: Floats, values: Floats) -> Floats:
+    """Integrate by the trapezoidal rule from the first value on."""
+    means = (values[1:] + values[:-1]) / 2
+    return np.concatenate([[0.0], np.cumsum(means * np.diff(time))])
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How the errors of places vary together."""
+
+    white_px2: float
+    """Variance of what is new in every frame."""
+    lasting_px2: Floats
+    """Variance of what lasts, for each of ``LASTS_FRAMES``."""
+
+    @property
+    def sigma_px(self) -> float:
+        """Standard deviation of one error."""
+        return float(np.sqrt(self.white_px2 + self.lasting_px2.sum()))
+
+    def variance_of(self, clock: Floats, weights: Floats) -> float:
+        """Variance of a sum of errors in px squared, for frames and weights of shape (n,)."""
+        apart = np.abs(clock[:, None] - clock)
+        total = self.white_px2 * float(weights @ weights)
+        for lasts, variance in zip(LASTS_FRAMES, self.lasting_px2, strict=True):
+            total += float(variance * (weights @ np.exp(-apart / lasts) @ weights))
+        return total
+
+
+def errors_of(flights: Sequence[Flight]) -> Errors | None:
+    """Measure the errors of places about flights; None where these tell too little."""
     freedom = sum(flight.freedom for flight in flights)
     if not flights or freedom - flights[0].shared.shape[1] < FREEDOM_AT_LEAST:
-        return float("nan")
+        return None
     lasts, white = _pairs()
     reduced = [_reduced(flight, lasts, white) for flight in flights]
     log_own = np.sum([log for log, _ in reduced], axis=0)
     log_shared, squares, rank = _without_shared(np.sum([rest for _, rest in reduced], axis=0))
     freedom = freedom - rank
-    squares = np.maximum(squares, np.finfo(float).tiny)
+    squares = np.maximum(squares, np.finfo(np.float64).tiny)
     likelihood = -0.5 * (log_own + log_shared + freedom * np.log(squares))
     weight = np.exp(likelihood - likelihood.max())
-    return float(np.average(np.sqrt(squares / freedom), weights=weight))
+    variance = weight / weight.sum() * squares / freedom
+    lasting = [float(((1 - white) * variance)[lasts == each].sum()) for each in LASTS_FRAMES]
+    return Errors(float(white @ variance), np.array(lasting))
 
 
 def _pairs() -> tuple[Floats, Floats]:
