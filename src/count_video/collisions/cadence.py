@@ -18,11 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import BodyTrack, Collision, Floats, Track
+from count_video.signals import noise_px
 
 STEPS_AT_LEAST = 6
 """Changes of the step between frames, while a body moves, that a judgement takes."""
 MOVES_SIGMAS = 8.0
-"""A body moves if it covers so many standard uncertainties from picture to picture."""
+"""A body moves if it covers so many times the noise from picture to picture; errors that last do
+not matter for a step."""
 KEEP_TIME = 0.9
 """Share of the noticed copies that come in step."""
 SMOOTHER = 0.5
@@ -76,7 +78,7 @@ def cadence_of(track: Track) -> Cadence | None:
     by_frame, by_picture = [], []
     for body in _bodies(track):
         moved = np.diff(body.position_px[rows])
-        least = MOVES_SIGMAS * float(np.nanmedian(body.sigma_px))
+        least = MOVES_SIGMAS * noise_px(body.position_px[rows])
         lesser = np.minimum(np.abs(moved[1:]), np.abs(moved[:-1]))
         telling = (np.diff(steps) != 0) & (lesser > least)
         by_frame.append(np.abs(np.diff(step * moved / steps))[telling])
@@ -106,7 +108,7 @@ def _missed_copies(track: Track) -> NDArray[np.bool_]:
     due: NDArray[np.bool_] = track.frame.astype(int) % period == int(np.argmax(phases))
     for body in _bodies(track):
         moved = np.abs(np.diff(body.position_px, prepend=np.nan))
-        due &= ~(moved > MOVES_SIGMAS * float(np.nanmedian(body.sigma_px)))
+        due &= ~(moved > MOVES_SIGMAS * noise_px(body.position_px))
     return due
 
 
