@@ -74,13 +74,17 @@ def test_a_contact_without_a_turn_ends_a_flight() -> None:
         assert sigma == pytest.approx(np.full(FRAMES, NOISE_PX), rel=AGREEMENT)
 
 
-def test_a_body_at_rest_in_a_still_picture_tells_nothing_of_its_errors() -> None:
+@pytest.mark.parametrize("rest", [120, 1000])
+def test_however_long_a_body_rests_its_errors_in_motion_are_covered(rest: int) -> None:
     ball = bouncing() + np.random.default_rng(0).normal(0.0, NOISE_PX, FRAMES)
-    ball[:200] = ball[200]
+    ball = np.concatenate([np.full(rest, ball[0]), ball])
+    heavy = 400.0 - 0.1 * np.arange(float(len(ball)))
 
-    grown = stated(ball, approaching(), NOISE_PX / 4)
+    grown = stated_sigmas(
+        np.arange(float(len(ball))), [ball, heavy], [np.full(len(ball), NOISE_PX / 4)] * 2
+    )
 
-    assert grown[0] == pytest.approx(np.full(FRAMES, NOISE_PX), rel=AGREEMENT)
+    assert grown[0] == pytest.approx(np.full(len(ball), NOISE_PX), rel=AGREEMENT)
 
 
 def test_the_same_variance_is_added_in_all_frames() -> None:

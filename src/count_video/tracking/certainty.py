@@ -29,11 +29,12 @@ TURN_SIGMAS = 6.0
 TURNS_AWAY = 2
 """Frames at a turning point that take no part: their exposure may hold it."""
 MOVED_AT_LEAST_PX = 1.0
+"""A body at rest has the same error all the time, and an encoder may show the same picture of it:
+that tells little of its errors, so long rests are cut."""
 FREEDOM_TO_JUDGE = 4
 STRAYS = 25.0
 """A flight with so many times the variance of the calmest quarter holds a collision without a turn;
-errors of an encoder come in bursts, and chance alone makes five times. Of a body at rest, with so
-much less, the encoder shows the same picture all the time: nothing of its error is seen."""
+errors of an encoder come in bursts, and chance alone makes five times."""
 
 Span = tuple[int, int]
 """First row, and row to stop before."""
@@ -93,16 +94,34 @@ def _spans(positions: Sequence[Floats]) -> list[Span]:
 
 def _flights(clock: Floats, position: Floats, spans: Sequence[Span]) -> list[Flight]:
     """Flights that tell of errors, as far as simple paths can judge it."""
-    flights = [flight_of(clock[slice(*span)], position[slice(*span)]) for span in spans]
-    seen = [flight for flight in flights if flight is not None]
-    variances = np.array([_variance(flight) for flight in seen])
-    moving = np.array([np.ptp(flight.place_px) >= MOVED_AT_LEAST_PX for flight in seen], dtype=bool)
-    judged = variances[moving & np.isfinite(variances)]
+    found = [flight_of(clock[slice(*span)], position[slice(*span)]) for span in spans]
+    flights = _short_rests([flight for flight in found if flight is not None])
+    variances = np.array([_variance(flight) for flight in flights])
+    judged = variances[np.isfinite(variances)]
     if len(judged) == 0:
         return []
-    usual = float(np.quantile(judged, 0.25))
-    left_out = (variances > STRAYS * usual) | (~moving & (STRAYS * variances < usual))
-    return [flight for flight, out in zip(seen, left_out, strict=True) if not out]
+    strays = variances > STRAYS * np.quantile(judged, 0.25)
+    return [flight for flight, out in zip(flights, strays, strict=True) if not out]
+
+
+def _short_rests(flights: Sequence[Flight]) -> list[Flight]:
+    """Let no body rest for longer than its longest flight; something may hold it then."""
+    moves = [bool(np.ptp(flight.place_px) >= MOVED_AT_LEAST_PX) for flight in flights]
+    longest = max(
+        (len(flight.clock) for flight, go in zip(flights, moves, strict=True) if go), default=0
+    )
+    return [
+        flight
+        if go
+        else Flight(
+            flight.clock[:longest],
+            flight.own[:longest],
+            0.0 * flight.shared[:longest],
+            flight.place_px[:longest],
+        )
+        for flight, go in zip(flights, moves, strict=True)
+        if longest > 0
+    ]
 
 
 def _variance(flight: Flight) -> float:
