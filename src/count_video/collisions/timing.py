@@ -35,6 +35,8 @@ def with_true_sigmas(found: Sequence[Candidate], gaps: Gaps) -> list[Candidate]:
 
 def _errors(found: Sequence[Candidate], frame: Floats, signal: Floats) -> Errors | None:
     """Measure the errors of a gap about its flights from collision to collision."""
+    if not np.isfinite(signal).any():
+        return None
     centred = signal - np.nanmean(signal)
     limits = [-np.inf, *(candidate.frame for candidate in found), np.inf]
     flights = []

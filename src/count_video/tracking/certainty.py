@@ -69,7 +69,7 @@ def stated_sigmas(
 
 def _enlarged(frame: Floats, position: Floats, sigma: Floats, spans: Sequence[Span]) -> Floats:
     known = np.isfinite(sigma)
-    if not known.any() or not np.any(sigma[known] > 0):
+    if not np.any(sigma[known] > 0) or not np.isfinite(position).any():
         return sigma
     # Where copies were put in, pictures are even and frames are not, or the other way round: the
     # right clock makes the smoother path.
