@@ -15,7 +15,7 @@ from count_video.records import Collision, CollisionKind, Floats, Velocities
 
 SAME_FRAMES = 0.5
 """A modelled collision is the one seen if they are not further apart than this, ..."""
-SAME_SIGMAS = 5.0
+SAME_SIGMAS = 3.0
 """... or so many times their uncertainty, ..."""
 SAME_SHARE = 0.5
 """... but never further than this share of the way to the next one."""
