@@ -16,7 +16,13 @@ import numpy as np
 from count_video.collisions.candidates import Candidate
 from count_video.collisions.foresight import last_seen, parted_until_turn
 from count_video.collisions.gaps import Gaps
-from count_video.collisions.onesided import HALF_EXPOSURE, WINDOW_FRAMES, fit_side, side_of
+from count_video.collisions.onesided import (
+    HALF_EXPOSURE,
+    WINDOW_FRAMES,
+    WINDOW_PICTURES,
+    fit_side,
+    side_of,
+)
 from count_video.collisions.swing import Swing
 from count_video.collisions.turning import first_turn
 from count_video.records import Floats
@@ -163,7 +169,7 @@ def _ending(inside: Sequence[Candidate], gaps: Gaps, end: float, swing: Swing | 
     last, final = inside[-1].frame, float(gaps.frame[-1])
     struck = max((c.frame for c in inside if c.kind == "bodies"), default=inside[0].frame)
     gone = last_seen(gaps.frame, gaps.heavy_px)
-    since = max(last, final - WINDOW_FRAMES)
+    since = max(last, min(final - WINDOW_FRAMES, gaps.frame[-int(WINDOW_PICTURES) :][0]))
     # A cylinder that leaves the picture is judged by its last frames there.
     hidden = final - gone > HIDDEN_FRAMES
     gap = _rate(gaps, gaps.gap_px, (since, final))

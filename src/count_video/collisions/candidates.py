@@ -22,7 +22,7 @@ HYSTERESIS_SIGMAS = 6.0
 ROUNDS = 4
 """Corners limit each other's sides; after so many rounds their times stand still."""
 CORNER_MOVES_AT_MOST = 1.5
-"""Frames between the lowest sample of a well sampled gap and the corner of the fits."""
+"""Pictures between the lowest sample of a well sampled gap and the corner of the fits."""
 FEW_POINTS = 3
 """A side with fewer frames of its own also takes the contact at its far end as a point."""
 
@@ -104,22 +104,28 @@ def _sharpened(
         corner = crossing(before, after, candidate.frame)
         if corner is None or not limits[0] < corner.frame < limits[1]:
             return candidate
-        if abs(corner.frame - candidate.lowest) > _moves_at_most(corner):
+        if abs(corner.frame - candidate.lowest) > _moves_at_most(candidate, gaps, corner):
             return candidate
         return replace(candidate, frame=corner.frame, frame_sigma=corner.frame_sigma, corner=corner)
     one = before or after
     if one is None or contacts is None or one.slope == 0.0:
         return candidate
     step = (_closed(candidate, gaps, contacts) - one.value) / one.slope
-    if abs(candidate.frame + step - candidate.lowest) > CORNER_MOVES_AT_MOST:
+    if abs(candidate.frame + step - candidate.lowest) > _moves_at_most(candidate, gaps):
         return candidate
     sigma = float(np.sqrt(one.covariance[0, 0])) / abs(one.slope)
     return replace(candidate, frame=candidate.frame + step, frame_sigma=max(sigma, 0.1))
 
 
-def _moves_at_most(corner: Corner) -> float:
-    """Slow contacts are lowest anywhere near the corner; the fits know better than one sample."""
-    return CORNER_MOVES_AT_MOST + 4.0 * corner.frame_sigma
+def _moves_at_most(candidate: Candidate, gaps: Gaps, corner: Corner | None = None) -> float:
+    """How far a contact may lie from the lowest sample, in frames.
+
+    It lies in one of the steps next to it, which take longer where pictures were left out. Slow
+    contacts are lowest anywhere near the corner; the fits know better than one sample.
+    """
+    place = int(np.searchsorted(gaps.frame, candidate.lowest))
+    longest = float(np.diff(gaps.frame[max(0, place - 1) : place + 2]).max(initial=1.0))
+    return CORNER_MOVES_AT_MOST * longest + (4.0 * corner.frame_sigma if corner else 0.0)
 
 
 def _side(

@@ -20,6 +20,8 @@ HALF_EXPOSURE = 0.5
 """Frames: the longest shutter is open for the whole frame, half of it before its centre."""
 WINDOW_FRAMES = 24.0
 """A side reaches this far at most: motion further away says little about the corner."""
+WINDOW_PICTURES = 6.0
+"""... but to so many pictures, where these come more rarely."""
 WINDOW_AT_MOST_FRAMES = 192.0
 CLEAR_SIGMAS = 10.0
 """A slope that exceeds its uncertainty by this factor needs no wider window."""
@@ -122,10 +124,10 @@ def side_frames(
     """
     if limit < corner:
         inside = (frame < corner - HALF_EXPOSURE) & (frame > limit + HALF_EXPOSURE)
-        inside &= frame > corner - window
     else:
         inside = (frame > corner + HALF_EXPOSURE) & (frame < limit - HALF_EXPOSURE)
-        inside &= frame < corner + window
+    pictures = np.abs(np.arange(len(frame)) - np.interp(corner, frame, np.arange(len(frame))))
+    inside &= (np.abs(frame - corner) < window) | (pictures < WINDOW_PICTURES)
     return np.flatnonzero(inside & np.isfinite(signal))
 
 

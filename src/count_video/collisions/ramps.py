@@ -1,16 +1,18 @@
-r"""Notice where the rate of the footage changes inside a clip, as slow-motion exports have it.
+r"""Clocks of slow-motion exports: pictures left out in parts of the clip, by one whole factor.
 
-    place                         .'
-                                .'     both bodies go on as before, but a frame spans
-                              .'       another time: all speeds change at once, by one
-                      ..-'''''         factor, and none changes its sign
-              ..-'''''
-             -------------+---------> frame
+    time                                   .
+                                         .'      many pictures are left out,
+                                      _.'
+                               __..--'           none is,
+                        __..--'
+                      .'
+                    .'                           many are
+                  .'
+                 +----|-------------|----> frame
 
-No collision does that: what one body gains in it the other loses, and a wall leaves one of them
-alone. So few pictures on either side, along which the heavy body moves evenly, tell the factor; the
-ball, which may have struck something there, has to agree by its speed; and the step between both
-sides tells when the rate changed.
+What the steps of both bodies tell of the changes is sharpened by the heavy body's whole path: it
+follows from its swing and the ball's strokes, and runs on before and after, so that a change that
+is put a part of a picture off shows over all the rest of the clip.
 """
 
 from __future__ import annotations
@@ -21,46 +23,24 @@ from itertools import pairwise
 
 import numpy as np
 
+from count_video.collisions.gaps import gaps_of
 from count_video.collisions.pace import in_frames
+from count_video.collisions.rate_changes import RateChange, rate_changes
 from count_video.collisions.resolution import RESOLVED_FRAMES
+from count_video.collisions.swing import fit_path
 from count_video.records import Collision, Floats, Track
-from count_video.signals import sigma_of
 
-SIDES = ((3, 3), (2, 3), (3, 2))
-"""So many pictures are looked at before and after: a side may be cut short by a collision."""
-APART_PICTURES = 3
-"""Of changes nearer to each other than this the greatest is one: the others are parts of it."""
-FACTOR_AT_LEAST = 1.4
-"""Exports play at half the rate or less; smaller changes are left to the bodies."""
-CLEAR_SIGMAS = 6.0
-"""The speed of each body changes by so many standard uncertainties."""
-BENT_SIGMAS = 5.0
-BENT_SHARE = 0.06
-"""The heavy body moves evenly to this many standard uncertainties and this share of its speed:
-threads speed it up and slow it down a little."""
-BALL_SHARE = 0.2
-"""The ball's speed agrees to this share: it may have bounced, and lost some."""
-FACTOR_SHARE = 0.25
-"""Few pictures tell a factor to about this share."""
-CHANGES_AT_MOST = 4
+FACTOR_SHARE = 0.3
+FACTOR_SIGMAS = 3.0
+"""Few pictures tell a factor to about this share and so many standard uncertainties."""
+FACTOR_AT_MOST = 16
+CHANGES_AT_MOST = 3
 """So many changes of each sort are tried, the greatest first."""
-
-
-@dataclass(frozen=True)
-class RateChange:
-    """A place in a clip from which on a picture spans another time."""
-
-    picture: int
-    """Row of the last picture before the change."""
-    factor: float
-    """Time from one picture to the next after the change over that before."""
-    step: float
-    """Time from the last picture before to the first after, over that between those before."""
-
-    @property
-    def size(self) -> float:
-        """Factor of the change, above 1 whichever way it goes."""
-        return max(self.factor, 1 / self.factor)
+SHARPENING_FRAMES = (1.0, 0.5, 0.25, 0.1)
+"""Steps by which changes are moved: the clearest are known to a tenth of a picture from the start,
+others may have been put beside their picture."""
+MOVED_AT_MOST_FRAMES = 1.5
+"""But no farther than that: the steps tell on which side of it a picture was taken."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +49,30 @@ class Ramp:
 
     frame: Floats
     """Frame coordinates of the pictures, shape (n,)."""
-    steady: Floats
-    """Their times in the shortest of their steps, shape (n,)."""
-    warning: str
-    """What is unusual about the clip, for the user."""
+    changes: tuple[float, ...]
+    """Frame coordinates at which the rate changes, increasing."""
+    sparse_first: bool
+    """Whether pictures are left out before the first of them; from then on by turns."""
+    factor: int
+    """Time from picture to picture where some are left out over that where none are."""
+
+    @property
+    def steady(self) -> Floats:
+        """Times of the pictures in the shortest of their steps, shape (n,)."""
+        return self.time_of(self.frame)
+
+    def time_of(self, frame: Floats) -> Floats:
+        """Steady times of frame coordinates, shape (n,)."""
+        ends = np.concatenate([self.frame[:1], self.changes, self.frame[-1:]])
+        number = np.arange(len(ends) - 1)
+        pace = np.where((number % 2 == 0) == self.sparse_first, self.factor, 1)
+        return np.interp(frame, ends, np.concatenate([[0.0], np.cumsum(np.diff(ends) * pace)]))
+
+    @property
+    def warning(self) -> str:
+        """What is unusual about the clip, for the user."""
+        where = " and ".join(f"{change:.0f}" for change in self.changes)
+        return f"the rate of the footage changes at frame {where}, by a factor of {self.factor}"
 
     def evened(self, track: Track) -> Track:
         """Time the pictures of a track by the steady clock."""
@@ -81,10 +81,25 @@ class Ramp:
     def shown(self, collision: Collision) -> Collision:
         """Tell a collision that was found by the steady clock in frames."""
         frame = float(np.interp(collision.frame, self.steady, self.frame))
-        pace = float(np.interp(frame + 0.5, self.frame, self.steady)) - float(
-            np.interp(frame - 0.5, self.frame, self.steady)
-        )
-        return replace(in_frames(collision, 1 / pace), frame=frame)
+        return replace(in_frames(collision, 1 / self._pace(frame)), frame=frame)
+
+    def timed(self, collision: Collision) -> Collision:
+        """Tell a collision that is told in frames by the steady clock."""
+        time = float(self.time_of(np.array([collision.frame]))[0])
+        return replace(in_frames(collision, self._pace(collision.frame)), frame=time)
+
+    def _pace(self, frame: float) -> float:
+        """Steady time of the frame about a coordinate."""
+        ends = np.clip([frame - 0.5, frame + 0.5], self.frame[0], self.frame[-1])
+        return float(np.diff(self.time_of(ends))[0] / np.diff(ends)[0])
+
+    def slows(self, collisions: Sequence[Collision]) -> bool:
+        """Whether a collision, told in frames, lies where no pictures are left out.
+
+        If none does it matters to none, and rests come to bodies that are held or turn.
+        """
+        stretches = np.searchsorted(self.changes, [collision.frame for collision in collisions])
+        return bool(((stretches % 2 == 0) != self.sparse_first).any())
 
     def resolves(self, collisions: Sequence[Collision]) -> bool:
         """Whether there are pictures enough between collisions also where they are rarer."""
@@ -92,113 +107,76 @@ class Ramp:
         return all(b - a >= RESOLVED_FRAMES for a, b in pairwise(frames))
 
 
-def ramps_of(track: Track) -> Iterator[Ramp]:
-    """Clocks that the clip may have been made by, the likeliest first; none where nothing tells.
+def ramps_of(track: Track) -> Iterator[list[Ramp]]:
+    """Clocks that the clip may have been made by; none where nothing tells.
 
     The rate rises where collisions crowd and falls again later, by the same factor; or the clip
-    shows one of both changes. Exports leave out pictures, so the factor is a whole number.
+    shows one of both changes. Exports leave out pictures, so the factor is a whole number. Clocks
+    of the same changes, by the factors that come into question, come together, the likeliest first.
     """
     if track.heavy is None:
         return
-    places = track.ball.position_px, track.heavy.position_px
-    sigma_px = sigma_of(places[0]), sigma_of(places[1])
-    changes = sorted(rate_changes(track.frame, *places, sigma_px), key=lambda c: -c.size)
+    changes = sorted(rate_changes(gaps_of(track)), key=lambda change: -change.size)
     rises = [change for change in changes if change.factor < 1][:CHANGES_AT_MOST]
     falls = [change for change in changes if change.factor > 1][:CHANGES_AT_MOST]
-    both = [[r, f] for r in rises for f in falls if r.picture < f.picture]
-    for some in (*both, *([change] for change in (*rises, *falls))):
-        low = max(change.size for change in some) * (1 - FACTOR_SHARE)
-        high = min(change.size for change in some) * (1 + FACTOR_SHARE)
-        wholes = range(max(2, int(np.ceil(low))), int(np.floor(high)) + 1)
-        middle = float(np.sqrt(low * high))
-        for factor in sorted(wholes, key=lambda whole: abs(whole - middle)):
-            yield _ramp(track.frame, some, factor)
+    both = [(r, f) for r in rises for f in falls if r.picture < f.picture]
+    for some in (*both, *((change,) for change in (*rises, *falls))):
+        ramps = [_ramp(track.frame, some, factor) for factor in _factors(some)]
+        if ramps:
+            yield ramps
+
+
+def _factors(changes: Sequence[RateChange]) -> list[int]:
+    """Whole factors that agree with all changes, the likeliest first."""
+    allowed = [1 + FACTOR_SHARE + FACTOR_SIGMAS * change.noise for change in changes]
+    low = max(change.size / most for change, most in zip(changes, allowed, strict=True))
+    high = min(change.size * most for change, most in zip(changes, allowed, strict=True))
+    middle = float(np.sqrt(low * high))
+    wholes = range(max(2, int(np.ceil(low))), min(FACTOR_AT_MOST, int(high)) + 1)
+    return sorted(wholes, key=lambda whole: abs(whole - middle))
 
 
 def _ramp(frame: Floats, changes: Sequence[RateChange], factor: int) -> Ramp:
-    """Make the clock for changes by one factor."""
-    step = np.diff(frame)
-    first, last = changes[0], changes[-1]
-    begin = first.picture if first.factor < 1 else 0
-    end = last.picture if last.factor > 1 else len(step)
-    pace = np.full(len(step), float(factor))
-    pace[begin:end] = 1.0
-    for change in changes:
-        # The step is known in units of those before it, on either side of the change.
-        before = factor if change.factor < 1 else 1.0
-        pace[change.picture] = np.clip(before * change.step, 1.0, factor)
-    steady = np.concatenate([[0.0], np.cumsum(step * pace)])
-    where = " and ".join(f"{frame[change.picture]:.0f}" for change in changes)
-    return Ramp(
-        frame,
-        steady,
-        f"the rate of the footage changes at frame {where}, by a factor of {factor}",
-    )
+    places = [np.interp(c.picture + c.when, np.arange(len(frame)), frame) for c in changes]
+    return Ramp(frame, tuple(map(float, places)), changes[0].factor < 1, factor)
 
 
-def rate_changes(
-    frame: Floats, ball_px: Floats, heavy_px: Floats, sigma_px: tuple[float, float]
-) -> list[RateChange]:
-    """Find the changes of the rate, in order of time.
+def stray_px(ramp: Ramp, track: Track, collisions: Sequence[Collision]) -> float:
+    """By how much the heavy body strays from its path by a clock; inf if the path is not known.
 
-    Parameters
-    ----------
-    frame
-        Frame coordinates of the pictures, shape (n,).
-    ball_px, heavy_px
-        Places of both bodies along the line of motion, shape (n,); NaN where not seen.
-    sigma_px
-        Standard uncertainty of one place of the ball, and of the heavy body.
+    ``collisions`` are those that the clip shows, in frames.
     """
-    found: list[RateChange] = []
-    for picture in range(len(frame) - 1):
-        change = _change_after(picture, frame, (ball_px, heavy_px), sigma_px)
-        if change is None:
-            continue
-        if found and picture - found[-1].picture < APART_PICTURES:
-            change = max(change, found.pop(), key=lambda one: one.size)
-        found.append(change)
-    return found
+    timed = [ramp.timed(collision) for collision in collisions]
+    path = fit_path(gaps_of(ramp.evened(track)), timed)
+    return float("inf") if path is None else path.stray_px
 
 
-def _change_after(
-    picture: int, frame: Floats, places: tuple[Floats, Floats], sigma_px: tuple[float, float]
-) -> RateChange | None:
-    """Judge the step after a picture by the sides that make most of it."""
-    found = []
-    for before, after in SIDES:
-        rows = slice(picture + 1 - before, picture + 1 + after)
-        clock = frame[rows] if rows.start >= 0 else frame[:0]
-        if len(clock) < before + after or np.ptp(np.diff(clock)) > 0:
-            continue
-        change = _judged(places[0][rows], places[1][rows], before, sigma_px)
-        if change is not None:
-            found.append(RateChange(picture, *change))
-    return max(found, key=lambda one: one.size, default=None)
+def sharpened(ramp: Ramp, track: Track, collisions: Sequence[Collision]) -> tuple[float, Ramp]:
+    """Move the changes to where the heavy body strays least; returns the stray with the clock."""
+    best = stray_px(ramp, track, collisions), ramp
+    for step in SHARPENING_FRAMES:
+        moves = [(n, sign * step) for n in range(len(ramp.changes)) for sign in (-1.0, 1.0)]
+        better = True
+        while better:
+            tried = [_moved(best[1], *move) for move in moves]
+            near = [one for one in tried if _in_order(one) and _is_near(one, ramp)]
+            nearby = [(stray_px(one, track, collisions), one) for one in near]
+            least = min(nearby, key=lambda one: one[0], default=best)
+            better = least[0] < best[0]
+            best = least if better else best
+    return best
 
 
-def _judged(
-    ball_px: Floats, heavy_px: Floats, before: int, sigma_px: tuple[float, float]
-) -> tuple[float, float] | None:
-    """Factor and step between the pictures ``before`` and those after; None if the rate stays."""
-    if not (np.isfinite(ball_px).all() and np.isfinite(heavy_px).all()):
-        return None
-    moves, steps = np.diff(heavy_px), np.abs(np.diff(ball_px))
-    slow, fast = float(moves[: before - 1].mean()), float(moves[before:].mean())
-    # A step in which the ball struck something is shorter than the others.
-    was, now = float(steps[: before - 1].max()), float(steps[before:].max())
-    if slow * fast <= 0:
-        return None
-    factor, step = fast / slow, float(moves[before - 1]) / slow
-    bend = max(float(np.ptp(moves[: before - 1])), float(np.ptp(moves[before:])))
-    bend_allowed = BENT_SIGMAS * np.sqrt(6.0) * sigma_px[1]
-    bend_allowed += BENT_SHARE * max(abs(slow), abs(fast))
-    told = (
-        max(factor, 1 / factor) > FACTOR_AT_LEAST
-        and abs(fast - slow) > CLEAR_SIGMAS * 2.0 * sigma_px[1]
-        and abs(now - was) > CLEAR_SIGMAS * 2.0 * sigma_px[0]
-        and abs(now - factor * was) < BALL_SHARE * max(now, factor * was)
-        and bend < bend_allowed
-        and 0.8 * min(1.0, factor) < step < 1.2 * max(1.0, factor)
-    )
-    return (factor, step) if told else None
+def _moved(ramp: Ramp, number: int, step: float) -> Ramp:
+    places = [place + step * (n == number) for n, place in enumerate(ramp.changes)]
+    return replace(ramp, changes=tuple(places))
+
+
+def _is_near(ramp: Ramp, other: Ramp) -> bool:
+    away = np.subtract(ramp.changes, other.changes)
+    return bool(np.abs(away).max() <= MOVED_AT_MOST_FRAMES)
+
+
+def _in_order(ramp: Ramp) -> bool:
+    ends = (ramp.frame[0], *ramp.changes, ramp.frame[-1])
+    return all(b > a for a, b in pairwise(ends))
