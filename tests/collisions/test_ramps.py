@@ -8,9 +8,12 @@ from functools import cache
 import numpy as np
 import pytest
 from filmed_trials import FilmedTrial, Filming, film_motion, part
+from numpy.typing import NDArray
 
 from count_video.collisions.clock import seen_by_clock
+from count_video.collisions.gaps import gaps_of
 from count_video.collisions.ramps import Ramp, ramps_of
+from count_video.collisions.rate_changes import rate_changes
 from count_video.collisions.seen import STRAYS, seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
@@ -34,19 +37,23 @@ def ramped(whole: FilmedTrial, factor: int) -> tuple[Track, Floats]:
 
     Returns the track and the pictures that were kept.
     """
-    assert whole.track.heavy is not None
     frame = whole.track.frame
     begin, end = (
         float(whole.frames[a] + whole.frames[a + 1]) / 2 for a in (1, len(whole.frames) - 3)
     )
     sparse = (frame < begin) | (frame > end)
     kept = np.flatnonzero(~sparse | (frame % factor == 0))
+    return rows_of(whole.track, kept), frame[kept]
+
+
+def rows_of(track: Track, kept: NDArray[np.intp]) -> Track:
+    """Leave out all pictures but these and number them evenly."""
+    assert track.heavy is not None
     bodies = [
         BodyTrack(b.position_px[kept], b.sigma_px[kept], b.low_edge_px, b.high_edge_px)
-        for b in (whole.track.ball, whole.track.heavy)
+        for b in (track.ball, track.heavy)
     ]
-    even = np.arange(float(len(kept)))
-    return replace(whole.track, frame=even, ball=bodies[0], heavy=bodies[1]), frame[kept]
+    return replace(track, frame=np.arange(float(len(kept))), ball=bodies[0], heavy=bodies[1])
 
 
 @pytest.mark.parametrize("factor", [2, 3, 4])
@@ -78,15 +85,74 @@ def test_velocities_of_a_ramp_are_those_of_the_frames() -> None:
     assert first.velocity_before.heavy_px_frame == pytest.approx(coming, rel=0.05)
 
 
+@pytest.mark.parametrize("after", [0.6, 1.4, 2.6])
+def test_a_ramp_next_to_a_collision_is_undone(after: float) -> None:
+    """Wherever the change lies between the first two collisions: in sparse pictures from one."""
+    whole = trial()
+    begin = float(whole.frames[0]) + 4 * after
+    frame = whole.track.frame
+    end = float(whole.frames[-3] + whole.frames[-2]) / 2
+    kept = np.flatnonzero((frame > begin) & (frame < end) | (frame % 4 == 0))
+
+    ramp, _, found = seen_by_clock(rows_of(whole.track, kept))
+
+    assert isinstance(ramp, Ramp)
+    assert ramp.factor == 4
+    assert found.burst == len(whole.frames)
+    assert ramp.changes == pytest.approx(
+        np.interp([begin, end], frame[kept], range(len(kept))), abs=1
+    )
+
+
+def test_the_ball_at_rest_says_nothing_against_a_change() -> None:
+    whole = trial()
+    begin = float(whole.frames[0]) - 30.0
+    frame = whole.track.frame
+    kept = np.flatnonzero((frame > begin) | (frame % 4 == 0))
+
+    changes = rate_changes(gaps_of(rows_of(whole.track, kept)))
+
+    assert [round(1 / change.factor) for change in changes] == [4]
+    assert changes[0].picture == pytest.approx(begin / 4, abs=1)
+
+
+@pytest.mark.parametrize("end", [2, 4])
+def test_no_other_clock_makes_up_for_collisions_that_are_missed(end: int) -> None:
+    """Every eighth picture of a burst shows too few: that is no reason to change the rate."""
+    whole = trial(60.0)
+    kept = np.arange(0, len(whole.track.frame) * end // 4, 8)
+
+    clock, _, found = seen_by_clock(rows_of(whole.track, kept))
+
+    assert clock is None
+    assert found.doubts or found.shortcomings
+
+
 @pytest.mark.parametrize("ratio", [1.0, 4.0, 16.0, 60.0])
 def test_a_clip_of_one_rate_has_no_other_clock(ratio: float) -> None:
     assert not list(ramps_of(trial(ratio).track))
 
 
+def test_a_clock_counts_many_times_where_pictures_are_left_out() -> None:
+    ramp = Ramp(np.arange(7.0), (2.0, 4.5), sparse_first=True, factor=4)
+
+    assert ramp.steady.tolist() == [0.0, 4.0, 8.0, 9.0, 10.0, 12.5, 16.5]
+
+
+def test_a_collision_told_by_a_clock_and_back_is_the_same() -> None:
+    hit = seen_collisions(trial().track).collisions[0]
+    ramp = Ramp(np.arange(200.0), (40.0, 90.0), sparse_first=False, factor=3)
+
+    for frame in (20.3, 61.7, 120.1):
+        there = ramp.timed(replace(hit, frame=frame))
+        back = ramp.shown(there)
+        assert back.frame == pytest.approx(frame)
+        assert back.velocity_after.ball_px_frame == pytest.approx(hit.velocity_after.ball_px_frame)
+
+
 def test_collisions_must_be_resolved_also_where_pictures_are_rare() -> None:
     whole = trial()
-    steady = np.concatenate([np.arange(0.0, 40.0, 4.0), np.arange(40.0, 80.0)])
-    ramp = Ramp(np.arange(float(len(steady))), steady, "")
+    ramp = Ramp(np.arange(80.0), (10.0,), sparse_first=True, factor=4)
     hits = seen_collisions(whole.track).collisions
 
     rare = [replace(hits[0], frame=12.0), replace(hits[1], frame=18.0)]

@@ -14,8 +14,8 @@ import numpy as np
 from count_video.collisions.cadence import Cadence, cadence_of
 from count_video.collisions.gaps import gaps_of
 from count_video.collisions.ramps import Ramp, ramps_of, sharpened, stray_px
-from count_video.collisions.seen import SeenCollisions, seen_collisions
-from count_video.collisions.swing import fit_path
+from count_video.collisions.seen import STRAYS, SeenCollisions, seen_collisions
+from count_video.collisions.swing import borne_out, fit_path
 from count_video.records import Track, TrialResult
 
 STRAYS_LESS = 0.6
@@ -41,11 +41,23 @@ def seen_by_clock(track: Track) -> tuple[Clock | None, Track, SeenCollisions]:
     ramp = likeliest_ramp(track, found)
     if ramp is not None:
         steady = ramp.evened(track)
-        other = seen_collisions(steady, pace=1.0)
+        other = _judged_by_burst(seen_collisions(steady, pace=1.0), steady)
         sure = other.borne_out and not other.doubts and not other.shortcomings
         if sure and ramp.resolves(other.collisions[: other.burst]):
             return ramp, steady, other
     return cadence, even, found
+
+
+def _judged_by_burst(found: SeenCollisions, track: Track) -> SeenCollisions:
+    """Let the cylinder's path bear out the burst alone.
+
+    A clip that leaves pictures out after it may not show each stroke that follows.
+    """
+    gaps = gaps_of(track)
+    if not borne_out(fit_path(gaps, found.collisions[: found.burst]), gaps):
+        return found
+    others = tuple(one for one in found.shortcomings if one != STRAYS)
+    return replace(found, borne_out=True, shortcomings=others)
 
 
 def likeliest_ramp(track: Track, found: SeenCollisions) -> Ramp | None:

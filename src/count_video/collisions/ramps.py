@@ -66,7 +66,8 @@ class Ramp:
         ends = np.concatenate([self.frame[:1], self.changes, self.frame[-1:]])
         number = np.arange(len(ends) - 1)
         pace = np.where((number % 2 == 0) == self.sparse_first, self.factor, 1)
-        return np.interp(frame, ends, np.concatenate([[0.0], np.cumsum(np.diff(ends) * pace)]))
+        times = np.concatenate([[0.0], np.cumsum(np.diff(ends) * pace)])
+        return np.asarray(np.interp(frame, ends, times))
 
     @property
     def warning(self) -> str:
@@ -96,7 +97,8 @@ class Ramp:
     def slows(self, collisions: Sequence[Collision]) -> bool:
         """Whether a collision, told in frames, lies where no pictures are left out.
 
-        If none does it matters to none, and rests come to bodies that are held or turn.
+        Where none does, no count hangs on the change, and it may be none: bodies that are let go
+        speed up as well.
         """
         stretches = np.searchsorted(self.changes, [collision.frame for collision in collisions])
         return bool(((stretches % 2 == 0) != self.sparse_first).any())

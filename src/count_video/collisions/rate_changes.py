@@ -38,6 +38,8 @@ AGREE_SIGMAS = 4.0
 AGREE_SHARE = 0.25
 """Witnesses agree to their noise and to this share: a collision on either side, with a restitution
 of 0.9, takes up to a fifth of the energy's root together."""
+STROKES_GIVE = 4.0
+"""A stroke gives the ball at most twice the heavy body's speed, and there may be two of them."""
 STANDS_OUT = 2.0
 """A velocity changes by so much more than it would go on changing by itself: threads speed bodies
 up and slow them down from step to step."""
@@ -68,7 +70,9 @@ def rate_changes(gaps: Gaps) -> list[RateChange]:
     """Find the changes of the rate, in order of time."""
     witnesses = witnesses_of(gaps)
     found: list[RateChange] = []
-    for step in range(len(gaps.frame) - 1) if witnesses else ():
+    if witnesses is None:
+        return found
+    for step in range(len(gaps.frame) - 1):
         change = _change_in(witnesses, step)
         if change is None:
             continue
@@ -82,11 +86,20 @@ def _change_in(witnesses: Witnesses, step: int) -> RateChange | None:
     """Judge one step by the witness that shows a change most clearly; None if the rate stays."""
     told = [(witness, _sides(witness, step)) for witness in witnesses.firm]
     change = _clearest(step, told)
-    if change is None:
+    if change is None and _hardly_struck(witnesses, step):
         change = _clearest(step, [(witnesses.last, _sides(witnesses.last, step))])
     if change is None or not all(_agree(change.factor, *sides) for _, sides in told if sides):
         return None
     return change
+
+
+def _hardly_struck(witnesses: Witnesses, step: int) -> bool:
+    """Whether the ball's speed changes by more than the heavy body's strokes can give it."""
+    heavy, ball = _sides(witnesses.firm[0], step), _sides(witnesses.last, step)
+    if heavy is None or ball is None:
+        return False
+    given = STROKES_GIVE * max(abs(side.rate) for side in heavy)
+    return abs(ball[1].rate - ball[0].rate) > given
 
 
 def _sides(witness: Witness, step: int) -> tuple[Side, Side] | None:

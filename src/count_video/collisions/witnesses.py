@@ -112,7 +112,7 @@ def side_of_step(witness: Witness, step: int, *, before: bool) -> Side | None:
 
 
 def _places(witness: Witness, step: int, direction: int) -> list[int]:
-    """Steps next to one that show a velocity as it is there."""
+    """List the steps next to one that show a velocity as it is there."""
     found: list[int] = []
     for place in range(step + direction, step + direction * (NEAR_STEPS + 1), direction):
         if 0 <= place < len(witness.rate) and np.isfinite(witness.rate[place]):
