@@ -126,7 +126,6 @@ def test_a_last_collision_shortly_before_the_turn_belongs_to_the_burst() -> None
 def test_a_last_collision_at_the_very_turn_is_judged_by_the_model() -> None:
     trial = random_trial(4016, FPS)
     found = seen_collisions(trial.track)
-    assert any("turns round" in shortcoming for shortcoming in found.shortcomings)
     assert leaves_room(found)
     between = count_between(trial.track, found, Knowledge(FPS))
     assert isinstance(between, Between)
