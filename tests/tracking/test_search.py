@@ -82,6 +82,22 @@ def test_the_best_of_several_likely_places_counts() -> None:
     assert fit.x_px + reach == pytest.approx(350.4, abs=WITHIN_PX)
 
 
+def test_what_lies_behind_a_body_does_not_hide_it() -> None:
+    radius = 30.0
+    square, reach = sprite_of(radius)
+    y, x = np.indices(square.shape)
+    within = np.hypot(x - reach, y - reach) < radius + 1.0
+    sprite = make_sprite(square.appearance, within.astype(np.float32))
+    # Bars of a bookshelf, nothing like the wall before which the sprite was cut out.
+    canvas = np.where(np.arange(480) // 11 % 2, 20.0, 235.0) * np.ones((200, 1))
+    paint_ball(canvas, 303.6, 100.0, radius)
+    picture = np.rint(canvas).astype(np.uint8)
+
+    places = likely_places(picture, sprite, (100.0 - reach, 100.0 - reach), 0.0)
+
+    assert abs(places[0][0] + reach - 303.6) < START_WITHIN_PX
+
+
 def test_nothing_is_found_in_a_flat_picture() -> None:
     sprite, reach = sprite_of(30.0)
 

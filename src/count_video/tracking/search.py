@@ -1,8 +1,10 @@
 """Find a sprite in a picture when nothing is known of its place, or only roughly.
 
-Normalised cross-correlation of the sprite's box with the picture, at reduced size: a place right
-to a few pixels is all that the registration needs. So coarse a look confuses a plain body with what
-is like it in the scenery, so the best few places are registered and the best agreement counts.
+Normalised cross-correlation of the sprite with the picture, at reduced size: a place right to a few
+pixels is all that the registration needs. Pixels count by their weight in the sprite, for the
+corners of its box show what lies behind the body, which is another thing at every place. So coarse
+a look confuses a plain body with what is like it in the scenery, so the best few places are
+registered and the best agreement counts.
 """
 
 from __future__ import annotations
@@ -26,6 +28,8 @@ SURE = 0.95
 """With this agreement a place needs no rival."""
 BEYOND_SHARE = 0.65
 """Bodies that come in or go out are looked for while they stick out of the picture so far."""
+ROUNDING = 0.01
+"""Correlations are sums of single precision: by so little they may exceed 1."""
 ROWS_OF_SLACK = 0.25
 """The band searched is this much higher than the sprite on either side, as a share of it."""
 
@@ -85,9 +89,22 @@ def likely_places(
     scene = _cut(picture, (left, top, right, bottom))
     small = _reduce(scene, scale)
     step_y, step_x = (full / few for full, few in zip(scene.shape, small.shape, strict=True))
+    scores = _scores(small, sprite, scale)
+    size = round(height / scale), round(width / scale)
+    return [(left + x * step_x, top + y * step_y) for x, y in _peaks(scores, size)]
+
+
+def _scores(scene: Pixels, sprite: Sprite, scale: float) -> Pixels:
+    """Weighted correlation of the reduced sprite with a scene reduced alike; -1 where unknown."""
     pattern = _reduce(sprite.appearance, scale)
-    scores = np.asarray(cv2.matchTemplate(small, pattern, cv2.TM_CCOEFF_NORMED), np.float32)
-    return [(left + x * step_x, top + y * step_y) for x, y in _peaks(scores, pattern.shape)]
+    # A few pixels that hardly vary would outweigh all the others.
+    most = float(np.median(sprite.weight[sprite.weight > 0]))
+    share = _reduce(np.minimum(sprite.weight / most, np.float32(1.0)), scale)
+    found = cv2.matchTemplate(scene, pattern, cv2.TM_CCOEFF_NORMED, mask=share)
+    scores = np.asarray(found, dtype=np.float32)
+    # Where the scene is flat, the correlation is 0 / 0, or rounding over 0.
+    known = np.isfinite(scores) & (np.abs(scores) <= 1.0 + ROUNDING)
+    return np.where(known, scores, np.float32(-1.0))
 
 
 def _span(near: float, size: int, reach: float, end: int) -> tuple[int, int]:
@@ -110,18 +127,16 @@ def _cut(picture: Picture, box: tuple[int, int, int, int]) -> Picture:
     return np.asarray(padded, dtype=np.uint8)
 
 
-def _peaks(scores: Pixels, shape: tuple[int, ...]) -> list[tuple[float, float]]:
+def _peaks(scores: Pixels, shape: tuple[int, int]) -> list[tuple[float, float]]:
     """Columns and rows of the highest scores that lie apart from each other, highest first."""
-    # Where the scene is flat, the correlation is 0 / 0.
-    known = np.where(np.isfinite(scores), scores, np.float32(-1.0))
-    rest = known.copy()
+    rest = scores.copy()
     away_y, away_x = (max(1, round(APART_SHARE * size)) for size in shape)
     found = []
     for _ in range(PLACES):
         _, best, _, (x, y) = cv2.minMaxLoc(rest)
         if best < FOUND_AT_LEAST:
             break
-        found.append((peak_of(known[y, :], x), peak_of(known[:, x], y)))
+        found.append((peak_of(scores[y, :], x), peak_of(scores[:, x], y)))
         rest[max(0, y - away_y) : y + away_y + 1, max(0, x - away_x) : x + away_x + 1] = -1.0
     return found
 
