@@ -4,7 +4,16 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from drawn import Luma, Scene, as_frames, background, displaced, paint_cylinder, to_luma
+from drawn import (
+    Luma,
+    Scene,
+    as_frames,
+    background,
+    displaced,
+    paint_box,
+    paint_cylinder,
+    to_luma,
+)
 
 from count_video.records import Floats, Frame
 from count_video.tracking.camera import Camera
@@ -131,6 +140,24 @@ def test_a_few_windows_that_move_each_its_own_way_are_no_scenery() -> None:
         pictures.append(to_luma(picture))
 
     assert learn_landmarks(runs_of(pictures)) is None
+
+
+def test_a_body_before_a_plain_wall_is_no_scenery() -> None:
+    body = background((36, 40), seed=3)
+    pictures = []
+    for time in range(2 * RUN):
+        picture = np.full((112, 320), 90.0)
+        paint_box(picture, (20.0, 20.0, 26.0, 26.0), 150.0)
+        paint_box(picture, (290.0, 90.0, 296.0, 96.0), 150.0)
+        left = 120 + round(5.0 * np.sin(time / 4.0))
+        picture[30:66, left : left + 40] = body
+        pictures.append(to_luma(picture))
+
+    _, camera = steadied(runs_of(pictures))
+    for picture in pictures:
+        camera.see(picture)
+
+    assert camera.motion() is None
 
 
 def test_a_camera_at_rest_is_left_alone(still: list[Luma]) -> None:

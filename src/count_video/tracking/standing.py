@@ -22,7 +22,6 @@ from count_video.tracking.displacement import Shift, measure
 from count_video.tracking.flow import Luma, as_bytes, flow, prepare
 from count_video.tracking.landmarks import (
     WINDOW_PX,
-    WINDOWS_AT_LEAST,
     Landmarks,
     make_landmarks,
 )
@@ -46,6 +45,9 @@ is more, some lie on what moves by itself, and the camera's motion is not told f
 REFINEMENTS = 3
 GROUP_SHARE = 0.15
 """A rigid scene has this share of the corners that the largest one has."""
+GROUP_AT_LEAST = 2
+"""Before a plain wall hardly anything but the bodies has corners. Two that keep their distance all
+over the clip are no accident, and if they stay where they are, so does the camera."""
 
 
 def steadied(runs: Sequence[Sequence[Frame]]) -> tuple[list[list[Frame]], Camera]:
@@ -156,7 +158,7 @@ def _still(travel: Floats) -> NDArray[np.bool_]:
     together = np.array([_rms(paths - path[:, None]) for path in paths.transpose(1, 0, 2)])
     together = together < TOGETHER_PX
     size = together.sum(axis=1)
-    large = np.flatnonzero(size >= max(WINDOWS_AT_LEAST, GROUP_SHARE * int(size.max())))
+    large = np.flatnonzero(size >= max(GROUP_AT_LEAST, GROUP_SHARE * int(size.max())))
     if len(large) == 0:
         return still
     unrest = _rms(paths[:, large] - np.nanmedian(paths[:, large], axis=0))
