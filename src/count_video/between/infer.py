@@ -145,7 +145,8 @@ def _start(
     before = int((observed.frame < -1).sum())
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
         return Misfit("too few frames surround the collisions to fit a model of the motion to them")
-    rough = rough_values(observed, found.collisions[: found.burst], known.expected_rate)
+    burst = found.collisions[: found.burst]
+    rough = rough_values(observed, burst, known.expected_rate, found.swing)
     return rough, prior_of(rough, known)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from count_video.between.observations import Observations
 from count_video.between.parameters import FIRST_DEVIATION, Column
+from count_video.collisions.swing import Swing
 from count_video.records import Collision, Floats
 
 CLEAR_FRAMES = 0.6
@@ -31,6 +32,9 @@ SWUNG_AT_MOST = 0.8
 """Share of the energy that the threads may take up before the turn."""
 RATES = (5e-4, 0.1)
 """Angular rates in radians per frame that threads and cameras bring about."""
+RATE_SIGMAS = 2.0
+"""Threads that would bend the heavy body's whole path by more than this beyond what it shows are
+ruled out."""
 RATE_UNKNOWN = 4e-3
 RATE_FACTOR = 1.5
 """Threads are hardly twice as long or half as long as usual."""
@@ -39,17 +43,21 @@ RESTITUTION_AT_LEAST = 0.7
 
 
 def rough_values(
-    observed: Observations, burst: Sequence[Collision], expected_rate: float | None
+    observed: Observations,
+    burst: Sequence[Collision],
+    expected_rate: float | None,
+    swing: Swing | None = None,
 ) -> Floats:
     """Read the parameters off the calm frames; shape (columns without deviations,).
 
-    ``expected_rate`` is the angular rate of usual threads in radians per frame, if it can be said.
+    ``expected_rate`` is the angular rate of usual threads in radians per frame, if it can be said;
+    ``swing`` what the heavy body's path through the burst tells, if it does.
     """
     values = np.zeros(FIRST_DEVIATION)
     before = observed.frame < -CLEAR_FRAMES
     wall = _wall_place(observed, burst)
     rest = float(np.nanmedian(observed.ball_px[before]))
-    rate = _swing_rate(observed, expected_rate)
+    rate = _swing_rate(observed, expected_rate, swing)
     place, velocity = _approach(observed.frame[before], observed.heavy_px[before] - rest, rate)
     values[Column.BALL_REST] = values[Column.HEAVY] = rest
     values[Column.WALL] = wall
@@ -125,10 +133,11 @@ def _approach(frame: Floats, heavy: Floats, rate: float) -> tuple[float, float]:
     return float(solution[0]), float(solution[1])
 
 
-def _swing_rate(observed: Observations, expected: float | None) -> float:
+def _swing_rate(observed: Observations, expected: float | None, swing: Swing | None) -> float:
     """Angular rate of the heavy body's pendulum, from its free path before and after the burst.
 
-    x(t) = a + b t - w^2 (second integral of x), with a and b of their own on each side.
+    x(t) = a + b t - w^2 (second integral of x), with a and b of their own on each side. A short
+    path leaves w^2 open by more than its value; the long one through the burst bounds it.
     """
     seen = np.isfinite(observed.heavy_px)
     contact = float(np.interp(0.0, observed.frame[seen], observed.heavy_px[seen]))
@@ -151,4 +160,7 @@ def _swing_rate(observed: Observations, expected: float | None) -> float:
         return RATE_UNKNOWN if expected is None else expected
     solution, *_ = np.linalg.lstsq(np.vstack(columns), np.concatenate(places), rcond=None)
     low, high = RATES if expected is None else (expected / RATE_FACTOR, expected * RATE_FACTOR)
+    if swing is not None and expected is None:
+        most = max(swing.rate_squared, 0.0) + RATE_SIGMAS * swing.rate_squared_sigma
+        high = max(low, min(high, float(np.sqrt(most))))
     return float(np.sqrt(np.clip(solution[-1], low**2, high**2)))
