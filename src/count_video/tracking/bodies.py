@@ -2,7 +2,8 @@
 
 A candidate pair of moving patches is believed when both bodies are found again all over the clip,
 always side by side in the same order, and move on their own: a mirror image in the clear wall also
-moves opposite to the ball, but so exactly that the sum of the two places never changes.
+moves opposite to the ball, but so exactly that the sum of the two places never changes, and of two
+parts of one body the difference never does.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Frame
+from count_video.records import Floats, Frame
 from count_video.tracking.features import MovingFeatures, moving_features
 from count_video.tracking.learning import Body, Box, Seed, learn
 from count_video.tracking.seeds import (
@@ -30,7 +31,8 @@ CANDIDATES = 6
 SEEN_EACH_RUN = 1.5
 """A pair seen so many times a run, half as often as a run is looked at, needs no rival."""
 WIDTH_OVER_HEIGHT = 1.3
-"""Of a long body only the part next to its neighbour is learnt."""
+"""Of a long body only the part next to its neighbour is learnt, by the height that both share. That
+is too little of a body without a pattern beside one that shows only a print: it takes its own."""
 BEYOND_FEATURES = 0.2
 """Corner features lie within the outline: the box is larger by this share of its height."""
 CORE_MARGIN_PX = 4
@@ -43,7 +45,8 @@ OVERLAP_SHARE = 0.25
 ORDERED_SHARE = 0.75
 """Share of the common sightings in which the order must hold; the others were mistaken."""
 MIRROR_SHARE = 0.05
-"""Places whose sum varies by less than this share of their difference are mirror images."""
+"""Places whose sum varies by less than this share of their difference are mirror images; where it
+is the difference that hardly varies, they are parts of one body."""
 
 
 @dataclass(frozen=True)
@@ -84,12 +87,17 @@ class NotFound:
 
 
 def find_bodies(
-    runs: Sequence[Sequence[Frame]], *, faint: bool = False, tried: Sequence[Bodies] = ()
+    runs: Sequence[Sequence[Frame]],
+    *,
+    faint: bool = False,
+    wide: bool = False,
+    tried: Sequence[Bodies] = (),
 ) -> Bodies | NotFound:
     """Find the two bodies that move along one line, from runs of consecutive frames.
 
-    ``faint`` looks for bodies that hardly stand out as well. ``tried`` came to nothing: others are
-    found if there are any, else the same ones from other patches.
+    ``faint`` looks for bodies that hardly stand out as well; ``wide`` learns more of a long body
+    than what lies next to its neighbour. ``tried`` came to nothing: others are found if there are
+    any, else the same ones from other patches.
     """
     features = [moving_features(run, faint=faint) for run in runs]
     direction = motion_direction_deg(features)
@@ -107,7 +115,7 @@ def find_bodies(
     best, merit = None, (False, 0)
     for pair in rank_pairs(groups)[:CANDIDATES] + pairs_across_runs(groups)[:CANDIDATES]:
         known = any(pair == bodies.seen_as for bodies in tried)
-        learnt = None if known else _learn_pair(runs, pair, direction)
+        learnt = None if known else _learn_pair(runs, pair, direction, wide=wide)
         if learnt is None:
             continue
         found = differ(learnt, tried), min(len(body.sightings) for body in learnt)
@@ -123,16 +131,18 @@ def find_bodies(
 
 
 def _learn_pair(
-    runs: Sequence[Sequence[Frame]], pair: PatchPair, tilt_deg: float
+    runs: Sequence[Sequence[Frame]], pair: PatchPair, tilt_deg: float, *, wide: bool
 ) -> tuple[Body, Body] | None:
-    learnt = learn(runs, _seeds(runs, pair), tilt_deg)
+    learnt = learn(runs, _seeds(runs, pair, wide=wide), tilt_deg)
     if learnt is None or not _side_by_side(*learnt):
         return None
     left, right = learnt
     return left, right
 
 
-def _seeds(runs: Sequence[Sequence[Frame]], pair: PatchPair) -> tuple[Seed, Seed]:
+def _seeds(
+    runs: Sequence[Sequence[Frame]], pair: PatchPair, *, wide: bool = False
+) -> tuple[Seed, Seed]:
     """Boxes for both patches of a pair, on rows that they share.
 
     Seen in the same run, neither body reaches to the features of the other.
@@ -149,14 +159,14 @@ def _seeds(runs: Sequence[Sequence[Frame]], pair: PatchPair) -> tuple[Seed, Seed
         left_ends, right_begins = pair.left.right_px + near, pair.right.left_px - near
     left = Seed(
         _nearest_frame(runs, pair.left.frame),
-        _box(pair.left, rows, 1),
+        _box(pair.left, rows, 1, wide=wide),
         _core(pair.left),
         pair.left.speed_px_frame,
         (pair.left.left_px - far, left_ends),
     )
     right = Seed(
         _nearest_frame(runs, pair.right.frame),
-        _box(pair.right, rows, -1),
+        _box(pair.right, rows, -1, wide=wide),
         _core(pair.right),
         pair.right.speed_px_frame,
         (right_begins, pair.right.right_px + far),
@@ -169,12 +179,12 @@ def _nearest_frame(runs: Sequence[Sequence[Frame]], frame: float) -> int:
     return int(every[np.argmin(np.abs(every - frame))])
 
 
-def _box(patch: Patch, rows: tuple[float, float], toward: int) -> Box:
+def _box(patch: Patch, rows: tuple[float, float], toward: int, *, wide: bool) -> Box:
     """Box for a patch, its rows shared with its neighbour; ``toward`` 1: that is on the right."""
     top, bottom = rows
     margin = BEYOND_FEATURES * (bottom - top) + 2
     left, right = patch.left_px, patch.right_px
-    widest = WIDTH_OVER_HEIGHT * (bottom - top)
+    widest = WIDTH_OVER_HEIGHT * (patch.height_px if wide else bottom - top)
     if right - left > widest:
         left, right = (right - widest, right) if toward > 0 else (left, left + widest)
     return left - margin / 2, top - margin, right + margin / 2, bottom + margin
@@ -192,7 +202,7 @@ def _core(patch: Patch) -> Box:
 
 
 def _side_by_side(left: Body, right: Body) -> bool:
-    """Check the order where both were seen, and that one is no mirror image of the other."""
+    """Check the order where both were seen, and that each moves on its own."""
     both = sorted(set(left.sightings) & set(right.sightings))
     if len(both) < 4:
         return False
@@ -202,8 +212,13 @@ def _side_by_side(left: Body, right: Body) -> bool:
     ordered = b - a > -overlap
     if np.mean(ordered) < ORDERED_SHARE:
         return False
-    a, b = a[ordered], b[ordered]
-    return float(np.std(a + b)) > MIRROR_SHARE * float(np.std(b - a))
+    return on_their_own(a[ordered], b[ordered])
+
+
+def on_their_own(one_px: Floats, other_px: Floats) -> bool:
+    """Whether two bodies move each on its own, by their places in the same pictures, shape (n,)."""
+    together, apart = float(np.std(one_px + other_px)), float(np.std(one_px - other_px))
+    return min(together, apart) > MIRROR_SHARE * max(together, apart)
 
 
 def differ(learnt: tuple[Body, Body], tried: Sequence[Bodies]) -> bool:

@@ -56,6 +56,11 @@ class Patch:
         """Width of the box."""
         return self.right_px - self.left_px
 
+    @property
+    def height_px(self) -> float:
+        """Height of the box."""
+        return self.bottom_px - self.top_px
+
 
 @dataclass(frozen=True)
 class PatchPair:
@@ -236,7 +241,7 @@ def pairs_across_runs(runs: Sequence[Sequence[Patch]]) -> list[PatchPair]:
 def _level(left: Patch, right: Patch) -> bool:
     """Bodies that can meet stand at the same height: half the lower one's height is shared."""
     shared = min(left.bottom_px, right.bottom_px) - max(left.top_px, right.top_px)
-    return shared > 0.5 * min(left.bottom_px - left.top_px, right.bottom_px - right.top_px)
+    return shared > 0.5 * min(left.height_px, right.height_px)
 
 
 def _score(left: Patch, right: Patch) -> float:

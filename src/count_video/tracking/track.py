@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -93,13 +94,14 @@ def tracks(
 def _find(runs: Sequence[Sequence[Frame]], tried: Sequence[Bodies]) -> Bodies | NotFound:
     """Find the bodies in steady runs, first by what stands out, then by what is faint.
 
-    Others than those tried come before the same ones seen in another way.
+    Should that not do, more is learnt of long bodies. Others than those tried come before the same
+    ones seen in another way.
     """
     # A ball that bounces to and fro moves evenly in short runs only.
     short = [half for run in runs for half in (run[: len(run) // 2], run[len(run) // 2 :]) if half]
     again: Bodies | None = None
-    for pieces, faint in ((runs, False), (short, False), (runs, True), (short, True)):
-        bodies = find_bodies(pieces, faint=faint, tried=tried)
+    for wide, faint, pieces in product((False, True), (False, True), (runs, short)):
+        bodies = find_bodies(pieces, faint=faint, wide=wide, tried=tried)
         if isinstance(bodies, NotFound):
             continue
         if differ((bodies.left, bodies.right), tried):
