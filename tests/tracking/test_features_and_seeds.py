@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn import Scene, as_frames, to_luma
+from drawn import Scene, as_frames, background, paint_ball, to_luma
 
 from count_video.tracking.features import MovingFeatures, moving_features
 from count_video.tracking.seeds import (
@@ -17,6 +17,7 @@ from count_video.tracking.seeds import (
 
 RUN = np.arange(12.0)
 SPEED_PX_FRAME = 0.1
+SMALL_PX = 6.0
 DIRECTION_DEG = 1.5
 FLICKER = 0.15
 
@@ -27,6 +28,24 @@ def run_of(scene: Scene) -> MovingFeatures:
 
 def moving(tilt_deg: float = 0.0) -> Scene:
     return Scene(ball_px=80.0 + 1.5 * RUN, face_px=190.0 - 0.8 * RUN, tilt_deg=tilt_deg)
+
+
+def test_a_close_look_tells_the_speeds_of_bodies_of_a_few_px() -> None:
+    pictures = []
+    for time in RUN:
+        canvas = np.asarray(background((80, 200), seed=5), dtype=np.float64)
+        paint_ball(canvas, 120.0 + 0.4 * time, 40.0, SMALL_PX)
+        paint_ball(canvas, 100.0 + 0.1 * time, 40.0, SMALL_PX)
+        pictures.append(to_luma(canvas))
+
+    close = moving_features(as_frames(pictures), close=True)
+
+    right = close.x_px > 120.0 + 0.4 * 5.5 - SMALL_PX
+    assert close.grain_px == 0.5
+    assert min(right.sum(), (~right).sum()) >= 5
+    for speed, body in ((0.4, right), (0.1, ~right)):
+        found = np.median(close.speed_x_px_frame[body])
+        assert found == pytest.approx(speed, abs=SPEED_PX_FRAME / 2)
 
 
 def test_features_of_both_bodies_move_as_they_do() -> None:

@@ -50,6 +50,18 @@ is the difference that hardly varies, they are parts of one body."""
 
 
 @dataclass(frozen=True)
+class Look:
+    """How bodies are looked for: each way finds some that the others do not."""
+
+    faint: bool = False
+    """Bodies that hardly stand out as well."""
+    close: bool = False
+    """In enlarged pictures: bodies of a few px."""
+    wide: bool = False
+    """Learning more of a long body than what lies next to its neighbour."""
+
+
+@dataclass(frozen=True)
 class Bodies:
     """The two bodies, the left one first, and the line they move on."""
 
@@ -87,19 +99,14 @@ class NotFound:
 
 
 def find_bodies(
-    runs: Sequence[Sequence[Frame]],
-    *,
-    faint: bool = False,
-    wide: bool = False,
-    tried: Sequence[Bodies] = (),
+    runs: Sequence[Sequence[Frame]], look: Look, tried: Sequence[Bodies] = ()
 ) -> Bodies | NotFound:
     """Find the two bodies that move along one line, from runs of consecutive frames.
 
-    ``faint`` looks for bodies that hardly stand out as well; ``wide`` learns more of a long body
-    than what lies next to its neighbour. ``tried`` came to nothing: others are found if there are
-    any, else the same ones from other patches.
+    ``tried`` came to nothing: others are found if there are any, else the same ones from other
+    patches.
     """
-    features = [moving_features(run, faint=faint) for run in runs]
+    features = [moving_features(run, faint=look.faint, close=look.close) for run in runs]
     direction = motion_direction_deg(features)
     if direction is None:
         return NotFound("nothing moves along a line in this clip")
@@ -115,7 +122,7 @@ def find_bodies(
     best, merit = None, (False, 0)
     for pair in rank_pairs(groups)[:CANDIDATES] + pairs_across_runs(groups)[:CANDIDATES]:
         known = any(pair == bodies.seen_as for bodies in tried)
-        learnt = None if known else _learn_pair(runs, pair, direction, wide=wide)
+        learnt = None if known else _learn_pair(runs, pair, direction, wide=look.wide)
         if learnt is None:
             continue
         found = differ(learnt, tried), min(len(body.sightings) for body in learnt)

@@ -49,12 +49,17 @@ class MovingFeatures:
     speed_y_px_frame: Floats
     speed_sigma_px_frame: Floats
     """Standard uncertainty of the speeds, from the scatter about the straight path."""
+    grain_px: float = 1.0
+    """Errors of following count in px of the pictures that were searched: px of the footage for one
+    of these where they were enlarged, else 1."""
 
 
-def moving_features(run: Sequence[Frame], *, faint: bool = False) -> MovingFeatures:
+def moving_features(
+    run: Sequence[Frame], *, faint: bool = False, close: bool = False
+) -> MovingFeatures:
     """Follow features through a run of consecutive frames and keep those that move steadily.
 
-    ``faint`` takes weak corners as well.
+    ``faint`` takes weak corners as well, ``close`` looks at enlarged pictures.
     """
     frames = np.array([frame.index for frame in run], dtype=np.float64)
     none = np.empty(0)
@@ -63,7 +68,7 @@ def moving_features(run: Sequence[Frame], *, faint: bool = False) -> MovingFeatu
     )
     if len(run) < 4:
         return nothing
-    pictures, scale = prepare([seen.luma for seen in run])
+    pictures, scale = prepare([seen.luma for seen in run], close=close)
     start = cv2.goodFeaturesToTrack(
         pictures[0],
         FEATURES_AT_MOST,
@@ -74,7 +79,7 @@ def moving_features(run: Sequence[Frame], *, faint: bool = False) -> MovingFeatu
     if start is None:
         return nothing
     paths, good = _follow(pictures, np.asarray(start, dtype=np.float32))
-    return _steady(frames, paths[:, good] * scale)
+    return _steady(frames, paths[:, good] * scale, min(scale, 1.0))
 
 
 def _active(
@@ -107,7 +112,7 @@ def _follow(
     return np.array(paths, dtype=np.float64), good
 
 
-def _steady(frames: Floats, paths: Floats) -> MovingFeatures:
+def _steady(frames: Floats, paths: Floats, grain_px: float) -> MovingFeatures:
     """Fit each path by a straight line and keep the features that moved, and moved evenly."""
     middle = float(frames.mean())
     lever = frames - middle
@@ -116,8 +121,9 @@ def _steady(frames: Floats, paths: Floats) -> MovingFeatures:
     left_over = paths - place - lever[:, None, None] * speed
     scatter = np.sqrt((left_over**2).sum(axis=2).mean(axis=0))
     travel = np.hypot(*speed.T) * float(np.ptp(frames))
-    keep = (scatter < PATH_SCATTER_PX) & (travel > MOVED_AT_LEAST_PX)
+    keep = (scatter < PATH_SCATTER_PX * grain_px) & (travel > MOVED_AT_LEAST_PX * grain_px)
     keep &= travel > MOVED_OVER_SCATTER * scatter
     sigma = scatter / np.sqrt(float(lever @ lever))
     (x, y), (speed_x, speed_y) = place[keep].T, speed[keep].T
-    return MovingFeatures(middle, float(np.ptp(frames)), x, y, speed_x, speed_y, sigma[keep])
+    span = float(np.ptp(frames))
+    return MovingFeatures(middle, span, x, y, speed_x, speed_y, sigma[keep], grain_px)

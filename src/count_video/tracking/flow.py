@@ -25,8 +25,11 @@ FLICKER_AT_LEAST = 0.01
 """Smaller changes of brightness are left as they are."""
 
 
-def prepare(lumas: Sequence[Luma]) -> tuple[list[Luma], float]:
+def prepare(lumas: Sequence[Luma], *, close: bool = False) -> tuple[list[Luma], float]:
     """Halve wide pictures, smooth them a little and level out the flicker of lamps.
+
+    ``close`` makes them twice as large as usual: beside a body that is no larger than the window,
+    what is followed is mostly its surroundings.
 
     Returns
     -------
@@ -37,9 +40,11 @@ def prepare(lumas: Sequence[Luma]) -> tuple[list[Luma], float]:
     pictures = [np.ascontiguousarray(luma) for luma in lumas]
     while pictures[0].shape[1] / scale > WIDTH_FOR_SEARCH_PX:
         scale *= 2.0
-    if scale > 1.0:
+    scale = scale / 2 if close else scale
+    if scale != 1.0:
         size = (int(pictures[0].shape[1] / scale), int(pictures[0].shape[0] / scale))
-        pictures = [as_bytes(cv2.resize(p, size, interpolation=cv2.INTER_AREA)) for p in pictures]
+        way = cv2.INTER_AREA if scale > 1.0 else cv2.INTER_CUBIC
+        pictures = [as_bytes(cv2.resize(p, size, interpolation=way)) for p in pictures]
     smooth = [as_bytes(cv2.GaussianBlur(p, (0, 0), 0.8)) for p in pictures]
     return _levelled(smooth), scale
 

@@ -50,6 +50,8 @@ class Patch:
     bottom_px: float
     """The box that holds the features' centres at ``frame``."""
     features: int
+    grain_px: float = 1.0
+    """That of the features."""
 
     @property
     def width_px(self) -> float:
@@ -126,7 +128,7 @@ def _largest_group(
     """Find the candidates that share the most common velocity and lie together."""
     speed = features.speed_x_px_frame[candidates]
     tolerance = (
-        TRAVEL_SCATTER_PX / max(features.span_frames, 1.0)
+        TRAVEL_SCATTER_PX * features.grain_px / max(features.span_frames, 1.0)
         + SPEED_SCATTER_RELATIVE * np.abs(speed)
         + features.speed_sigma_px_frame[candidates]
     )
@@ -161,6 +163,7 @@ def _patch(features: MovingFeatures, members: NDArray[np.intp]) -> Patch:
         top_px=float(top),
         bottom_px=float(bottom),
         features=len(members),
+        grain_px=features.grain_px,
     )
 
 
@@ -209,7 +212,8 @@ def _alike(one: Patch, other: Patch) -> bool:
 def _speed_noise(one: Patch, other: Patch) -> float:
     fastest = max(abs(one.speed_px_frame), abs(other.speed_px_frame))
     span = max(min(one.span_frames, other.span_frames), 1.0)
-    return TRAVEL_SCATTER_PX / span + SPEED_SCATTER_RELATIVE * fastest
+    grain_px = max(one.grain_px, other.grain_px)
+    return TRAVEL_SCATTER_PX * grain_px / span + SPEED_SCATTER_RELATIVE * fastest
 
 
 def rank_pairs(runs: Sequence[Sequence[Patch]]) -> list[PatchPair]:

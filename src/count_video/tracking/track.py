@@ -16,7 +16,7 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import Footage
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import BodyTrack, Floats, Frame, MotionLine, Track, WallSide
-from count_video.tracking.bodies import Bodies, NotFound, differ, find_bodies
+from count_video.tracking.bodies import Bodies, Look, NotFound, differ, find_bodies
 from count_video.tracking.camera import Camera, Motion
 from count_video.tracking.certainty import stated_sigmas
 from count_video.tracking.follow import Follower
@@ -39,6 +39,8 @@ PAIRS_AT_MOST = 3
 UNSURE_FACTOR = 8.0
 """A sighting with an uncertainty so many times the usual one is not believed: blur at full speed
 and a body half hidden double or treble it."""
+LOOKS = (Look(), Look(faint=True), Look(close=True), Look(wide=True), Look(faint=True, wide=True))
+"""Ways of looking for bodies: first by what stands out, then by what is faint, and so on."""
 PROGRESS_STEP = 16
 
 
@@ -92,16 +94,15 @@ def tracks(
 
 
 def _find(runs: Sequence[Sequence[Frame]], tried: Sequence[Bodies]) -> Bodies | NotFound:
-    """Find the bodies in steady runs, first by what stands out, then by what is faint.
+    """Find the bodies in steady runs, by one way of looking after the other.
 
-    Should that not do, more is learnt of long bodies. Others than those tried come before the same
-    ones seen in another way.
+    Others than those tried come before the same ones seen in another way.
     """
     # A ball that bounces to and fro moves evenly in short runs only.
     short = [half for run in runs for half in (run[: len(run) // 2], run[len(run) // 2 :]) if half]
     again: Bodies | None = None
-    for wide, faint, pieces in product((False, True), (False, True), (runs, short)):
-        bodies = find_bodies(pieces, faint=faint, wide=wide, tried=tried)
+    for look, pieces in product(LOOKS, (runs, short)):
+        bodies = find_bodies(pieces, look, tried)
         if isinstance(bodies, NotFound):
             continue
         if differ((bodies.left, bodies.right), tried):
