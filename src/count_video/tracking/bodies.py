@@ -112,7 +112,7 @@ def find_bodies(
         return NotFound("nothing moves along a line in this clip")
     upright = abs(direction) > 45.0
     if upright:
-        runs = [[_transposed(frame) for frame in run] for run in runs]
+        runs = [[transposed(frame) for frame in run] for run in runs]
         features = [_features_transposed(run) for run in features]
         direction = (90.0 - direction + 90.0) % 180.0 - 90.0
     width = runs[0][0].luma.shape[1]
@@ -248,7 +248,7 @@ def _apart(one: Body, other: Body) -> bool:
     return float(np.median(np.abs(middles[0] - middles[1]))) > min(widths) / 2
 
 
-def _transposed(frame: Frame) -> Frame:
+def transposed(frame: Frame) -> Frame:
     return replace(frame, luma=_flip(frame.luma))
 
 

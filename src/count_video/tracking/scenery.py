@@ -72,9 +72,9 @@ def shrunk(luma: Luma, scale: int) -> Luma:
 
 def learn_scenery(pictures: Sequence[Luma], scale: int) -> Scenery:
     """Learn what stands still from pictures, each shrunk already and shape (height, width)."""
-    stack = _evenly_lit(pictures)
+    stack = evenly_lit(pictures)
     luma, width = _densest(stack)
-    return _scenery(luma, width * NORMAL_WIDTH, scale)
+    return scenery_of(luma, width * NORMAL_WIDTH, scale)
 
 
 def learn_again(pictures: Sequence[Luma], hidden: Sequence[Mask], scale: int) -> Scenery:
@@ -82,14 +82,14 @@ def learn_again(pictures: Sequence[Luma], hidden: Sequence[Mask], scale: int) ->
 
     A pixel that is always hidden keeps the value that most pictures show.
     """
-    stack = _evenly_lit(pictures)
+    stack = evenly_lit(pictures)
     luma, width = _densest(stack)
     stack[np.array(hidden) > 0] = np.nan
     shown = np.isfinite(stack).sum(axis=0) >= SHOWN_AT_LEAST
     middle = _median(stack)
     spread = 1.4826 * _median(np.abs(stack - middle))
     luma = np.where(shown, middle, luma)
-    return _scenery(luma, np.where(shown, spread, width * NORMAL_WIDTH), scale)
+    return scenery_of(luma, np.where(shown, spread, width * NORMAL_WIDTH), scale)
 
 
 def without_ghost(scenery: Scenery, patch: Mask, picture: Luma) -> Scenery:
@@ -122,14 +122,14 @@ def _median(stack: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(np.take_along_axis(ordered, middle[None], axis=0)[0])
 
 
-def _evenly_lit(pictures: Sequence[Luma]) -> NDArray[np.float32]:
+def evenly_lit(pictures: Sequence[Luma]) -> NDArray[np.float32]:
     """Smooth pictures and take changes of the light out of them; shape (n, height, width)."""
     stack = np.array([_smooth(picture) for picture in pictures])
     middle = np.median(stack, axis=0)
     return np.array([picture - _light(picture - middle) for picture in stack])
 
 
-def _scenery(luma: NDArray[np.float32], noise: NDArray[np.float32], scale: int) -> Scenery:
+def scenery_of(luma: NDArray[np.float32], noise: NDArray[np.float32], scale: int) -> Scenery:
     window = (NOISE_WINDOW_PX, NOISE_WINDOW_PX)
     around = np.asarray(cv2.blur(noise.astype(np.float32), window))
     threshold = np.maximum(NOISE_FACTOR * around, LEVELS_AT_LEAST)

@@ -16,6 +16,7 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import Footage
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import BodyTrack, Floats, Frame, MotionLine, Track, WallSide
+from count_video.tracking.beside import PROGRESS_STEP, Pass, follow_beside
 from count_video.tracking.bodies import Bodies, Look, NotFound, differ, find_bodies
 from count_video.tracking.camera import Camera, Motion
 from count_video.tracking.certainty import stated_sigmas
@@ -41,7 +42,6 @@ UNSURE_FACTOR = 8.0
 and a body half hidden double or treble it."""
 LOOKS = (Look(), Look(faint=True), Look(close=True), Look(wide=True), Look(faint=True, wide=True))
 """Ways of looking for bodies: first by what stands out, then by what is faint, and so on."""
-PROGRESS_STEP = 16
 
 
 def track_clip(
@@ -76,11 +76,13 @@ def tracks(
         _pass_over(view, progress)
         raise TrackingError(bodies.reason)
     tried: list[Bodies] = []
+    passes: list[Pass] = []
     shown, fault = False, None
     while isinstance(bodies, Bodies):
         landmarks = camera.landmarks and clear_of(camera.landmarks, bodies.swept())
         afresh = Camera(landmarks)
-        frames, (left, right), motion = _follow(view, bodies, afresh, progress)
+        passes.append(_follow(view, bodies, afresh, progress))
+        frames, (left, right), motion = passes[-1]
         try:
             track = _track(bodies, frames, (left, right), (view, settings.wall_side))
             yield _with_shift(track, motion, view)
@@ -89,6 +91,14 @@ def tracks(
             fault = fault or error
         tried.append(bodies)
         bodies = _find(steady, tried) if len(tried) < PAIRS_AT_MOST else NotFound("")
+    other_way = follow_beside(view, steady, list(zip(tried, passes, strict=True)), progress)
+    if other_way is not None:
+        pair, frames, followers = other_way
+        try:
+            yield _track(pair, frames, followers, (view, settings.wall_side))
+            shown = True
+        except TrackingError as error:
+            fault = fault or error
     if fault is not None and not shown:
         raise fault
 
@@ -126,9 +136,7 @@ def _pass_over(view: View, progress: Progress) -> None:
         progress.advance(1)
 
 
-def _follow(
-    view: View, bodies: Bodies, camera: Camera, progress: Progress
-) -> tuple[Floats, tuple[Follower, Follower], Motion | None]:
+def _follow(view: View, bodies: Bodies, camera: Camera, progress: Progress) -> Pass:
     slope = float(np.tan(np.radians(bodies.tilt_deg)))
     left, right = Follower(bodies.left, slope), Follower(bodies.right, slope)
     indices: list[float] = []

@@ -1,0 +1,181 @@
+"""A body whose look changes, found and followed by its silhouette beside a body that is steady.
+
+A ball that spins shows another face in every picture, and no picture of it can be learnt. Of two
+such neighbours the steady one is learnt and followed as ever. On its side towards the other,
+whatever differs from the backdrop and lies on the line of motion is the body that was missed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats, Frame
+from count_video.tracking.learning import AGREEMENT_SHARE, NEAR_FRAMES, Body, Seed, learn
+from count_video.tracking.scenery import Luma
+from count_video.tracking.silhouette import DARK, LIT, Backdrop, Beside, learn_backdrop
+from count_video.tracking.sprite import look
+
+THREADS_PX = 7
+"""Threads are thinner, and a ball is not: an opening by so much takes them off."""
+CLEAR_PX = 4.0
+"""A patch this far from the steady body is seen whole."""
+CLEAR_AT_LEAST = 8
+USUAL_SHARE = 0.5
+MARGIN_SHARE = 0.15
+MARGIN_PX = 4
+"""The box around a patch is larger on all sides by a share of its height and by some px."""
+LOOKS = 4
+"""The backdrop is learnt again from where the body does not hide it, and once more where the first
+look saw no more than a part of the body."""
+WHOLE_QUANTILE = 0.9
+"""Patches are seen in parts or whole: among the larger ones is the size of the whole."""
+
+Patch = tuple[int, int, int, int]
+"""Left, top, right and bottom px of what is before the backdrop; the last two are beyond it."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of motion in the picture."""
+
+    x_px: float
+    y_px: float
+    slope: float
+
+    def row(self, x_px: float) -> float:
+        """Image y of the line at an image x."""
+        return self.y_px + self.slope * (x_px - self.x_px)
+
+
+def find_unsteady(
+    runs: Sequence[Sequence[Frame]], beside: Beside, line: Line
+) -> tuple[Body, Backdrop] | None:
+    """Find a body by its silhouette, from runs of frames; None where there is none.
+
+    None as well where its look does not change: such a body is followed better by its look.
+    """
+    runs = [[seen for seen in run if seen.index in beside.edge_px] for run in runs]
+    runs = [run for run in runs if run]
+    frames = [seen for run in runs for seen in run]
+    if not frames:
+        return None
+    patches: dict[int, Patch] = {}
+    for _ in range(LOOKS):
+        backdrop = learn_backdrop(frames, beside, _hidden(patches, beside))
+        shown = [[_shown(seen, backdrop) for seen in run] for run in runs]
+        patches = _patches([seen for run in shown for seen in run], line)
+    seed = _seed(patches, beside)
+    learnt = (
+        None if seed is None else learn(shown, [seed], float(np.degrees(np.arctan(line.slope))))
+    )
+    if learnt is None or not _changes(frames, learnt[0]):
+        return None
+    return learnt[0], backdrop
+
+
+def _shown(seen: Frame, backdrop: Backdrop) -> Frame:
+    silhouette = backdrop.silhouette(seen.index, seen.luma)
+    return replace(seen, luma=silhouette)
+
+
+def _patches(shown: Sequence[Frame], line: Line) -> dict[int, Patch]:
+    """Largest patch on the line of motion in each frame that has one."""
+    found = {seen.index: _patch(seen.luma, line) for seen in shown}
+    return {index: patch for index, patch in found.items() if patch is not None}
+
+
+def _patch(silhouette: Luma, line: Line) -> Patch | None:
+    mask = (silhouette > (LIT + DARK) / 2).astype(np.uint8)
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (THREADS_PX, THREADS_PX))
+    mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, disc), dtype=np.uint8)
+    _, _, stats, _ = cv2.connectedComponentsWithStats(mask)
+    best: tuple[int, Patch | None] = (0, None)
+    for left, top, width, height, area in stats[1:].tolist():
+        if top <= line.row(left + width / 2) <= top + height and area > best[0]:
+            best = area, (left, top, left + width, top + height)
+    return best[1]
+
+
+def _hidden(patches: Mapping[int, Patch], beside: Beside) -> dict[int, Patch]:
+    """Tell where the body may hide the backdrop, if each patch is no more than a part of it."""
+    clear = [patch for index, patch in patches.items() if _clear(index, patch, beside)]
+    if not clear:
+        return {}
+    sizes = [(p[2] - p[0], p[3] - p[1]) for p in clear]
+    width, height = np.quantile(sizes, WHOLE_QUANTILE, axis=0, method="nearest").tolist()
+    width = max(width, height)
+    return {
+        index: _wider(
+            (
+                min(left, right - width),
+                min(top, bottom - height),
+                max(right, left + width),
+                max(bottom, top + height),
+            )
+        )
+        for index, (left, top, right, bottom) in patches.items()
+    }
+
+
+def _wider(patch: Patch) -> Patch:
+    left, top, right, bottom = patch
+    margin = round(MARGIN_SHARE * (bottom - top)) + MARGIN_PX
+    return left - margin, top - margin, right + margin, bottom + margin
+
+
+def _seed(patches: Mapping[int, Patch], beside: Beside) -> Seed | None:
+    """Take, of the patches with the most usual size, the fastest: the body is seen to move."""
+    clear = {index: patch for index, patch in patches.items() if _clear(index, patch, beside)}
+    if len(clear) < CLEAR_AT_LEAST:
+        return None
+    sizes = np.array([(p[2] - p[0], p[3] - p[1]) for p in clear.values()], dtype=np.float64)
+    unusual = np.abs(sizes - np.median(sizes, axis=0)).sum(axis=1)
+    usual = unusual <= np.quantile(unusual, USUAL_SHARE)
+    whole = {
+        index: patch for (index, patch), good in zip(clear.items(), usual, strict=True) if good
+    }
+    motions = {index: _motion(whole, index) for index in whole}
+    frame = max(motions, key=lambda index: abs(motions[index][0]) / (1.0 + motions[index][1]))
+    left, top, right, bottom = (float(edge) for edge in _wider(whole[frame]))
+    a, b, c, d = (float(edge) for edge in whole[frame])
+    box, core = (left, top, right, bottom), (a, b, c, d)
+    return Seed(frame, box, core, motions[frame][0], (left, right))
+
+
+def _clear(index: int, patch: Patch, beside: Beside) -> bool:
+    near = patch[0] if beside.toward > 0 else patch[2]
+    return beside.toward * (near - beside.edge_px[index]) > CLEAR_PX
+
+
+def _motion(patches: Mapping[int, Patch], frame: int) -> tuple[float, float]:
+    """Speed of a patch by its places in the frames nearby, px per frame, and how it strays in px."""
+    near = [index for index in patches if abs(index - frame) <= NEAR_FRAMES]
+    if len(near) < 3:
+        return 0.0, 0.0
+    middle = np.array([(patches[index][0] + patches[index][2]) / 2 for index in near])
+    speed, start = np.polyfit(near, middle, 1)
+    return float(speed), float(np.abs(middle - start - speed * np.array(near)).max())
+
+
+def _changes(frames: Sequence[Frame], body: Body) -> bool:
+    """Whether the pictures of a body disagree with their mean as other bodies' would."""
+    luma = {seen.index: seen.luma for seen in frames}
+    inside = body.sprite.weight > 0
+    pieces: Floats = np.array(
+        [look(luma[i], x, y, body.sprite.shape)[inside] for i, (x, y) in body.sightings.items()],
+        dtype=np.float64,
+    )
+    return _agreement(pieces) < AGREEMENT_SHARE
+
+
+def _agreement(pieces: Floats) -> float:
+    """Median correlation of pieces with their mean, shape (pieces, pixels)."""
+    centred = pieces - pieces.mean(axis=1, keepdims=True)
+    mean = centred.mean(axis=0)
+    size: NDArray[np.float64] = np.sqrt((centred**2).sum(axis=1) * float(mean @ mean))
+    return float(np.median(centred @ mean / np.maximum(size, 1e-9)))
