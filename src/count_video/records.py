@@ -132,6 +132,8 @@ class Track:
     wall_seen: bool = True
     """False where neither body bounces off anything but the other; ``wall_side`` says nothing then,
     and the ball is the body at smaller positions."""
+    by_silhouette: bool = False
+    """Whether a body was followed by where it hides the backdrop, for its look changes."""
 
 
 @dataclass(frozen=True)

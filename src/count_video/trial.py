@@ -103,10 +103,19 @@ def _with_likeliest_pair(
     The first two at a wall stand for the others if none of them bear out their collisions.
     """
     best = None
-    for track in tracks(footage, looking, progress):
+    others = tracks(footage, looking, progress)
+    for track in others:
         trial = _with_pair(footage, track, settings)
-        if trial.found is not None and trial.found.borne_out:
-            return trial
+        if _borne_out(trial):
+            if trial.result.status == "counted" or track.by_silhouette:
+                return trial
+            # The markings of a ball that spins may have been taken for its motion.
+            other = next(others, None)
+            if other is None or not other.by_silhouette:
+                return trial
+            again = _with_pair(footage, other, settings)
+            counted = again.result.status == "counted" and _borne_out(again)
+            return again if counted else trial
         if best is None or (track.wall_seen and not _stands(best)):
             best = trial
             if track.wall_seen and trial.result.status == "counted":
@@ -114,6 +123,10 @@ def _with_likeliest_pair(
     if best is None:
         raise TrackingError("no two bodies can be followed")
     return best
+
+
+def _borne_out(trial: Trial) -> bool:
+    return trial.found is not None and trial.found.borne_out
 
 
 def _stands(trial: Trial) -> bool:

@@ -249,6 +249,7 @@ def _apart(one: Body, other: Body) -> bool:
 
 
 def transposed(frame: Frame) -> Frame:
+    """Swap x and y of a frame."""
     return replace(frame, luma=_flip(frame.luma))
 
 

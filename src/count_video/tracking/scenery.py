@@ -130,6 +130,7 @@ def evenly_lit(pictures: Sequence[Luma]) -> NDArray[np.float32]:
 
 
 def scenery_of(luma: NDArray[np.float32], noise: NDArray[np.float32], scale: int) -> Scenery:
+    """Complete a scenery from its luma and the noise of each pixel, in grey levels."""
     window = (NOISE_WINDOW_PX, NOISE_WINDOW_PX)
     around = np.asarray(cv2.blur(noise.astype(np.float32), window))
     threshold = np.maximum(NOISE_FACTOR * around, LEVELS_AT_LEAST)

@@ -76,29 +76,26 @@ def tracks(
         _pass_over(view, progress)
         raise TrackingError(bodies.reason)
     tried: list[Bodies] = []
-    passes: list[Pass] = []
     shown, fault = False, None
     while isinstance(bodies, Bodies):
         landmarks = camera.landmarks and clear_of(camera.landmarks, bodies.swept())
         afresh = Camera(landmarks)
-        passes.append(_follow(view, bodies, afresh, progress))
-        frames, (left, right), motion = passes[-1]
+        passes = frames, (left, right), motion = _follow(view, bodies, afresh, progress)
         try:
             track = _track(bodies, frames, (left, right), (view, settings.wall_side))
             yield _with_shift(track, motion, view)
             shown = True
         except TrackingError as error:
             fault = fault or error
+        if not tried and (seen := follow_beside(view, steady, [(bodies, passes)], progress)):
+            try:
+                track = _track(*seen, (view, settings.wall_side))
+                yield replace(track, by_silhouette=True)
+                shown = True
+            except TrackingError as error:
+                fault = fault or error
         tried.append(bodies)
         bodies = _find(steady, tried) if len(tried) < PAIRS_AT_MOST else NotFound("")
-    other_way = follow_beside(view, steady, list(zip(tried, passes, strict=True)), progress)
-    if other_way is not None:
-        pair, frames, followers = other_way
-        try:
-            yield _track(pair, frames, followers, (view, settings.wall_side))
-            shown = True
-        except TrackingError as error:
-            fault = fault or error
     if fault is not None and not shown:
         raise fault
 

@@ -26,6 +26,9 @@ CLEAR_PX = 4.0
 """A patch this far from the steady body is seen whole."""
 CLEAR_AT_LEAST = 8
 USUAL_SHARE = 0.5
+"""Half of the patches show the body whole, or no more than its own half is learnt."""
+SEEDS = 5
+"""So many patches are learnt from in turn: the first may lie next to a collision."""
 MARGIN_SHARE = 0.15
 MARGIN_PX = 4
 """The box around a patch is larger on all sides by a share of its height and by some px."""
@@ -69,13 +72,12 @@ def find_unsteady(
         backdrop = learn_backdrop(frames, beside, _hidden(patches, beside))
         shown = [[_shown(seen, backdrop) for seen in run] for run in runs]
         patches = _patches([seen for run in shown for seen in run], line)
-    seed = _seed(patches, beside)
-    learnt = (
-        None if seed is None else learn(shown, [seed], float(np.degrees(np.arctan(line.slope))))
-    )
-    if learnt is None or not _changes(frames, learnt[0]):
-        return None
-    return learnt[0], backdrop
+    tilt_deg = float(np.degrees(np.arctan(line.slope)))
+    for seed in _seeds(patches, beside):
+        learnt = learn(shown, [seed], tilt_deg)
+        if learnt is not None:
+            return (learnt[0], backdrop) if _changes(frames, learnt[0]) else None
+    return None
 
 
 def _shown(seen: Frame, backdrop: Backdrop) -> Frame:
@@ -128,23 +130,31 @@ def _wider(patch: Patch) -> Patch:
     return left - margin, top - margin, right + margin, bottom + margin
 
 
-def _seed(patches: Mapping[int, Patch], beside: Beside) -> Seed | None:
-    """Take, of the patches with the most usual size, the fastest: the body is seen to move."""
+def _seeds(patches: Mapping[int, Patch], beside: Beside) -> list[Seed]:
+    """Take some patches of the most usual size, those first that are seen to move evenly."""
     clear = {index: patch for index, patch in patches.items() if _clear(index, patch, beside)}
     if len(clear) < CLEAR_AT_LEAST:
-        return None
+        return []
     sizes = np.array([(p[2] - p[0], p[3] - p[1]) for p in clear.values()], dtype=np.float64)
     unusual = np.abs(sizes - np.median(sizes, axis=0)).sum(axis=1)
     usual = unusual <= np.quantile(unusual, USUAL_SHARE)
-    whole = {
-        index: patch for (index, patch), good in zip(clear.items(), usual, strict=True) if good
-    }
+    whole = {index: clear[index] for index, good in zip(clear, usual, strict=True) if good}
     motions = {index: _motion(whole, index) for index in whole}
-    frame = max(motions, key=lambda index: abs(motions[index][0]) / (1.0 + motions[index][1]))
-    left, top, right, bottom = (float(edge) for edge in _wider(whole[frame]))
-    a, b, c, d = (float(edge) for edge in whole[frame])
-    box, core = (left, top, right, bottom), (a, b, c, d)
-    return Seed(frame, box, core, motions[frame][0], (left, right))
+    order = sorted(motions, key=lambda index: -abs(motions[index][0]) / (1.0 + motions[index][1]))
+    apart = [index for index in order if _first_nearby(index, order)]
+    return [_seed(index, whole[index], motions[index][0]) for index in apart[:SEEDS]]
+
+
+def _first_nearby(index: int, order: Sequence[int]) -> bool:
+    """Whether no frame nearby comes before one."""
+    before = order[: order.index(index)]
+    return all(abs(other - index) > NEAR_FRAMES for other in before)
+
+
+def _seed(frame: int, patch: Patch, speed: float) -> Seed:
+    left, top, right, bottom = (float(edge) for edge in _wider(patch))
+    a, b, c, d = (float(edge) for edge in patch)
+    return Seed(frame, (left, top, right, bottom), (a, b, c, d), speed, (left, right))
 
 
 def _clear(index: int, patch: Patch, beside: Beside) -> bool:
@@ -153,7 +163,7 @@ def _clear(index: int, patch: Patch, beside: Beside) -> bool:
 
 
 def _motion(patches: Mapping[int, Patch], frame: int) -> tuple[float, float]:
-    """Speed of a patch by its places in the frames nearby, px per frame, and how it strays in px."""
+    """Speed of a patch in px per frame, and how it strays in px, by its places nearby."""
     near = [index for index in patches if abs(index - frame) <= NEAR_FRAMES]
     if len(near) < 3:
         return 0.0, 0.0
