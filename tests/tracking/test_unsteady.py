@@ -1,12 +1,12 @@
 """A ball that spins is followed by its silhouette: its markings do not move it."""
 
 import numpy as np
+from tests.tracking.drawn import SAMPLES, as_frames, background, to_luma
 
 from count_video.records import Frame
 from count_video.tracking.follow import Follower
 from count_video.tracking.silhouette import Beside
 from count_video.tracking.unsteady import Line, find_unsteady
-from tests.tracking.drawn import SAMPLES, as_frames, background, to_luma
 
 SHAPE, RADIUS, ROW = (112, 320), 18.0, 56.0
 FRAMES, TURN_FRAMES = 96, 40
