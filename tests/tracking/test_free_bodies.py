@@ -124,7 +124,8 @@ def test_a_body_that_covers_a_pixel_half_of_the_time_is_no_scenery() -> None:
     behind = to_luma(background(SHAPE, 5))
     pictures = drawn([(np.where(np.arange(40) % 2, 60.0, 160.0), np.full(40, 80.0))], noise=0.0)
 
-    scenery = learn_again(pictures, [_box(k) for k in range(40)], 1)
+    first = learn_scenery(pictures, 1)
+    scenery = learn_again(pictures, [_box(k) for k in range(40)], first)
 
     assert float(np.abs(scenery.luma[70:90, 50:70] - behind[70:90, 50:70]).mean()) < 2.0
 

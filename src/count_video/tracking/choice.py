@@ -1,7 +1,8 @@
 """Which of the paths in a clip are those of bodies.
 
 Shadows and mirror images move along with a body, their places a fixed linear function of its own,
-and stand out less: they are none. A body that was lost for a while leaves its path in pieces.
+and stand out less: they are none. Nor are parts of one body, which keep their distance. A body that
+was lost for a while leaves its path in pieces.
 """
 
 from __future__ import annotations
@@ -28,6 +29,9 @@ COMPANY_SHARE = 0.12
 """A shadow's places stray from a linear function of the body's by this share of their spread."""
 SHADOW_CONTRAST = 0.75
 """A shadow stands out less than the body by this factor at least."""
+PART_SHARE = 0.1
+"""The distance from one part of a body to another strays by less than this share of its way; that
+of two bodies next to each other shrinks to nothing when they collide, or grows as they part."""
 AREA_SCATTER = 0.4
 """A rigid body's patch keeps its area: the median stray of its logarithm is below this."""
 
@@ -100,15 +104,26 @@ def _why_no_body(path: Path) -> str | None:
 
 
 def _accompanies(path: Path, body: Path) -> bool:
-    """Whether a path is that of the body's shadow or mirror image."""
+    """Whether a path is that of the body's shadow or mirror image, or of another part of it."""
     common = sorted(set(path.rows) & set(body.rows))
-    if len(common) < SIGHTINGS_AT_LEAST or path.contrast > SHADOW_CONTRAST * body.contrast:
+    if len(common) < SIGHTINGS_AT_LEAST:
         return False
     one, two = (_at_rows(which, common) for which in (body, path))
+    if _keeps_its_distance(two - one, one, body.size_px + path.size_px):
+        return True
+    if path.contrast > SHADOW_CONTRAST * body.contrast:
+        return False
     design = np.column_stack([one, np.ones(len(one))])
     solution, *_ = np.linalg.lstsq(design, two, rcond=None)
     stray = np.sqrt(np.mean(np.sum((two - design @ solution) ** 2, axis=1)))
     return bool(stray < COMPANY_SHARE * np.hypot(*np.std(two, axis=0)) * np.sqrt(12.0))
+
+
+def _keeps_its_distance(apart_px: Floats, places_px: Floats, reach_px: float) -> bool:
+    """Whether what is so far from a body, shape (n, 2), is a part of it; nothing farther is."""
+    if np.hypot(*np.median(apart_px, axis=0)) > reach_px:
+        return False
+    return bool(np.hypot(*np.std(apart_px, axis=0)) < PART_SHARE * np.hypot(*np.std(places_px, axis=0)))
 
 
 def _at_rows(path: Path, rows: Sequence[int]) -> Floats:

@@ -1,0 +1,122 @@
+r"""Tell what stands still from bodies that rest for most of a clip, by what lies around them.
+
+    grey                                   a body that rests: most pictures show b,
+     |      b b b b b b                    a few show a, before it came or after it left
+     |      .         .
+     | a a a a . . . a a a a a             the surroundings go on with a
+     +----------------------------> place
+
+No count of pictures tells a body at rest from the scenery: of two like bodies, one rests until the
+other strikes it and that one stays where it struck. But the scenery goes on where a body ends. Where
+pixels show other values for a while, the surroundings are filled in, and of the values that crowds
+of pictures agree on the nearest to that is the scenery's, if the outline vanishes with it.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Picture = NDArray[np.float32]
+
+CROWD_SHARE = 0.08
+CROWD_AT_LEAST = 3
+"""So many pictures agree on a value that a pixel shows for a while, be it the scenery's."""
+CLEARLY = 0.5
+"""The surroundings speak for another value if it is nearer to them by this factor."""
+VANISHES = 1.5
+"""The outline of a body that goes from the scenery was steeper before by this factor."""
+MARGIN_PX = 3
+OUTLINE_PX = 2
+"""A body's outline is blurred over less than the first, and its steep part lies within the second
+on either side."""
+KNOWN_SHARE = 0.05
+"""A coarse pixel is known from this share of its own window on."""
+
+
+def without_resting(stack: Picture, luma: Picture, threshold: float) -> Picture:
+    """Put the scenery in place of bodies that rest for most of the clip.
+
+    Parameters
+    ----------
+    stack
+        Pictures, shape (n, height, width); NaN where a body is known to hide the scenery.
+    luma
+        The scenery as most pictures show it, shape (height, width).
+    threshold
+        Grey levels from which on a difference is no noise, for a pixel before which nothing moves.
+    """
+    held = max(CROWD_AT_LEAST, round(CROWD_SHARE * len(stack)))
+    other = (np.abs(stack - luma) > threshold).sum(axis=0) >= held
+    if not other.any():
+        return luma
+    wide = np.asarray(cv2.dilate(other.astype(np.uint8), _square(MARGIN_PX))) > 0
+    around = filled_in(luma, ~wide)
+    settled = luma.copy()
+    settled[wide] = _nearest_crowd(stack[:, wide], luma[wide], around[wide], (held, threshold))
+    return _where_outlines_vanish(luma, settled, threshold)
+
+
+def filled_in(luma: Picture, known: NDArray[np.bool_]) -> Picture:
+    """Fill a picture in where it is not known, smoothly from around, coarse to fine."""
+    if known.all() or min(luma.shape) < 2:
+        return luma
+    if not known.any():
+        return np.full_like(luma, float(luma.mean()))
+    share = cv2.pyrDown(known.astype(np.float32))
+    half = cv2.pyrDown(np.where(known, luma, 0).astype(np.float32)) / np.maximum(share, 1e-6)
+    half = filled_in(np.asarray(half, dtype=np.float32), np.asarray(share) > KNOWN_SHARE)
+    coarse = cv2.pyrUp(half, dstsize=(luma.shape[1], luma.shape[0]))
+    return np.where(known, luma, coarse).astype(np.float32)
+
+
+def _nearest_crowd(
+    values: Picture, usual: Picture, around: Picture, crowd: tuple[int, float]
+) -> Picture:
+    """Of the values that crowds agree on, shape (n, pixels), tell the one nearest to ``around``.
+
+    ``crowd`` is how many make one, and how many grey levels they may spread over.
+    """
+    held, spread = crowd
+    values = np.sort(values, axis=0)
+    width = values[held - 1 :] - values[: len(values) - held + 1]
+    middle = values[: len(values) - held + 1] + width / 2
+    far = np.where(width < spread, np.abs(middle - around), np.inf)
+    place = np.argmin(far, axis=0)[None]
+    nearest = np.take_along_axis(middle, place, axis=0)[0]
+    agree = np.abs(values - nearest) < spread
+    nearest = np.where(agree, values, 0).sum(axis=0) / np.maximum(agree.sum(axis=0), 1)
+    speaks = np.take_along_axis(far, place, axis=0)[0] < CLEARLY * np.abs(usual - around)
+    return np.asarray(np.where(speaks, nearest, usual), dtype=np.float32)
+
+
+def _where_outlines_vanish(luma: Picture, settled: Picture, threshold: float) -> Picture:
+    """Take over the changes, region by region, whose outline is less steep than it was."""
+    changed = (np.abs(settled - luma) > threshold).astype(np.uint8)
+    number, found, stats, _ = cv2.connectedComponentsWithStats(changed)
+    labels = np.asarray(found)
+    before, after = steepness(luma), steepness(settled)
+    result = luma.copy()
+    for label in range(1, number):
+        left, top, width, height = (int(size) for size in stats[label][:4])
+        box = (
+            slice(max(0, top - MARGIN_PX), top + height + MARGIN_PX),
+            slice(max(0, left - MARGIN_PX), left + width + MARGIN_PX),
+        )
+        region = (labels[box] == label).astype(np.uint8)
+        ring = np.asarray(cv2.morphologyEx(region, cv2.MORPH_GRADIENT, _square(OUTLINE_PX))) > 0
+        if before[box][ring].mean() > VANISHES * after[box][ring].mean():
+            wide = np.asarray(cv2.dilate(region, _square(MARGIN_PX))) > 0
+            result[box] = np.where(wide, settled[box], result[box])
+    return result
+
+
+def steepness(picture: Picture) -> Picture:
+    """Length of the gradient in grey levels per px."""
+    down, across = np.gradient(picture)
+    return np.asarray(np.hypot(down, across), dtype=np.float32)
+
+
+def _square(margin: int) -> NDArray[np.uint8]:
+    return np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)
