@@ -87,6 +87,7 @@ def _pieces(pair: tuple[Blob, Blob], blob: Blob) -> list[Blob]:
             y_px=y,
             left_px=last.left_px + x - last.x_px,
             top_px=last.top_px + y - last.y_px,
+            parted=True,
         )
         for last, x, y in zip(pair, xs, ys, strict=True)
     ]

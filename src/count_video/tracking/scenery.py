@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.tracking.surroundings import steepness, without_resting
+from count_video.tracking.surroundings import filled_in, steepness, without_resting
 
 Luma = NDArray[np.uint8]
 Mask = NDArray[np.uint8]
@@ -84,7 +84,7 @@ def learn_again(
 ) -> Scenery:
     """Learn it from where no body is known to be: ``hidden`` is nonzero where one is.
 
-    A pixel that is always hidden keeps the value that it has in the ``first`` scenery.
+    Pixels that are always hidden are filled in from around.
     """
     stack = _evenly_lit(pictures)
     stack[np.array(hidden) > 0] = np.nan
@@ -92,7 +92,7 @@ def learn_again(
     middle = _median(stack)
     spread = 1.4826 * _median(np.abs(stack - middle))
     usual = float(np.median(spread[shown])) if shown.any() else 0.0
-    luma = np.where(shown, middle, first.luma)
+    luma = filled_in(np.where(shown, middle, first.luma), ~shown)
     return _settled(stack, luma, np.where(shown, spread, usual), first.scale)
 
 

@@ -31,8 +31,10 @@ MARGIN_PX = 3
 OUTLINE_PX = 2
 """A body's outline is blurred over less than the first, and its steep part lies within the second
 on either side."""
-KNOWN_SHARE = 0.05
-"""A coarse pixel is known from this share of its own window on."""
+ENDS_PX = 3
+"""So many pixels beyond an end tell what lies there."""
+ONE_END_LEVELS = 255.0
+"""Where only one end is in the picture, the other direction comes first."""
 
 
 def without_resting(stack: Picture, luma: Picture, threshold: float) -> Picture:
@@ -52,23 +54,42 @@ def without_resting(stack: Picture, luma: Picture, threshold: float) -> Picture:
     if not other.any():
         return luma
     wide = np.asarray(cv2.dilate(other.astype(np.uint8), _square(MARGIN_PX))) > 0
-    around = filled_in(luma, ~wide)
+    around = filled_in(luma, wide)
     settled = luma.copy()
     settled[wide] = _nearest_crowd(stack[:, wide], luma[wide], around[wide], (held, threshold))
     return _where_outlines_vanish(luma, settled, threshold)
 
 
-def filled_in(luma: Picture, known: NDArray[np.bool_]) -> Picture:
-    """Fill a picture in where it is not known, smoothly from around, coarse to fine."""
-    if known.all() or min(luma.shape) < 2:
-        return luma
-    if not known.any():
-        return np.full_like(luma, float(luma.mean()))
-    share = cv2.pyrDown(known.astype(np.float32))
-    half = cv2.pyrDown(np.where(known, luma, 0).astype(np.float32)) / np.maximum(share, 1e-6)
-    half = filled_in(np.asarray(half, dtype=np.float32), np.asarray(share) > KNOWN_SHARE)
-    coarse = cv2.pyrUp(half, dstsize=(luma.shape[1], luma.shape[0]))
-    return np.where(known, luma, coarse).astype(np.float32)
+def filled_in(luma: Picture, unknown: NDArray[np.bool_]) -> Picture:
+    """Fill a picture in where it is not known, region by region, from both ends of each.
+
+    Rails, tables and walls go on in the direction in which both ends agree, across or down.
+    """
+    filled = luma.copy()
+    number, _, stats, _ = cv2.connectedComponentsWithStats(unknown.astype(np.uint8))
+    for left, top, width, height, _ in np.asarray(stats)[1:number].tolist():
+        rows, columns = slice(top, top + height), slice(left, left + width)
+        across, strays_across = _between_ends(luma[rows], columns)
+        down, strays_down = _between_ends(luma.T[columns], rows)
+        if min(strays_across, strays_down) < np.inf:
+            filled[rows, columns] = across if strays_across <= strays_down else down.T
+    return filled
+
+
+def _between_ends(rows: Picture, columns: slice) -> tuple[Picture, float]:
+    """Go in each row from what lies left of the columns to what lies right of them.
+
+    Also tells by how many grey levels the ends differ: inf at both borders of the picture.
+    """
+    left = rows[:, max(0, columns.start - ENDS_PX) : columns.start]
+    right = rows[:, columns.stop : columns.stop + ENDS_PX]
+    ends = [end.mean(axis=1) for end in (left, right) if end.shape[1]]
+    if not ends:
+        return rows[:, columns], np.inf
+    share = np.linspace(0, 1, columns.stop - columns.start)
+    line = ends[0][:, None] * (1 - share) + ends[-1][:, None] * share
+    strays = float(np.abs(ends[0] - ends[-1]).mean()) if len(ends) == 2 else ONE_END_LEVELS
+    return np.asarray(line, dtype=np.float32), strays
 
 
 def _nearest_crowd(
