@@ -25,6 +25,20 @@ share of the patch's contrast on."""
 
 
 @dataclass(frozen=True)
+class Moments:
+    """How the cover of a patch is spread: each pixel counts by how much it stands out."""
+
+    area_px: float
+    x_px: float
+    y_px: float
+    """Centre."""
+    xx_px2: float
+    xy_px2: float
+    yy_px2: float
+    """Variances and covariance."""
+
+
+@dataclass(frozen=True)
 class Blob:
     """One patch, in px of the shrunk picture."""
 
@@ -41,8 +55,8 @@ class Blob:
     """Mean difference from the scenery in grey levels, without its sign."""
     at_border: bool
     """Whether it reaches the picture's border, so that a part of it is not seen."""
-    parted: bool = False
-    """Whether it is told apart from another that it touches, by its end of the patch of both."""
+    moments: Moments
+    """Of its cover, for patches that two bodies make up together."""
 
 
 @dataclass(frozen=True)
@@ -95,10 +109,13 @@ def _blob(
     inside = labels[box] == label
     piece = np.abs(change[box])
     contrast = float(piece[inside].mean())
-    across, down = _centre(piece, inside, contrast)
+    cover = _cover(piece, inside, contrast)
+    core = np.asarray(cv2.erode(inside.astype(np.uint8), _disc(2 * RIM_PX + 1))) > 0
+    # What is printed on the body may turn with it: only the rim tells the centre.
+    whole = _moments(np.where(core, 1.0, cover), (box[1].start, box[0].start))
     return Blob(
-        x_px=box[1].start + across,
-        y_px=box[0].start + down,
+        x_px=whole.x_px,
+        y_px=whole.y_px,
         left_px=float(left),
         top_px=float(top),
         width_px=float(width),
@@ -106,23 +123,29 @@ def _blob(
         area_px=float(area),
         contrast=contrast,
         at_border=left <= 1 or top <= 1 or left + width >= columns - 1 or top + height >= rows - 1,
+        moments=_moments(cover, (box[1].start, box[0].start)),
     )
 
 
-def _centre(
+def _cover(
     piece: NDArray[np.float32], inside: NDArray[np.bool_], contrast: float
-) -> tuple[float, float]:
-    """Centre along x and y; at the rim a pixel counts in part, within the patch as a whole.
-
-    A pixel that stands out by half of what the patch does is taken for all body, so that what is
-    printed on it counts little.
-    """
+) -> NDArray[np.float64]:
+    """How much of each pixel a body covers, at the rim of its patch and within."""
     rim = np.asarray(cv2.dilate(inside.astype(np.uint8), _disc(2 * RIM_PX + 1))) > 0
-    core = np.asarray(cv2.erode(inside.astype(np.uint8), _disc(2 * RIM_PX + 1))) > 0
-    weight = np.where(core, 1.0, np.clip(piece / (COVERED_SHARE * contrast), 0.0, 1.0)) * rim
-    across, down = weight.sum(axis=0), weight.sum(axis=1)
-    whole = float(across.sum())
-    return (
-        float(across @ np.arange(len(across))) / whole,
-        float(down @ np.arange(len(down))) / whole,
+    return np.asarray(np.clip(piece / (COVERED_SHARE * contrast), 0.0, 1.0) * rim, dtype=np.float64)
+
+
+def _moments(cover: NDArray[np.float64], corner: tuple[int, int]) -> Moments:
+    across, down = cover.sum(axis=0), cover.sum(axis=1)
+    area = float(across.sum())
+    x, y = (np.arange(len(sums), dtype=np.float64) for sums in (across, down))
+    x -= float(across @ x) / area
+    y -= float(down @ y) / area
+    return Moments(
+        area_px=area,
+        x_px=corner[0] - float(x[0]),
+        y_px=corner[1] - float(y[0]),
+        xx_px2=float(across @ x**2) / area,
+        xy_px2=float(y @ cover @ x) / area,
+        yy_px2=float(down @ y**2) / area,
     )

@@ -29,6 +29,7 @@ COMPANY_SHARE = 0.12
 """A shadow's places stray from a linear function of the body's by this share of their spread."""
 SHADOW_CONTRAST = 0.75
 """A shadow stands out less than the body by this factor at least."""
+SHADOW_ROUNDS = 4
 PART_SHARE = 0.1
 """The distance from one part of a body to another strays by less than this share of its way; that
 of two bodies next to each other shrinks to nothing when they collide, or grows as they part."""
@@ -59,6 +60,8 @@ def bodies_among(paths: Sequence[Path]) -> list[Path]:
             and not any(_accompanies(path, body) for body in bodies)
         ):
             bodies.append(path)
+    shadows = [path for path in bodies[1:] if _accompanies_in_turn(path, bodies)]
+    bodies = [path for path in bodies if not any(path is shadow for shadow in shadows)]
     if len(bodies) > 2:
         raise TrackingError(
             f"{len(bodies)} things move on their own: one body alone or two can be followed; cut "
@@ -111,12 +114,40 @@ def _accompanies(path: Path, body: Path) -> bool:
     one, two = (_at_rows(which, common) for which in (body, path))
     if _keeps_its_distance(two - one, one, body.size_px + path.size_px):
         return True
-    if path.contrast > SHADOW_CONTRAST * body.contrast:
+    if not _stands_behind(path, body):
         return False
-    design = np.column_stack([one, np.ones(len(one))])
+    design = _with_one(one)
     solution, *_ = np.linalg.lstsq(design, two, rcond=None)
     stray = np.sqrt(np.mean(np.sum((two - design @ solution) ** 2, axis=1)))
     return bool(stray < COMPANY_SHARE * np.hypot(*np.std(two, axis=0)) * np.sqrt(12.0))
+
+
+def _accompanies_in_turn(path: Path, bodies: Sequence[Path]) -> bool:
+    """Whether a path is that of the shadows of several bodies that meet and exchange them."""
+    alike = [body for body in bodies if body is not path and _stands_behind(path, body)]
+    rows = set(path.rows).intersection(*(body.rows for body in alike))
+    if len(alike) < 2 or len(rows) < SIGHTINGS_AT_LEAST:
+        return False
+    common = sorted(rows)
+    shadow, places = _at_rows(path, common), [_at_rows(body, common) for body in alike]
+    strays = np.array([np.hypot(*(place - shadow).T) for place in places])
+    for _ in range(SHADOW_ROUNDS):
+        # One lamp: all bodies have the same linear function; each sighting belongs to one of them.
+        nearest = np.argmin(strays, axis=0)
+        chosen = np.array(places)[nearest, np.arange(len(common))]
+        solution, *_ = np.linalg.lstsq(_with_one(chosen), shadow, rcond=None)
+        strays = np.array([np.hypot(*(_with_one(place) @ solution - shadow).T) for place in places])
+    stray = np.sqrt(np.mean(strays.min(axis=0) ** 2))
+    return bool(stray < COMPANY_SHARE * np.hypot(*np.std(shadow, axis=0)) * np.sqrt(12.0))
+
+
+def _stands_behind(path: Path, body: Path) -> bool:
+    """Whether a path stands out less than a body, as its shadow does."""
+    return path.contrast <= SHADOW_CONTRAST * body.contrast
+
+
+def _with_one(places: Floats) -> Floats:
+    return np.column_stack([places, np.ones(len(places))])
 
 
 def _keeps_its_distance(apart_px: Floats, places_px: Floats, reach_px: float) -> bool:

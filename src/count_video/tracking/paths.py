@@ -165,14 +165,10 @@ def _step(path: Path) -> tuple[float, float]:
 
 
 def cleaned(path: Path) -> Path:
-    """Leave out the sightings of a part of the body, or of more than it; all if these are many.
-
-    So are those that were told apart from another body: to a pixel or two, while they touch.
-    """
+    """Leave out the sightings of a part of the body, or of more than it; all if these are many."""
     sizes = np.log([[blob.width_px, blob.height_px] for blob in path.blobs])
     good = [
-        not path.blobs[place].parted
-        and bool(np.all(np.abs(size - np.median(_around(sizes, place), axis=0)) < SIZE_STRAYS))
+        bool(np.all(np.abs(size - np.median(_around(sizes, place), axis=0)) < SIZE_STRAYS))
         for place, size in enumerate(sizes)
     ]
     if np.mean(good) < 1 - STRAYING_AT_MOST:
