@@ -94,7 +94,11 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
             return trial
         # A shadow or a hand may have been taken for the second body.
         alone = _without_pair(footage, looking, progress)
-        return alone if verdict.is_better(alone.result, alone.track, trial.result, trial.track) else trial
+        return (
+            alone
+            if verdict.is_better(alone.result, alone.track, trial.result, trial.track)
+            else trial
+        )
 
 
 def _with_likeliest_pair(

@@ -1,8 +1,7 @@
 """Whether something stands in the way of a body that still moves when the clip ends.
 
-Two like bodies that meet once, without a wall, move as the first two of a trial do whose wall is not
-reached in the clip. The last picture may show the difference: a face ahead, across the line of
-motion, as high as the body at least.
+Two like bodies that meet once, without a wall, move as those of a trial do whose wall is not
+reached in the clip. Its end may show the difference: a face ahead, across the line of motion.
 """
 
 from __future__ import annotations
@@ -43,7 +42,8 @@ def stands_ahead(footage: Footage, track: Track) -> bool:
     if not pictures:
         return False
     return any(
-        has_face(*(_strip(luma, track, way) for luma in (pictures[0], pictures[-1]))) for way in ways
+        has_face(*(_strip(luma, track, way) for luma in (pictures[0], pictures[-1])))
+        for way in ways
     )
 
 
@@ -70,7 +70,9 @@ def _strip(luma: NDArray[np.uint8], track: Track, way: tuple[float, int]) -> Flo
     begins, side = way
     line = track.line
     about, level = (
-        (line.anchor_y_px, line.anchor_x_px) if line.upright else (line.anchor_x_px, line.anchor_y_px)
+        (line.anchor_y_px, line.anchor_x_px)
+        if line.upright
+        else (line.anchor_x_px, line.anchor_y_px)
     )
     end = luma.shape[1] - 1.0 if side > 0 else 0.0
     along = np.arange(min(begins, end), max(begins, end))
@@ -80,13 +82,9 @@ def _strip(luma: NDArray[np.uint8], track: Track, way: tuple[float, int]) -> Flo
         return np.zeros((1, 0))
     rows = np.arange(-half, half + 1)
     smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), SMOOTHING_PX)
-    places = np.tile(along, (len(rows), 1)), across[None] + rows[:, None]
-    picked = cv2.remap(
-        np.asarray(smooth, dtype=np.float32),
-        *(place.astype(np.float32) for place in places),
-        cv2.INTER_LINEAR,
-        borderMode=cv2.BORDER_REPLICATE,
-    )
+    x = np.tile(along, (len(rows), 1)).astype(np.float32)
+    y = (across[None] + rows[:, None]).astype(np.float32)
+    picked = cv2.remap(np.asarray(smooth), x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(picked, dtype=np.float64)
 
 

@@ -17,6 +17,8 @@ from count_video.tracking.paths import Path
 
 SEEN_AT_LEAST = 0.6
 """Share of the pictures between first and last sighting in which a body must be seen."""
+STEADY_AT_LEAST = 0.8
+"""And this share if it stands out no more than a shadow of the first: soft light comes and goes."""
 SIGHTINGS_AT_LEAST = 10
 SWEEP_SIZES = 0.4
 """A body's places spread over this many of its own sizes at least, or it does not move."""
@@ -57,6 +59,7 @@ def bodies_among(paths: Sequence[Path]) -> list[Path]:
         if (
             rival
             and _why_no_body(path) is None
+            and not (_stands_behind(path, first) and _seen_share(path) < STEADY_AT_LEAST)
             and not any(_accompanies(path, body) for body in bodies)
         ):
             bodies.append(path)
@@ -95,8 +98,7 @@ def _alike(one: Path, other: Path) -> bool:
 
 def _why_no_body(path: Path) -> str | None:
     """Why a path is not that of a rigid body that moves, in words for the user; None if it is."""
-    span = path.rows[-1] - path.rows[0] + 1
-    if len(path.rows) < max(SIGHTINGS_AT_LEAST, SEEN_AT_LEAST * span):
+    if len(path.rows) < SIGHTINGS_AT_LEAST or _seen_share(path) < SEEN_AT_LEAST:
         return "what moves cannot be followed: it is lost too often"
     if path.sweep_px < SWEEP_SIZES * path.size_px:
         return "nothing moves by more than a part of its own size"
@@ -104,6 +106,11 @@ def _why_no_body(path: Path) -> str | None:
     if float(np.median(np.abs(areas - np.median(areas)))) > AREA_SCATTER:
         return "what moves changes its shape: it is no rigid body"
     return None
+
+
+def _seen_share(path: Path) -> float:
+    """Share of the pictures between first and last sighting that show a path."""
+    return len(path.rows) / (path.rows[-1] - path.rows[0] + 1)
 
 
 def _accompanies(path: Path, body: Path) -> bool:
@@ -154,7 +161,9 @@ def _keeps_its_distance(apart_px: Floats, places_px: Floats, reach_px: float) ->
     """Whether what is so far from a body, shape (n, 2), is a part of it; nothing farther is."""
     if np.hypot(*np.median(apart_px, axis=0)) > reach_px:
         return False
-    return bool(np.hypot(*np.std(apart_px, axis=0)) < PART_SHARE * np.hypot(*np.std(places_px, axis=0)))
+    return bool(
+        np.hypot(*np.std(apart_px, axis=0)) < PART_SHARE * np.hypot(*np.std(places_px, axis=0))
+    )
 
 
 def _at_rows(path: Path, rows: Sequence[int]) -> Floats:

@@ -95,10 +95,10 @@ def _pieces(pair: tuple[Blob, Blob], blob: Blob) -> list[Blob]:
     by_spread = _by_spread(pair, blob, by_ends[1] - by_ends[0])
     strays = np.hypot(*(by_spread - by_ends).T)
     places = by_spread if float(strays.max()) < ENDS_TELL_PX else by_ends
-    return [_at(last, x, y) for last, (x, y) in zip(pair, places.tolist(), strict=True)]
+    return [moved_to(last, x, y) for last, (x, y) in zip(pair, places.tolist(), strict=True)]
 
 
-def _at(body: Blob, x_px: float, y_px: float) -> Blob:
+def moved_to(body: Blob, x_px: float, y_px: float) -> Blob:
     """Move a body to another place."""
     across, down = x_px - body.x_px, y_px - body.y_px
     cover = body.moments

@@ -16,7 +16,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.tracking.surroundings import filled_in, steepness, without_resting
+from count_video.tracking.surroundings import (
+    filled_in,
+    steepness,
+    where_outlines_vanish,
+    without_resting,
+)
 
 Luma = NDArray[np.uint8]
 Mask = NDArray[np.uint8]
@@ -79,21 +84,22 @@ def learn_scenery(pictures: Sequence[Luma], scale: int) -> Scenery:
     return _settled(stack, luma, width * NORMAL_WIDTH, scale)
 
 
-def learn_again(
-    pictures: Sequence[Luma], hidden: Sequence[Mask], first: Scenery
-) -> Scenery:
+def learn_again(pictures: Sequence[Luma], hidden: Sequence[Mask], first: Scenery) -> Scenery:
     """Learn it from where no body is known to be: ``hidden`` is nonzero where one is.
 
-    Pixels that are always hidden are filled in from around.
+    Pixels that are always hidden keep the value that they have in the ``first`` scenery, or are
+    filled in from around where that is a body's.
     """
     stack = _evenly_lit(pictures)
     stack[np.array(hidden) > 0] = np.nan
     shown = np.isfinite(stack).sum(axis=0) >= SHOWN_AT_LEAST
     middle = _median(stack)
     spread = 1.4826 * _median(np.abs(stack - middle))
-    usual = float(np.median(spread[shown])) if shown.any() else 0.0
-    luma = filled_in(np.where(shown, middle, first.luma), ~shown)
-    return _settled(stack, luma, np.where(shown, spread, usual), first.scale)
+    luma = np.where(shown, middle, first.luma)
+    luma = where_outlines_vanish(luma, filled_in(luma, ~shown), float(np.median(first.threshold)))
+    return _settled(
+        stack, luma, np.where(shown, spread, first.threshold / NOISE_FACTOR), first.scale
+    )
 
 
 def _settled(
@@ -105,7 +111,11 @@ def _settled(
     settled = without_resting(stack, scenery.luma, usual)
     # What a body does that comes or goes is no noise.
     other = np.abs(settled - scenery.luma) > usual
-    return _scenery(settled, np.where(other, np.median(noise), noise), scale) if other.any() else scenery
+    return (
+        _scenery(settled, np.where(other, np.median(noise), noise), scale)
+        if other.any()
+        else scenery
+    )
 
 
 def without_ghost(scenery: Scenery, patch: Mask, picture: Luma) -> Scenery:

@@ -7,9 +7,9 @@ r"""Tell what stands still from bodies that rest for most of a clip, by what lie
      +----------------------------> place
 
 No count of pictures tells a body at rest from the scenery: of two like bodies, one rests until the
-other strikes it and that one stays where it struck. But the scenery goes on where a body ends. Where
-pixels show other values for a while, the surroundings are filled in, and of the values that crowds
-of pictures agree on the nearest to that is the scenery's, if the outline vanishes with it.
+other strikes it and that one stays where it struck. But the scenery goes on where a body ends.
+Where pixels show other values for a while, the surroundings are filled in, and of the values that
+crowds of pictures agree on the nearest to that is the scenery's, if the outline vanishes with it.
 """
 
 from __future__ import annotations
@@ -31,6 +31,9 @@ MARGIN_PX = 3
 OUTLINE_PX = 2
 """A body's outline is blurred over less than the first, and its steep part lies within the second
 on either side."""
+SHARP_SHARE = 0.35
+"""An outline that ends within these pixels is as steep as its step over their number; that of a
+soft shadow, or of light that changes, is not nearly so."""
 ENDS_PX = 3
 """So many pixels beyond an end tell what lies there."""
 ONE_END_LEVELS = 255.0
@@ -57,7 +60,7 @@ def without_resting(stack: Picture, luma: Picture, threshold: float) -> Picture:
     around = filled_in(luma, wide)
     settled = luma.copy()
     settled[wide] = _nearest_crowd(stack[:, wide], luma[wide], around[wide], (held, threshold))
-    return _where_outlines_vanish(luma, settled, threshold)
+    return where_outlines_vanish(luma, settled, threshold)
 
 
 def filled_in(luma: Picture, unknown: NDArray[np.bool_]) -> Picture:
@@ -112,7 +115,7 @@ def _nearest_crowd(
     return np.asarray(np.where(speaks, nearest, usual), dtype=np.float32)
 
 
-def _where_outlines_vanish(luma: Picture, settled: Picture, threshold: float) -> Picture:
+def where_outlines_vanish(luma: Picture, settled: Picture, threshold: float) -> Picture:
     """Take over the changes, region by region, whose outline is less steep than it was."""
     changed = (np.abs(settled - luma) > threshold).astype(np.uint8)
     number, found, stats, _ = cv2.connectedComponentsWithStats(changed)
@@ -127,7 +130,10 @@ def _where_outlines_vanish(luma: Picture, settled: Picture, threshold: float) ->
         )
         region = (labels[box] == label).astype(np.uint8)
         ring = np.asarray(cv2.morphologyEx(region, cv2.MORPH_GRADIENT, _square(OUTLINE_PX))) > 0
-        if before[box][ring].mean() > VANISHES * after[box][ring].mean():
+        steep, calm = float(before[box][ring].mean()), float(after[box][ring].mean())
+        step = float(np.abs(settled[box] - luma[box])[region > 0].mean())
+        sharp = step / (2 * OUTLINE_PX + 1)
+        if steep > VANISHES * calm and steep - calm > SHARP_SHARE * sharp:
             wide = np.asarray(cv2.dilate(region, _square(MARGIN_PX))) > 0
             result[box] = np.where(wide, settled[box], result[box])
     return result
