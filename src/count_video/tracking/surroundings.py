@@ -31,9 +31,6 @@ MARGIN_PX = 3
 OUTLINE_PX = 2
 """A body's outline is blurred over less than the first, and its steep part lies within the second
 on either side."""
-SHARP_SHARE = 0.35
-"""An outline that ends within these pixels is as steep as its step over their number; that of a
-soft shadow, or of light that changes, is not nearly so."""
 ENDS_PX = 3
 """So many pixels beyond an end tell what lies there."""
 ONE_END_LEVELS = 255.0
@@ -131,9 +128,7 @@ def where_outlines_vanish(luma: Picture, settled: Picture, threshold: float) -> 
         region = (labels[box] == label).astype(np.uint8)
         ring = np.asarray(cv2.morphologyEx(region, cv2.MORPH_GRADIENT, _square(OUTLINE_PX))) > 0
         steep, calm = float(before[box][ring].mean()), float(after[box][ring].mean())
-        step = float(np.abs(settled[box] - luma[box])[region > 0].mean())
-        sharp = step / (2 * OUTLINE_PX + 1)
-        if steep > VANISHES * calm and steep - calm > SHARP_SHARE * sharp:
+        if steep > VANISHES * calm:
             wide = np.asarray(cv2.dilate(region, _square(MARGIN_PX))) > 0
             result[box] = np.where(wide, settled[box], result[box])
     return result
