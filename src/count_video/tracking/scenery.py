@@ -95,10 +95,11 @@ def learn_again(pictures: Sequence[Luma], hidden: Sequence[Mask], first: Scenery
     shown = np.isfinite(stack).sum(axis=0) >= SHOWN_AT_LEAST
     middle = _median(stack)
     spread = 1.4826 * _median(np.abs(stack - middle))
+    usual = float(np.median(spread[shown])) if shown.any() else 0.0
     luma = np.where(shown, middle, first.luma)
     luma = where_outlines_vanish(luma, filled_in(luma, ~shown), float(np.median(first.threshold)))
     return _settled(
-        stack, luma, np.where(shown, spread, first.threshold / NOISE_FACTOR), first.scale
+        stack, luma, np.where(shown, spread, usual), first.scale
     )
 
 
