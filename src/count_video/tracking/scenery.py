@@ -98,9 +98,7 @@ def learn_again(pictures: Sequence[Luma], hidden: Sequence[Mask], first: Scenery
     usual = float(np.median(spread[shown])) if shown.any() else 0.0
     luma = np.where(shown, middle, first.luma)
     luma = where_outlines_vanish(luma, filled_in(luma, ~shown), float(np.median(first.threshold)))
-    return _settled(
-        stack, luma, np.where(shown, spread, usual), first.scale
-    )
+    return _settled(stack, luma, np.where(shown, spread, usual), first.scale)
 
 
 def _settled(
