@@ -23,10 +23,12 @@ from count_video.collisions.cadence import cadence_of
 from count_video.collisions.clock import as_shown, seen_by_clock
 from count_video.collisions.meeting import only_turns, without_wall
 from count_video.collisions.seen import SeenCollisions
+from count_video.collisions.weighing import SeenImpacts, with_wall_ahead
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage, open_footage
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import FootageInfo, Track, TrialResult, WallSide
+from count_video.tracking.ahead import stands_ahead
 from count_video.tracking.lone import track_free_bodies
 from count_video.tracking.track import Region, TrackSettings, tracks
 
@@ -92,7 +94,11 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
             return trial
         # A shadow or a hand may have been taken for the second body.
         alone = _without_pair(footage, looking, progress)
-        return alone if verdict.is_better(alone.result, alone.track, trial.track) else trial
+        return (
+            alone
+            if verdict.is_better(alone.result, alone.track, trial.result, trial.track)
+            else trial
+        )
 
 
 def _with_likeliest_pair(
@@ -142,7 +148,8 @@ def _with_pair(footage: Footage, track: Track, settings: TrialSettings) -> Trial
         trial = _at_wall(footage, track, settings)
         if not only_turns(track, trial.result.collisions):
             return trial
-    result = verdict.impacts_counted(info, report, track, seen_impacts(without_wall(track)))
+    found = _doubted(seen_impacts(without_wall(track)), footage, track)
+    result = verdict.impacts_counted(info, report, track, found)
     if track.wall_seen and result.status != "counted" and trial.result.status != "counted":
         return trial
     return Trial(result, info, track, None)
@@ -171,7 +178,14 @@ def _without_pair(footage: Footage, looking: TrackSettings, progress: Progress) 
     except TrackingError as error:
         nothing = verdict.nothing_to_count(footage.info, footage.report(), str(error))
         return Trial(nothing, footage.info, None, None)
-    cadence = cadence_of(track)
-    found = seen_impacts(cadence.evened(track) if cadence else track)
-    result = verdict.impacts_counted(footage.info, footage.report(), track, found)
+    cadence, report = cadence_of(track), footage.report()
+    found = _doubted(seen_impacts(cadence.evened(track) if cadence else track), footage, track)
+    result = verdict.impacts_counted(footage.info, report, track, found)
     return Trial(as_shown(result, cadence), footage.info, track, None)
+
+
+def _doubted(found: SeenImpacts, footage: Footage, track: Track) -> SeenImpacts:
+    """Doubt meetings of two bodies that may be the first ones of a trial whose wall is ahead."""
+    if track.heavy is None or not found.collisions or found.shortcomings:
+        return found
+    return with_wall_ahead(found) if stands_ahead(footage, track) else found

@@ -12,7 +12,10 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Floats, Track
+from count_video.tracking.blobs import Blob, Moments
+from count_video.tracking.choice import bodies_among
 from count_video.tracking.lone import track_free_bodies
+from count_video.tracking.paths import Path as FollowedPath
 from count_video.tracking.scenery import SMOOTHING_PX, learn_again, learn_scenery
 from count_video.tracking.track import TrackSettings
 
@@ -124,7 +127,8 @@ def test_a_body_that_covers_a_pixel_half_of_the_time_is_no_scenery() -> None:
     behind = to_luma(background(SHAPE, 5))
     pictures = drawn([(np.where(np.arange(40) % 2, 60.0, 160.0), np.full(40, 80.0))], noise=0.0)
 
-    scenery = learn_again(pictures, [_box(k) for k in range(40)], 1)
+    first = learn_scenery(pictures, 1)
+    scenery = learn_again(pictures, [_box(k) for k in range(40)], first)
 
     assert float(np.abs(scenery.luma[70:90, 50:70] - behind[70:90, 50:70]).mean()) < 2.0
 
@@ -143,3 +147,45 @@ def test_scenery_without_motion_is_the_picture_itself() -> None:
 
     smooth = cv2.GaussianBlur(picture.astype(np.float32), (0, 0), SMOOTHING_PX)
     assert float(np.abs(scenery.luma - smooth).max()) < 0.01
+
+
+def test_like_bodies_that_rest_before_and_after_they_meet_are_no_scenery(tmp_path: Path) -> None:
+    # The right one rests for 30 of 60 frames, the left one stays where it struck it.
+    time = np.arange(-30, 30) + 0.5
+    left = 118.0 - RADIUS_PX + np.where(time < 0, 2.5 * time, 0.0)
+    right = 118.0 + RADIUS_PX + np.where(time < 0, 0.0, 2.5 * time)
+    level = np.full(60, 80.0)
+
+    track = track_of(tmp_path, drawn([(left, level), (right, level)]))
+
+    assert track.heavy is not None
+    for body, truth in ((track.ball, left), (track.heavy, right - RADIUS_PX)):
+        error = body.position_px - truth
+        assert np.isfinite(error).all()
+        assert float(np.std(error)) <= PLACED_PX
+
+
+def test_parts_of_one_body_are_no_other_body() -> None:
+    frame = np.arange(40)
+    parts = [path_at(60.0 + 40 * np.sin(frame / 6) + apart) for apart in (0.0, 22.0)]
+
+    assert len(bodies_among(parts)) == 1
+
+
+def test_bodies_next_to_each_other_that_part_are_two() -> None:
+    frame = np.arange(40)
+    pair = [path_at(60.0 - 0.5 * frame), path_at(82.0 + 2.0 * frame)]
+
+    assert len(bodies_among(pair)) == 2
+
+
+def path_at(x_px: Floats) -> FollowedPath:
+    """A path of a body 20 px across, one sighting a frame."""
+    moments = Moments(300.0, 0.0, 0.0, 25.0, 0.0, 25.0)
+    path = FollowedPath()
+    for row, x in enumerate(x_px):
+        path.add(
+            row,
+            Blob(x, 80.0, x - 10, 70.0, 20.0, 20.0, 300.0, 50.0, at_border=False, moments=moments),
+        )
+    return path

@@ -21,9 +21,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.collisions.flight import Motion, Rows, flies_freely, straying
-from count_video.collisions.onesided import Side, crossing, fit_side, side_frames
+from count_video.collisions.onesided import BENT_FROM, Side, crossing, fit_side, side_frames
 from count_video.collisions.swinging import excess, is_sharp, is_smooth
 from count_video.collisions.turns import Turn, find_turns, usual_flight
+from count_video.records import Floats
 
 JUMP_SIGMAS = 5.0
 SPEED_SHARE = 0.5
@@ -32,6 +33,9 @@ is slow there."""
 FREE_POINTS_AT_LEAST = 3
 FREE_SHRINK = 0.8
 """A side is cut down to this share of its pictures until the body flies freely in all of them."""
+BEND_SIGMAS = 2.0
+"""A flight seen from the falling frame is straight unless a bend takes more than so many standard
+deviations off what a line leaves."""
 ROUNDS = 4
 MOVES_AT_MOST = 1.5
 """Pictures between the outermost sample and the corner of the fits."""
@@ -114,7 +118,7 @@ def _sharpened(
     if before is None or after is None:
         return replace(turn, corner=None)
     corner = crossing(before, after, turn.frame)
-    moves = MOVES_AT_MOST + contact + _unseen_around(motion, turn.outermost)
+    moves = MOVES_AT_MOST + contact + unseen_around(motion, turn.outermost)
     if corner is None or abs(corner.frame - turn.outermost) > moves:
         return None
     sharper = replace(turn, frame=corner.frame, corner=corner)
@@ -133,7 +137,7 @@ def _unlike_a_swing(
     return replace(turn, told_from_swing=left is not None and is_sharp(left))
 
 
-def _unseen_around(motion: Motion, frame: float) -> float:
+def unseen_around(motion: Motion, frame: float) -> float:
     """Pictures next to one that do not show the body."""
     seen = motion.frame[np.isfinite(motion.place_px)]
     before, after = seen[seen < frame], seen[seen > frame]
@@ -145,7 +149,22 @@ def _unseen_around(motion: Motion, frame: float) -> float:
 def _side(turn: Turn, motion: Motion, limit: float, contact: float) -> Side | None:
     """Fit one side of a turn, as far away from it as the body flies freely."""
     rows = _side_rows(turn, motion, limit, contact)
-    return fit_side(motion.frame[rows], motion.levelled_px[rows], turn.frame, motion.sigma_px)
+    frame, places = motion.frame[rows], motion.levelled_px[rows]
+    straight = fit_side(frame, places, turn.frame, motion.sigma_px, bent=False)
+    if straight is not None and _is_straight(frame, places, motion.sigma_px):
+        return straight
+    return fit_side(frame, places, turn.frame, motion.sigma_px)
+
+
+def _is_straight(frame: Floats, places: Floats, sigma: float) -> bool:
+    """Whether a flight that is levelled has no bend left that would stand out from the noise."""
+    if len(frame) < BENT_FROM:
+        return True
+    straight, bent = (
+        float(np.sum((places - np.polynomial.Polynomial.fit(frame, places, order)(frame)) ** 2))
+        for order in (1, 2)
+    )
+    return straight - bent < (BEND_SIGMAS * sigma) ** 2
 
 
 def _side_rows(turn: Turn, motion: Motion, limit: float, contact: float) -> Rows:

@@ -7,7 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from count_video.collisions.flight import Motion, flies_freely
-from count_video.collisions.impacts import FREE_POINTS_AT_LEAST, Impact, stop_of, stop_tolerance
+from count_video.collisions.impacts import (
+    FREE_POINTS_AT_LEAST,
+    Impact,
+    stop_of,
+    stop_tolerance,
+    unseen_around,
+)
 from count_video.collisions.turns import find_turns
 
 UNSEEN_SHARE = 0.3
@@ -22,7 +28,7 @@ body: it comes into sight as it moves away from the stop, or toward it."""
 FALLEN_BACK = 1.3
 TAIL_PICTURES = 4.0
 SAME_TURN_PICTURES = 2.0
-"""A turn this near to an impact is that impact."""
+"""A turn this near to an impact is that impact, pictures that do not show the body apart."""
 END_PICTURES = 2.0
 """A turn at one end of the clip shows once the body has moved on for so many pictures."""
 END_POINTS = 4
@@ -93,7 +99,8 @@ def passed_over(motion: Motion, impacts: Sequence[Impact]) -> list[float]:
     over = []
     for turn in find_turns(motion):
         here = [impact for impact in impacts if impact.side == turn.side]
-        if not here or np.abs(found - turn.frame).min() <= SAME_TURN_PICTURES:
+        same = SAME_TURN_PICTURES + unseen_around(motion, turn.outermost)
+        if not here or np.abs(found - turn.frame).min() <= same:
             continue
         near = motion.place_px[np.abs(motion.frame - turn.outermost) <= 1.0]
         place = float(motion.place_px[motion.frame == turn.outermost][0])

@@ -71,7 +71,9 @@ def side_of(frame: Floats, signal: Floats, about: float, limit: float) -> Side |
     return fit_side(frame[chosen], signal[chosen], about, sigma_of(signal))
 
 
-def fit_side(frame: Floats, signal: Floats, about: float, sigma: float) -> Side | None:
+def fit_side(
+    frame: Floats, signal: Floats, about: float, sigma: float, *, bent: bool = True
+) -> Side | None:
     """Fit one side by least squares about a reference frame; None with fewer than two points.
 
     Parameters
@@ -82,11 +84,13 @@ def fit_side(frame: Floats, signal: Floats, about: float, sigma: float) -> Side 
         Frame coordinate at which value and slope are wanted.
     sigma
         Standard deviation of one point.
+    bent
+        Whether a side with many points may be bent.
     """
     count = len(frame)
     if count < 2:
         return None
-    design = _design(frame, about)
+    design = _design(frame, about, bent=bent)
     order = design.shape[1] - 1
     inverse = np.linalg.inv(design.T @ design)
     solution = inverse @ (design.T @ signal)
@@ -101,8 +105,8 @@ def fit_side(frame: Floats, signal: Floats, about: float, sigma: float) -> Side 
     return Side(float(solution[0]), float(solution[1]), bend, covariance, count)
 
 
-def _design(frame: Floats, about: float) -> Floats:
-    order = 2 if len(frame) >= BENT_FROM else 1
+def _design(frame: Floats, about: float, *, bent: bool = True) -> Floats:
+    order = 2 if bent and len(frame) >= BENT_FROM else 1
     return np.vander(frame - about, order + 1, increasing=True)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from count_video.collisions.certainty import chances_of_sum
@@ -34,11 +34,17 @@ CHANCE_STRAYING = 0.4
 CHANCES_TAIL = (0.5, 0.25, 0.15)
 """A body that bounces lower and lower goes on to do so below what the pictures show: where its
 last flight is shorter than this, these are the chances of one more, and each after it."""
+CHANCE_WALL_AHEAD = 0.4
+"""Chance that what a body moves towards when the clip ends is a wall, which it strikes."""
 STRAYING_AT_MOST = 0.4
 """Where a larger share of the flights strays, the turns are not those of a body that bounces."""
 NO_IMPACT = "no impact is seen: what moves turns round smoothly, if at all, and jumps nowhere"
 TOO_FREQUENT = (
     "the last impacts follow each other faster than the pictures show: some may be missed"
+)
+WALL_AHEAD = (
+    "the clip ends while a body moves towards something that stands in its way: if that is a wall, "
+    "let the clip run until the last collision"
 )
 
 
@@ -92,6 +98,16 @@ def weighed(
         chances += CHANCES_TAIL
     shortcomings = tuple(_shortcomings(impacts, len(strays)))
     return SeenImpacts(tuple(collisions), shortcomings, tuple(doubts), chances_of_sum(chances))
+
+
+def with_wall_ahead(found: SeenImpacts) -> SeenImpacts:
+    """Doubt a count of two bodies one of which moves towards something when the clip ends."""
+    more = CHANCE_WALL_AHEAD
+    chances: dict[int, float] = {}
+    for count, chance in found.probability.items():
+        chances[count] = chances.get(count, 0.0) + chance * (1 - more)
+        chances[count + 1] = chances.get(count + 1, 0.0) + chance * more
+    return replace(found, doubts=(*found.doubts, WALL_AHEAD), probability=chances)
 
 
 def _shortcomings(impacts: Sequence[Impact], strays: int) -> list[str]:

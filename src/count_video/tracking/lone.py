@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage
@@ -21,6 +22,10 @@ from count_video.tracking.paths import Path, cleaned
 from count_video.tracking.roles import wall_side
 from count_video.tracking.view import TrackSettings
 
+DIRECTION_STEPS = (1, 2, 3, 4, 6, 8)
+AGREEING = 0.9
+"""Pictures over which second differences are taken, and the share of them, each with the weight of
+its square, that agree in direction where they tell it."""
 DIRECTION_ROUNDS = 4
 DIRECTION_SPREAD_RAD = 0.35
 """Jumps further than this from the common direction are mistakes of the tracking, or glancing."""
@@ -112,21 +117,44 @@ def _pair_track(frame: Floats, bodies: Sequence[Places]) -> Track:
 
 
 def _jump_direction(xy_px: Floats) -> Floats:
-    """Direction in which the velocity jumps, by the second differences; a unit vector."""
-    second = xy_px[2:] - 2 * xy_px[1:-1] + xy_px[:-2]
-    second = second[np.isfinite(second).all(axis=1)]
-    if len(second) == 0:
+    """Direction in which the velocity jumps, by the second differences; a unit vector.
+
+    Over few pictures a jump stands out from a bent path most, over more from the noise: the first
+    step is taken over which most of the differences agree in direction.
+    """
+    steps = [_second_differences(xy_px, step) for step in DIRECTION_STEPS]
+    if not any(len(second) for second in steps):
         raise TrackingError("what moves cannot be followed: it is lost too often")
+    agreeing = [_agreement(second) for second in steps]
+    step = next((k for k, share in enumerate(agreeing) if share > AGREEING), np.argmax(agreeing))
     # Twice the angle, so that jumps there and back agree; others than most have no say.
-    size, angle = np.hypot(*second.T), np.arctan2(second[:, 1], second[:, 0])
-    twice = size * np.exp(2j * angle)
-    common = np.angle(twice.sum()) / 2
+    second = steps[int(step)]
+    twice = _twice(second)
+    angle, common = np.arctan2(second[:, 1], second[:, 0]), np.angle(twice.sum()) / 2
     for _ in range(DIRECTION_ROUNDS):
         away = (angle - common + np.pi / 2) % np.pi - np.pi / 2
         common = np.angle((twice * np.exp(-((away / DIRECTION_SPREAD_RAD) ** 2))).sum()) / 2
     direction = np.array([np.cos(common), np.sin(common)])
     forward = direction[int(np.argmax(np.abs(direction)))]
     return np.asarray(direction * np.sign(forward))
+
+
+def _second_differences(xy_px: Floats, step: int) -> Floats:
+    """Second differences over so many pictures, shape (n, 2), where all three show the body."""
+    second = xy_px[2 * step :] - 2 * xy_px[step:-step] + xy_px[: -2 * step]
+    return np.asarray(second[np.isfinite(second).all(axis=1)])
+
+
+def _twice(second_px: Floats) -> NDArray[np.complex128]:
+    """Turn differences, shape (n, 2), into complex numbers of twice their angle and square size."""
+    return np.asarray((second_px[:, 0] + 1j * second_px[:, 1]) ** 2)
+
+
+def _agreement(second_px: Floats) -> float:
+    """Share of differences that agree in direction: 1 for a line, 0 for noise."""
+    twice = _twice(second_px)
+    whole = float(np.abs(twice).sum())
+    return float(np.abs(twice.sum())) / whole if whole > 0 else 0.0
 
 
 def _line_of_centres(apart_px: Floats) -> Floats:

@@ -1,7 +1,13 @@
 """Two bodies that come so near each other that they stand out as one patch, told apart again.
 
-Each reaches to one end of the patch they make together, and its size is known from before: so its
-centre lies half its size from that end.
+A rigid body keeps its area and the variances of its cover. So the patch that two make up together
+has its centre between theirs, as their areas weigh, and is wider than they are by what their
+distance adds to the variances,
+
+    V = (A1 V1 + A2 V2) / A + A1 A2 / A^2 d d^T    (the theorem of parallel axes)
+
+which tells the distance d to a fraction of a pixel. Where that leads nowhere, each body reaches to
+one end of the patch, and its centre lies half its size from there.
 """
 
 from __future__ import annotations
@@ -12,10 +18,15 @@ from itertools import combinations
 
 import numpy as np
 
+from count_video.records import Floats
 from count_video.tracking.blobs import Blob
 
 AREA_FACTOR = 1.4
 """The area of both together, to this factor: the gap between them is bridged, a part may hide."""
+
+ENDS_TELL_PX = 4.0
+"""The ends of a patch tell where the bodies are to a few px: the rims of both are blurred, and the
+gap between them is bridged."""
 
 Extent = tuple[float, float, float]
 """Of a patch along one axis, in px: where it begins, its centre, where it ends."""
@@ -76,20 +87,51 @@ def _make(pair: tuple[Known, Known], blob: Blob) -> bool:
 
 
 def _pieces(pair: tuple[Blob, Blob], blob: Blob) -> list[Blob]:
-    """Put each body at its end of the patch, along either axis."""
+    """Put each body at its end of the patch."""
     one, two = pair
     xs = _centres((_across(one), _across(two)), _across(blob))
     ys = _centres((_down(one), _down(two)), _down(blob))
-    return [
-        replace(
-            last,
-            x_px=x,
-            y_px=y,
-            left_px=last.left_px + x - last.x_px,
-            top_px=last.top_px + y - last.y_px,
-        )
-        for last, x, y in zip(pair, xs, ys, strict=True)
-    ]
+    by_ends = np.array([[xs[0], ys[0]], [xs[1], ys[1]]])
+    by_spread = _by_spread(pair, blob, by_ends[1] - by_ends[0])
+    strays = np.hypot(*(by_spread - by_ends).T)
+    places = by_spread if float(strays.max()) < ENDS_TELL_PX else by_ends
+    return [moved_to(last, x, y) for last, (x, y) in zip(pair, places.tolist(), strict=True)]
+
+
+def moved_to(body: Blob, x_px: float, y_px: float) -> Blob:
+    """Move a body to another place."""
+    across, down = x_px - body.x_px, y_px - body.y_px
+    cover = body.moments
+    return replace(
+        body,
+        x_px=x_px,
+        y_px=y_px,
+        left_px=body.left_px + across,
+        top_px=body.top_px + down,
+        moments=replace(cover, x_px=cover.x_px + across, y_px=cover.y_px + down),
+    )
+
+
+def _by_spread(pair: tuple[Blob, Blob], blob: Blob, about_px: Floats) -> Floats:
+    """Centres of two bodies, shape (2, 2), by the centre and the variances of their patch.
+
+    ``about_px`` tells in which direction the second lies from the first.
+    """
+    areas = np.array([body.moments.area_px for body in pair])
+    shares = areas / areas.sum()
+    known = sum(share * _variances(body) for share, body in zip(shares, pair, strict=True))
+    values, axes = np.linalg.eigh(_variances(blob) - known)
+    apart = float(np.sqrt(max(float(values[1]), 0.0) / float(shares[0] * shares[1])))
+    apart_px = axes[:, 1] * apart * (1.0 if float(axes[:, 1] @ about_px) >= 0 else -1.0)
+    middle = np.array([blob.moments.x_px, blob.moments.y_px])
+    centres = np.array([middle - shares[1] * apart_px, middle + shares[0] * apart_px])
+    # The centre of the cover is not quite that of the patch.
+    return np.asarray(centres + [[b.x_px - b.moments.x_px, b.y_px - b.moments.y_px] for b in pair])
+
+
+def _variances(blob: Blob) -> Floats:
+    spread = blob.moments
+    return np.array([[spread.xx_px2, spread.xy_px2], [spread.xy_px2, spread.yy_px2]])
 
 
 def _across(blob: Blob) -> Extent:

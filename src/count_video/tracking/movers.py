@@ -89,7 +89,7 @@ def find_movers(footage: Footage, settings: TrackSettings, progress: Progress) -
             raise TrackingError("nothing moves in this clip")
         worthy = [path for path in paths if path.worth > HIDDEN_WORTH * paths[0].worth]
         hidden = _hidden(worthy, sights, list(kept), pictures[0].shape)
-        scenery = learn_again(pictures, hidden, scale)
+        scenery = learn_again(pictures, hidden, scenery)
         scenery = _without_ghosts(scenery, sights, kept)
         levels = BODY_LEVELS_SHARE * paths[0].contrast
         sights = _look(footage, settings, scenery, levels)

@@ -16,6 +16,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.tracking.surroundings import (
+    filled_in,
+    steepness,
+    where_outlines_vanish,
+    without_resting,
+)
+
 Luma = NDArray[np.uint8]
 Mask = NDArray[np.uint8]
 
@@ -74,22 +81,38 @@ def learn_scenery(pictures: Sequence[Luma], scale: int) -> Scenery:
     """Learn what stands still from pictures, each shrunk already and shape (height, width)."""
     stack = evenly_lit(pictures)
     luma, width = _densest(stack)
-    return scenery_of(luma, width * NORMAL_WIDTH, scale)
+    return _settled(stack, luma, width * NORMAL_WIDTH, scale)
 
 
-def learn_again(pictures: Sequence[Luma], hidden: Sequence[Mask], scale: int) -> Scenery:
+def learn_again(pictures: Sequence[Luma], hidden: Sequence[Mask], first: Scenery) -> Scenery:
     """Learn it from where no body is known to be: ``hidden`` is nonzero where one is.
 
-    A pixel that is always hidden keeps the value that most pictures show.
+    Pixels that are always hidden keep the value that they have in the ``first`` scenery, or are
+    filled in from around where that is a body's.
     """
     stack = evenly_lit(pictures)
-    luma, width = _densest(stack)
     stack[np.array(hidden) > 0] = np.nan
     shown = np.isfinite(stack).sum(axis=0) >= SHOWN_AT_LEAST
     middle = _median(stack)
     spread = 1.4826 * _median(np.abs(stack - middle))
-    luma = np.where(shown, middle, luma)
-    return scenery_of(luma, np.where(shown, spread, width * NORMAL_WIDTH), scale)
+    usual = float(np.median(spread[shown])) if shown.any() else 0.0
+    luma = np.where(shown, middle, first.luma)
+    luma = where_outlines_vanish(luma, filled_in(luma, ~shown), float(np.median(first.threshold)))
+    return _settled(stack, luma, np.where(shown, spread, usual), first.scale)
+
+
+def _settled(
+    stack: NDArray[np.float32], luma: NDArray[np.float32], noise: NDArray[np.float32], scale: int
+) -> Scenery:
+    """Make a scenery of what most pictures show, without the bodies that rest in most of them."""
+    scenery = scenery_of(luma, noise, scale)
+    usual = float(np.median(scenery.threshold))
+    settled = without_resting(stack, scenery.luma, usual)
+    # What a body does that comes or goes is no noise.
+    other = np.abs(settled - scenery.luma) > usual
+    if not other.any():
+        return scenery
+    return scenery_of(settled, np.where(other, np.median(noise), noise), scale)
 
 
 def without_ghost(scenery: Scenery, patch: Mask, picture: Luma) -> Scenery:
@@ -101,15 +124,10 @@ def without_ghost(scenery: Scenery, patch: Mask, picture: Luma) -> Scenery:
     smooth = _smooth(picture)
     smooth = smooth - _light(smooth - scenery.luma)
     ring = cv2.morphologyEx(patch, cv2.MORPH_GRADIENT, np.ones((5, 5), np.uint8)) > 0
-    if _steepness(scenery.luma)[ring].mean() < GHOST_FACTOR * _steepness(smooth)[ring].mean():
+    if steepness(scenery.luma)[ring].mean() < GHOST_FACTOR * steepness(smooth)[ring].mean():
         return scenery
     within = np.asarray(cv2.dilate(patch, np.ones((7, 7), np.uint8))) > 0
     return replace(scenery, luma=np.where(within, smooth, scenery.luma).astype(np.float32))
-
-
-def _steepness(picture: NDArray[np.float32]) -> NDArray[np.float32]:
-    down, across = np.gradient(picture)
-    return np.asarray(np.hypot(down, across), dtype=np.float32)
 
 
 def _median(stack: NDArray[np.float32]) -> NDArray[np.float32]:

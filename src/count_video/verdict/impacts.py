@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from count_video.collisions.weighing import SeenImpacts
 from count_video.records import FootageInfo, FootageReport, Track, TrialResult
 from count_video.verdict.blank import nothing_to_count
@@ -11,6 +13,9 @@ from count_video.verdict.timed import timed
 
 IMPACTS_PROBABILITY_AT_LEAST = 0.25
 """A smaller number of impacts is a lower bound, no count: more of them are likely not seen."""
+FOLLOWED = 0.95
+"""A track that shows both bodies in such a share of the frames, from first to last sighting, lost
+neither."""
 IMPACTS_OF_ONE_ALONE = 3
 """So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
 
@@ -51,10 +56,29 @@ def is_settled(result: TrialResult, *, at_wall: bool) -> bool:
     return result.count is not None and (at_wall or result.count < IMPACTS_OF_ONE_ALONE)
 
 
-def is_better(result: TrialResult, track: Track | None, pair: Track | None) -> bool:
-    """Whether what the second look tells comes before what the first told of a pair."""
+def is_better(
+    result: TrialResult, track: Track | None, first: TrialResult, pair: Track | None
+) -> bool:
+    """Whether what the second look tells comes before what the ``first`` told of a pair.
+
+    The first look's wall stands if the ball was seen to strike it, by a track that did not lose
+    the bodies where the second look's does not.
+    """
     if result.count is None or track is None:
         return False
-    if track.heavy is None and result.count >= IMPACTS_OF_ONE_ALONE:
+    if track.heavy is None:
+        return result.count >= IMPACTS_OF_ONE_ALONE or pair is None or not pair.wall_seen
+    if pair is None or not pair.wall_seen:
         return True
-    return pair is None or not pair.wall_seen
+    struck = any(collision.kind == "wall" for collision in first.collisions)
+    return not struck or _followed(pair) < FOLLOWED <= _followed(track)
+
+
+def _followed(track: Track) -> float:
+    """Share of the frames in which a body is seen, from its first to its last sighting."""
+    shares = []
+    for body in (track.ball, track.heavy):
+        seen = np.isfinite(body.position_px) if body is not None else np.ones(1, dtype=bool)
+        rows = np.flatnonzero(seen)
+        shares.append(float(seen[rows[0] : rows[-1] + 1].mean()) if len(rows) else 0.0)
+    return min(shares)
