@@ -15,21 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
-from count_video.tracking.features import MovingFeatures, moving_features
+from count_video.tracking.features import MovingFeatures
 from count_video.tracking.learning import Body, Box, Seed, learn
 from count_video.tracking.seeds import (
     Patch,
     PatchPair,
-    motion_direction_deg,
-    pairs_across_runs,
-    patches,
-    rank_pairs,
 )
 
-CANDIDATES = 6
-"""So many pairs of patches are tried, best first."""
-SEEN_EACH_RUN = 1.5
-"""A pair seen so many times a run, half as often as a run is looked at, needs no rival."""
 WIDTH_OVER_HEIGHT = 1.3
 """Of a long body only the part next to its neighbour is learnt, by the height that both share. That
 is too little of a body without a pattern beside one that shows only a print: it takes its own."""
@@ -47,18 +39,6 @@ ORDERED_SHARE = 0.75
 MIRROR_SHARE = 0.05
 """Places whose sum varies by less than this share of their difference are mirror images; where it
 is the difference that hardly varies, they are parts of one body."""
-
-
-@dataclass(frozen=True)
-class Look:
-    """How bodies are looked for: each way finds some that the others do not."""
-
-    faint: bool = False
-    """Bodies that hardly stand out as well."""
-    close: bool = False
-    """In enlarged pictures: bodies of a few px."""
-    wide: bool = False
-    """Learning more of a long body than what lies next to its neighbour."""
 
 
 @dataclass(frozen=True)
@@ -98,48 +78,10 @@ class NotFound:
     reason: str
 
 
-def find_bodies(
-    runs: Sequence[Sequence[Frame]], look: Look, tried: Sequence[Bodies] = ()
-) -> Bodies | NotFound:
-    """Find the two bodies that move along one line, from runs of consecutive frames.
-
-    ``tried`` came to nothing: others are found if there are any, else the same ones from other
-    patches.
-    """
-    features = [moving_features(run, faint=look.faint, close=look.close) for run in runs]
-    direction = motion_direction_deg(features)
-    if direction is None:
-        return NotFound("nothing moves along a line in this clip")
-    upright = abs(direction) > 45.0
-    if upright:
-        runs = [[transposed(frame) for frame in run] for run in runs]
-        features = [_features_transposed(run) for run in features]
-        direction = (90.0 - direction + 90.0) % 180.0 - 90.0
-    width = runs[0][0].luma.shape[1]
-    groups = [patches(run, direction, width) for run in features]
-    if not any(groups):
-        return NotFound("no body moves steadily along a line in this clip")
-    best, merit = None, (False, 0)
-    for pair in rank_pairs(groups)[:CANDIDATES] + pairs_across_runs(groups)[:CANDIDATES]:
-        known = any(pair == bodies.seen_as for bodies in tried)
-        learnt = None if known else _learn_pair(runs, pair, direction, wide=look.wide)
-        if learnt is None:
-            continue
-        found = differ(learnt, tried), min(len(body.sightings) for body in learnt)
-        if found > merit:
-            best, merit = Bodies(*learnt, direction, upright, pair), found
-        if merit >= (True, SEEN_EACH_RUN * len(runs)):
-            break
-    if best is not None:
-        return best
-    return NotFound(
-        "only one body, or no two that move on their own along one line, can be followed"
-    )
-
-
-def _learn_pair(
+def learn_pair(
     runs: Sequence[Sequence[Frame]], pair: PatchPair, tilt_deg: float, *, wide: bool
 ) -> tuple[Body, Body] | None:
+    """Learn both bodies of a pair, the left one first; None where they cannot be found again."""
     learnt = learn(runs, _seeds(runs, pair, wide=wide), tilt_deg)
     if learnt is None or not _side_by_side(*learnt):
         return None
@@ -257,7 +199,8 @@ def _flip(luma: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.ascontiguousarray(luma.T)
 
 
-def _features_transposed(run: MovingFeatures) -> MovingFeatures:
+def features_transposed(run: MovingFeatures) -> MovingFeatures:
+    """Swap the features' places along and across the rows."""
     return replace(
         run,
         x_px=run.y_px,

@@ -8,18 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import BodyTrack, Floats, Frame, MotionLine, Track, WallSide
+from count_video.records import BodyTrack, Floats, MotionLine, Track, WallSide
 from count_video.tracking.beside import PROGRESS_STEP, Pass, follow_beside
-from count_video.tracking.bodies import Bodies, Look, NotFound, differ, find_bodies
+from count_video.tracking.bodies import Bodies, NotFound
 from count_video.tracking.camera import Camera, Motion
 from count_video.tracking.certainty import stated_sigmas
+from count_video.tracking.finding import Finder
 from count_video.tracking.follow import Follower
 from count_video.tracking.landmarks import clear_of
 from count_video.tracking.pilot import pilots
@@ -40,8 +40,6 @@ PAIRS_AT_MOST = 3
 UNSURE_FACTOR = 8.0
 """A sighting with an uncertainty so many times the usual one is not believed: blur at full speed
 and a body half hidden double or treble it."""
-LOOKS = (Look(), Look(faint=True), Look(close=True), Look(wide=True), Look(faint=True, wide=True))
-"""Ways of looking for bodies: first by what stands out, then by what is faint, and so on."""
 
 
 def track_clip(
@@ -69,7 +67,8 @@ def tracks(
     view = view_of(footage, settings)
     for runs in pilots(view):
         steady, camera = steadied(runs)
-        bodies = _find(steady, ())
+        finder = Finder(steady)
+        bodies = finder.find()
         if isinstance(bodies, Bodies):
             break
     if isinstance(bodies, NotFound):
@@ -95,27 +94,9 @@ def tracks(
             except TrackingError as error:
                 fault = fault or error
         tried.append(bodies)
-        bodies = _find(steady, tried) if len(tried) < PAIRS_AT_MOST else NotFound("")
+        bodies = finder.find(tried) if len(tried) < PAIRS_AT_MOST else NotFound("")
     if fault is not None and not shown:
         raise fault
-
-
-def _find(runs: Sequence[Sequence[Frame]], tried: Sequence[Bodies]) -> Bodies | NotFound:
-    """Find the bodies in steady runs, by one way of looking after the other.
-
-    Others than those tried come before the same ones seen in another way.
-    """
-    # A ball that bounces to and fro moves evenly in short runs only.
-    short = [half for run in runs for half in (run[: len(run) // 2], run[len(run) // 2 :]) if half]
-    again: Bodies | None = None
-    for look, pieces in product(LOOKS, (runs, short)):
-        bodies = find_bodies(pieces, look, tried)
-        if isinstance(bodies, NotFound):
-            continue
-        if differ((bodies.left, bodies.right), tried):
-            return bodies
-        again = again or bodies
-    return again or bodies
 
 
 def _with_shift(track: Track, motion: Motion | None, view: View) -> Track:

@@ -1,0 +1,49 @@
+"""Look for the two bodies in one way after the other, and for others where these will not do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+
+from count_video.records import Frame
+from count_video.tracking.bodies import Bodies, NotFound, differ
+from count_video.tracking.candidates import Candidates, Look, best_bodies, candidates
+
+LOOKS = (Look(), Look(faint=True))
+"""Ways of looking for bodies: first by what stands out, then by what is faint."""
+LAST_LOOKS = (Look(close=True), Look(wide=True), Look(faint=True, wide=True))
+"""Ways that take long: before the clip is said to show no two bodies."""
+
+
+class Finder:
+    """Finds the bodies of a clip; what was learnt on the way is not learnt again."""
+
+    def __init__(self, runs: Sequence[Sequence[Frame]]) -> None:
+        """Look into these runs of consecutive frames, in which the camera stands still."""
+        halves = ((run[: len(run) // 2], run[len(run) // 2 :]) for run in runs)
+        # A ball that bounces to and fro moves evenly in short runs only.
+        self._pieces = (list(runs), [half for two in halves for half in two if half])
+        self._seen: dict[tuple[Look, int], Candidates | NotFound] = {}
+
+    def find(self, tried: Sequence[Bodies] = ()) -> Bodies | NotFound:
+        """Find the likeliest two bodies.
+
+        Others than those tried come before the same ones seen in another way.
+        """
+        again: Bodies | None = None
+        missing = NotFound("")
+        for bodies in self._ways(LOOKS if tried else LOOKS + LAST_LOOKS, tried):
+            if isinstance(bodies, NotFound):
+                missing = bodies
+            elif differ((bodies.left, bodies.right), tried):
+                return bodies
+            else:
+                again = again or bodies
+        return again or missing
+
+    def _ways(self, looks: Sequence[Look], tried: Sequence[Bodies]) -> Iterator[Bodies | NotFound]:
+        for look, place in product(looks, range(len(self._pieces))):
+            if (look, place) not in self._seen:
+                self._seen[look, place] = candidates(self._pieces[place], look)
+            found = self._seen[look, place]
+            yield found if isinstance(found, NotFound) else best_bodies(found, tried)
