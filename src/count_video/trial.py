@@ -89,42 +89,58 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
         try:
             trial = _with_likeliest_pair(footage, looking, settings, progress)
         except TrackingError:
-            return _without_pair(footage, looking, progress)
+            return _without_clear_pair(footage, looking, settings, progress)
         if verdict.is_settled(trial.result, at_wall=trial.found is not None):
             return trial
         # A shadow or a hand may have been taken for the second body.
         alone = _without_pair(footage, looking, progress)
-        return (
-            alone
-            if verdict.is_better(alone.result, alone.track, trial.result, trial.track)
-            else trial
-        )
+        better = verdict.is_better(alone.result, alone.track, trial.result, trial.track)
+        return alone if better else trial
+
+
+def _without_clear_pair(
+    footage: Footage, looking: TrackSettings, settings: TrialSettings, progress: Progress
+) -> Trial:
+    """Work through a clip in which no two bodies stand out: one alone, or two that are hard to see.
+
+    A close look takes longer than all others together and comes last.
+    """
+    alone = _without_pair(footage, looking, progress)
+    if alone.result.status == "counted":
+        return alone
+    try:
+        trial = _with_likeliest_pair(footage, looking, settings, progress, closely=True)
+    except TrackingError:
+        return alone
+    return trial if trial.result.status == "counted" else alone
 
 
 def _with_likeliest_pair(
-    footage: Footage, looking: TrackSettings, settings: TrialSettings, progress: Progress
+    footage: Footage,
+    looking: TrackSettings,
+    settings: TrialSettings,
+    progress: Progress,
+    *,
+    closely: bool = False,
 ) -> Trial:
     """Work through a clip with the first two bodies that move as ball and heavy body do.
 
     The first two at a wall stand for the others if none of them bear out their collisions.
     """
-    best = None
-    others = tracks(footage, looking, progress)
-    for track in others:
+    best: Trial | None = None
+    for track in tracks(footage, looking, progress, closely=closely):
+        # What a path bears out stands, unless the markings of a ball were taken for its motion.
+        if best is not None and _borne_out(best) and not track.by_silhouette:
+            break
         trial = _with_pair(footage, track, settings)
-        if _borne_out(trial):
-            if trial.result.status == "counted" or track.by_silhouette:
-                return trial
-            # The markings of a ball that spins may have been taken for its motion.
-            other = next(others, None)
-            if other is None or not other.by_silhouette:
-                return trial
-            again = _with_pair(footage, other, settings)
-            counted = again.result.status == "counted" and _borne_out(again)
-            return again if counted else trial
-        if best is None or (track.wall_seen and not _stands(best)):
+        counted = trial.result.status == "counted"
+        if counted and _borne_out(trial):
+            return trial
+        if track.by_silhouette and best is not None:
+            continue
+        if best is None or _borne_out(trial) or (track.wall_seen and not _stands(best)):
             best = trial
-            if track.wall_seen and trial.result.status == "counted":
+            if track.wall_seen and counted:
                 break
     if best is None:
         raise TrackingError("no two bodies can be followed")

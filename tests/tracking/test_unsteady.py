@@ -1,7 +1,7 @@
 """A ball that spins is followed by its silhouette: its markings do not move it."""
 
 import numpy as np
-from tests.tracking.drawn import SAMPLES, as_frames, background, to_luma
+from drawn import SAMPLES, as_frames, background, to_luma
 
 from count_video.records import Frame
 from count_video.tracking.follow import Follower

@@ -11,15 +11,19 @@ from count_video.tracking.candidates import Candidates, Look, best_bodies, candi
 
 LOOKS = (Look(), Look(faint=True))
 """Ways of looking for bodies: first by what stands out, then by what is faint."""
-LAST_LOOKS = (Look(close=True), Look(wide=True), Look(faint=True, wide=True))
-"""Ways that take long: before the clip is said to show no two bodies."""
+CLOSE_LOOKS = (Look(close=True), Look(wide=True), Look(faint=True, wide=True))
+"""Ways that take long, where these show no two bodies."""
 
 
 class Finder:
     """Finds the bodies of a clip; what was learnt on the way is not learnt again."""
 
-    def __init__(self, runs: Sequence[Sequence[Frame]]) -> None:
-        """Look into these runs of consecutive frames, in which the camera stands still."""
+    def __init__(self, runs: Sequence[Sequence[Frame]], *, closely: bool = False) -> None:
+        """Look into these runs of consecutive frames, in which the camera stands still.
+
+        ``closely`` takes the ways that take long, instead of the others.
+        """
+        self._looks = CLOSE_LOOKS if closely else LOOKS
         halves = ((run[: len(run) // 2], run[len(run) // 2 :]) for run in runs)
         # A ball that bounces to and fro moves evenly in short runs only.
         self._pieces = (list(runs), [half for two in halves for half in two if half])
@@ -32,7 +36,7 @@ class Finder:
         """
         again: Bodies | None = None
         missing = NotFound("")
-        for bodies in self._ways(LOOKS if tried else LOOKS + LAST_LOOKS, tried):
+        for bodies in self._ways(tried):
             if isinstance(bodies, NotFound):
                 missing = bodies
             elif differ((bodies.left, bodies.right), tried):
@@ -41,8 +45,8 @@ class Finder:
                 again = again or bodies
         return again or missing
 
-    def _ways(self, looks: Sequence[Look], tried: Sequence[Bodies]) -> Iterator[Bodies | NotFound]:
-        for look, place in product(looks, range(len(self._pieces))):
+    def _ways(self, tried: Sequence[Bodies]) -> Iterator[Bodies | NotFound]:
+        for look, place in product(self._looks, range(len(self._pieces))):
             if (look, place) not in self._seen:
                 self._seen[look, place] = candidates(self._pieces[place], look)
             found = self._seen[look, place]

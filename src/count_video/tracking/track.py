@@ -50,12 +50,17 @@ def track_clip(
 
 
 def tracks(
-    footage: Footage, settings: TrackSettings, progress: Progress = NO_PROGRESS
+    footage: Footage,
+    settings: TrackSettings,
+    progress: Progress = NO_PROGRESS,
+    *,
+    closely: bool = False,
 ) -> Iterator[Track]:
     """Measure where ball and heavy body were, frame by frame, the likeliest bodies first.
 
     There is a second track only where more than two things move, or one body shows up in different
-    ways. Each takes a pass through the footage when it is asked for.
+    ways. Each takes a pass through the footage when it is asked for. ``closely`` looks, for longer,
+    for bodies that are not found otherwise.
 
     Raises
     ------
@@ -67,7 +72,7 @@ def tracks(
     view = view_of(footage, settings)
     for runs in pilots(view):
         steady, camera = steadied(runs)
-        finder = Finder(steady)
+        finder = Finder(steady, closely=closely)
         bodies = finder.find()
         if isinstance(bodies, Bodies):
             break

@@ -16,6 +16,8 @@ IMPACTS_PROBABILITY_AT_LEAST = 0.25
 FOLLOWED = 0.95
 """A track that shows both bodies in such a share of the frames, from first to last sighting, lost
 neither."""
+BOTH = 2
+"""Kinds of collisions: a trial at a wall has those of the bodies and those with the wall."""
 IMPACTS_OF_ONE_ALONE = 3
 """So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
 
@@ -61,8 +63,8 @@ def is_better(
 ) -> bool:
     """Whether what the second look tells comes before what the ``first`` told of a pair.
 
-    The first look's wall stands if the ball was seen to strike it, by a track that did not lose
-    the bodies where the second look's does not.
+    The first look's wall stands if a ball was seen to strike both wall and heavy body, by a track
+    that did not lose the bodies where the second look's does not.
     """
     if result.count is None or track is None:
         return False
@@ -70,8 +72,8 @@ def is_better(
         return result.count >= IMPACTS_OF_ONE_ALONE or pair is None or not pair.wall_seen
     if pair is None or not pair.wall_seen:
         return True
-    struck = any(collision.kind == "wall" for collision in first.collisions)
-    return not struck or _followed(pair) < FOLLOWED <= _followed(track)
+    kinds = {collision.kind for collision in first.collisions}
+    return len(kinds) < BOTH or _followed(pair) < FOLLOWED <= _followed(track)
 
 
 def _followed(track: Track) -> float:
