@@ -105,7 +105,11 @@ def learn(
     pictures = {seen.index: seen.luma for run in runs for seen in run}
     sketches = [_sketch(pictures, seed) for seed in seeds]
     for _ in range(ROUNDS):
-        places = [_find_everywhere(runs, sketch, tilt_deg) for sketch in sketches]
+        places = []
+        for sketch in sketches:
+            places.append(_find_everywhere(runs, sketch, tilt_deg))
+            if len(places[-1]) < SIGHTINGS_AT_LEAST or sketch.seed.frame not in places[-1]:
+                return None
         improved = []
         for number, sketch in enumerate(sketches):
             others = [found for other, found in enumerate(places) if other != number]
@@ -138,8 +142,6 @@ def _improved(
 ) -> _Sketch | None:
     """Sketch the body anew from the mean of where it was found."""
     seed = sketch.seed
-    if len(places) < SIGHTINGS_AT_LEAST or seed.frame not in places:
-        return None
     margin = round(SURROUNDINGS * sketch.sprite.shape[0])
     weight = _rarity(places, others)
     mean = _average(pictures, places, weight, (sketch.sprite.shape, margin))
