@@ -14,7 +14,7 @@ import numpy as np
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import BodyTrack, Floats, MotionLine, Track, WallSide
+from count_video.records import BodyTrack, Floats, Frame, MotionLine, Track, WallSide
 from count_video.tracking.beside import PROGRESS_STEP, Pass, follow_beside
 from count_video.tracking.bodies import Bodies, NotFound
 from count_video.tracking.camera import Camera, Motion
@@ -80,28 +80,47 @@ def tracks(
         _pass_over(view, progress)
         raise TrackingError(bodies.reason)
     tried: list[Bodies] = []
-    shown, fault = False, None
+    faults: list[TrackingError] = []
+    shown = False
     while isinstance(bodies, Bodies):
-        landmarks = camera.landmarks and clear_of(camera.landmarks, bodies.swept())
-        afresh = Camera(landmarks)
-        passes = frames, (left, right), motion = _follow(view, bodies, afresh, progress)
-        try:
-            track = _track(bodies, frames, (left, right), (view, settings.wall_side))
-            yield _with_shift(track, motion, view)
-            shown = True
-        except TrackingError as error:
-            fault = fault or error
-        if not tried and (seen := follow_beside(view, steady, [(bodies, passes)], progress)):
-            try:
-                track = _track(*seen, (view, settings.wall_side))
-                yield replace(track, by_silhouette=True)
+        beside = () if tried else steady
+        for found in _outcomes((view, settings.wall_side), bodies, camera, beside, progress):
+            if isinstance(found, TrackingError):
+                faults.append(found)
+            else:
                 shown = True
-            except TrackingError as error:
-                fault = fault or error
+                yield found
         tried.append(bodies)
         bodies = finder.find(tried) if len(tried) < PAIRS_AT_MOST else NotFound("")
-    if fault is not None and not shown:
-        raise fault
+    if faults and not shown:
+        raise faults[0]
+
+
+def _outcomes(
+    view_and_side: tuple[View, WallSide | None],
+    bodies: Bodies,
+    camera: Camera,
+    beside: Sequence[Sequence[Frame]],
+    progress: Progress,
+) -> Iterator[Track | TrackingError]:
+    """Follow two bodies by their looks, and then the neighbour of one by its silhouette.
+
+    The latter only where there are runs of frames to find it ``beside``.
+    """
+    view = view_and_side[0]
+    landmarks = camera.landmarks and clear_of(camera.landmarks, bodies.swept())
+    passes = frames, followers, motion = _follow(view, bodies, Camera(landmarks), progress)
+    try:
+        yield _with_shift(_track(bodies, frames, followers, view_and_side), motion, view)
+    except TrackingError as error:
+        yield error
+    seen = follow_beside(view, beside, [(bodies, passes)], progress) if beside else None
+    if seen is None:
+        return
+    try:
+        yield replace(_track(*seen, view_and_side), by_silhouette=True)
+    except TrackingError as error:
+        yield error
 
 
 def _with_shift(track: Track, motion: Motion | None, view: View) -> Track:

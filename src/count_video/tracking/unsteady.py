@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
-from count_video.tracking.learning import AGREEMENT_SHARE, NEAR_FRAMES, Body, Seed, learn
+from count_video.tracking.learning import NEAR_FRAMES, Body, learn
 from count_video.tracking.scenery import Luma
+from count_video.tracking.sightings import AGREEMENT_SHARE, Seed
 from count_video.tracking.silhouette import DARK, LIT, Backdrop, Beside, learn_backdrop
 from count_video.tracking.sprite import look
 
