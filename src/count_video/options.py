@@ -94,6 +94,14 @@ def _parser() -> _Parser:
         "manifest (.csv): then a clip a line, with options of its own (a folder's own manifest.csv "
         "is heeded)",
     )
+    _add_answer_options(parser)
+    _add_footage_options(parser.add_argument_group("the footage"))
+    _add_apparatus_options(parser.add_argument_group("the apparatus"))
+    _add_campaign_options(parser.add_argument_group("a campaign of many clips"))
+    return parser
+
+
+def _add_answer_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--version",
         action="version",
@@ -135,10 +143,6 @@ def _parser() -> _Parser:
         help="tell the exact count for two masses, with angles and bounds on pi, instead of "
         "counting a clip; with -o draw the phase circle (default: count)",
     )
-    _add_footage_options(parser.add_argument_group("the footage"))
-    _add_apparatus_options(parser.add_argument_group("the apparatus"))
-    _add_campaign_options(parser.add_argument_group("a campaign of many clips"))
-    return parser
 
 
 def _add_footage_options(group: argparse._ArgumentGroup) -> None:
