@@ -135,6 +135,17 @@ def test_a_last_collision_at_the_very_turn_is_judged_by_the_model() -> None:
     assert between.count == trial.count
 
 
+def test_a_ball_that_creeps_to_the_wall_at_last_leaves_no_sure_count() -> None:
+    """It strikes at a hundredth of a pixel a frame: no flight shows that it turned."""
+    heavy = 33 * SETUP.light_mass_kg
+    trial = filmed(replace(SETUP, heavy_mass_kg=heavy, wall_gap_m=0.0133), 2500.0)
+
+    found = seen_collisions(trial.track)
+
+    assert found.burst == trial.count - 1
+    assert any("creeps up to the wall" in reason for reason in found.shortcomings)
+
+
 def mirrored(track: Track) -> Track:
     assert track.heavy is not None
     bodies = [

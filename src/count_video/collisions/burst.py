@@ -41,6 +41,11 @@ TURN_SIGMAS = 12.0
 TURN_AT_LEAST_PX = 1.0
 
 
+GRAZING_SIGMAS = 6.0
+GRAZING_FRAMES = 5
+"""A ball that stood so near to the wall in so many frames may have struck it."""
+
+
 @dataclass(frozen=True)
 class Rival:
     """Another count, where a collision falls together with the heavy body's turn."""
@@ -82,7 +87,11 @@ def find_burst(candidates: Sequence[Candidate], gaps: Gaps, swing: Swing | None)
         end = turning.open_before if turned else end
         rival = Rival(other, min(turning.chance, 1 - turning.chance), _open(turning.open_before))
     inside = inside[:count]
-    shortcomings = [_beginning(inside, gaps), _ending(inside, gaps, end, swing)]
+    shortcomings = [
+        _beginning(inside, gaps),
+        _ending(inside, gaps, end, swing),
+        _grazing(inside, gaps, end),
+    ]
     return Burst(count, rival, end, tuple(s for s in shortcomings if s))
 
 
@@ -189,6 +198,26 @@ def _ending(inside: Sequence[Candidate], gaps: Gaps, end: float, swing: Swing | 
     else:
         return None
     return f"the clip ends {what}, before the burst can be over; let it run longer"
+
+
+def _grazing(inside: Sequence[Candidate], gaps: Gaps, end: float) -> str | None:
+    """Judge whether the ball creeps to the wall once more and turns too gently to show it."""
+    walls = [c.frame for c in inside if c.kind == "wall"]
+    if not walls or inside[-1].kind == "wall":
+        return None
+    seen = np.isfinite(gaps.ball_px)
+    level = float(np.median(np.interp(walls, gaps.frame[seen], gaps.ball_px[seen])))
+    later = seen & (gaps.frame > inside[-1].frame + HALF_EXPOSURE) & (gaps.frame < end)
+    if later.sum() < GRAZING_FRAMES:
+        return None
+    # One place alone may be wrong by more than its noise.
+    nearest = float(np.sort(gaps.ball_px[later])[GRAZING_FRAMES - 1])
+    if nearest > level + GRAZING_SIGMAS * sigma_of(gaps.ball_px):
+        return None
+    return (
+        "after the last collision that is seen the ball creeps up to the wall: whether it strikes "
+        "it before the burst is over is too faint to tell"
+    )
 
 
 def _driven_back(gaps: Gaps) -> bool:
