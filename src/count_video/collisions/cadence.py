@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import BodyTrack, Collision, Floats, Track
-from count_video.signals import noise_px
+from count_video.signals import sigma_of
 
 STEPS_AT_LEAST = 6
 """Changes of the step between frames, while a body moves, that a judgement takes."""
@@ -78,7 +78,7 @@ def cadence_of(track: Track) -> Cadence | None:
     by_frame, by_picture = [], []
     for body in _bodies(track):
         moved = np.diff(body.position_px[rows])
-        least = MOVES_SIGMAS * noise_px(body.position_px[rows])
+        least = MOVES_SIGMAS * sigma_of(body.position_px[rows])
         lesser = np.minimum(np.abs(moved[1:]), np.abs(moved[:-1]))
         telling = (np.diff(steps) != 0) & (lesser > least)
         by_frame.append(np.abs(np.diff(step * moved / steps))[telling])
@@ -108,7 +108,7 @@ def _missed_copies(track: Track) -> NDArray[np.bool_]:
     due: NDArray[np.bool_] = track.frame.astype(int) % period == int(np.argmax(phases))
     for body in _bodies(track):
         moved = np.abs(np.diff(body.position_px, prepend=np.nan))
-        due &= ~(moved > MOVES_SIGMAS * noise_px(body.position_px))
+        due &= ~(moved > MOVES_SIGMAS * sigma_of(body.position_px))
     return due
 
 
