@@ -31,6 +31,9 @@ STRAY_SIGMAS = 3.0
 """A heavy body that was followed rightly, through collisions that are all known, strays less than
 this from its path, or than this share of its way (lenses bend a straight line, converted clips
 blend pictures), or than so many standard deviations of its places."""
+MOVES_AT_LEAST_PX = 2.0
+"""What moves less all along is scenery. The heavy body comes and goes by more than the ball hangs
+from it, which is more than can be told to be two bodies."""
 CORRELATED_FRAMES = 10
 """What is left over is not white (reflections creep over polished brass): so many neighbouring
 frames count as one."""
@@ -107,11 +110,13 @@ def swing_of(path: HeavyPath | None) -> Swing | None:
 def borne_out(path: HeavyPath | None, gaps: Gaps) -> bool | None:
     """Whether the heavy body moves as one that swings and takes these strokes.
 
-    If it does not, a body was mistaken for another, or collisions are missing. None where the
-    frames do not show enough to tell.
+    If it does not, a body was mistaken for another or for scenery, or collisions are missing. None
+    where the frames do not show enough to tell.
     """
     if path is None:
         return None
+    if path.way_px < MOVES_AT_LEAST_PX:
+        return False
     noise = STRAY_SIGMAS * sigma_of(gaps.heavy_px)
     return path.stray_px < max(STRAY_AT_LEAST_PX, STRAY_SHARE * path.way_px, noise)
 
