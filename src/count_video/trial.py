@@ -94,7 +94,9 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
             return trial
         # A shadow or a hand may have been taken for the second body.
         alone = _without_pair(footage, looking, progress)
-        better = verdict.is_better(alone.result, alone.track, trial.result, trial.track)
+        better = verdict.is_better(
+            alone.result, alone.track, trial.result, trial.track, borne_out=_borne_out(trial)
+        )
         return alone if better else trial
 
 

@@ -18,6 +18,8 @@ FOLLOWED = 0.95
 neither."""
 BOTH = 2
 """Kinds of collisions: a trial at a wall has those of the bodies and those with the wall."""
+FEW_OF_A_TRIAL = 3
+"""So few collisions may be borne out by a body and its shadow."""
 IMPACTS_OF_ONE_ALONE = 3
 """So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
 
@@ -59,20 +61,28 @@ def is_settled(result: TrialResult, *, at_wall: bool) -> bool:
 
 
 def is_better(
-    result: TrialResult, track: Track | None, first: TrialResult, pair: Track | None
+    result: TrialResult,
+    track: Track | None,
+    first: TrialResult,
+    pair: Track | None,
+    *,
+    borne_out: bool,
 ) -> bool:
     """Whether what the second look tells comes before what the ``first`` told of a pair.
 
     The first look's wall stands if a ball was seen to strike both wall and heavy body, by a track
-    that did not lose the bodies where the second look's does not.
+    that did not lose the bodies where the second look's does not; before one body alone if the
+    heavy body's path bears out several such collisions.
     """
     if result.count is None or track is None:
         return False
+    kinds = {collision.kind for collision in first.collisions}
     if track.heavy is None:
+        if borne_out and len(kinds) == BOTH and len(first.collisions) > FEW_OF_A_TRIAL:
+            return False
         return result.count >= IMPACTS_OF_ONE_ALONE or pair is None or not pair.wall_seen
     if pair is None or not pair.wall_seen:
         return True
-    kinds = {collision.kind for collision in first.collisions}
     return len(kinds) < BOTH or _followed(pair) < FOLLOWED <= _followed(track)
 
 
