@@ -14,12 +14,12 @@ even they leave it open, the velocity over its uncertainty is the chance of eith
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.stats import norm
 
 from count_video.collisions.candidates import Candidate
 from count_video.collisions.gaps import Gaps
@@ -65,8 +65,13 @@ def first_turn(candidates: Sequence[Candidate], gaps: Gaps, swing: Swing | None)
         if last.value < -SIGMAS * last.sigma:
             return Turning(after.frame, open_before, chance)
         if np.isinf(open_before):
-            open_before, chance = after.frame, float(norm.cdf(last.value / last.sigma))
+            open_before, chance = after.frame, _normal(last.value / last.sigma)
     return Turning(np.inf, open_before, chance)
+
+
+def _normal(sigmas: float) -> float:
+    """Probability that a normal variable stays below its mean plus so many standard deviations."""
+    return math.erfc(-sigmas / math.sqrt(2.0)) / 2
 
 
 @dataclass(frozen=True)
