@@ -76,14 +76,14 @@ def flight_of(clock: Floats, position: Floats) -> Flight | None:
     if seen.sum() < FRAMES_AT_LEAST:
         return None
     time = clock - clock[seen].mean()
-    fallen = _integral(time, _integral(time, np.interp(clock, clock[seen], position[seen])))
+    fallen = integral(time, integral(time, np.interp(clock, clock[seen], position[seen])))
     time, place = time[seen], position[seen] - position[seen].mean()
     own = np.column_stack([np.ones_like(time), time])
     return Flight(clock[seen], own, np.column_stack([time**2, fallen[seen]]), place)
 
 
-def _integral(time: Floats, values: Floats) -> Floats:
-    """Integrate by the trapezoidal rule from the first value on."""
+def integral(time: Floats, values: Floats) -> Floats:
+    """Integrate by the trapezoidal rule from the first value on, shape (n,)."""
     means = (values[1:] + values[:-1]) / 2
     return np.concatenate([[0.0], np.cumsum(means * np.diff(time))])
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from count_video.collisions.gaps import Gaps
+from count_video.lasting import integral
 from count_video.records import Collision, Floats
 from count_video.signals import sigma_of
 
@@ -132,8 +133,7 @@ def _design(frame: Floats, place: Floats, times: Floats, steps: Floats) -> Float
     """Columns of the linear model, shape (n, 5)."""
     clock = frame - frame[0]
     centred = place - place.mean()
-    once = np.concatenate([[0.0], np.cumsum(np.diff(frame) * (centred[1:] + centred[:-1]) / 2)])
-    twice = np.concatenate([[0.0], np.cumsum(np.diff(frame) * (once[1:] + once[:-1]) / 2)])
+    twice = integral(frame, integral(frame, centred))
     ramps = (np.maximum(frame[:, None] - times, 0) * steps).sum(axis=1)
     return np.stack([np.ones_like(clock), clock, clock**2, -twice, ramps], axis=1)
 

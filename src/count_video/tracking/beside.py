@@ -1,7 +1,7 @@
 """Follow the neighbour of a steady body by its silhouette, where its look told nothing.
 
-Asked after all pairs of bodies were followed by their looks. The steadiest of these bodies is
-taken for granted; on its other side its neighbour is sought again.
+Asked after a pair of bodies was followed by their looks. The steadier of them is taken for granted;
+on its other side its neighbour is sought again.
 """
 
 from __future__ import annotations
@@ -31,19 +31,21 @@ Pass = tuple[Floats, tuple[Follower, Follower], Motion | None]
 def follow_beside(
     view: View,
     runs: Sequence[Sequence[Frame]],
-    passes: Sequence[tuple[Bodies, Pass]],
+    bodies: Bodies,
+    seen: Pass,
     progress: Progress,
 ) -> tuple[Bodies, Floats, tuple[Follower, Follower]] | None:
-    """Follow the neighbour of the steadiest body; None where there is none.
+    """Follow the neighbour of the steadier body; None where there is none.
 
     None as well if the camera moves: its pictures share no backdrop.
     """
-    steady = _steadiest(passes)
-    if steady is None:
+    frames, _, motion = seen
+    steady = _steadier(seen)
+    if steady is None or motion is not None:
         return None
-    bodies, frames, follower, toward = steady
+    follower, toward = steady
     if bodies.upright:
-        runs = [[transposed(seen) for seen in run] for run in runs]
+        runs = [[transposed(frame) for frame in run] for run in runs]
     found = find_unsteady(runs, *_beside(frames, follower, toward))
     if found is None:
         return None
@@ -53,22 +55,15 @@ def follow_beside(
     return replace(bodies, left=pair[0].body, right=pair[1].body), frames, pair
 
 
-def _steadiest(
-    passes: Sequence[tuple[Bodies, Pass]],
-) -> tuple[Bodies, Floats, Follower, int] | None:
-    """Pick the body that was placed best in all passes; 1 or -1 tells where its neighbour is."""
-    best: tuple[float, tuple[Bodies, Floats, Follower, int]] | None = None
-    for bodies, (frames, followers, motion) in passes:
-        if motion is not None:
-            return None
-        for follower, toward in zip(followers, (1, -1), strict=True):
-            seen = np.flatnonzero(np.isfinite(follower.x_px))
-            if len(seen) < STEADY_SHARE * len(frames):
-                continue
-            sigma = float(np.nanmedian(follower.sigma_px))
-            if best is None or sigma < best[0]:
-                best = sigma, (bodies, frames, follower, toward)
-    return None if best is None else best[1]
+def _steadier(seen: Pass) -> tuple[Follower, int] | None:
+    """Pick the body that was placed better; 1 or -1 tells where its neighbour is."""
+    frames, followers, _ = seen
+    steady = [
+        (follower, toward)
+        for follower, toward in zip(followers, (1, -1), strict=True)
+        if np.isfinite(follower.x_px).sum() >= STEADY_SHARE * len(frames)
+    ]
+    return min(steady, key=lambda one: float(np.nanmedian(one[0].sigma_px)), default=None)
 
 
 def _beside(frames: Floats, follower: Follower, toward: int) -> tuple[Beside, Line]:

@@ -73,9 +73,9 @@ def see(frame: int, luma: Luma, scenery: Scenery, levels_at_least: float = 0.0) 
     """Find the patches of one shrunk picture, which differ by so many grey levels at least."""
     change = difference(luma, scenery)
     mask = (np.abs(change) > np.maximum(scenery.threshold, levels_at_least)).astype(np.uint8)
-    mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, _disc(3)), dtype=np.uint8)
+    mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, disc(3)), dtype=np.uint8)
     reach = 2 * max(1, round(BRIDGED_SHARE * mask.shape[1] / 2)) + 1
-    closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _disc(reach))
+    closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, disc(reach))
     number, found, stats, _ = cv2.connectedComponentsWithStats(np.asarray(closed))
     labels = np.asarray(found, dtype=np.int32)
     least = max(AREA_AT_LEAST_PX, AREA_SHARE_AT_LEAST * mask.size)
@@ -93,7 +93,8 @@ def see(frame: int, luma: Luma, scenery: Scenery, levels_at_least: float = 0.0) 
     return Sight(frame, blobs, float(mask.mean()))
 
 
-def _disc(size: int) -> NDArray[np.uint8]:
+def disc(size: int) -> NDArray[np.uint8]:
+    """Return a disc of so many px across, to open and close masks with."""
     return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), dtype=np.uint8)
 
 
@@ -110,7 +111,7 @@ def _blob(
     piece = np.abs(change[box])
     contrast = float(piece[inside].mean())
     cover = _cover(piece, inside, contrast)
-    core = np.asarray(cv2.erode(inside.astype(np.uint8), _disc(2 * RIM_PX + 1))) > 0
+    core = np.asarray(cv2.erode(inside.astype(np.uint8), disc(2 * RIM_PX + 1))) > 0
     # What is printed on the body may turn with it: only the rim tells the centre.
     whole = _moments(np.where(core, 1.0, cover), (box[1].start, box[0].start))
     return Blob(
@@ -131,7 +132,7 @@ def _cover(
     piece: NDArray[np.float32], inside: NDArray[np.bool_], contrast: float
 ) -> NDArray[np.float64]:
     """How much of each pixel a body covers, at the rim of its patch and within."""
-    rim = np.asarray(cv2.dilate(inside.astype(np.uint8), _disc(2 * RIM_PX + 1))) > 0
+    rim = np.asarray(cv2.dilate(inside.astype(np.uint8), disc(2 * RIM_PX + 1))) > 0
     return np.asarray(np.clip(piece / (COVERED_SHARE * contrast), 0.0, 1.0) * rim, dtype=np.float64)
 
 

@@ -55,7 +55,7 @@ class Bodies:
     seen_as: PatchPair
     """The moving patches from which they were learnt."""
 
-    def swept(self) -> list[tuple[float, float, float, float]]:
+    def swept(self) -> list[Box]:
         """Boxes (left, top, right, bottom) in px of the picture that the bodies pass over.
 
         They reach as far as the bodies were seen when they were learnt.
@@ -66,7 +66,7 @@ class Bodies:
         return [(top, left, bottom, right) for left, top, right, bottom in boxes]
 
 
-def _swept(body: Body) -> tuple[float, float, float, float]:
+def _swept(body: Body) -> Box:
     x, y = np.array(list(body.sightings.values())).T
     left, right = float(x.min()) + body.left_edge_px, float(x.max()) + body.right_edge_px
     return left, float(y.min()), right, float(y.max()) + body.sprite.shape[0]

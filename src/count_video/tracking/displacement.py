@@ -20,6 +20,7 @@ from count_video.tracking.landmarks import (
     WINDOW_PX,
     Landmarks,
     agreement,
+    correlations_of,
     evidence,
 )
 from count_video.tracking.sprite import REACH_PX, Picture, Pixels, smooth
@@ -86,8 +87,8 @@ def _settle(picture: Picture, landmarks: Landmarks, guess: tuple[float, float]) 
         if max(abs(x - guess[0]), abs(y - guess[1])) > SEARCH_PX / 2:
             return None
         if max(abs(right), abs(down)) < CONVERGED_PX:
-            looks = seen, landmarks.appearance
-            agrees, tells = agreement(*looks), evidence(*looks)
+            told = correlations_of(seen, landmarks.appearance)
+            agrees, tells = agreement(told), evidence(told)
             return replace(step, x_px=x, y_px=y, agreement=agrees, evidence=tells)
     return None
 

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.tracking.sightings import Box
 from count_video.tracking.sprite import REACH_PX, Picture, Pixels, look
 
-Box = tuple[float, float, float, float]
-"""Left, top, right and bottom in px."""
 WINDOW_PX = 11
 SEARCH_PX = 16
 """A knock may move the picture so far from one frame to the next."""
@@ -81,7 +80,14 @@ def make_landmarks(
         tuple(inside[place][0] for place in kept),
         tuple(inside[place][1] for place in kept),
         appearance.astype(np.float32),
-        float(np.median([agreement(one.reshape(appearance.shape), appearance) for one in shown])),
+        float(
+            np.median(
+                [
+                    agreement(correlations_of(one.reshape(appearance.shape), appearance))
+                    for one in shown
+                ]
+            )
+        ),
         (say * slopes).astype(np.float32),
         weighted,
         np.asarray(np.linalg.pinv(weighted, hermitian=True)),
@@ -117,22 +123,22 @@ def _overlap(corner: tuple[int, int], box: Box) -> bool:
     return left < x + WINDOW_PX and x < right and top < y + WINDOW_PX and y < bottom
 
 
-def agreement(seen: Pixels, appearance: Pixels) -> float:
-    """Mean correlation of windows with their appearance; shapes (n, p), the second centred.
+def agreement(correlations: Pixels) -> float:
+    """Mean correlation of windows with their appearance, shape (n,).
 
     Every window counts alike, or a few edges along the motion would outvote those across it.
     """
-    return float(_correlations(seen, appearance).mean())
+    return float(correlations.mean())
 
 
-def evidence(seen: Pixels, appearance: Pixels) -> float:
-    """How much likelier the windows' looks are with than without the scenery in them.
+def evidence(correlations: Pixels) -> float:
+    """How much likelier the windows' looks are with than without the scenery, shape (n,).
 
     It is the mean logarithm of the likelihood ratio, per pixel, for noise of unknown strength. A
     body in front of some windows costs what these had to say and no more; a place at which all of
     them look a little alike gains little.
     """
-    each = np.clip(_correlations(seen, appearance), 0.0, CLOSEST)
+    each = np.clip(correlations, 0.0, CLOSEST)
     return float(-np.log1p(-np.square(each)).mean()) / 2
 
 
@@ -167,7 +173,7 @@ def _shown(
 def _lasting(shown: Pixels) -> NDArray[np.bool_]:
     """Which windows most pictures show, shape (n,)."""
     flat = shown.reshape(*shown.shape[:2], -1)
-    each = np.array([_correlations(one, _centred(flat.mean(axis=0))) for one in flat])
+    each = np.array([correlations_of(one, _centred(flat.mean(axis=0))) for one in flat])
     seen = each > SEEN_SHARE * np.quantile(each, USUAL, axis=0)
     return np.asarray(seen.mean(axis=0) >= SHOWN_SHARE)
 
@@ -203,7 +209,7 @@ def _say(normal: Floats, noise: Floats) -> Floats:
     return np.asarray(np.median(noise) / (noise + FAULT_PX**2 * steepest + 1e-6))
 
 
-def _correlations(seen: Pixels, appearance: Pixels) -> Pixels:
+def correlations_of(seen: Pixels, appearance: Pixels) -> Pixels:
     """Correlation of each window with its appearance; shapes (n, p), the second centred."""
     centred = _centred(seen)
     power = np.einsum("ij,ij->i", centred, centred) * np.einsum("ij,ij->i", appearance, appearance)

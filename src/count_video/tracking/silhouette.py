@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
+from count_video.tracking.blobs import disc
 from count_video.tracking.scenery import (
     PICTURES,
     SHOWN_AT_LEAST,
@@ -83,8 +84,8 @@ class Backdrop:
     def silhouette(self, frame: int, luma: Luma) -> Luma:
         """Show what is before the backdrop, shape (height, width); all else is dark."""
         away = np.abs(difference(luma, self.scenery))
-        away = cv2.morphologyEx(away, cv2.MORPH_CLOSE, _disc(SEAM_PX))
-        most = cv2.blur(cv2.dilate(away, _disc(EDGE_PX)), (3, 3))
+        away = cv2.morphologyEx(away, cv2.MORPH_CLOSE, disc(SEAM_PX))
+        most = cv2.blur(cv2.dilate(away, disc(EDGE_PX)), (3, 3))
         share = away / np.maximum(most, FAINT_FACTOR * self.scenery.threshold)
         share[:, self.beside.hidden(frame, luma.shape)] = 0.0
         return np.asarray(np.clip(DARK + (LIT - DARK) * share, 0, 255), dtype=np.uint8)
@@ -163,7 +164,3 @@ def edges_by_frame(frames: Floats, edge_px: Floats) -> dict[int, float]:
     seen = np.isfinite(edge_px)
     known = np.interp(frames, frames[seen], edge_px[seen])
     return dict(zip(frames.astype(int).tolist(), known.tolist(), strict=True))
-
-
-def _disc(size: int) -> NDArray[np.uint8]:
-    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), dtype=np.uint8)

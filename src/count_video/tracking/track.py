@@ -114,7 +114,7 @@ def _outcomes(
         yield _with_shift(_track(bodies, frames, followers, view_and_side), motion, view)
     except TrackingError as error:
         yield error
-    seen = follow_beside(view, beside, [(bodies, passes)], progress) if beside else None
+    seen = follow_beside(view, beside, bodies, passes, progress) if beside else None
     if seen is None:
         return
     try:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
+from count_video.tracking.blobs import disc
 from count_video.tracking.learning import NEAR_FRAMES, Body, learn
 from count_video.tracking.scenery import Luma
 from count_video.tracking.sightings import AGREEMENT_SHARE, Seed
@@ -94,8 +95,7 @@ def _patches(shown: Sequence[Frame], line: Line) -> dict[int, Patch]:
 
 def _patch(silhouette: Luma, line: Line) -> Patch | None:
     mask = (silhouette > (LIT + DARK) / 2).astype(np.uint8)
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (THREADS_PX, THREADS_PX))
-    mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, disc), dtype=np.uint8)
+    mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, disc(THREADS_PX)), dtype=np.uint8)
     _, _, stats, _ = cv2.connectedComponentsWithStats(mask)
     best: tuple[int, Patch | None] = (0, None)
     for left, top, width, height, area in stats[1:].tolist():
