@@ -15,7 +15,6 @@ from typing import Literal
 
 import numpy as np
 
-from count_video.between.infer import Between
 from count_video.collisions.swing import Swing
 from count_video.corrections import reviewed
 from count_video.errors import UsageError
@@ -86,7 +85,7 @@ def count_with_evidence(
         files.write("html", clip_page(result, None, None).encode("utf-8"))
     else:
         track = _shown_track(trial.info.path, trial.track, result)
-        _write_all(trial, track, result, settings, (files, evidence.picture_format), progress)
+        _write_all(trial, track, result, (files, evidence.picture_format), progress)
     return result
 
 
@@ -146,7 +145,6 @@ def _write_all(
     trial: Trial,
     track: Track,
     result: TrialResult,
-    settings: TrialSettings,
     into: tuple[_Files, PictureFormat],
     progress: Progress,
 ) -> None:
@@ -158,7 +156,7 @@ def _write_all(
         track.frame, [c.frame for c in result.collisions], trial.info.container_fps
     )
     _write_clip(files.path("annotated.mp4"), trial, clip, shown_s, progress)
-    material = _material(trial, track, result, settings, clip)
+    material = _material(trial, track, result, clip)
     picture = picture_bytes(trial_figure(material), picture_format)
     files.write(picture_format, picture)
     files.write("strip.jpg", thumbnail_jpeg(material))
@@ -189,32 +187,15 @@ def _material(
     trial: Trial,
     track: Track,
     result: TrialResult,
-    settings: TrialSettings,
     clip: AnnotatedClip,
 ) -> Material:
     swing = None if trial.found is None else trial.found.swing
-    ratio, sigma = _mass_ratio(trial, settings)
     return Material(
         result=result,
         track=track,
         space_time=clip.space_time(),
-        mass_ratio=ratio,
-        mass_ratio_relative_sigma=sigma,
         pendulum=None if swing is None else _pendulum(swing, trial.track, track),
     )
-
-
-def _mass_ratio(trial: Trial, settings: TrialSettings) -> tuple[float | None, float]:
-    """Heavy over light mass, told or else measured, and its relative standard uncertainty."""
-    if settings.masses is not None:
-        return float(settings.masses[0] / settings.masses[1]), 0.0
-    if isinstance(trial.between, Between):
-        estimate = trial.between.mass_ratio
-        return float(estimate.value), float(estimate.sigma / estimate.value)
-    swing = None if trial.found is None else trial.found.swing
-    if swing is None:
-        return None, 0.0
-    return float(swing.mass_ratio), float(swing.mass_ratio_relative_sigma)
 
 
 def _pendulum(swing: Swing, measured: Track | None, shown: Track) -> Pendulum | None:

@@ -236,8 +236,10 @@ class TrialResult:
     pi_high: float | None
     """Upper bound on pi from the count: (N + 1) times theta."""
     mass_ratio: float | None
-    """Heavy over light; given by the user or measured from the velocity steps."""
+    """Heavy over light; given by the user or measured from the motion."""
     warnings: tuple[str, ...]
+    mass_ratio_sigma: float | None = None
+    """Its standard uncertainty; None where it is given, or not known."""
     reviewed_count: int | None = None
     """The count after a person's corrections; None where nobody reviewed the clip."""
     corrections: tuple[Correction, ...] = ()

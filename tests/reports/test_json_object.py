@@ -33,6 +33,7 @@ KEYS = [
     "pi_low",
     "pi_high",
     "mass_ratio",
+    "mass_ratio_sigma",
     "energy_kept",
     "restitution",
     "ending",

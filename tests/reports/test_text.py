@@ -158,6 +158,21 @@ def test_the_mass_ratio_is_told_without_digits_that_nobody_measured(
     assert f"  Mass ratio   {words}\n" in result_text(made_result(1, mass_ratio=ratio))
 
 
+@pytest.mark.parametrize(
+    ("ratio", "sigma", "words"),
+    [
+        (101.93098, 0.2913, "101.93 +- 0.29"),
+        (2.40668, 0.0042, "2.4067 +- 0.0042"),
+        (9873.1, 412.0, "9873 +- 412"),
+    ],
+)
+def test_a_measured_mass_ratio_has_the_digits_that_its_uncertainty_leaves(
+    ratio: float, sigma: float, words: str
+) -> None:
+    text = result_text(made_result(1, mass_ratio=ratio, mass_ratio_sigma=sigma))
+    assert f"  Mass ratio   {words}\n" in text
+
+
 def test_a_clip_that_is_not_counted_says_why_and_what_to_do() -> None:
     text = result_text(made_refusal(reason="the ball moves at frame 0"))
     assert text.splitlines()[0] == "trial.mp4: not counted"

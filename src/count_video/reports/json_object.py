@@ -46,6 +46,7 @@ def json_object(result: TrialResult) -> dict[str, object]:
         "pi_low": _number(result.pi_low),
         "pi_high": _number(result.pi_high),
         "mass_ratio": _number(result.mass_ratio),
+        "mass_ratio_sigma": _number(result.mass_ratio_sigma),
         "energy_kept": [_number(share) for share in result.energy_kept] or None,
         "restitution": _restitution(result),
         "ending": _ending(result.ending),

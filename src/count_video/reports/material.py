@@ -29,10 +29,6 @@ class Material:
     result: TrialResult
     track: Track
     space_time: SpaceTime
-    mass_ratio: float | None
-    """Heavy over light: told by the user, else measured; None where neither is known."""
-    mass_ratio_relative_sigma: float
-    """Standard uncertainty of the mass ratio as a share of it; 0 where it was told."""
     pendulum: Pendulum | None
     """None where the swing does not show."""
 

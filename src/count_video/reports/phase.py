@@ -28,7 +28,7 @@ class States:
 
 def measured_states(material: Material) -> States | None:
     """States of the burst; None where the mass ratio or the first state is not known."""
-    burst, ratio = material.burst, material.mass_ratio
+    burst, ratio = material.burst, material.result.mass_ratio
     if not burst or ratio is None:
         return None
     velocities = [burst[0].velocity_before, *(c.velocity_after for c in burst)]

@@ -29,7 +29,7 @@ def draw_measured_phase_circle(axes: Axes, material: Material) -> None:
     """Draw theory and measurement; a sentence where the mass ratio is not known."""
     axes.set_title("Phase circle: theory (lines) and measured states")
     states = measured_states(material)
-    ratio = material.mass_ratio
+    ratio = material.result.mass_ratio
     if states is None or ratio is None:
         say_instead(axes, why_no_states(material))
         return
@@ -63,7 +63,7 @@ def draw_measured_phase_circle(axes: Axes, material: Material) -> None:
 
 def _counts(material: Material, ratio: float) -> str:
     """Say the counts of the theory within two standard uncertainties of the mass ratio."""
-    spread = 1 + 2 * material.mass_ratio_relative_sigma
+    spread = 1 + 2 * (material.result.mass_ratio_sigma or 0.0) / ratio
     low, high = collision_count(ratio / spread), collision_count(ratio * spread)
     if low == high:
         return str(low)

@@ -66,7 +66,7 @@ def _notes(result: TrialResult) -> list[tuple[str, str]]:
         ("Evidence", _evidence(result)),
         ("Probability", _probability(result)),
         ("Afterwards", _afterwards(result)),
-        ("Mass ratio", _mass_ratio(result.mass_ratio)),
+        ("Mass ratio", _mass_ratio(result)),
         ("Pi", _pi(result)),
         ("Restitution", _restitution(result)),
         ("Ending", _ending(result.ending)),
@@ -144,10 +144,15 @@ def _afterwards(result: TrialResult) -> str:
     return f"{found} after the heavy body turned back, which the count leaves out"
 
 
-def _mass_ratio(ratio: float | None) -> str:
+def _mass_ratio(result: TrialResult) -> str:
+    ratio, sigma = result.mass_ratio, result.mass_ratio_sigma
     if ratio is None:
         return ""
-    return f"{ratio:.4g}" if ratio < 1e4 else f"{ratio:.0f}"  # never with an exponent
+    if not sigma:
+        return f"{ratio:.4g}" if ratio < 1e4 else f"{ratio:.0f}"  # never with an exponent
+    # Two digits of the uncertainty, and no digit of the value beyond them.
+    digits = max(0, 1 - math.floor(math.log10(sigma)))
+    return f"{ratio:.{digits}f} +- {sigma:.{digits}f}"
 
 
 def _pi(result: TrialResult) -> str:

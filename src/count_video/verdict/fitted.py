@@ -8,8 +8,8 @@ from fractions import Fraction
 from count_video.between.infer import Between, Misfit
 from count_video.between.rivals import Knowledge
 from count_video.collisions.seen import SeenCollisions
-from count_video.physics.theory import pi_bounds
 from count_video.records import FootageInfo, TrialResult
+from count_video.verdict.masses import with_mass_ratio
 from count_video.verdict.resolved import LIKELY_ABOVE
 from count_video.verdict.timed import timed
 
@@ -57,8 +57,6 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
     after = result.collisions[min(count, found.burst) :]
     later = tuple(replace(c, number=count + place) for place, c in enumerate(after, 1))
     seen = sum(collision.seen for collision in burst)
-    ratio = result.mass_ratio or between.mass_ratio.value
-    pi = pi_bounds(count, ratio, 1)
     doubtful = between.probability[count] < PROBABILITY_AT_LEAST
     counted_now = replace(
         result,
@@ -70,9 +68,6 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
         probability=between.probability,
         count_after_burst=len(later),
         collisions=(*burst, *later),
-        pi_low=pi.low,
-        pi_high=pi.high,
-        mass_ratio=ratio,
     )
     return measured(counted_now, between)
 
@@ -103,7 +98,7 @@ def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
     if isinstance(between, Misfit):
         return result
     return replace(
-        result,
+        with_mass_ratio(result, between.mass_ratio),
         energy_kept=between.energy_kept,
         restitution_bodies=between.restitution_bodies,
         restitution_wall=between.restitution_wall,

@@ -8,15 +8,14 @@ from fractions import Fraction
 
 from count_video.collisions.burst import Rival
 from count_video.collisions.seen import SeenCollisions
-from count_video.physics.theory import pi_bounds
-from count_video.records import FootageInfo, FootageReport, Track, TrialResult
+from count_video.collisions.swing import Swing
+from count_video.records import Estimate, FootageInfo, FootageReport, Track, TrialResult
 from count_video.verdict.blank import nothing_to_count
+from count_video.verdict.masses import with_mass_ratio, with_masses
 from count_video.verdict.timed import timed
 
 PROBABILITY_RESOLVED = 0.98
 """Share of resolved clips that come out right, not above what tests have shown."""
-MASS_RATIO_SIGMA_AT_MOST = 0.1
-"""A measured mass ratio is told only if it is known to this share."""
 LIKELY_ABOVE = 0.02
 """Less likely counts are not named."""
 MADE_UP_FOR = "the clip ends"
@@ -35,9 +34,7 @@ def counted(
     collisions = tuple(timed(collision, info.capture_fps) for collision in found.collisions)
     reason = why_not(found)
     count = None if reason else found.burst
-    ratio = _ratio(found, masses)
-    pi = pi_bounds(count, *ratio) if count and ratio else None
-    return replace(
+    resolved = replace(
         nothing_to_count(info, report, reason or ""),
         status="not_counted" if reason else "counted",
         reason=reason or _open(found),
@@ -50,11 +47,13 @@ def counted(
         wall_side=track.wall_side,
         ball_diameter_px=track.ball_diameter_px,
         millimetres_per_px=ball_diameter_mm / track.ball_diameter_px,
-        pi_low=None if pi is None else pi.low,
-        pi_high=None if pi is None else pi.high,
-        mass_ratio=None if ratio is None else float(ratio[0] / ratio[1]),
         warnings=(*report.warnings, *track.warnings),
     )
+    if masses is not None:
+        return with_masses(resolved, *masses)
+    if found.swing is None:
+        return resolved
+    return with_mass_ratio(resolved, _mass_ratio(found.swing))
 
 
 def why_not(found: SeenCollisions) -> str | None:
@@ -95,12 +94,7 @@ def probabilities(count: int, rival: Rival | None = None) -> dict[int, float]:
     return dict(sorted(chances.items()))
 
 
-def _ratio(
-    found: SeenCollisions, masses: tuple[Fraction, Fraction] | None
-) -> tuple[Fraction | float, Fraction | float] | None:
-    if masses is not None:
-        return masses
-    swing = found.swing
-    if swing is None or swing.mass_ratio_relative_sigma > MASS_RATIO_SIGMA_AT_MOST:
-        return None
-    return swing.mass_ratio, 1
+def _mass_ratio(swing: Swing) -> Estimate:
+    return Estimate(
+        float(swing.mass_ratio), float(swing.mass_ratio * swing.mass_ratio_relative_sigma)
+    )
