@@ -27,6 +27,11 @@ CLEAR_SIGMAS = 10.0
 """A slope that exceeds its uncertainty by this factor needs no wider window."""
 BENT_FROM = 9
 """With so many points a side may be bent (gravity on the threads); below, it is straight."""
+TWISTED_FROM = 12
+"""With so many points the bend may change (a swing of a few dozen frames), ..."""
+TWISTED_VARIANCE = 4.0
+"""... if that makes what is left over so many times smaller: a third order costs sharpness at the
+corner, and errors that last for some frames look a little like one."""
 
 
 @dataclass(frozen=True)
@@ -90,29 +95,40 @@ def fit_side(
     count = len(frame)
     if count < 2:
         return None
-    design = _design(frame, about, bent=bent)
-    order = design.shape[1] - 1
-    inverse = np.linalg.inv(design.T @ design)
-    solution = inverse @ (design.T @ signal)
-    left_over = signal - design @ solution
-    freedom = count - order - 1
-    variance = sigma**2
-    if freedom > 0:
-        # Bodies do not follow polynomials, and noise is not white: what is left over counts too.
-        variance = max(variance, float(left_over @ left_over) / freedom)
-    bend = float(solution[2]) if order == 2 else 0.0
-    covariance = np.asarray(variance * inverse[:2, :2], dtype=np.float64)
+    order = _order(frame, signal, about, sigma) if bent else 1
+    weights, variance = _solved(frame, signal, about, order)
+    solution = weights @ signal
+    # Bodies do not follow polynomials, and noise is not white: what is left over counts too.
+    covariance = np.asarray(
+        max(sigma**2, variance) * (weights @ weights.T)[:2, :2], dtype=np.float64
+    )
+    bend = float(solution[2]) if order > 1 else 0.0
     return Side(float(solution[0]), float(solution[1]), bend, covariance, count)
 
 
-def _design(frame: Floats, about: float, *, bent: bool = True) -> Floats:
-    order = 2 if bent and len(frame) >= BENT_FROM else 1
-    return np.vander(frame - about, order + 1, increasing=True)
+def _order(frame: Floats, signal: Floats, about: float, sigma: float) -> int:
+    """Order of the polynomial that so many points, and no fewer orders, describe."""
+    if len(frame) < BENT_FROM:
+        return 1
+    if len(frame) < TWISTED_FROM:
+        return 2
+    bent, twisted = (_solved(frame, signal, about, order)[1] for order in (2, 3))
+    return 3 if bent > TWISTED_VARIANCE * max(twisted, sigma**2) else 2
 
 
-def fit_weights(frame: Floats, about: float) -> Floats:
+def _solved(frame: Floats, signal: Floats, about: float, order: int) -> tuple[Floats, float]:
+    """Weights of the points in each coefficient, shape (order + 1, n), and the variance left."""
+    design = np.vander(frame - about, order + 1, increasing=True)
+    weights = np.asarray(np.linalg.pinv(design), dtype=np.float64)
+    left_over = signal - design @ (weights @ signal)
+    freedom = len(frame) - order - 1
+    return weights, float(left_over @ left_over) / freedom if freedom > 0 else 0.0
+
+
+def fit_weights(frame: Floats, signal: Floats, about: float, sigma: float) -> Floats:
     """Return the weights of the points in the value that ``fit_side`` finds, shape (n,)."""
-    return np.asarray(np.linalg.pinv(_design(frame, about))[0], dtype=np.float64)
+    weights, _ = _solved(frame, signal, about, _order(frame, signal, about, sigma))
+    return np.asarray(weights[0], dtype=np.float64)
 
 
 def side_frames(

@@ -32,6 +32,8 @@ STRAY_SIGMAS = 3.0
 """A heavy body that was followed rightly, through collisions that are all known, strays less than
 this from its path, or than this share of its way (lenses bend a straight line, converted clips
 blend pictures), or than so many standard deviations of its places."""
+REST_SIGMAS = 3.0
+"""A body that stays this close to where it is first seen is still at rest."""
 MOVES_AT_LEAST_PX = 2.0
 """What moves less all along is scenery. The heavy body comes and goes by more than the ball hangs
 from it, which is more than can be told to be two bodies."""
@@ -86,12 +88,22 @@ def fit_path(gaps: Gaps, collisions: Sequence[Collision]) -> HeavyPath | None:
         return None
     steps = _filled(steps)
     used = (gaps.frame > times[0] - FRAMES_BEYOND) & (gaps.frame < times[-1] + FRAMES_BEYOND)
-    used &= np.isfinite(gaps.heavy_px)
+    used &= np.isfinite(gaps.heavy_px) & (gaps.frame >= _let_go(gaps, times[0]))
     frame, place = gaps.frame[used], gaps.heavy_px[used]
     if len(frame) < POINTS_AT_LEAST:
         return None
     solved = _solve(_design(frame, place, times, -steps), place)
     return None if solved is None else HeavyPath(*solved, float(place.mean()), float(np.ptp(place)))
+
+
+def _let_go(gaps: Gaps, first: float) -> float:
+    """Frame from which the heavy body swings: before, a hand or a magnet may hold it at rest."""
+    seen = np.isfinite(gaps.heavy_px) & (gaps.frame < first)
+    if not seen.any():
+        return -np.inf
+    frame, place = gaps.frame[seen], gaps.heavy_px[seen]
+    away = np.abs(place - place[0]) > REST_SIGMAS * sigma_of(gaps.heavy_px)
+    return float(frame[np.argmax(away)]) if away.any() else -np.inf
 
 
 def swing_of(path: HeavyPath | None) -> Swing | None:

@@ -59,13 +59,13 @@ def _with_true_sigma(
     if error is None or corner is None:
         return candidate
     signal = signal_of(candidate.kind, gaps)
-    sides = [
-        widest_needed(gaps.frame, signal, candidate.frame, limit, sigma_of(signal))
-        for limit in limits
-    ]
+    sigma = sigma_of(signal)
+    sides = [widest_needed(gaps.frame, signal, candidate.frame, limit, sigma) for limit in limits]
     if min(len(rows) for rows in sides) < FEW_POINTS:
         return candidate
-    before, after = (fit_weights(gaps.frame[rows], candidate.frame) for rows in sides)
+    before, after = (
+        fit_weights(gaps.frame[rows], signal[rows], candidate.frame, sigma) for rows in sides
+    )
     weights = np.concatenate([before, -after]) / (corner.slope_after - corner.slope_before)
     variance = error.variance_of(gaps.frame[np.concatenate(sides)], weights)
     return replace(candidate, frame_sigma=max(candidate.frame_sigma, float(np.sqrt(variance))))

@@ -100,7 +100,7 @@ def _flights(clock: Floats, position: Floats, spans: Sequence[Span]) -> list[Fli
     judged = variances[np.isfinite(variances)]
     if len(judged) == 0:
         return []
-    strays = variances > STRAYS * np.quantile(judged, 0.25)
+    strays = variances > STRAYS * np.quantile(judged, 0.25, method="lower")
     return [flight for flight, out in zip(flights, strays, strict=True) if not out]
 
 
