@@ -21,13 +21,13 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
         {"options", "campaign", "trial", "evidence", "corrections", "reports", "physics"}
     )
     | _SHARED,
-    "options": _SHARED,
+    "options": frozenset({"option_values"}) | _SHARED,
+    "option_values": frozenset(),
     "campaign": frozenset(
         {"options", "trial", "verdict", "evidence", "corrections", "reports", "physics"}
     )
     | _SHARED,
-    "evidence": frozenset({"trial", "corrections", "reports", "between", "collisions", "footage"})
-    | _SHARED,
+    "evidence": frozenset({"trial", "corrections", "reports", "collisions", "footage"}) | _SHARED,
     "corrections": frozenset({"reports"}) | _SHARED,
     "trial": frozenset({"verdict", "between", "collisions", "tracking", "footage"})
     | _BELOW_A_STAGE,

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import math
-import re
 from collections.abc import Sequence
-from fractions import Fraction
 from pathlib import Path
 from typing import NoReturn
 
 from count_video import __version__
 from count_video.errors import UsageError
+from count_video.option_values import frame, mass, number_above_0, positive, region
 
 DESCRIPTION = """\
 Count the collisions in slow-motion footage of the "pi by collisions"
@@ -95,6 +93,7 @@ def _parser() -> _Parser:
         "is heeded)",
     )
     _add_answer_options(parser)
+    _add_other_answers(parser)
     _add_footage_options(parser.add_argument_group("the footage"))
     _add_apparatus_options(parser.add_argument_group("the apparatus"))
     _add_campaign_options(parser.add_argument_group("a campaign of many clips"))
@@ -128,6 +127,9 @@ def _add_answer_options(parser: argparse.ArgumentParser) -> None:
         default="png",
         help="kind of the pictures in the output folder (default: png)",
     )
+
+
+def _add_other_answers(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--corrections",
         metavar="FILE",
@@ -139,7 +141,7 @@ def _add_answer_options(parser: argparse.ArgumentParser) -> None:
         "--theory",
         metavar=("HEAVY", "LIGHT"),
         nargs=2,
-        type=_mass,
+        type=mass,
         help="tell the exact count for two masses, with angles and bounds on pi, instead of "
         "counting a clip; with -o draw the phase circle (default: count)",
     )
@@ -149,27 +151,27 @@ def _add_footage_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--capture-fps",
         metavar="RATE",
-        type=_positive,
+        type=positive,
         help="rate at which the camera took the pictures, in frames per second "
         "(default: what the clip's metadata say; without either there are frames but no seconds)",
     )
     group.add_argument(
         "--start",
         metavar="FRAME",
-        type=_frame,
+        type=frame,
         default=0,
         help="first frame to look at, counted from 0 (default: 0)",
     )
     group.add_argument(
         "--end",
         metavar="FRAME",
-        type=_frame,
+        type=frame,
         help="frame to stop before, counted from 0 (default: the end of the clip)",
     )
     group.add_argument(
         "--region",
         metavar="X,Y,W,H",
-        type=_region,
+        type=region,
         help="part of the picture to look at, in pixels: left edge, top edge, width, height "
         "(default: the whole picture)",
     )
@@ -186,7 +188,7 @@ def _add_apparatus_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--ball-diameter-mm",
         metavar="MM",
-        type=_positive,
+        type=positive,
         default=40.0,
         help="diameter of the ball in millimetres, for the scale (default: 40)",
     )
@@ -194,7 +196,7 @@ def _add_apparatus_options(group: argparse._ArgumentGroup) -> None:
         "--masses",
         metavar=("HEAVY", "LIGHT"),
         nargs=2,
-        type=_mass,
+        type=mass,
         help="the two masses in any one unit, taken at their exact decimal value, "
         "for the bounds on pi (default: measured from the motion, where that is sharp enough)",
     )
@@ -210,7 +212,7 @@ def _add_campaign_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--jobs",
         metavar="N",
-        type=_number_above_0,
+        type=number_above_0,
         help="clips to count at the same time (default: one for every core)",
     )
     group.add_argument(
@@ -231,43 +233,3 @@ def _add_campaign_options(group: argparse._ArgumentGroup) -> None:
         help="let a Dask cluster count the clips, e.g. tcp://host:8786; its workers need "
         "count-video and the clips under the same paths (default: this machine)",
     )
-
-
-def _positive(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (value > 0 and math.isfinite(value)):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
-    return value
-
-
-def _number_above_0(text: str) -> int:
-    if not re.fullmatch(r"0*[1-9][0-9]{0,3}", text):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 to 9999")
-    return int(text)
-
-
-def _frame(text: str) -> int:
-    if not re.fullmatch(r"[0-9]{1,15}", text):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a frame number (0, 1, 2 ...)")
-    return int(text)
-
-
-def _region(text: str) -> tuple[int, int, int, int]:
-    if not re.fullmatch(r"[0-9]{1,6}(,[0-9]{1,6}){3}", text):
-        raise argparse.ArgumentTypeError(f"{text!r} is not of the form X,Y,W,H in whole pixels")
-    x, y, width, height = map(int, text.split(","))
-    if width == 0 or height == 0:
-        raise argparse.ArgumentTypeError(f"{text!r} has no area: give a width and a height above 0")
-    return x, y, width, height
-
-
-def _mass(text: str) -> Fraction:
-    # Bounded digits: Fraction("1e999999999") would fill the memory before it is refused.
-    if re.fullmatch(r"[0-9]{1,60}(\.[0-9]{0,60})?(e[+-]?[0-9]{1,2})?", text, re.IGNORECASE):
-        mass = Fraction(text)
-        if mass > 0:
-            return mass
-    raise argparse.ArgumentTypeError(f"{text!r} is not a decimal number above 0, such as 10.5")
