@@ -135,3 +135,16 @@ def test_too_short_a_track_tells_nothing(frames: int) -> None:
     )
 
     assert [sigma.tolist() for sigma in grown] == [white.tolist()] * 2
+
+
+def test_of_two_flights_one_that_holds_a_release_is_no_measure() -> None:
+    time = np.arange(120.0)
+    # Held for 30 frames, let go, and turned round by a stroke at frame 60.
+    swing = np.where(time < 30, 0.0, 0.02 * (time - 30.0) ** 2)
+    heavy = 300.0 - np.where(time < 60, swing, 18.0 - 1.0 * (time - 60.0))
+    ball = 100.0 - np.where(time < 60, 0.0, 0.5 * (time - 60.0))
+    noise = np.random.default_rng(2).normal(0.0, NOISE_PX, (2, len(time)))
+
+    grown = stated_sigmas(time, [ball + noise[0], heavy + noise[1]], [np.full(120, 0.01)] * 2)
+
+    assert grown[1] == pytest.approx(np.full(120, NOISE_PX), rel=2 * AGREEMENT)

@@ -27,11 +27,11 @@ CLEAR_SIGMAS = 10.0
 """A slope that exceeds its uncertainty by this factor needs no wider window."""
 BENT_FROM = 9
 """With so many points a side may be bent (gravity on the threads); below, it is straight."""
-TWISTED_FROM = 12
-"""With so many points the bend may change (a swing of a few dozen frames), ..."""
-TWISTED_VARIANCE = 4.0
-"""... if that makes what is left over so many times smaller: a third order costs sharpness at the
-corner, and errors that last for some frames look a little like one."""
+MISFIT_SIGMAS = 5.0
+"""Where a bent side leaves over so many standard deviations it is no parabola: a swing of a few
+dozen frames is none over all of the window. Errors that last leave over two or three."""
+CUT_TO_SHARE = 0.75
+"""Such a side is cut to this share of its points, those next to the corner, until it is one."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,10 @@ def fit_side(
     count = len(frame)
     if count < 2:
         return None
-    order = _order(frame, signal, about, sigma) if bent else 1
+    if bent:
+        near = _parabolic(frame, signal, about, sigma)
+        frame, signal = frame[near], signal[near]
+    order = _order(len(frame)) if bent else 1
     weights, variance = _solved(frame, signal, about, order)
     solution = weights @ signal
     # Bodies do not follow polynomials, and noise is not white: what is left over counts too.
@@ -103,17 +106,22 @@ def fit_side(
         max(sigma**2, variance) * (weights @ weights.T)[:2, :2], dtype=np.float64
     )
     bend = float(solution[2]) if order > 1 else 0.0
-    return Side(float(solution[0]), float(solution[1]), bend, covariance, count)
+    return Side(float(solution[0]), float(solution[1]), bend, covariance, len(frame))
 
 
-def _order(frame: Floats, signal: Floats, about: float, sigma: float) -> int:
-    """Order of the polynomial that so many points, and no fewer orders, describe."""
-    if len(frame) < BENT_FROM:
-        return 1
-    if len(frame) < TWISTED_FROM:
-        return 2
-    bent, twisted = (_solved(frame, signal, about, order)[1] for order in (2, 3))
-    return 3 if bent > TWISTED_VARIANCE * max(twisted, sigma**2) else 2
+def _order(points: int) -> int:
+    return 2 if points >= BENT_FROM else 1
+
+
+def _parabolic(frame: Floats, signal: Floats, about: float, sigma: float) -> NDArray[np.intp]:
+    """Rows of those points next to ``about`` that lie on one parabola, or too few to be cut."""
+    rows = np.argsort(np.abs(frame - about), kind="stable")
+    while len(rows) > BENT_FROM:
+        _, variance = _solved(frame[rows], signal[rows], about, _order(len(rows)))
+        if variance <= (MISFIT_SIGMAS * sigma) ** 2:
+            break
+        rows = rows[: max(BENT_FROM, int(CUT_TO_SHARE * len(rows)))]
+    return np.sort(rows)
 
 
 def _solved(frame: Floats, signal: Floats, about: float, order: int) -> tuple[Floats, float]:
@@ -127,8 +135,11 @@ def _solved(frame: Floats, signal: Floats, about: float, order: int) -> tuple[Fl
 
 def fit_weights(frame: Floats, signal: Floats, about: float, sigma: float) -> Floats:
     """Return the weights of the points in the value that ``fit_side`` finds, shape (n,)."""
-    weights, _ = _solved(frame, signal, about, _order(frame, signal, about, sigma))
-    return np.asarray(weights[0], dtype=np.float64)
+    near = _parabolic(frame, signal, about, sigma)
+    weights, _ = _solved(frame[near], signal[near], about, _order(len(near)))
+    everywhere = np.zeros(len(frame))
+    everywhere[near] = weights[0]
+    return everywhere
 
 
 def side_frames(
