@@ -136,3 +136,16 @@ def test_the_budget_is_shared_out_to_the_last_frame(rooms: list[int], budget: in
     lengths = _share_out(budget, rooms)
     assert all(0 <= length <= room for length, room in zip(lengths, rooms, strict=True))
     assert sum(lengths) == min(budget, sum(rooms))
+
+
+def test_of_each_picture_no_more_is_kept_than_was_asked_for(tmp_path: Path) -> None:
+    path = written(tmp_path, "H.264 in MP4")
+
+    whole = pilot_frames(path, budget=BUDGET)
+    runs = pilot_frames(path, budget=BUDGET, reduced=lambda luma: luma[::2, ::2].copy())
+
+    assert indices(runs) == indices(whole)
+    for run, other in zip(runs, whole, strict=True):
+        for frame, full in zip(run, other, strict=True):
+            np.testing.assert_array_equal(frame.luma, full.luma[::2, ::2])
+            assert frame.repeats_previous == full.repeats_previous

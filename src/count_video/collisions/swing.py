@@ -25,7 +25,11 @@ FRAMES_BEYOND = 60.0
 """The path is used this far before the first and after the last collision."""
 POINTS_AT_LEAST = 20
 UNSHOWN_AT_MOST = 0.34
-"""Share of the velocity steps that may be filled in from their neighbours."""
+"""Share of the velocity steps that need not be shown."""
+FREE_SHARE = 0.5
+"""A step that is not shown is filled in from its neighbours, for of many steps each is like the
+next; of few it need not be, and where the path strays less than this share with a step of its own
+instead, it is not."""
 STRAY_AT_LEAST_PX = 0.5
 STRAY_SHARE = 0.004
 STRAY_SIGMAS = 3.0
@@ -86,13 +90,12 @@ def fit_path(gaps: Gaps, collisions: Sequence[Collision]) -> HeavyPath | None:
     )
     if len(steps) == 0 or np.isnan(steps).mean() > UNSHOWN_AT_MOST:
         return None
-    steps = _filled(steps)
     used = (gaps.frame > times[0] - FRAMES_BEYOND) & (gaps.frame < times[-1] + FRAMES_BEYOND)
     used &= np.isfinite(gaps.heavy_px) & (gaps.frame >= _let_go(gaps, times[0]))
     frame, place = gaps.frame[used], gaps.heavy_px[used]
     if len(frame) < POINTS_AT_LEAST:
         return None
-    solved = _solve(_design(frame, place, times, -steps), place)
+    solved = _solved(frame, place, times, steps)
     return None if solved is None else HeavyPath(*solved, float(place.mean()), float(np.ptp(place)))
 
 
@@ -104,6 +107,23 @@ def _let_go(gaps: Gaps, first: float) -> float:
     frame, place = gaps.frame[seen], gaps.heavy_px[seen]
     away = np.abs(place - place[0]) > REST_SIGMAS * sigma_of(gaps.heavy_px)
     return float(frame[np.argmax(away)]) if away.any() else -np.inf
+
+
+def _solved(
+    frame: Floats, place: Floats, times: Floats, steps: Floats
+) -> tuple[Floats, Floats, float] | None:
+    """Solve for the five unknowns, with steps as they are shown, NaN where they are not."""
+    filled = _solve(_design(frame, place, times, -_filled(steps)), place)
+    shown = np.isfinite(steps)
+    if filled is None or shown.all():
+        return filled
+    design = _design(frame, place, times[shown], -steps[shown])
+    free = _solve(np.column_stack([design, _ramps(frame, times[~shown])]), place)
+    if free is None or free[2] > FREE_SHARE * filled[2]:
+        return filled
+    solution, sigma, stray = free
+    unknowns = design.shape[1]
+    return solution[:unknowns], sigma[:unknowns], stray
 
 
 def swing_of(path: HeavyPath | None) -> Swing | None:
@@ -146,8 +166,13 @@ def _design(frame: Floats, place: Floats, times: Floats, steps: Floats) -> Float
     clock = frame - frame[0]
     centred = place - place.mean()
     twice = integral(frame, integral(frame, centred))
-    ramps = (np.maximum(frame[:, None] - times, 0) * steps).sum(axis=1)
+    ramps = _ramps(frame, times) @ steps
     return np.stack([np.ones_like(clock), clock, clock**2, -twice, ramps], axis=1)
+
+
+def _ramps(frame: Floats, times: Floats) -> Floats:
+    """Return what a step of 1 at each time adds to the places, shape (n, times)."""
+    return np.maximum(frame[:, None] - times, 0.0)
 
 
 def _solve(design: Floats, place: Floats) -> tuple[Floats, Floats, float] | None:

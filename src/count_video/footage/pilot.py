@@ -6,10 +6,11 @@ frames are, and the time stamps, put in order, tell which index a decoded pictur
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import islice, pairwise
 from pathlib import Path
 
@@ -50,6 +51,7 @@ def pilot_frames(
     length: int = RUN_FRAMES,
     start: int = 0,
     end: int | None = None,
+    reduced: Callable[[Luma], Luma] = np.copy,
 ) -> list[Run]:
     """Return runs of consecutive frames spread over a clip.
 
@@ -63,6 +65,9 @@ def pilot_frames(
         Usual number of frames of a run: where there are key frames enough, runs are no longer.
     start, end
         Part of the clip to look at, in frames; ``end`` is exclusive.
+    reduced
+        Takes a picture and returns what is kept of it, an array of its own, before the next is
+        decoded: so no more is held than that.
 
     Returns
     -------
@@ -83,10 +88,11 @@ def pilot_frames(
         survey = _survey(reading)
     spans = [] if survey is None else _spans(survey, (budget, length), start, end)
     if survey is not None and spans:
-        runs = _sought(path, survey, spans)
+        runs = _sought(path, survey, spans, reduced)
         if runs is not None:
             return runs
-    return _in_one_go(path, start, start + budget if end is None else min(end, start + budget))
+    last = start + budget if end is None else min(end, start + budget)
+    return _in_one_go(path, start, last, reduced)
 
 
 def _survey(reading: Reading) -> _Survey | None:
@@ -138,7 +144,9 @@ def _share_out(budget: int, rooms: list[int]) -> list[int]:
     return lengths
 
 
-def _sought(path: Path, survey: _Survey, spans: list[Span]) -> list[Run] | None:
+def _sought(
+    path: Path, survey: _Survey, spans: list[Span], reduced: Callable[[Luma], Luma]
+) -> list[Run] | None:
     """Decode the runs; None if the file cannot be sought or its time stamps mislead.
 
     A decoder that works on several pictures at once wastes some at the end of every run. So each
@@ -148,13 +156,15 @@ def _sought(path: Path, survey: _Survey, spans: list[Span]) -> list[Run] | None:
     shares = [spans[worker::workers] for worker in range(workers)]
     try:
         with ThreadPoolExecutor(workers) as pool:
-            found = list(pool.map(lambda share: _runs(path, survey, share), shares))
+            found = list(pool.map(lambda share: _runs(path, survey, share, reduced), shares))
     except _MisledError:
         return None
     return sorted((run for runs in found for run in runs if run), key=lambda run: run[0].index)
 
 
-def _runs(path: Path, survey: _Survey, spans: list[Span]) -> list[Run]:
+def _runs(
+    path: Path, survey: _Survey, spans: list[Span], reduced: Callable[[Luma], Luma]
+) -> list[Run]:
     """Decode some of the runs with a decoder of their own."""
     stamps = dict(survey.keys)
     with closing(Reading(path, threads=False)) as reading:
@@ -164,7 +174,8 @@ def _runs(path: Path, survey: _Survey, spans: list[Span]) -> list[Run]:
                 reading.container.seek(stamps[first], stream=reading.stream)
             except av.error.FFmpegError as error:
                 raise _MisledError from error
-            runs.append(_run(first, _span(reading, survey, first, last), reading))
+            pictures = _span(reading, survey, first, last)
+            runs.append(_run(first, pictures, reading.stream.time_base, reduced))
         return runs
 
 
@@ -184,20 +195,32 @@ def _span(reading: Reading, survey: _Survey, first: int, last: int) -> Iterator[
             return
 
 
-def _in_one_go(path: Path, start: int, last: int) -> list[Run]:
+def _in_one_go(path: Path, start: int, last: int, reduced: Callable[[Luma], Luma]) -> list[Run]:
     with closing(Reading(path)) as reading:
-        run = _run(start, islice(reading, start, max(start, last)), reading)
+        pictures = islice(reading, start, max(start, last))
+        run = _run(start, pictures, reading.stream.time_base, reduced)
         return [run] if run else []
 
 
-def _run(first: int, pictures: Iterable[av.VideoFrame], reading: Reading) -> Run:
-    tick_s = reading.stream.time_base
-    # Each picture is copied as it comes, which gives its buffers back to the decoder.
-    shots = [(seconds(picture.pts, tick_s), _own(picture)) for picture in pictures]
-    copies = mark_repeats(luma for _, luma in shots)
+def _run(
+    first: int,
+    pictures: Iterable[av.VideoFrame],
+    tick_s: Fraction | None,
+    reduced: Callable[[Luma], Luma],
+) -> Run:
+    kept: list[tuple[float, Luma]] = []
+
+    def lumas() -> Iterator[Luma]:
+        for picture in pictures:
+            # Each picture is copied as it comes, which gives its buffers back to the decoder.
+            luma = _own(picture)
+            kept.append((seconds(picture.pts, tick_s), reduced(luma)))
+            yield luma
+
+    copies = list(mark_repeats(lumas()))
     return [
         Frame(first + place, time_s, luma, copy)
-        for place, ((time_s, luma), copy) in enumerate(zip(shots, copies, strict=True))
+        for place, ((time_s, luma), copy) in enumerate(zip(kept, copies, strict=True))
     ]
 
 

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 from count_video.records import Floats, Frame
 from count_video.tracking.flow import as_bytes, flow, prepare
 
+FRAMES_AT_LEAST = 4
+"""Fewer frames do not tell a steady motion from a scatter."""
 FEATURES_AT_MOST = 500
 CORNER_QUALITY = 0.01
 FAINT_QUALITY = 0.001
@@ -66,7 +68,7 @@ def moving_features(
     nothing = MovingFeatures(
         float(frames.mean()), float(np.ptp(frames)), none, none, none, none, none
     )
-    if len(run) < 4:
+    if len(run) < FRAMES_AT_LEAST:
         return nothing
     pictures, scale = prepare([seen.luma for seen in run], close=close)
     start = cv2.goodFeaturesToTrack(

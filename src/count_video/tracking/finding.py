@@ -8,6 +8,7 @@ from itertools import product
 from count_video.records import Frame
 from count_video.tracking.bodies import Bodies, NotFound, differ
 from count_video.tracking.candidates import Candidates, Look, best_bodies, candidates
+from count_video.tracking.features import FRAMES_AT_LEAST
 
 LOOKS = (Look(), Look(faint=True))
 """Ways of looking for bodies: first by what stands out, then by what is faint."""
@@ -24,9 +25,8 @@ class Finder:
         ``closely`` takes the ways that take long, instead of the others.
         """
         self._looks = CLOSE_LOOKS if closely else LOOKS
-        halves = ((run[: len(run) // 2], run[len(run) // 2 :]) for run in runs)
         # A ball that bounces to and fro moves evenly in short runs only.
-        self._pieces = (list(runs), [half for two in halves for half in two if half])
+        self._pieces = (list(runs), [half for run in runs for half in halves(run)])
         self._seen: dict[tuple[Look, int], Candidates | NotFound] = {}
 
     def find(self, tried: Sequence[Bodies] = ()) -> Bodies | NotFound:
@@ -51,3 +51,11 @@ class Finder:
                 self._seen[look, place] = candidates(self._pieces[place], look)
             found = self._seen[look, place]
             yield found if isinstance(found, NotFound) else best_bodies(found, tried)
+
+
+def halves(run: Sequence[Frame]) -> list[Sequence[Frame]]:
+    """Cut a run in two; halves of a short one share frames, so that each still shows a motion."""
+    if len(run) <= FRAMES_AT_LEAST:
+        return [run]
+    middle = len(run) // 2
+    return [run[: max(middle, FRAMES_AT_LEAST)], run[min(middle, len(run) - FRAMES_AT_LEAST) :]]

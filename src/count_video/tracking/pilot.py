@@ -15,9 +15,13 @@ from count_video.tracking.view import View
 PILOT_BYTES = 70_000_000
 """Pictures of the pilot are held in memory; so much may they take."""
 PILOT_FRAMES = 180
-PILOT_FRAMES_AT_LEAST = 24
+PILOT_FRAMES_AT_LEAST = 72
+"""Twelve of the shorter runs, about as many as of pictures of 1280 x 720 px: fewer would pass over
+phases of the motion. Views are hardly wider than 1920 px, so that these take 150 MB."""
 SMALL_CLIP_PIXELS = 4e8
-"""Clips with fewer pixels in all frames together are decoded whole for the pilot."""
+SMALL_CLIP_BUDGETS = 2
+"""Clips with fewer pixels in all frames together are decoded whole for the pilot; so are those
+of which the pilot holds every second frame or more, for they may have but one key frame."""
 SLOW_STRIDE = 4
 """Where nothing is found, the runs are made so many times as long."""
 UNKNOWN_LENGTH_FRAMES = 2000
@@ -37,23 +41,24 @@ def pilots(view: View) -> Iterator[list[list[Frame]]]:
     creep. Copies of pictures are left out.
     """
     promised = view.footage.info.frames_promised
-    small = promised is not None and promised < SMALL_CLIP_PIXELS / _picture_pixels(view)
-    if not small:
+    few = max(SMALL_CLIP_PIXELS / _picture_pixels(view), SMALL_CLIP_BUDGETS * _budget(view.pixels))
+    if promised is None or promised >= few:
         yield _behind_key_frames(view)
     yield _evenly(view, 1)
     yield _evenly(view, SLOW_STRIDE)
 
 
 def _behind_key_frames(view: View) -> list[list[Frame]]:
-    budget = _budget(_picture_pixels(view))
+    budget = _budget(view.pixels)
     runs = pilot_frames(
         view.footage.info.path,
         budget=budget,
         length=_run_frames(budget),
         start=view.start,
         end=view.end,
+        reduced=lambda luma: view.of_luma(luma).copy(),
     )
-    fresh = [[view.of(f) for f in run if not f.repeats_previous] for run in runs]
+    fresh = [[frame for frame in run if not frame.repeats_previous] for run in runs]
     return [piece for run in fresh for piece in _pieces(run)]
 
 
@@ -76,7 +81,7 @@ def _evenly(view: View, stride: int) -> list[list[Frame]]:
     last = promised if view.end is None else min(view.end, promised)
     budget = _budget(view.pixels)
     span = _run_frames(budget) * stride
-    spacing = max(span, -(-(last - view.start) * span // (stride * budget)))
+    spacing = max(span, -(-(last - view.start) // (budget // _run_frames(budget))))
     runs: dict[int, list[Frame]] = {}
     held = 0
     for frame in view.frames():

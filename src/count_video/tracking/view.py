@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.errors import UsageError
 from count_video.footage.reader import Footage
 from count_video.records import Floats, Frame, WallSide
 
+Luma = NDArray[np.uint8]
 Region = tuple[int, int, int, int]
 """x, y, width, height in px."""
 
@@ -55,13 +57,16 @@ class View:
 
     def of(self, frame: Frame) -> Frame:
         """Look at one frame of the clip."""
-        _, _, width, height = self.region
-        luma = cropped(frame, self.region).luma
-        if self.factor > 1:
-            size = width // self.factor, height // self.factor
-            luma = luma[: size[1] * self.factor, : size[0] * self.factor]
-            luma = np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-        return replace(frame, luma=luma)
+        return replace(frame, luma=self.of_luma(frame.luma))
+
+    def of_luma(self, luma: Luma) -> Luma:
+        """Look at one picture of the clip, shape (height, width); at full size a part of it."""
+        x, y, width, height = self.region
+        if self.factor == 1:
+            return luma[y : y + height, x : x + width]
+        size = width // self.factor, height // self.factor
+        whole = luma[y : y + size[1] * self.factor, x : x + size[0] * self.factor]
+        return np.asarray(cv2.resize(whole, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
     def in_picture(self, places: Floats, *, upright: bool) -> Floats:
         """Turn places of the view along x (y where ``upright``) into places of the picture."""
