@@ -29,6 +29,7 @@ from count_video.tracking.scenery import (
     shrunk,
     without_ghost,
 )
+from count_video.tracking.surroundings import ALTERED_SHARE
 from count_video.tracking.view import TrackSettings, cropped
 
 BODY_LEVELS_SHARE = 0.4
@@ -46,9 +47,6 @@ LOOKS = 2
 """How often the scenery is learnt again."""
 COVERED_AT_MOST = 0.3
 """Where more of the picture differs from the scenery in most frames, the camera moves."""
-ALTERED_SHARE = 0.12
-"""Pictures of which so much more differs than usual show something else, a title or a cut:
-nothing in them is a body."""
 ALTERED_AT_MOST = 0.3
 PICTURES_AT_LEAST = 12
 

@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 
 Picture = NDArray[np.float32]
 
+ALTERED_SHARE = 0.12
+"""Pictures of which so much more differs than usual show something else, a title or a cut:
+nothing in them is a body, nor is it scenery."""
 CROWD_SHARE = 0.08
 CROWD_AT_LEAST = 3
 """So many pictures agree on a value that a pixel shows for a while, be it the scenery's."""
@@ -49,6 +52,7 @@ def without_resting(stack: Picture, luma: Picture, threshold: float) -> Picture:
     threshold
         Grey levels from which on a difference is no noise, for a pixel before which nothing moves.
     """
+    luma = _free_at_an_end(stack, luma, threshold)
     held = max(CROWD_AT_LEAST, round(CROWD_SHARE * len(stack)))
     other = (np.abs(stack - luma) > threshold).sum(axis=0) >= held
     if not other.any():
@@ -58,6 +62,25 @@ def without_resting(stack: Picture, luma: Picture, threshold: float) -> Picture:
     settled = luma.copy()
     settled[wide] = _nearest_crowd(stack[:, wide], luma[wide], around[wide], (held, threshold))
     return where_outlines_vanish(luma, settled, threshold)
+
+
+def _free_at_an_end(stack: Picture, luma: Picture, threshold: float) -> Picture:
+    """Take what the first or the last pictures show where a body rests in most others.
+
+    A body that came to rest left its place free at first, one that was driven away does at last. Of
+    what lies there now and what was there then, the scenery is what shows no outline. A dark body
+    shows in the scenery by darker pixels than there are without it, and in a picture likewise: the
+    brighter one of both is without either. With bright bodies it is the darker one.
+    """
+    changed = (np.abs(stack - luma) > threshold).mean(axis=(1, 2))
+    for few in (slice(CROWD_AT_LEAST), slice(-CROWD_AT_LEAST, None)):
+        if float(np.median(changed[few])) > float(np.median(changed)) + ALTERED_SHARE:
+            continue
+        picture = np.sort(stack[few], axis=0)[CROWD_AT_LEAST // 2]
+        picture = np.where(np.isfinite(picture), picture, luma)
+        for without_bodies in (np.maximum, np.minimum):
+            luma = where_outlines_vanish(luma, without_bodies(luma, picture), threshold)
+    return luma
 
 
 def filled_in(luma: Picture, unknown: NDArray[np.bool_]) -> Picture:
