@@ -118,8 +118,8 @@ def _accompanies(path: Path, body: Path) -> bool:
     common = sorted(set(path.rows) & set(body.rows))
     if len(common) < SIGHTINGS_AT_LEAST:
         return False
-    one, two = (_at_rows(which, common) for which in (body, path))
-    if _keeps_its_distance(two - one, one, body.size_px + path.size_px):
+    one, two = (at_rows(which, common) for which in (body, path))
+    if keeps_its_distance(two - one, one, body.size_px + path.size_px):
         return True
     if not _stands_behind(path, body):
         return False
@@ -136,7 +136,7 @@ def _accompanies_in_turn(path: Path, bodies: Sequence[Path]) -> bool:
     if len(alike) < 2 or len(rows) < SIGHTINGS_AT_LEAST:
         return False
     common = sorted(rows)
-    shadow, places = _at_rows(path, common), [_at_rows(body, common) for body in alike]
+    shadow, places = at_rows(path, common), [at_rows(body, common) for body in alike]
     strays = np.array([np.hypot(*(place - shadow).T) for place in places])
     for _ in range(SHADOW_ROUNDS):
         # One lamp: all bodies have the same linear function; each sighting belongs to one of them.
@@ -157,7 +157,7 @@ def _with_one(places: Floats) -> Floats:
     return np.column_stack([places, np.ones(len(places))])
 
 
-def _keeps_its_distance(apart_px: Floats, places_px: Floats, reach_px: float) -> bool:
+def keeps_its_distance(apart_px: Floats, places_px: Floats, reach_px: float) -> bool:
     """Whether what is so far from a body, shape (n, 2), is a part of it; nothing farther is."""
     if np.hypot(*np.median(apart_px, axis=0)) > reach_px:
         return False
@@ -166,6 +166,7 @@ def _keeps_its_distance(apart_px: Floats, places_px: Floats, reach_px: float) ->
     )
 
 
-def _at_rows(path: Path, rows: Sequence[int]) -> Floats:
+def at_rows(path: Path, rows: Sequence[int]) -> Floats:
+    """Places of a path in some of its pictures, shape (n, 2)."""
     place = dict(zip(path.rows, zip(path.x_px, path.y_px, strict=True), strict=True))
     return np.array([place[row] for row in rows])

@@ -17,7 +17,9 @@ from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import BodyTrack, Floats, MotionLine, Track
 from count_video.signals import sigma_of
 from count_video.tracking.choice import bodies_among
+from count_video.tracking.closer import seen_closer
 from count_video.tracking.movers import Movers, find_movers
+from count_video.tracking.parts import completed
 from count_video.tracking.paths import Path, cleaned
 from count_video.tracking.roles import wall_side
 from count_video.tracking.view import TrackSettings
@@ -63,11 +65,12 @@ def track_free_bodies(
     """
     movers = find_movers(footage, settings, progress)
     bodies = bodies_among(movers.paths)
-    places = [_places(cleaned(path), movers, settings) for path in bodies]
+    wholes = [completed(path, movers.paths, movers.sights) for path in bodies]
     frame = np.array([sight.frame for sight in movers.sights], dtype=np.float64)
-    if len(places) == 1:
-        return _lone_track(frame, places[0])
-    return _pair_track(frame, places)
+    if len(wholes) == 1:
+        alone = seen_closer(wholes[0], movers, footage, settings)
+        return _lone_track(frame, _places(alone, movers, settings))
+    return _pair_track(frame, [_places(cleaned(path), movers, settings) for path in wholes])
 
 
 def _places(path: Path, movers: Movers, settings: TrackSettings) -> Places:

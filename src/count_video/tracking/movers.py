@@ -59,8 +59,12 @@ class Movers:
     """Of every picture that is no copy, in order."""
     paths: tuple[Path, ...]
     """The path that is most worth following first."""
-    scale: int
-    """Pixels of the footage for one px of sights and paths."""
+    scenery: Scenery
+
+    @property
+    def scale(self) -> int:
+        """Pixels of the footage for one px of sights and paths."""
+        return self.scenery.scale
 
 
 def find_movers(footage: Footage, settings: TrackSettings, progress: Progress) -> Movers:
@@ -92,7 +96,7 @@ def find_movers(footage: Footage, settings: TrackSettings, progress: Progress) -
         levels = BODY_LEVELS_SHARE * paths[0].contrast
         sights = _look(footage, settings, scenery, levels)
     sights = _without_titles(sights)
-    return Movers(tuple(sights), tuple(ranked(join(sights))), scale)
+    return Movers(tuple(sights), tuple(ranked(join(sights))), scenery)
 
 
 def ranked(paths: Sequence[Path]) -> list[Path]:
@@ -105,7 +109,7 @@ def _spread_over(footage: Footage, settings: TrackSettings, scale: int) -> dict[
     """Keep shrunk pictures evenly spread over the clip, whatever its length: frame to picture."""
     kept: dict[int, Luma] = {}
     stride = 1
-    for place, frame in enumerate(_fresh(footage, settings)):
+    for place, frame in enumerate(fresh(footage, settings)):
         if place % stride == 0:
             kept[frame.index] = shrunk(cropped(frame, settings.region).luma, scale).copy()
         if len(kept) >= 2 * PICTURES:
@@ -114,7 +118,8 @@ def _spread_over(footage: Footage, settings: TrackSettings, scale: int) -> dict[
     return kept
 
 
-def _fresh(footage: Footage, settings: TrackSettings) -> Iterator[Frame]:
+def fresh(footage: Footage, settings: TrackSettings) -> Iterator[Frame]:
+    """Stream the frames that are no copies, in the order of the sights."""
     frames = footage.frames(settings.start, settings.end)
     return (frame for frame in frames if not frame.repeats_previous)
 
@@ -129,7 +134,7 @@ def _look(
             scenery,
             levels,
         )
-        for frame in _fresh(footage, settings)
+        for frame in fresh(footage, settings)
     ]
 
 

@@ -71,8 +71,8 @@ def is_better(
     """Whether what the second look tells comes before what the ``first`` told of a pair.
 
     The first look's wall stands if a ball was seen to strike both wall and heavy body, by a track
-    that did not lose the bodies where the second look's does not; before one body alone if the
-    heavy body's path bears out several such collisions.
+    that did not lose the bodies where the second look's does not, and the heavy body's path bears
+    it out; before one body alone if it bears out several such collisions.
     """
     if result.count is None or track is None:
         return False
@@ -81,7 +81,7 @@ def is_better(
         if borne_out and len(kinds) == BOTH and len(first.collisions) > FEW_OF_A_TRIAL:
             return False
         return result.count >= IMPACTS_OF_ONE_ALONE or pair is None or not pair.wall_seen
-    if pair is None or not pair.wall_seen:
+    if pair is None or not (pair.wall_seen and borne_out):
         return True
     return len(kinds) < BOTH or _followed(pair) < FOLLOWED <= _followed(track)
 
