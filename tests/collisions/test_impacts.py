@@ -120,6 +120,19 @@ def test_bounces_too_frequent_for_the_pictures_are_said_to_be_so() -> None:
     assert max(found.probability.values()) < 0.9
 
 
+def test_a_pendulum_that_strikes_ever_more_gently_has_no_tail_of_unseen_impacts() -> None:
+    # Half a swing takes as long however wide it is: no flight is too short for the pictures.
+    half, count = 29.3, 9
+    frame = 10.0 + np.arange(int(count * half) + 6)
+    flight = np.floor(frame / half)
+    place = 110.0 * 0.75**flight * np.abs(np.sin(np.pi * frame / half))
+
+    found = seen_impacts(lone(noisy(place, 0.05)))
+
+    assert len(found.collisions) == count
+    assert not found.doubts
+
+
 def two_that_meet(frames_before: int, frames_after: int) -> tuple[Floats, Floats, float]:
     """Two equal bodies that exchange their velocities, 3 and -1 px per frame, at contact."""
     time = np.arange(-frames_before, frames_after) + 0.4

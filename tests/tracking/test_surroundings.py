@@ -25,6 +25,27 @@ def test_a_body_that_rests_most_of_the_time_gives_way_to_what_lies_around_it() -
     assert float(np.abs(settled - rail()).max()) < 1.0
 
 
+def test_a_body_that_creeps_where_it_rests_gives_way_to_what_lay_there_at_first() -> None:
+    stack = np.array([rail() for _ in range(60)])
+    for number in range(3, 60):  # few pictures show the scenery, and fewer agree on its left end
+        left = 50 + number // 6
+        stack[number, SIDE, left : left + 20] = 60.0 + 5 * (number % 3)
+
+    settled = without_resting(stack, np.median(stack, axis=0), NOISE_LEVELS)
+
+    assert float(np.abs(settled - rail()).max()) < NOISE_LEVELS
+
+
+def test_a_title_at_the_start_is_no_scenery() -> None:
+    stack = np.array([rail() for _ in range(60)])
+    stack[:4] = 20.0
+    usual = np.median(stack, axis=0)
+
+    settled = without_resting(stack, usual, NOISE_LEVELS)
+
+    assert float(np.abs(settled - rail()).max()) < 1.0
+
+
 def test_scenery_before_which_a_body_rests_for_a_while_stays() -> None:
     stack = np.array([rail() for _ in range(50)])
     stack[:15, SIDE, 50:70] = 60.0

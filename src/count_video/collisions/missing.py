@@ -76,7 +76,8 @@ def in_a_tail(motion: Motion, impacts: Sequence[Impact]) -> bool:
     """Whether impacts follow each other faster and faster until pictures no longer show them.
 
     So it is too where the body must have fallen back to the stop while the clip went on, by the
-    velocity with which it left and the usual acceleration, and no impact was found.
+    velocity with which it left, and no impact was found. Under a constant pull flights last as long
+    as they begin fast, those of a pendulum longer: the one before tells how long.
     """
     if len(impacts) < 2:
         return False
@@ -86,7 +87,11 @@ def in_a_tail(motion: Motion, impacts: Sequence[Impact]) -> bool:
     pull = last.side * motion.acceleration
     if pull <= 0 or not np.isfinite(last.velocity_after):
         return False
-    back = -2 * last.side * last.velocity_after / pull
+    before = impacts[-2]
+    if before.side == last.side and -before.side * before.velocity_after > 0:
+        back = (last.frame - before.frame) * last.velocity_after / before.velocity_after
+    else:
+        back = -2 * last.side * last.velocity_after / pull
     return bool(last.frame + FALLEN_BACK * back < motion.frame[-1])
 
 
