@@ -32,6 +32,9 @@ from count_video.tracking.ahead import stands_ahead
 from count_video.tracking.lone import track_free_bodies
 from count_video.tracking.track import Region, TrackSettings, tracks
 
+STROKE_SIGMAS = 4.0
+"""The heavy body's path shows the strokes if they exceed their uncertainty by this factor."""
+
 
 @dataclass(frozen=True)
 class TrialSettings:
@@ -95,7 +98,7 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
         # A shadow or a hand may have been taken for the second body.
         alone = _without_pair(footage, looking, progress)
         better = verdict.is_better(
-            alone.result, alone.track, trial.result, trial.track, borne_out=_borne_out(trial)
+            alone.result, alone.track, trial.result, trial.track, borne_out=_strokes_show(trial)
         )
         return alone if better else trial
 
@@ -151,6 +154,16 @@ def _with_likeliest_pair(
 
 def _borne_out(trial: Trial) -> bool:
     return trial.found is not None and trial.found.borne_out
+
+
+def _strokes_show(trial: Trial) -> bool:
+    """Whether the heavy body's path bears out the collisions, and would not do so without them.
+
+    Scenery that is taken for a body drifts along without any.
+    """
+    swing = trial.found.swing if trial.found is not None else None
+    shows = swing is not None and STROKE_SIGMAS * swing.mass_ratio_relative_sigma < 1
+    return shows and _borne_out(trial)
 
 
 def _stands(trial: Trial) -> bool:
