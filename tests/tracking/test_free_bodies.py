@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -12,10 +13,11 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Floats, Track
-from count_video.tracking.blobs import Blob, Moments
+from count_video.tracking.blobs import Blob, Moments, Sight
 from count_video.tracking.choice import bodies_among
 from count_video.tracking.lone import track_free_bodies
 from count_video.tracking.paths import Path as FollowedPath
+from count_video.tracking.paths import join
 from count_video.tracking.scenery import SMOOTHING_PX, learn_again, learn_scenery
 from count_video.tracking.track import TrackSettings
 
@@ -177,6 +179,14 @@ def test_bodies_next_to_each_other_that_part_are_two() -> None:
     pair = [path_at(60.0 - 0.5 * frame), path_at(82.0 + 2.0 * frame)]
 
     assert len(bodies_among(pair)) == 2
+
+
+def test_a_ball_does_not_go_on_as_a_shadow_of_its_area() -> None:
+    ball = path_at(60.0 + 3.0 * np.arange(12)).blobs
+    shadow = [replace(blob, y_px=96.0, width_px=50.0, height_px=8.0) for blob in ball]
+    sights = [Sight(row, (blob,), 0.0) for row, blob in enumerate([*ball[:6], *shadow[6:]])]
+
+    assert [len(path.rows) for path in join(sights)] == [6, 6]
 
 
 def path_at(x_px: Floats) -> FollowedPath:

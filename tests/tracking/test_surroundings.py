@@ -74,3 +74,14 @@ def test_what_is_always_hidden_goes_on_as_the_rail_does() -> None:
     filled = filled_in(np.where(unknown, 0, rail()).astype(np.float32), unknown)
 
     assert float(np.abs(filled - rail()).max()) < 1.0
+
+
+def test_a_rail_that_is_known_stays_whichever_way_what_hides_it_is_filled_in() -> None:
+    unknown = np.zeros(SHAPE, dtype=bool)
+    unknown[20:46, 50:60] = True  # as plain across as it is down, but for the rail
+    known = rail()
+    known[:, 60:] += 2.0
+
+    filled = filled_in(known, unknown, NOISE_LEVELS)
+
+    assert float(np.abs(filled - known).max()) < NOISE_LEVELS

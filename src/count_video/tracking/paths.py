@@ -23,6 +23,9 @@ REACH_SPEEDS = 1.6
 """A patch is looked for this many body sizes and this many steps of the last speed away."""
 AREA_FACTOR = 1.75
 """Areas of one body in neighbouring pictures differ by less; bodies that touch merge to one."""
+SIDE_FACTOR = 2.0
+"""And so do the sides of the boxes around it: its shadow may be of its area, but not of its shape.
+Bodies are blurred as they move, and turn, but no side doubles at once."""
 RECENT = 7
 """The usual area is that of so many sightings."""
 KNOWN_SIGHTINGS = 4
@@ -63,6 +66,13 @@ class Path:
     def recent_area_px(self) -> float:
         """Usual area of the last sightings."""
         return float(np.median([blob.area_px for blob in self.blobs[-RECENT:]]))
+
+    @property
+    def recent_sides_px(self) -> tuple[float, float]:
+        """Usual width and height of the last sightings."""
+        last = self.blobs[-RECENT:]
+        width, height = np.median([(blob.width_px, blob.height_px) for blob in last], axis=0)
+        return float(width), float(height)
 
     @property
     def is_known(self) -> bool:
@@ -135,24 +145,29 @@ def _costs(live: Sequence[Path], row: int, free: Sequence[Blob]) -> Floats:
     Shape (paths, patches).
     """
     state = np.array([_state(path, row) for path in live])[:, :, None]
-    last_x, last_y, ahead_x, ahead_y, reach, area, age = np.moveaxis(state, 1, 0)
-    x, y, areas = np.array([[blob.x_px, blob.y_px, blob.area_px] for blob in free]).T
+    last_x, last_y, ahead_x, ahead_y, reach, area, age, width, height = np.moveaxis(state, 1, 0)
+    x, y, areas, widths, heights = np.array(
+        [[blob.x_px, blob.y_px, blob.area_px, blob.width_px, blob.height_px] for blob in free]
+    ).T
     ahead = np.hypot(x - last_x - ahead_x, y - last_y - ahead_y)
     nearer = np.minimum(ahead, np.hypot(x - last_x, y - last_y))
     growth = np.abs(np.log(areas / area))
+    shape = np.maximum(np.abs(np.log(widths / width)), np.abs(np.log(heights / height)))
     # A path that has been seen for long comes before one that has just begun.
     costs = nearer / reach + AREA_COST * growth + YOUNG_COST / age
-    return np.where((nearer > reach) | (growth > np.log(AREA_FACTOR)), np.inf, costs)
+    other_body = (growth > np.log(AREA_FACTOR)) | (shape > np.log(SIDE_FACTOR))
+    return np.where((nearer > reach) | other_body, np.inf, costs)
 
 
 def _state(path: Path, row: int) -> tuple[float, ...]:
-    """Last place, motion since then, reach, usual area and number of sightings."""
+    """Last place, motion since then, reach, usual area, number of sightings, and usual sides."""
     last = path.blobs[-1]
     pictures = row - path.rows[-1]
     across, down = (pictures * step for step in _step(path))
     reach = REACH_SIZES * max(last.width_px, last.height_px)
     reach += REACH_SPEEDS * float(np.hypot(across, down))
-    return (last.x_px, last.y_px, across, down, reach, path.recent_area_px, len(path.rows))
+    usual = path.recent_area_px, len(path.rows), *path.recent_sides_px
+    return (last.x_px, last.y_px, across, down, reach, *usual)
 
 
 def _step(path: Path) -> tuple[float, float]:

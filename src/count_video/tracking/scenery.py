@@ -97,7 +97,8 @@ def learn_again(pictures: Sequence[Luma], hidden: Sequence[Mask], first: Scenery
     spread = 1.4826 * _median(np.abs(stack - middle))
     usual = float(np.median(spread[shown])) if shown.any() else 0.0
     luma = np.where(shown, middle, first.luma)
-    luma = where_outlines_vanish(luma, filled_in(luma, ~shown), float(np.median(first.threshold)))
+    threshold = float(np.median(first.threshold))
+    luma = where_outlines_vanish(luma, filled_in(luma, ~shown, threshold), threshold)
     return _settled(stack, luma, np.where(shown, spread, usual), first.scale)
 
 

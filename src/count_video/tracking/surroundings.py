@@ -52,7 +52,13 @@ def without_resting(stack: Picture, luma: Picture, threshold: float) -> Picture:
     threshold
         Grey levels from which on a difference is no noise, for a pixel before which nothing moves.
     """
-    luma = _free_at_an_end(stack, luma, threshold)
+    settled = _agreed_on(stack, luma, threshold)
+    free = _free_at_an_end(stack, settled, threshold)
+    return _agreed_on(stack, free, threshold) if (free != settled).any() else settled
+
+
+def _agreed_on(stack: Picture, luma: Picture, threshold: float) -> Picture:
+    """Take the values that crowds of pictures agree on, where the surroundings speak for them."""
     held = max(CROWD_AT_LEAST, round(CROWD_SHARE * len(stack)))
     other = (np.abs(stack - luma) > threshold).sum(axis=0) >= held
     if not other.any():
@@ -83,10 +89,11 @@ def _free_at_an_end(stack: Picture, luma: Picture, threshold: float) -> Picture:
     return luma
 
 
-def filled_in(luma: Picture, unknown: NDArray[np.bool_]) -> Picture:
+def filled_in(luma: Picture, unknown: NDArray[np.bool_], slack: float = 0.0) -> Picture:
     """Fill a picture in where it is not known, region by region, from both ends of each.
 
-    Rails, tables and walls go on in the direction in which both ends agree, across or down.
+    Rails, tables and walls go on in the direction in which both ends agree, across or down. What
+    goes on in either direction already, to so many grey levels of ``slack``, stays as it is.
     """
     filled = luma.copy()
     number, _, stats, _ = cv2.connectedComponentsWithStats(unknown.astype(np.uint8))
@@ -95,7 +102,10 @@ def filled_in(luma: Picture, unknown: NDArray[np.bool_]) -> Picture:
         across, strays_across = _between_ends(luma[rows], columns)
         down, strays_down = _between_ends(luma.T[columns], rows)
         if min(strays_across, strays_down) < np.inf:
-            filled[rows, columns] = across if strays_across <= strays_down else down.T
+            now = luma[rows, columns]
+            off = np.minimum(np.abs(now - across), np.abs(now - down.T))
+            nearer = across if strays_across <= strays_down else down.T
+            filled[rows, columns] = np.where(off < slack, now, nearer)
     return filled
 
 
