@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,8 @@ LEVEL_STRIDE = 4
 """Brightness is told by every fourth pixel of every fourth row."""
 ROUNDS = 2
 SIGHTINGS_AT_LEAST = 4
+ORDERED_AT_LEAST = 0.5
+"""Share of the pictures in which neighbours keep their order."""
 NEAR_FRAMES = 6
 SPEED_SLACK = 0.05
 """px per frame; features tell a velocity to about this."""
@@ -60,11 +63,9 @@ def learn(
     pictures = {seen.index: seen.luma for run in runs for seen in run}
     sketches = [_sketch(pictures, seed) for seed in seeds]
     for _ in range(ROUNDS):
-        places = []
-        for sketch in sketches:
-            places.append(find_everywhere(runs, sketch, tilt_deg))
-            if len(places[-1]) < SIGHTINGS_AT_LEAST or sketch.seed.frame not in places[-1]:
-                return None
+        places = _found_again(runs, sketches, tilt_deg)
+        if places is None:
+            return None
         improved = []
         for number, sketch in enumerate(sketches):
             others = [found for other, found in enumerate(places) if other != number]
@@ -87,6 +88,34 @@ def _sketch(pictures: Mapping[int, NDArray[np.uint8]], seed: Seed) -> Sketch:
     core = seed.core
     weight[(x >= core[0]) & (y >= core[1]) & (x <= core[2]) & (y <= core[3])] = 1.0
     return Sketch(seed, make_sprite(piece, weight), (float(left), float(top)))
+
+
+def _found_again(
+    runs: Sequence[Sequence[Frame]], sketches: Sequence[Sketch], tilt_deg: float
+) -> list[dict[int, Place]] | None:
+    """Find all bodies all over the clip; None if one of them is not found, or out of its place."""
+    places = []
+    for sketch in sketches:
+        places.append(find_everywhere(runs, sketch, tilt_deg))
+        if len(places[-1]) < SIGHTINGS_AT_LEAST or sketch.seed.frame not in places[-1]:
+            return None
+    return places if _in_order(sketches, places) else None
+
+
+def _in_order(sketches: Sequence[Sketch], places: Sequence[dict[int, Place]]) -> bool:
+    """Whether neighbours, the left one first, keep their order more often than not.
+
+    One is taken for the other otherwise, and a mean over both would show neither.
+    """
+    middles = [
+        {index: place.x_px + sketch.sprite.shape[1] / 2 for index, place in found.items()}
+        for sketch, found in zip(sketches, places, strict=True)
+    ]
+    for left, right in pairwise(middles):
+        ordered = [left[index] < right[index] for index in set(left) & set(right)]
+        if ordered and np.mean(ordered) < ORDERED_AT_LEAST:
+            return False
+    return True
 
 
 def _improved(

@@ -30,6 +30,9 @@ BEYOND_SHARE = 0.65
 """Bodies that come in or go out are looked for while they stick out of the picture so far."""
 ROUNDING = 0.01
 """Correlations are sums of single precision: by so little they may exceed 1."""
+FLAT_SHARE = 1e-5
+"""What varies by less, as a share of the scene's highest power, is rounding of single precision."""
+TINY = 1e-9
 ROWS_OF_SLACK = 0.25
 """The band searched is this much higher than the sprite on either side, as a share of it."""
 
@@ -95,16 +98,37 @@ def likely_places(
 
 
 def _scores(scene: Pixels, sprite: Sprite, scale: float) -> Pixels:
-    """Weighted correlation of the reduced sprite with a scene reduced alike; -1 where unknown."""
+    """Weighted correlation of the reduced sprite with a scene reduced alike; -1 where unknown.
+
+    With weights w and the sprite's deviation t from its weighted mean, the scene s has
+
+        sum(w t s) / sqrt(sum(w t^2) (sum(w s^2) - sum(w s)^2 / sum(w)))
+
+    at each place: three plain correlations, which are faster than OpenCV's masked one.
+    """
     pattern = _reduce(sprite.appearance, scale)
     # A few pixels that hardly vary would outweigh all the others.
     most = float(np.median(sprite.weight[sprite.weight > 0]))
-    share = _reduce(np.minimum(sprite.weight / most, np.float32(1.0)), scale)
-    found = cv2.matchTemplate(scene, pattern, cv2.TM_CCOEFF_NORMED, mask=share)
-    scores = np.asarray(found, dtype=np.float32)
-    # Where the scene is flat, the correlation is 0 / 0, or rounding over 0.
-    known = np.isfinite(scores) & (np.abs(scores) <= 1.0 + ROUNDING)
+    weight = _reduce(np.minimum(sprite.weight / most, np.float32(1.0)), scale) ** 2
+    total = float(weight.sum())
+    deviation = pattern - np.float32((weight * pattern).sum() / total)
+    template = weight * deviation
+    # Sums of single precision keep what varies best about zero.
+    scene = scene - scene.mean()
+    shared = _correlated(scene, template)
+    power = _correlated(scene * scene, weight)
+    varies = power - _correlated(scene, weight) ** 2 * np.float32(1 / total)
+    flat = varies <= FLAT_SHARE * power.max()
+    whole = np.sqrt(np.where(flat, np.inf, varies) * np.float32((template * deviation).sum()))
+    scores = shared / np.maximum(whole, np.float32(TINY))
+    # Where the scene is flat, the correlation is rounding over next to nothing.
+    known = ~flat & (np.abs(scores) <= 1.0 + ROUNDING)
     return np.where(known, scores, np.float32(-1.0))
+
+
+def _correlated(scene: Pixels, template: Pixels) -> Pixels:
+    """Sum of the template times the scene at all places where it lies within."""
+    return np.asarray(cv2.matchTemplate(scene, template, cv2.TM_CCORR), dtype=np.float32)
 
 
 def _span(near: float, size: int, reach: float, end: int) -> tuple[int, int]:
