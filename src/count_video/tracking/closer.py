@@ -127,7 +127,8 @@ def _mean(
     covers = [look(pictures.stands_out[row], *corners[row], shape) for row in corners]
     mean = np.median(pieces, axis=0)
     variance = (1.4826 * np.median(np.abs(pieces - mean), axis=0)) ** 2 + NOISE_FLOOR
-    inside = np.mean(covers, axis=0) > COVERED_SHARE
+    cover = np.mean(covers, axis=0)
+    inside = cover >= min(COVERED_SHARE, float(cover.max()))  # a tiny body covers no pixel wholly
     return make_sprite(
         mean.astype(np.float32), np.where(inside, 1 / variance, 0).astype(np.float32)
     )
