@@ -14,32 +14,22 @@ import numpy as np
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import BodyTrack, Floats, Frame, MotionLine, Track, WallSide
+from count_video.records import Frame, Track, WallSide
 from count_video.tracking.beside import PROGRESS_STEP, Pass, follow_beside
 from count_video.tracking.bodies import Bodies, NotFound
 from count_video.tracking.camera import Camera, Motion
-from count_video.tracking.certainty import stated_sigmas
 from count_video.tracking.finding import Finder
 from count_video.tracking.follow import Follower
 from count_video.tracking.landmarks import clear_of
 from count_video.tracking.pilot import pilots
-from count_video.tracking.roles import wall_side
+from count_video.tracking.placed import track_of
 from count_video.tracking.standing import steadied
 from count_video.tracking.view import Region, TrackSettings, View, view_of
 
 __all__ = ["Region", "TrackSettings", "track_clip", "tracks"]
 
-FRAMES_AT_LEAST = 12
-"""Shorter clips show no motion to speak of."""
-SEEN_AT_LEAST = 0.5
-"""A body seen in a smaller share of the frames between its first and its last was not followed."""
-PRESENT_AT_LEAST = 0.2
-"""A body comes in and goes out again, but is there for this share of the clip."""
 PAIRS_AT_MOST = 3
 """So many pairs of bodies are followed in turn, should the others not do."""
-UNSURE_FACTOR = 8.0
-"""A sighting with an uncertainty so many times the usual one is not believed: blur at full speed
-and a body half hidden double or treble it."""
 
 
 def track_clip(
@@ -70,12 +60,7 @@ def tracks(
         If the region does not fit into the picture.
     """
     view = view_of(footage, settings)
-    for runs in pilots(view):
-        steady, camera = steadied(runs)
-        finder = Finder(steady, closely=closely)
-        bodies = finder.find()
-        if isinstance(bodies, Bodies):
-            break
+    steady, camera, finder, bodies = _first_found(view, closely=closely)
     if isinstance(bodies, NotFound):
         _pass_over(view, progress)
         raise TrackingError(bodies.reason)
@@ -96,6 +81,19 @@ def tracks(
         raise faults[0]
 
 
+def _first_found(
+    view: View, *, closely: bool
+) -> tuple[list[list[Frame]], Camera, Finder, Bodies | NotFound]:
+    """Look through the pilots until one shows two bodies; what the last tells if none does."""
+    for runs in pilots(view):
+        steady, camera = steadied(runs)
+        finder = Finder(steady, closely=closely)
+        bodies = finder.find()
+        if isinstance(bodies, Bodies):
+            break
+    return steady, camera, finder, bodies
+
+
 def _outcomes(
     view_and_side: tuple[View, WallSide | None],
     bodies: Bodies,
@@ -111,14 +109,14 @@ def _outcomes(
     landmarks = camera.landmarks and clear_of(camera.landmarks, bodies.swept())
     passes = frames, followers, motion = _follow(view, bodies, Camera(landmarks), progress)
     try:
-        yield _with_shift(_track(bodies, frames, followers, view_and_side), motion, view)
+        yield _with_shift(track_of(bodies, frames, followers, view_and_side), motion, view)
     except TrackingError as error:
         yield error
     seen = follow_beside(view, beside, bodies, passes, progress) if beside else None
     if seen is None:
         return
     try:
-        yield replace(_track(*seen, view_and_side), by_silhouette=True)
+        yield replace(track_of(*seen, view_and_side), by_silhouette=True)
     except TrackingError as error:
         yield error
 
@@ -158,87 +156,3 @@ def _follow(view: View, bodies: Bodies, camera: Camera, progress: Progress) -> P
         left.take_away(motion, bodies.upright)
         right.take_away(motion, bodies.upright)
     return np.array(indices), (left, right), motion
-
-
-def _track(
-    bodies: Bodies,
-    frames: Floats,
-    followers: tuple[Follower, Follower],
-    view_and_side: tuple[View, WallSide | None],
-) -> Track:
-    if len(frames) < FRAMES_AT_LEAST:
-        raise TrackingError(f"only {len(frames)} different pictures: too few to show collisions")
-    view, side = view_and_side
-    x_px = [view.in_picture(_sure_places(f), upright=bodies.upright) for f in followers]
-    edges = [
-        (view.factor * body.left_edge_px, view.factor * body.right_edge_px)
-        for body in (bodies.left, bodies.right)
-    ]
-    sigma_px = stated_sigmas(frames, x_px, [view.factor * np.array(f.sigma_px) for f in followers])
-    unseen = [float(np.isnan(x).mean()) for x in x_px]
-    if not all(_followed(x) for x in x_px):
-        raise TrackingError("the bodies cannot be followed through the clip: they are lost")
-    side = side or wall_side(x_px[0] + edges[0][0], x_px[1] + edges[1][1])
-    wall_seen = side is not None
-    side = side or "left"
-    ball, heavy = (0, 1) if side == "left" else (1, 0)
-    width = edges[ball][1] - edges[ball][0]
-    face = edges[heavy][0] if side == "left" else edges[heavy][1]
-    return Track(
-        frame=frames,
-        ball=BodyTrack(
-            x_px[ball] + edges[ball][0] + width / 2,
-            sigma_px[ball],
-            -width / 2,
-            width / 2,
-        ),
-        heavy=BodyTrack(
-            x_px[heavy] + face,
-            sigma_px[heavy],
-            edges[heavy][0] - face,
-            edges[heavy][1] - face,
-        ),
-        wall_side=side,
-        ball_diameter_px=width,
-        line=_line(bodies, followers[ball], view),
-        warnings=tuple(_unseen_warnings(unseen, len(frames), ball)),
-        wall_seen=wall_seen,
-    )
-
-
-def _followed(x_px: Floats) -> bool:
-    """Whether a body is seen in most frames while it is in the picture, shape (n,)."""
-    seen = np.flatnonzero(np.isfinite(x_px))
-    if len(seen) < max(FRAMES_AT_LEAST, PRESENT_AT_LEAST * len(x_px)):
-        return False
-    return len(seen) >= SEEN_AT_LEAST * (int(seen[-1]) - int(seen[0]) + 1)
-
-
-def _sure_places(follower: Follower) -> Floats:
-    """Places along the line in the follower's pictures; NaN for sightings that are hardly any.
-
-    What is left of a body that sticks out of the picture may match the scenery; it does so loosely.
-    """
-    sigma = np.array(follower.sigma_px)
-    usual = np.nanmedian(sigma) if np.isfinite(sigma).any() else np.nan
-    return np.where(sigma <= UNSURE_FACTOR * usual, np.array(follower.x_px), np.nan)
-
-
-def _line(bodies: Bodies, ball: Follower, view: View) -> MotionLine:
-    """Line of motion through the middle of the ball's places."""
-    height, width = ball.body.sprite.shape
-    along = view.in_picture(np.array(ball.x_px) + width / 2, upright=bodies.upright)
-    across = view.in_picture(np.array(ball.y_px) + height / 2, upright=not bodies.upright)
-    x, y = float(np.nanmedian(along)), float(np.nanmedian(across))
-    if bodies.upright:
-        x, y = y, x
-    return MotionLine(x, y, bodies.tilt_deg, bodies.upright)
-
-
-def _unseen_warnings(unseen: Sequence[float], frames: int, ball: int) -> list[str]:
-    names = ("ball", "cylinder") if ball == 0 else ("cylinder", "ball")
-    return [
-        f"the {name} is not seen in {round(share * frames)} of {frames} frames"
-        for name, share in zip(names, unseen, strict=True)
-        if share > 0
-    ]
