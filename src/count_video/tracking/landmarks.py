@@ -80,17 +80,19 @@ def make_landmarks(
         tuple(inside[place][0] for place in kept),
         tuple(inside[place][1] for place in kept),
         appearance.astype(np.float32),
-        float(
-            np.median(
-                [
-                    agreement(correlations_of(one.reshape(appearance.shape), appearance))
-                    for one in shown
-                ]
-            )
-        ),
+        _usual_agreement(shown, appearance),
         (say * slopes).astype(np.float32),
         weighted,
         np.asarray(np.linalg.pinv(weighted, hermitian=True)),
+    )
+
+
+def _usual_agreement(shown: Pixels, appearance: Pixels) -> float:
+    """Median agreement of pictures with what they show on the average."""
+    return float(
+        np.median(
+            [agreement(correlations_of(one.reshape(appearance.shape), appearance)) for one in shown]
+        )
     )
 
 

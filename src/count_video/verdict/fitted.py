@@ -53,12 +53,18 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
             reason=f"{result.reason}; {left_open(between, result.mass_ratio)}",
             probability=between.probability,
         )
+    return measured(_completed(result, found, between), between)
+
+
+def _completed(result: TrialResult, found: SeenCollisions, between: Between) -> TrialResult:
+    """Tell the fit's count and its collisions; what was seen after the burst follows them."""
+    count = between.count
     burst = tuple(timed(collision, result.capture_fps) for collision in between.collisions)
     after = result.collisions[min(count, found.burst) :]
     later = tuple(replace(c, number=count + place) for place, c in enumerate(after, 1))
     seen = sum(collision.seen for collision in burst)
     doubtful = between.probability[count] < PROBABILITY_AT_LEAST
-    counted_now = replace(
+    return replace(
         result,
         status="counted",
         reason=left_open(between, result.mass_ratio) if doubtful else None,
@@ -69,7 +75,6 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
         count_after_burst=len(later),
         collisions=(*burst, *later),
     )
-    return measured(counted_now, between)
 
 
 def left_open(between: Between, mass_ratio: float | None) -> str:
