@@ -47,6 +47,17 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
 }
 """For every room the others that it may import."""
 
+ALCOVES: Mapping[str, Mapping[str, frozenset[str]]] = {
+    "tracking": {
+        "looks": frozenset(),
+        "pairs": frozenset({"looks"}),
+        "steadying": frozenset({"looks"}),
+        "patches": frozenset({"looks"}),
+        "silhouettes": frozenset({"looks", "pairs", "steadying", "patches"}),
+    }
+}
+"""For the alcoves of a room the others that each may import; what stands in the open is free."""
+
 ONLY_IN: Mapping[str, frozenset[str]] = {"av": frozenset({"footage"})}
 """Libraries with one door: the rooms that may import them."""
 
@@ -90,6 +101,7 @@ def violations(modules: Mapping[str, Module]) -> list[str]:
     """List every breach of the walls as a sentence; empty when the house stands."""
     return [
         *_wrong_rooms(modules),
+        *_wrong_alcoves(modules),
         *_wrong_doors(modules),
         *_wrong_reach(modules),
         *_cycles(modules),
@@ -102,6 +114,18 @@ def _wrong_rooms(modules: Mapping[str, Module]) -> Iterator[str]:
         for imported in sorted(module.imports):
             room = _room(imported)
             if room and room != module.room and room not in MAY_IMPORT.get(module.room, ()):
+                yield f"{module.name} imports {imported}"
+
+
+def _wrong_alcoves(modules: Mapping[str, Module]) -> Iterator[str]:
+    for module in modules.values():
+        alcoves = ALCOVES.get(module.room, {})
+        here = _alcove(module.name)
+        for imported in sorted(module.imports):
+            there = _alcove(imported)
+            if _room(imported) != module.room or here == there:
+                continue
+            if here in alcoves and there in alcoves and there not in alcoves[here]:
                 yield f"{module.name} imports {imported}"
 
 
@@ -150,6 +174,11 @@ def _room(name: str) -> str:
     if top == "synth_video":
         return "synth"
     return rest.partition(".")[0] if top == "count_video" else ""
+
+
+def _alcove(name: str) -> str:
+    """Name what a module stands in within its room: a folder, or the module itself."""
+    return name.split(".")[2] if name.count(".") > 1 else ""
 
 
 def _module_name(top: Path, file: Path) -> str:

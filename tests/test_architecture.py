@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from import_walls import MAY_IMPORT, read_modules, violations
+from import_walls import ALCOVES, MAY_IMPORT, read_modules, violations
 
 TOP = Path(__file__).parents[1]
 # Folders that only exist on somebody's machine; written so that this line is none of them.
@@ -23,6 +23,14 @@ def test_every_import_respects_the_walls() -> None:
 def test_the_walls_name_every_room_of_the_house() -> None:
     modules = read_modules(TOP / "src", TOP / "synth")
     assert {module.room for module in modules.values()} - {""} == MAY_IMPORT.keys()
+
+
+def test_the_walls_name_every_alcove_of_a_room() -> None:
+    modules = read_modules(TOP / "src", TOP / "synth")
+    for room, alcoves in ALCOVES.items():
+        packages = (TOP / "src/count_video" / room).glob("*/__init__.py")
+        assert {package.parent.name for package in packages} == alcoves.keys()
+    assert any(module.room in ALCOVES for module in modules.values())
 
 
 PLANTED = {
@@ -60,6 +68,10 @@ PLANTED = {
         "synth_video/planted.py",
         "from count_video.tracking import anything",
     ),
+    "an alcove imports another": (
+        "count_video/tracking/looks/planted.py",
+        "from count_video.tracking.pairs import anything",
+    ),
     "the library imports the renderer": (
         "count_video/footage/planted.py",
         "import synth_video.scene",
@@ -84,6 +96,8 @@ def small_house(tmp_path: Path) -> Path:
         _write(tmp_path, f"count_video/{name}.py", "")
     for room in ("physics", "footage", "tracking", "collisions"):
         _write(tmp_path, f"count_video/{room}/__init__.py", "")
+    for alcove in ("looks", "pairs"):
+        _write(tmp_path, f"count_video/tracking/{alcove}/__init__.py", "")
     _write(tmp_path, "count_video/__init__.py", "__version__ = '1'")
     _write(tmp_path, "count_video/cli.py", "from count_video import __version__\nprint(1)")
     _write(

@@ -8,8 +8,8 @@ from drawn import background, paint_ball, paint_box, to_luma
 from test_free_bodies import SHAPE, bounce, drawn, path_at, track_of
 
 from count_video.records import Floats, Track
-from count_video.tracking.blobs import Blob, Sight
-from count_video.tracking.parts import completed
+from count_video.tracking.patches.blobs import Blob, Sight
+from count_video.tracking.patches.parts import completed
 
 RADIUS_PX = 14.0
 TABLE = (0.0, 130.0, 240.0, 160.0)

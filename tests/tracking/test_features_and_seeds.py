@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from drawn import Scene, as_frames, background, paint_ball, to_luma
 
-from count_video.tracking.features import MovingFeatures, moving_features
-from count_video.tracking.seeds import (
+from count_video.tracking.pairs.features import MovingFeatures, moving_features
+from count_video.tracking.pairs.seeds import (
     Patch,
     motion_direction_deg,
     pairs_across_runs,

@@ -13,12 +13,12 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Floats, Track
-from count_video.tracking.blobs import Blob, Moments, Sight
-from count_video.tracking.choice import bodies_among
 from count_video.tracking.lone import track_free_bodies
-from count_video.tracking.paths import Path as FollowedPath
-from count_video.tracking.paths import join
-from count_video.tracking.scenery import SMOOTHING_PX, learn_again, learn_scenery
+from count_video.tracking.patches.blobs import Blob, Moments, Sight
+from count_video.tracking.patches.choice import bodies_among
+from count_video.tracking.patches.paths import Path as FollowedPath
+from count_video.tracking.patches.paths import join
+from count_video.tracking.patches.scenery import SMOOTHING_PX, learn_again, learn_scenery
 from count_video.tracking.track import TrackSettings
 
 SHAPE = (160, 240)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from drawn import as_frames
 
-from count_video.tracking.features import FRAMES_AT_LEAST
-from count_video.tracking.finding import halves
+from count_video.tracking.pairs.features import FRAMES_AT_LEAST
+from count_video.tracking.pairs.finding import halves
 
 
 @pytest.mark.parametrize("length", range(1, 26))

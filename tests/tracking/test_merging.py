@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 from drawn import background, paint_disc, to_luma
 
-from count_video.tracking.blobs import Sight, see
-from count_video.tracking.merging import Known, moved_to, parted
-from count_video.tracking.scenery import learn_scenery
+from count_video.tracking.patches.blobs import Sight, see
+from count_video.tracking.patches.merging import Known, moved_to, parted
+from count_video.tracking.patches.scenery import learn_scenery
 
 RADIUS_PX = 15.0
 PARTED_PX = 0.5

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from count_video.tracking.bodies import on_their_own
+from count_video.tracking.pairs.bodies import on_their_own
 
 PLACES = 100.0 - 30.0 * np.abs(np.sin(np.arange(60) / 9.0))
 NEIGHBOUR = 180.0 - 0.6 * np.arange(60)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from count_video.tracking.surroundings import filled_in, without_resting
+from count_video.tracking.patches.surroundings import filled_in, without_resting
 
 SHAPE = (60, 120)
 SIDE = slice(20, 40)

@@ -5,8 +5,8 @@ from drawn import SAMPLES, as_frames, background, to_luma
 
 from count_video.records import Frame
 from count_video.tracking.follow import Follower
-from count_video.tracking.silhouette import Beside
-from count_video.tracking.unsteady import Line, find_unsteady
+from count_video.tracking.silhouettes.silhouette import Beside
+from count_video.tracking.silhouettes.unsteady import Line, find_unsteady
 
 SHAPE, RADIUS, ROW = (112, 320), 18.0, 56.0
 FRAMES, TURN_FRAMES = 96, 40

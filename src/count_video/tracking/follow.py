@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from count_video.tracking.camera import Motion
-from count_video.tracking.learning import Body
-from count_video.tracking.register import Fit, register
-from count_video.tracking.search import search
-from count_video.tracking.sprite import Picture
+from count_video.tracking.looks.learning import Body
+from count_video.tracking.looks.register import Fit, register
+from count_video.tracking.looks.search import search
+from count_video.tracking.looks.sprite import Picture
+from count_video.tracking.steadying.camera import Motion
 
 AGREEMENT_SHARE = 0.75
 """A fit is believed from this share of the body's typical correlation on."""

@@ -16,11 +16,11 @@ from count_video.footage.reader import Footage
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import BodyTrack, Floats, MotionLine, Track
 from count_video.signals import sigma_of
-from count_video.tracking.choice import bodies_among
-from count_video.tracking.closer import seen_closer
-from count_video.tracking.movers import Movers, find_movers
-from count_video.tracking.parts import completed
-from count_video.tracking.paths import Path, cleaned
+from count_video.tracking.patches.choice import bodies_among
+from count_video.tracking.patches.closer import seen_closer
+from count_video.tracking.patches.movers import Movers, find_movers
+from count_video.tracking.patches.parts import completed
+from count_video.tracking.patches.paths import Path, cleaned
 from count_video.tracking.roles import wall_side
 from count_video.tracking.view import TrackSettings
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, MotionLine, Track, WallSide
-from count_video.tracking.bodies import Bodies
 from count_video.tracking.certainty import stated_sigmas
 from count_video.tracking.follow import Follower
+from count_video.tracking.pairs.bodies import Bodies
 from count_video.tracking.roles import wall_side
 from count_video.tracking.view import View
 

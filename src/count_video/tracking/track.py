@@ -15,15 +15,15 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import Footage
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Frame, Track, WallSide
-from count_video.tracking.beside import PROGRESS_STEP, Pass, follow_beside
-from count_video.tracking.bodies import Bodies, NotFound
-from count_video.tracking.camera import Camera, Motion
-from count_video.tracking.finding import Finder
 from count_video.tracking.follow import Follower
-from count_video.tracking.landmarks import clear_of
+from count_video.tracking.pairs.bodies import Bodies, NotFound
+from count_video.tracking.pairs.finding import Finder
 from count_video.tracking.pilot import pilots
 from count_video.tracking.placed import track_of
-from count_video.tracking.standing import steadied
+from count_video.tracking.silhouettes.beside import PROGRESS_STEP, Pass, follow_beside
+from count_video.tracking.steadying.camera import Camera, Motion
+from count_video.tracking.steadying.landmarks import clear_of
+from count_video.tracking.steadying.standing import steadied
 from count_video.tracking.view import Region, TrackSettings, View, view_of
 
 __all__ = ["Region", "TrackSettings", "track_clip", "tracks"]

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
-from count_video.tracking.features import MovingFeatures
-from count_video.tracking.learning import Body, learn
-from count_video.tracking.seeds import (
+from count_video.tracking.looks.learning import Body, learn
+from count_video.tracking.looks.sightings import Box, Seed
+from count_video.tracking.pairs.features import MovingFeatures
+from count_video.tracking.pairs.seeds import (
     Patch,
     PatchPair,
 )
-from count_video.tracking.sightings import Box, Seed
 
 WIDTH_OVER_HEIGHT = 1.3
 """Of a long body only the part next to its neighbour is learnt, by the height that both share. That

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.circle import circle_through
-from count_video.tracking.peak import beyond, peak_of
-from count_video.tracking.sprite import Pixels, Sprite, make_sprite
+from count_video.tracking.looks.circle import circle_through
+from count_video.tracking.looks.peak import beyond, peak_of
+from count_video.tracking.looks.sprite import Pixels, Sprite, make_sprite
 
 EDGE_POSSIBLE = 0.35
 """Slope per px over the standard deviation, from which on an edge can be the body's own."""

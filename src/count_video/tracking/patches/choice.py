@@ -13,7 +13,7 @@ import numpy as np
 
 from count_video.errors import TrackingError
 from count_video.records import Floats
-from count_video.tracking.paths import Path
+from count_video.tracking.patches.paths import Path
 
 SEEN_AT_LEAST = 0.6
 """Share of the pictures between first and last sighting in which a body must be seen."""

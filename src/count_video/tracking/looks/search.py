@@ -12,9 +12,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from count_video.tracking.peak import peak_of
-from count_video.tracking.register import Fit, register
-from count_video.tracking.sprite import Picture, Pixels, Sprite
+from count_video.tracking.looks.peak import peak_of
+from count_video.tracking.looks.register import Fit, register
+from count_video.tracking.looks.sprite import Picture, Pixels, Sprite
 
 COARSE_HEIGHT_PX = 28
 """The sprite is reduced until it is about this high."""

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.sightings import Box
-from count_video.tracking.sprite import REACH_PX, Picture, Pixels, look
+from count_video.tracking.looks.sightings import Box
+from count_video.tracking.looks.sprite import REACH_PX, Picture, Pixels, look
 
 WINDOW_PX = 11
 SEARCH_PX = 16

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from count_video.records import Frame
-from count_video.tracking.bodies import (
+from count_video.tracking.looks.learning import Body
+from count_video.tracking.pairs.bodies import (
     Bodies,
     NotFound,
     differ,
@@ -14,9 +15,8 @@ from count_video.tracking.bodies import (
     learn_pair,
     transposed,
 )
-from count_video.tracking.features import moving_features
-from count_video.tracking.learning import Body
-from count_video.tracking.seeds import (
+from count_video.tracking.pairs.features import moving_features
+from count_video.tracking.pairs.seeds import (
     PatchPair,
     motion_direction_deg,
     pairs_across_runs,

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.sprite import (
+from count_video.tracking.looks.sprite import (
     Model,
     Picture,
     Pixels,

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
-from count_video.tracking.blobs import disc
-from count_video.tracking.learning import NEAR_FRAMES, Body, learn
-from count_video.tracking.scenery import Luma
-from count_video.tracking.sightings import AGREEMENT_SHARE, Seed
-from count_video.tracking.silhouette import DARK, LIT, Backdrop, Beside, learn_backdrop
-from count_video.tracking.sprite import look
+from count_video.tracking.looks.learning import NEAR_FRAMES, Body, learn
+from count_video.tracking.looks.sightings import AGREEMENT_SHARE, Seed
+from count_video.tracking.looks.sprite import look
+from count_video.tracking.patches.blobs import disc
+from count_video.tracking.patches.scenery import Luma
+from count_video.tracking.silhouettes.silhouette import DARK, LIT, Backdrop, Beside, learn_backdrop
 
 THREADS_PX = 7
 """Threads are thinner, and a ball is not: an opening by so much takes them off."""

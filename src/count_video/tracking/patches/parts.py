@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from count_video.records import Floats
-from count_video.tracking.blobs import Blob, Moments, Sight
-from count_video.tracking.choice import SIGHTINGS_AT_LEAST, at_rows, keeps_its_distance
-from count_video.tracking.paths import Path
+from count_video.tracking.patches.blobs import Blob, Moments, Sight
+from count_video.tracking.patches.choice import SIGHTINGS_AT_LEAST, at_rows, keeps_its_distance
+from count_video.tracking.patches.paths import Path
 
 STRAYS = 3.0
 OFF_PX = 2.0

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.displacement import Shift, measure
-from count_video.tracking.landmarks import Landmarks
-from count_video.tracking.sprite import Picture
+from count_video.tracking.looks.sprite import Picture
+from count_video.tracking.steadying.displacement import Shift, measure
+from count_video.tracking.steadying.landmarks import Landmarks
 
 MOVED_AT_LEAST_PX = 0.35
 """Compression moves still scenery by up to 0.2 px."""

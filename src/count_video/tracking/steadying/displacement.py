@@ -14,7 +14,8 @@ import cv2
 import numpy as np
 
 from count_video.records import Floats
-from count_video.tracking.landmarks import (
+from count_video.tracking.looks.sprite import REACH_PX, Picture, Pixels, smooth
+from count_video.tracking.steadying.landmarks import (
     SEARCH_PX,
     SEEN_SHARE,
     WINDOW_PX,
@@ -23,7 +24,6 @@ from count_video.tracking.landmarks import (
     correlations_of,
     evidence,
 )
-from count_video.tracking.sprite import REACH_PX, Picture, Pixels, smooth
 
 ROUNDS = 8
 CONVERGED_PX = 0.03

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
-from count_video.tracking.blobs import disc
-from count_video.tracking.scenery import (
+from count_video.tracking.patches.blobs import disc
+from count_video.tracking.patches.scenery import (
     PICTURES,
     SHOWN_AT_LEAST,
     Luma,

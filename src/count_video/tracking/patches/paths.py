@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from count_video.records import Floats
-from count_video.tracking.blobs import Blob, Sight
-from count_video.tracking.merging import Known, parted
+from count_video.tracking.patches.blobs import Blob, Sight
+from count_video.tracking.patches.merging import Known, parted
 
 LOST_PICTURES = 12
 """A path that finds no patch for so many pictures has ended."""

@@ -13,11 +13,11 @@ import numpy as np
 
 from count_video.progress import Progress
 from count_video.records import Floats, Frame
-from count_video.tracking.bodies import Bodies, transposed
-from count_video.tracking.camera import Motion
 from count_video.tracking.follow import Follower
-from count_video.tracking.silhouette import Backdrop, Beside, edges_by_frame
-from count_video.tracking.unsteady import Line, find_unsteady
+from count_video.tracking.pairs.bodies import Bodies, transposed
+from count_video.tracking.silhouettes.silhouette import Backdrop, Beside, edges_by_frame
+from count_video.tracking.silhouettes.unsteady import Line, find_unsteady
+from count_video.tracking.steadying.camera import Motion
 from count_video.tracking.view import View
 
 PROGRESS_STEP = 16

@@ -19,7 +19,7 @@ from itertools import combinations
 import numpy as np
 
 from count_video.records import Floats
-from count_video.tracking.blobs import Blob
+from count_video.tracking.patches.blobs import Blob
 
 AREA_FACTOR = 1.4
 """The area of both together, to this factor: the gap between them is bridged, a part may hide."""

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
-from count_video.tracking.camera import Camera
-from count_video.tracking.clear_places import clear_places
-from count_video.tracking.displacement import Shift, measure
 from count_video.tracking.flow import Luma, as_bytes, flow, prepare
-from count_video.tracking.landmarks import (
+from count_video.tracking.steadying.camera import Camera
+from count_video.tracking.steadying.clear_places import clear_places
+from count_video.tracking.steadying.displacement import Shift, measure
+from count_video.tracking.steadying.landmarks import (
     WINDOW_PX,
     Landmarks,
     make_landmarks,

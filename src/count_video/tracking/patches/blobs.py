@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.tracking.scenery import Luma, Scenery, difference
+from count_video.tracking.patches.scenery import Luma, Scenery, difference
 
 AREA_AT_LEAST_PX = 12
 """Smaller patches are noise."""

@@ -16,9 +16,9 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import Footage
 from count_video.progress import Progress
 from count_video.records import Frame
-from count_video.tracking.blobs import Blob, Sight, see
-from count_video.tracking.paths import LOST_PICTURES, Path, join
-from count_video.tracking.scenery import (
+from count_video.tracking.patches.blobs import Blob, Sight, see
+from count_video.tracking.patches.paths import LOST_PICTURES, Path, join
+from count_video.tracking.patches.scenery import (
     PICTURES,
     Luma,
     Mask,
@@ -29,7 +29,7 @@ from count_video.tracking.scenery import (
     shrunk,
     without_ghost,
 )
-from count_video.tracking.surroundings import ALTERED_SHARE
+from count_video.tracking.patches.surroundings import ALTERED_SHARE
 from count_video.tracking.view import TrackSettings, cropped
 
 BODY_LEVELS_SHARE = 0.4

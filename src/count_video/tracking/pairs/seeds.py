@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.features import MovingFeatures
+from count_video.tracking.pairs.features import MovingFeatures
 
 FEATURES_AT_LEAST = 5
 """Fewer features with a common velocity are not taken for a body."""

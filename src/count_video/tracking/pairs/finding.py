@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 
 from count_video.records import Frame
-from count_video.tracking.bodies import Bodies, NotFound, differ
-from count_video.tracking.candidates import Candidates, Look, best_bodies, candidates
-from count_video.tracking.features import FRAMES_AT_LEAST
+from count_video.tracking.pairs.bodies import Bodies, NotFound, differ
+from count_video.tracking.pairs.candidates import Candidates, Look, best_bodies, candidates
+from count_video.tracking.pairs.features import FRAMES_AT_LEAST
 
 LOOKS = (Look(), Look(faint=True))
 """Ways of looking for bodies: first by what stands out, then by what is faint."""

@@ -16,9 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats, Frame
-from count_video.tracking.outline import Mean, find_outline
-from count_video.tracking.sightings import Place, Seed, Sketch, find_everywhere, typical_agreement
-from count_video.tracking.sprite import Sprite, look, make_sprite
+from count_video.tracking.looks.outline import Mean, find_outline
+from count_video.tracking.looks.sightings import (
+    Place,
+    Seed,
+    Sketch,
+    find_everywhere,
+    typical_agreement,
+)
+from count_video.tracking.looks.sprite import Sprite, look, make_sprite
 
 SURROUNDINGS = 0.6
 """The surroundings that are averaged too, on either side, as a share of the box's height."""

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Frame
-from count_video.tracking.outline import Outline
-from count_video.tracking.register import Fit, register
-from count_video.tracking.search import search
-from count_video.tracking.sprite import Sprite
+from count_video.tracking.looks.outline import Outline
+from count_video.tracking.looks.register import Fit, register
+from count_video.tracking.looks.search import search
+from count_video.tracking.looks.sprite import Sprite
 
 Box = tuple[float, float, float, float]
 """Left, top, right, bottom in px."""

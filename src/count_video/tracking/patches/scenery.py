@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.tracking.surroundings import (
+from count_video.tracking.patches.surroundings import (
     filled_in,
     steepness,
     where_outlines_vanish,

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from count_video.footage.reader import Footage
 from count_video.records import Floats
-from count_video.tracking.merging import moved_to
-from count_video.tracking.movers import Movers, fresh
-from count_video.tracking.paths import Path, cleaned
-from count_video.tracking.register import register
-from count_video.tracking.scenery import Luma, difference, shrunk
-from count_video.tracking.sprite import Sprite, look, make_sprite
+from count_video.tracking.looks.register import register
+from count_video.tracking.looks.sprite import Sprite, look, make_sprite
+from count_video.tracking.patches.merging import moved_to
+from count_video.tracking.patches.movers import Movers, fresh
+from count_video.tracking.patches.paths import Path, cleaned
+from count_video.tracking.patches.scenery import Luma, difference, shrunk
 from count_video.tracking.view import TrackSettings, cropped
 
 PICTURES = 40

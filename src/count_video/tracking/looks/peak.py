@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.tracking.sprite import Pixels
+from count_video.tracking.looks.sprite import Pixels
 
 
 def peak_of(values: Pixels, place: int) -> float:

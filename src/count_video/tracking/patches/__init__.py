@@ -1,0 +1,1 @@
+"""What stands out from a scenery that stands still, and the paths it takes."""

@@ -1,0 +1,1 @@
+"""A body whose markings change, followed by its outline beside one that was found."""

@@ -1,0 +1,1 @@
+"""How the camera moved, told by what stands still."""
