@@ -96,6 +96,11 @@ def _robust_line(x: Floats, y: Floats) -> tuple[float, float]:
     return float(np.median(y - slope * x)), slope
 
 
+def touch_is_shown(candidates: Sequence[Candidate]) -> bool:
+    """Whether any of the collisions tells the gap at which the bodies touch."""
+    return any(candidate.kind == "bodies" and candidate.corner for candidate in candidates)
+
+
 def never_touch(contacts: Contacts, ball_diameter_px: float) -> bool:
     """Whether the outlines stay apart where the gap is said to be closed.
 

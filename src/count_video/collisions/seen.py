@@ -9,7 +9,13 @@ import numpy as np
 
 from count_video.collisions.burst import Rival, find_burst
 from count_video.collisions.candidates import Candidate, find_candidates, sharpen
-from count_video.collisions.contact import is_contact, learn_contacts, never_touch, sharp_ones
+from count_video.collisions.contact import (
+    is_contact,
+    learn_contacts,
+    never_touch,
+    sharp_ones,
+    touch_is_shown,
+)
 from count_video.collisions.gaps import Gaps, gaps_of
 from count_video.collisions.onesided import side_of
 from count_video.collisions.pace import (
@@ -50,6 +56,9 @@ class SeenCollisions:
     """Between neighbours of the first burst; inf for fewer than two."""
     swing: Swing | None
     """The heavy body's path; None where the frames do not show all velocity steps."""
+    outlines_apart_px: float
+    """Gap between the outlines of ball and heavy body where these touch: about 0 where both were
+    learnt rightly; NaN where no collision shows it."""
     borne_out: bool
     """Whether the heavy body's whole path follows from its swing and the collisions: then both
     bodies were followed rightly."""
@@ -71,7 +80,8 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     inside = found[: burst.count]
     shortcomings = burst.shortcomings
     few = len(inside) <= FEW_TO_BELIEVE
-    if few and never_touch(learn_contacts(inside, gaps), track.ball_diameter_px):
+    contacts = learn_contacts(inside, gaps)
+    if few and never_touch(contacts, track.ball_diameter_px):
         shortcomings = (NEVER_TOUCH, *shortcomings)
     doubts = (*unresolved(inside, gaps, pace), *unexplained(elsewhere, inside, burst, pace))
     if right is False and not doubts:
@@ -84,6 +94,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
         doubts=doubts,
         shortest_interval_frames=shortest_interval(inside) * pace,
         swing=swing_in_frames(swing_of(fit_path(gaps, collisions[: burst.count])), pace),
+        outlines_apart_px=contacts.bodies_gap_px if touch_is_shown(inside) else np.nan,
         borne_out=bool(right),
     )
 
