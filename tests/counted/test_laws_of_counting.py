@@ -160,13 +160,16 @@ def test_the_capture_rate_gives_times_and_changes_nothing_else(clip: Path) -> No
     told = {"capture_fps": None, "capture_fps_source": "unknown"}
     timeless = [{**collision, "time_s": None} for collision in said["collisions"]]
     # These rest on a fit that starts from a pendulum's usual rate, where real time is known.
-    fitted = ("ending", "restitution", "energy_kept")
+    ratio = ("mass_ratio", "mass_ratio_sigma", "pi_low", "pi_high")
+    fitted = ("ending", "restitution", "energy_kept", *ratio)
     plain = {key: value for key, value in said.items() if key not in fitted}
     assert {**plain, **told, "collisions": timeless} == {
         key: value for key, value in without.items() if key not in fitted
     }
     assert said["ending"]["kind"] == without["ending"]["kind"]
     assert said["energy_kept"] == pytest.approx(without["energy_kept"], abs=FITTED_SHARE)
+    sigma = without["mass_ratio_sigma"]
+    assert said["mass_ratio"] == pytest.approx(without["mass_ratio"], abs=sigma)
 
 
 def places(said: Answer) -> list[float]:
