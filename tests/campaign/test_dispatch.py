@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from count_video.campaign.dispatch import answers
 from count_video.campaign.fingerprint import tool_version
 from count_video.campaign.plan import Job
+from count_video.campaign.run import run_campaign
 from count_video.campaign.work import Answer, failure
 from count_video.trial import TrialSettings
 
@@ -147,6 +148,19 @@ def test_an_interruption_sends_the_crew_home_at_once() -> None:
     with pytest.raises(KeyboardInterrupt):
         list(answers([job("a")], crew))
     assert crew.closed == [True]
+
+
+def test_a_campaign_that_is_done_lets_its_crew_go_in_peace() -> None:
+    class Plain(PaperCrew):
+        def submit(self, job: Job) -> Future[Answer]:
+            future: Future[Answer] = Future()
+            future.set_result(failure(job, "nothing to see"))
+            return future
+
+    crew = Plain()
+    told = list(run_campaign([job("a"), job("b")], lambda: crew, None))
+    assert [one.row.reason for one in told] == ["nothing to see"] * 2
+    assert crew.closed == [False]
 
 
 def test_a_failure_is_no_final_answer() -> None:

@@ -89,10 +89,11 @@ class LocalCrew:
     def close(self, *, at_once: bool) -> None:
         """End the processes."""
         if self._pool is not None:
-            self._pool.shutdown(wait=not at_once, cancel_futures=at_once)
             if at_once:
                 for process in set(multiprocessing.active_children()) - self._strangers:
                     process.terminate()
+            # Waits until the pool has taken notice: an interpreter that ends before may complain.
+            self._pool.shutdown(cancel_futures=at_once)
 
 
 class ClusterCrew:

@@ -53,6 +53,7 @@ def run_campaign(
             while job.name not in told:
                 next(arriving)
             yield told[job.name]
+        next(arriving, None)  # to its end: the crew has nothing more to do and goes home in peace
 
 
 def write_tables(rows: Sequence[TrialRow], summary: CampaignSummary, store: ResultStore) -> None:
