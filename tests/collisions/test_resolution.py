@@ -5,6 +5,7 @@ import pytest
 
 from count_video.collisions.burst import Burst
 from count_video.collisions.candidates import Candidate
+from count_video.collisions.gaps import Gaps
 from count_video.collisions.onesided import Corner
 from count_video.collisions.resolution import (
     LONG_FLIGHT,
@@ -12,6 +13,7 @@ from count_video.collisions.resolution import (
     long_flights,
     shortest_interval,
     unexplained,
+    unresolved,
 )
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
@@ -74,3 +76,25 @@ def test_sharp_turns_before_the_burst_or_after_it_leave_none() -> None:
     outside = [turning(5.0, 2 * UNEXPLAINED_SIGMAS), turning(95.0, 2 * UNEXPLAINED_SIGMAS)]
 
     assert unexplained(outside, inside, Burst(3, None, 90.0, ()), 1.0) == []
+
+
+def swinging_back(seen: bool) -> Gaps:
+    """A ball that leaves the wall, turns and comes back; the cylinder is far off, or not seen."""
+    frame = np.arange(100.0)
+    ball = 20.0 + 30.0 * np.abs(np.sin(np.pi * (frame - 20.0) / 60.0))
+    touching = np.abs(frame - 50.0) > 45.0
+    heavy = np.where(touching, ball + 20.0, 200.0 if seen else np.nan)
+    zero = np.zeros(100)
+    return Gaps(frame, ball, heavy, heavy - ball - 20.0, zero, zero, 1)
+
+
+@pytest.mark.parametrize("seen", [True, False])
+def test_a_turn_between_two_wall_collisions_counts_if_the_cylinder_is_seen_far_off(
+    seen: bool,
+) -> None:
+    walls = [Candidate("wall", frame, frame, 0.1, None) for frame in (20.0, 80.0)]
+
+    missing = unresolved(walls, swinging_back(seen), 1.0)
+
+    assert [word for word in missing if "cylinder was missed" in word] == missing
+    assert bool(missing) is not seen

@@ -110,8 +110,8 @@ def _turned(before: Candidate, after: Candidate, gaps: Gaps) -> bool:
     if inside.sum() < TURN_FRAMES:
         return False
     other = signal_of("bodies" if before.kind == "wall" else "wall", gaps)
-    clear = other[inside] - np.nanmin(other)
-    if np.nanmin(clear) < TURN_CLEAR_SHARE * np.nanmax(clear):
+    clear = other[inside & np.isfinite(other)] - np.nanmin(other)
+    if len(clear) == 0 or clear.min() < TURN_CLEAR_SHARE * clear.max():
         return False
     frame, values = gaps.frame[inside], signal[inside]
     smooth = np.polynomial.Polynomial.fit(frame, values, 4)
