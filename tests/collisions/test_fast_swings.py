@@ -51,6 +51,15 @@ def test_a_side_that_is_a_parabola_keeps_all_its_points() -> None:
     assert side.points == len(frame)
 
 
+def test_a_side_that_hides_a_collision_keeps_all_its_points() -> None:
+    frame = np.arange(1.0, 24.0)
+
+    side = fit_side(frame, 4.0 * np.abs(frame - 12.0), 0.0, SIGMA_PX)
+
+    assert side is not None
+    assert side.points == len(frame)
+
+
 def held_first(track: Track, frames: int) -> Track:
     """Let bodies rest where they are at first for some frames more, as if a hand held one."""
     assert track.heavy is not None

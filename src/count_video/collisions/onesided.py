@@ -30,6 +30,9 @@ BENT_FROM = 9
 MISFIT_SIGMAS = 5.0
 """Where a bent side leaves over so many standard deviations it is no parabola: a swing of a few
 dozen frames is none over all of the window. Errors that last leave over two or three."""
+SMOOTH_ORDER = 4
+"""A polynomial of this order leaves over so many times less of a swing, but not of a collision that
+hides in the side, which is found by what is left over."""
 CUT_TO_SHARE = 0.75
 """Such a side is cut to this share of its points, those next to the corner, until it is one."""
 
@@ -117,8 +120,10 @@ def _parabolic(frame: Floats, signal: Floats, about: float, sigma: float) -> NDA
     """Rows of those points next to ``about`` that lie on one parabola, or too few to be cut."""
     rows = np.argsort(np.abs(frame - about), kind="stable")
     while len(rows) > BENT_FROM:
-        _, variance = _solved(frame[rows], signal[rows], about, _order(len(rows)))
-        if variance <= (MISFIT_SIGMAS * sigma) ** 2:
+        parabola, smooth = (
+            _solved(frame[rows], signal[rows], about, order)[1] for order in (2, SMOOTH_ORDER)
+        )
+        if parabola <= MISFIT_SIGMAS**2 * max(sigma**2, smooth):
             break
         rows = rows[: max(BENT_FROM, int(CUT_TO_SHARE * len(rows)))]
     return np.sort(rows)
