@@ -148,3 +148,15 @@ def test_of_two_flights_one_that_holds_a_release_is_no_measure() -> None:
     grown = stated_sigmas(time, [ball + noise[0], heavy + noise[1]], [np.full(120, 0.01)] * 2)
 
     assert grown[1] == pytest.approx(np.full(120, NOISE_PX), rel=2 * AGREEMENT)
+
+
+def test_a_calm_rest_is_no_measure_of_the_one_flight_that_follows() -> None:
+    time = np.arange(120.0)
+    # An encoder shows the same picture of a ball at rest, again and again.
+    noise = np.random.default_rng(4).normal(0.0, NOISE_PX, (2, len(time)))
+    ball = 100.0 - np.where(time < 40, 0.0, 0.5 * (time - 40.0) + noise[0])
+    heavy = 300.0 - np.where(time < 40, 2.0 * time, 80.0 - 0.5 * (time - 40.0))
+
+    grown = stated_sigmas(time, [ball, heavy + noise[1]], [np.full(120, 0.01)] * 2)
+
+    assert grown[0] == pytest.approx(np.full(120, NOISE_PX), rel=2 * AGREEMENT)

@@ -97,16 +97,19 @@ def _flights(clock: Floats, position: Floats, spans: Sequence[Span]) -> list[Fli
     found = [flight_of(clock[slice(*span)], position[slice(*span)]) for span in spans]
     flights = _short_rests([flight for flight in found if flight is not None])
     variances = np.array([_variance(flight) for flight in flights])
-    judged = variances[np.isfinite(variances)]
-    if len(judged) == 0:
+    known = np.isfinite(variances)
+    if not known.any():
         return []
-    strays = variances > STRAYS * np.quantile(judged, 0.25, method="lower")
+    # A body at rest tells little of the errors of one that moves.
+    moves = known & [_moves(flight) for flight in flights]
+    judges = variances[moves if moves.any() else known]
+    strays = variances > STRAYS * np.quantile(judges, 0.25, method="lower")
     return [flight for flight, out in zip(flights, strays, strict=True) if not out]
 
 
 def _short_rests(flights: Sequence[Flight]) -> list[Flight]:
     """Let no body rest for longer than its longest flight; something may hold it then."""
-    moves = [bool(np.ptp(flight.place_px) >= MOVED_AT_LEAST_PX) for flight in flights]
+    moves = [_moves(flight) for flight in flights]
     longest = max(
         (len(flight.clock) for flight, go in zip(flights, moves, strict=True) if go), default=0
     )
@@ -122,6 +125,10 @@ def _short_rests(flights: Sequence[Flight]) -> list[Flight]:
         for flight, go in zip(flights, moves, strict=True)
         if longest > 0
     ]
+
+
+def _moves(flight: Flight) -> bool:
+    return bool(np.ptp(flight.place_px) >= MOVED_AT_LEAST_PX)
 
 
 def _variance(flight: Flight) -> float:
