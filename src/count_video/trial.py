@@ -12,6 +12,7 @@ it takes the same way through other doors of the same rooms.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -30,6 +31,7 @@ from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import FootageInfo, Track, TrialResult, WallSide
 from count_video.tracking.ahead import stands_ahead
 from count_video.tracking.lone import track_free_bodies
+from count_video.tracking.moving.observation import fits_store, observe, pair_tracks
 from count_video.tracking.track import Region, TrackSettings, tracks
 
 STROKE_SIGMAS = 4.0
@@ -89,6 +91,9 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
     """
     with open_footage(path, capture_fps=settings.capture_fps) as footage:
         looking = TrackSettings(settings.wall_side, settings.region, settings.start, settings.end)
+        observed = _observed(footage, looking, settings, progress)
+        if observed is not None:
+            return observed
         try:
             trial = _with_likeliest_pair(footage, looking, settings, progress)
         except TrackingError:
@@ -101,6 +106,46 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
             alone.result, alone.track, trial.result, trial.track, borne_out=_strokes_show(trial)
         )
         return alone if better else trial
+
+
+def _observed(
+    footage: Footage, looking: TrackSettings, settings: TrialSettings, progress: Progress
+) -> Trial | None:
+    """Work through a clip with the bodies that one decoding shows; None if none of them count."""
+    if not fits_store(footage, looking):
+        return None
+    with observe(footage, looking, progress) as seen:
+        try:
+            offered = pair_tracks(seen, settings.wall_side)
+        except TrackingError:
+            return None
+    trial = _likeliest(offered, footage, settings)
+    if trial is None or not verdict.is_settled(trial.result, at_wall=trial.found is not None):
+        return None
+    return trial
+
+
+def _likeliest(offered: Iterable[Track], footage: Footage, settings: TrialSettings) -> Trial | None:
+    """Work through tracks of two bodies, the likeliest first, until one bears out its collisions.
+
+    The first two at a wall stand for the others if none of them do; None if there are no tracks.
+    """
+    best: Trial | None = None
+    for track in offered:
+        # What a path bears out stands, unless the markings of a ball were taken for its motion.
+        if best is not None and _borne_out(best) and not track.by_silhouette:
+            break
+        trial = _with_pair(footage, track, settings)
+        counted = trial.result.status == "counted"
+        if counted and _borne_out(trial):
+            return trial
+        if track.by_silhouette and best is not None:
+            continue
+        if best is None or _borne_out(trial) or (track.wall_seen and not _stands(best)):
+            best = trial
+            if track.wall_seen and counted:
+                break
+    return best
 
 
 def _without_clear_pair(
@@ -128,25 +173,9 @@ def _with_likeliest_pair(
     *,
     closely: bool = False,
 ) -> Trial:
-    """Work through a clip with the first two bodies that move as ball and heavy body do.
-
-    The first two at a wall stand for the others if none of them bear out their collisions.
-    """
-    best: Trial | None = None
-    for track in tracks(footage, looking, progress, closely=closely):
-        # What a path bears out stands, unless the markings of a ball were taken for its motion.
-        if best is not None and _borne_out(best) and not track.by_silhouette:
-            break
-        trial = _with_pair(footage, track, settings)
-        counted = trial.result.status == "counted"
-        if counted and _borne_out(trial):
-            return trial
-        if track.by_silhouette and best is not None:
-            continue
-        if best is None or _borne_out(trial) or (track.wall_seen and not _stands(best)):
-            best = trial
-            if track.wall_seen and counted:
-                break
+    """Work through a clip with the first two bodies that move as ball and heavy body do."""
+    offered = tracks(footage, looking, progress, closely=closely)
+    best = _likeliest(offered, footage, settings)
     if best is None:
         raise TrackingError("no two bodies can be followed")
     return best

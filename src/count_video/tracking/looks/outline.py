@@ -39,6 +39,9 @@ class Mean:
 
     appearance: Pixels
     variance: Pixels
+    moving: NDArray[np.bool_] | None = None
+    """Where the pictures agree with each other better than with the background; None where no
+    background is known."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,8 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     """
     slope = np.gradient(mean.appearance)[1]
     clarity = np.abs(slope) / np.sqrt(mean.variance)
+    if mean.moving is not None:
+        clarity[~mean.moving] = 0
     columns = np.arange(clarity.shape[1])
     clarity[:, (columns < fence[0]) | (columns > fence[1])] = 0
     body = _own_edges(clarity)
@@ -95,6 +100,8 @@ def _cut_out(
         mask[row, max(0, first - BEYOND_OUTLINE_PX) : last + BEYOND_OUTLINE_PX + 1] = True
     columns = np.flatnonzero(mask.any(axis=0))
     begin, end = int(columns[0]), int(columns[-1]) + 1
+    if mean.moving is not None:
+        mask &= mean.moving
     weight = np.where(mask, 1 / mean.variance, 0)[:, begin:end]
     sprite = make_sprite(mean.appearance[:, begin:end], weight.astype(np.float32))
     return Outline(sprite, ends[0] - begin, ends[1] - begin, round_, begin)

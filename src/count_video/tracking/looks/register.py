@@ -11,7 +11,7 @@ equations, with the correlation that the smoothing causes taken into account.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,6 @@ from count_video.tracking.looks.sprite import (
     Sprite,
     look_at,
     solve,
-    tiles_of,
 )
 
 ROUNDS = 8
@@ -101,16 +100,16 @@ def _within(
     good = (x + left >= 1) & (x + left < columns - 1) & (y + top >= 1) & (y + top < rows - 1)
     if np.count_nonzero(good) < PIXELS_AT_LEAST:
         return None
-    return _part(model, np.flatnonzero(good), sprite.shape), float(good.mean())
+    return _part(model, good), float(good.mean())
 
 
-def _part(model: Model, good: NDArray[np.intp], shape: tuple[int, int]) -> Model:
-    """Model of some of the pixels."""
-    tiles, order = tiles_of(model.chosen[good], shape)
-    good = good[order]
-    design, weight = model.design[:, good], model.weight[good]
-    root_weight, solver = model.root_weight[good], solve(design, weight)
-    return Model(model.chosen[good], tiles, design, weight, root_weight, solver, model.correlation)
+def _part(model: Model, good: NDArray[np.bool_]) -> Model:
+    """Model in which only some of the pixels have weight; the others are read, but have no say."""
+    weight = model.weight * good
+    root_weight = model.root_weight * good
+    return replace(
+        model, weight=weight, root_weight=root_weight, solver=solve(model.design, weight)
+    )
 
 
 @dataclass(frozen=True)
@@ -151,7 +150,9 @@ def _robust(model: Model, seen: Pixels) -> tuple[Pixels, float]:
     """Weights with pixels that disagree taken down, and the spread of the others."""
     left_over = seen - (model.solver @ seen) @ model.design
     scaled = left_over * model.root_weight
-    some = np.abs(scaled[::SPREAD_STRIDE])
+    some = np.abs(scaled[::SPREAD_STRIDE][model.weight[::SPREAD_STRIDE] > 0])
+    if len(some) == 0:
+        return model.weight, 1e-6
     middle = len(some) // 2
     spread = 1.4826 * float(np.partition(some, middle)[middle]) + 1e-6
     ratio = scaled * (1 / (BIWEIGHT * spread))

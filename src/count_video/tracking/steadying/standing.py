@@ -84,8 +84,16 @@ def _moved_back(luma: Luma, shift: Floats) -> Luma:
 
 
 def learn_landmarks(runs: Sequence[Sequence[Frame]]) -> Landmarks | None:
-    """Learn windows that stand still; None where too few are found to tell the camera's motion."""
-    pictures = _some([seen.luma for run in runs for seen in run])
+    """Learn windows that stand still from runs of frames; None as :func:`landmarks_of` says."""
+    return landmarks_of([seen.luma for run in runs for seen in run])
+
+
+def landmarks_of(pictures: Sequence[Luma]) -> Landmarks | None:
+    """Learn windows that stand still from pictures all over a clip, shape (height, width) each.
+
+    None where too few are found to measure the camera's motion.
+    """
+    pictures = _some(pictures)
     if len(pictures) < 2:
         return None
     small, scale = prepare(pictures)

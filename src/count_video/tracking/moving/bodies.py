@@ -1,0 +1,364 @@
+"""Every rigid body that moves in a clip: found by its corners, learnt, and followed.
+
+The order of work: samples in which things move by a few px, corners followed through them, rigid
+groups of corners, a template for each group, the template registered in every picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import overload
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+from count_video.tracking.moving.corners import Trajectories, follow_corners
+from count_video.tracking.moving.following import Followed, follow
+from count_video.tracking.moving.regions import find_regions, moving_regions, region_of
+from count_video.tracking.moving.rigid import RigidGroup, rigid_groups, scene_path
+from count_video.tracking.moving.samples import Samples, choose_samples
+from count_video.tracking.moving.template import Body, Box, Rough, learn, line_tilt_deg
+from count_video.tracking.steadying.camera import Camera, Motion
+from count_video.tracking.steadying.landmarks import clear_of
+from count_video.tracking.steadying.standing import landmarks_of
+
+Luma = NDArray[np.uint8]
+
+CORNERS_WIDTH_PX = 960
+"""Corners are followed in pictures no wider than this."""
+PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
+"""Shorter clips and smaller pictures show no motion to speak of."""
+SMOOTHING_PX = 0.8
+FLICKER_AT_LEAST = 0.01
+"""Smaller changes of brightness are left as they are."""
+OUTER_CORNERS = (0.03, 0.08)
+"""So many corners on each side, by x and by y, are left out of a body's box: a thread that moves
+with it has some as well."""
+PATTERNED_CORNERS = 20
+"""Bodies with so many corners have some near all their edges."""
+BEYOND_CORNERS_AT_MOST = 0.5
+"""A plain body's region reaches beyond its corners by up to this share of their height."""
+BEYOND_CORNERS = 0.2
+CORNER_MARGIN_PX = 4.0
+"""The outline lies within this share of the height of the corners, and so many px, beyond them."""
+FENCE_OVER_HEIGHT = 0.5
+"""And no further than this where there is no neighbour."""
+FENCE_MARGIN_PX = 3.0
+"""Corners lie so near to the edges they belong to."""
+NEIGHBOUR_CORNERS = 8
+"""A neighbour with fewer corners than this sets no bound to an outline."""
+UPRIGHT_DEG = 45.0
+BACKGROUND_OF = 9
+"""The background is the median of so many samples."""
+STEADY_AT_LEAST = 6
+SAME_BODY_PX = 1.0
+"""Two templates whose distance varies by less than this are parts of one body."""
+BODIES_AT_MOST, BODIES_ENOUGH = 4, 2
+"""So many bodies are followed that have many corners; others only if these are fewer than two."""
+REGIONS_AT_MOST = 5
+
+
+@dataclass(frozen=True)
+class Movers:
+    """The bodies that move in a clip, those with most corners first."""
+
+    bodies: list[Followed]
+    """In pictures that are transposed where ``upright``."""
+    tilt_deg: float
+    """Direction of motion in those pictures, from their x axis."""
+    upright: bool
+    """True if the pictures were transposed because the bodies move up and down."""
+    motion: Motion | None
+    """How the camera moved, by image x and y; None where it stood."""
+
+
+def find_movers(
+    pictures: Sequence[Luma], frames: NDArray[np.intp], thumbnails: Sequence[Luma]
+) -> Movers:
+    """Find and follow all bodies that move in a clip.
+
+    Parameters
+    ----------
+    pictures
+        Lumas in order of time, n of them, each of shape (height, width).
+    frames
+        Frame index of each, shape (n,).
+    thumbnails
+        The same pictures, reduced by ``samples.thumbnail``.
+    """
+    if len(pictures) < PICTURES_AT_LEAST or min(pictures[0].shape) < PICTURE_AT_LEAST_PX:
+        return Movers([], 0.0, upright=False, motion=None)
+    samples = choose_samples(thumbnails)
+    if len(samples.chosen) < 2:
+        return Movers([], 0.0, upright=False, motion=None)
+    small, scale = _levelled(pictures, samples)
+    corners = follow_corners(small, samples.moved)
+    scene = scene_path(corners)
+    proposals = [_at_full_size(one, scale) for one in _proposals(small, corners, scene)]
+    if not proposals:
+        return Movers([], 0.0, upright=False, motion=None)
+    tilt = line_tilt_deg([one.path_px for one in proposals[:2]])
+    upright = abs(tilt) > UPRIGHT_DEG
+    if upright:
+        proposals = [_turned(one) for one in proposals]
+        tilt = line_tilt_deg([one.path_px for one in proposals[:2]])
+    roughs = roughly(proposals, frames[samples.chosen])
+    sampled = {int(frames[k]): pictures[k] for k in samples.chosen}
+    motion = (
+        _camera_motion(pictures, list(sampled.values()), roughs, upright) if scene.any() else None
+    )
+    shift = np.zeros((len(frames), 2)) if motion is None else np.nan_to_num(motion.shift_px)
+    some = np.linspace(0, len(samples.chosen) - 1, BACKGROUND_OF).astype(int)
+    background = np.median(
+        np.array([pictures[k] for k in samples.chosen[some]]), axis=0, overwrite_input=True
+    ).astype(np.uint8)
+    clip = _Clip(
+        _Turned(pictures) if upright else pictures,
+        frames,
+        {k: picture.T for k, picture in sampled.items()} if upright else sampled,
+        background.T if upright else background,
+        float(np.tan(np.radians(tilt))),
+        shift[:, ::-1] if upright else shift,
+    )
+    followed = _followed(clip, roughs)
+    if motion is not None:
+        followed = [_less_sure(seen, motion, upright) for seen in followed]
+    return Movers(followed, tilt, upright, motion)
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What may be a body, in px of the pictures."""
+
+    path_px: Floats
+    """Path of a point that moves with it, shape (samples, 2); NaN where not known."""
+    corners_px: Floats
+    """Corners of it, from its path, shape (n, 2)."""
+    box_px: Box
+    """Around it, from its path."""
+    blurred: bool = False
+    """Whether the path is right to some px only."""
+
+
+def _proposals(small: Sequence[Luma], corners: Trajectories, scene_px: Floats) -> list[Proposal]:
+    """Bodies by their corners where there are many, then moving regions, then the other corners."""
+    groups = rigid_groups(corners, scene_px)
+    many = [group for group in groups if len(group.corners_px) >= NEIGHBOUR_CORNERS]
+    few = [group for group in groups if len(group.corners_px) < NEIGHBOUR_CORNERS]
+    regions = find_regions(small)
+    linked = moving_regions(regions)[:REGIONS_AT_MOST]
+    return [
+        *(_with_box(one, region_of(one, _without(many, one), regions)) for one in many),
+        *(replace(_with_box(group, None), blurred=True) for group in linked),
+        *(_with_box(one, region_of(one, many, regions)) for one in few),
+    ]
+
+
+def _without(groups: Sequence[RigidGroup], one: RigidGroup) -> list[RigidGroup]:
+    return [group for group in groups if group is not one]
+
+
+def _with_box(group: RigidGroup, region: Floats | None) -> Proposal:
+    """Box of a group: that of most of its corners, moved to that of its region where it is near."""
+    low, high = (
+        np.array([np.quantile(group.corners_px[:, k], part) for k, part in enumerate(parts)])
+        for parts in (OUTER_CORNERS, [1 - part for part in OUTER_CORNERS])
+    )
+    if region is not None:
+        plain = len(group.corners_px) < PATTERNED_CORNERS
+        reach = BEYOND_CORNERS_AT_MOST * float(high[1] - low[1]) if plain else 0.0
+        low, high = np.maximum(region[:2], low - reach), np.minimum(region[2:], high + reach)
+    margin = BEYOND_CORNERS * float(high[1] - low[1]) + CORNER_MARGIN_PX
+    box = (*(low - margin).tolist(), *(high + margin).tolist())
+    return Proposal(group.path_px, group.corners_px, box)
+
+
+def _at_full_size(one: Proposal, scale: int) -> Proposal:
+    left, top, right, bottom = (scale * side for side in one.box_px)
+    path = one.path_px * scale + (scale - 1) / 2
+    return replace(
+        one, path_px=path, corners_px=one.corners_px * scale, box_px=(left, top, right, bottom)
+    )
+
+
+def _turned(one: Proposal) -> Proposal:
+    """Swap x and y."""
+    left, top, right, bottom = one.box_px
+    box = top, left, bottom, right
+    return replace(
+        one, path_px=one.path_px[:, ::-1], corners_px=one.corners_px[:, ::-1], box_px=box
+    )
+
+
+class _Turned(Sequence[Luma]):
+    """Pictures with x and y swapped."""
+
+    def __init__(self, pictures: Sequence[Luma]) -> None:
+        self._pictures = pictures
+
+    def __len__(self) -> int:
+        return len(self._pictures)
+
+    @overload
+    def __getitem__(self, place: int) -> Luma: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[Luma]: ...
+    def __getitem__(self, place: int | slice) -> Luma | list[Luma]:
+        if isinstance(place, slice):
+            return [picture.T for picture in self._pictures[place]]
+        return self._pictures[place].T
+
+
+@dataclass(frozen=True)
+class _Clip:
+    """What bodies are followed in; pictures lie so that the motion is nearer to their x axis."""
+
+    pictures: Sequence[Luma]
+    frames: NDArray[np.intp]
+    samples: Mapping[int, Luma]
+    """Frame index -> picture."""
+    background: Luma
+    """Median of some samples."""
+    slope: float
+    shift_px: Floats
+    """The camera's motion, shape (n, 2)."""
+
+
+def _followed(clip: _Clip, roughs: Sequence[Rough]) -> list[Followed]:
+    """Learn and follow bodies, each only once."""
+    found: list[Followed] = []
+    for rough in roughs:
+        enough = BODIES_AT_MOST if rough.patterned else BODIES_ENOUGH
+        if len(found) >= enough:
+            break
+        if any(_holds(rough, other, clip.frames) for other in found):
+            continue
+        others = [other.path_px for other in roughs if other is not rough][:2]
+        body = learn(clip.samples, clip.background, rough, others)
+        if body is None or any(_part_of(body, other, clip) for other in found):
+            continue
+        seen = follow(clip.pictures, clip.frames, body, clip.slope, clip.shift_px)
+        if not any(_same(seen, other) for other in found):
+            found.append(seen)
+    return found
+
+
+def _holds(rough: Rough, other: Followed, frames: NDArray[np.intp]) -> bool:
+    """Whether the box of a proposal holds the middle of a known body in most of its samples."""
+    rows = np.searchsorted(frames, np.array(list(rough.path_px)))
+    path = np.array(list(rough.path_px.values()))
+    x = other.middle_px[rows] - path[:, 0]
+    y = other.y_px[rows] + other.body.sprite.shape[0] / 2 - path[:, 1]
+    left, top, right, bottom = rough.box
+    inside = (x > left) & (x < right) & (y > top) & (y < bottom)
+    return bool(inside.mean() > 0.5)
+
+
+def _less_sure(seen: Followed, motion: Motion, upright: bool) -> Followed:
+    """Add the camera's uncertainty; where its shift is not known, no body has a place."""
+    sigma = np.hypot(seen.sigma_px, motion.sigma_px[:, 1 if upright else 0])
+    known = np.isfinite(sigma)
+    x, y = (np.where(known, place, np.nan) for place in (seen.x_px, seen.y_px))
+    return replace(seen, x_px=x, y_px=y, sigma_px=sigma)
+
+
+def _levelled(pictures: Sequence[Luma], samples: Samples) -> tuple[list[Luma], int]:
+    """Bring samples to one brightness and width; return how many px one of theirs holds, too."""
+    scale = max(1, -(-pictures[0].shape[1] // CORNERS_WIDTH_PX))
+    level = []
+    for k, gain in zip(samples.chosen, samples.gains, strict=True):
+        smooth = cv2.GaussianBlur(_reduced(pictures[k], scale), (0, 0), SMOOTHING_PX)
+        lamp = gain if abs(gain - 1) > FLICKER_AT_LEAST else 1.0
+        level.append(np.asarray(cv2.convertScaleAbs(smooth, alpha=lamp), np.uint8))
+    return level, scale
+
+
+def _reduced(picture: Luma, scale: int) -> Luma:
+    if scale == 1:
+        return picture
+    size = picture.shape[1] // scale, picture.shape[0] // scale
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def roughly(proposals: Sequence[Proposal], frames: NDArray[np.intp]) -> list[Rough]:
+    """Paths by frame, and where the neighbours' corners begin."""
+    roughs = []
+    for number, one in enumerate(proposals):
+        known = np.isfinite(one.path_px[:, 0])
+        path = zip(frames[known].tolist(), one.path_px[known].tolist(), strict=True)
+        places = {frame: (x, y) for frame, (x, y) in path}
+        patterned = not one.blurred and len(one.corners_px) >= NEIGHBOUR_CORNERS
+        roughs.append(Rough(places, one.box_px, _fence(proposals, number), one.blurred, patterned))
+    return roughs
+
+
+def _fence(groups: Sequence[Proposal], number: int) -> tuple[float, float]:
+    """Image x, from the path of a body, between which its outline lies."""
+    own = groups[number].corners_px
+    left, top, right, bottom = groups[number].box_px
+    height = bottom - top
+    begin, end = left - FENCE_OVER_HEIGHT * height, right + FENCE_OVER_HEIGHT * height
+    for other in groups:
+        apart = other.path_px - groups[number].path_px
+        known = np.isfinite(apart[:, 0])
+        if other is groups[number] or len(other.corners_px) < NEIGHBOUR_CORNERS or not known.any():
+            continue
+        typical = np.median(apart[known], axis=0)
+        above, below = other.corners_px[:, 1].min(), other.corners_px[:, 1].max()
+        if typical[1] + below < own[:, 1].min() or typical[1] + above > own[:, 1].max():
+            continue
+        if typical[0] + float(other.corners_px[:, 0].mean()) > (left + right) / 2:
+            nearest = float((apart[known, 0] + other.corners_px[:, 0].min()).min())
+            end = min(end, max(nearest, float(own[:, 0].max())) + FENCE_MARGIN_PX)
+        else:
+            nearest = float((apart[known, 0] + other.corners_px[:, 0].max()).max())
+            begin = max(begin, min(nearest, float(own[:, 0].min())) - FENCE_MARGIN_PX)
+    return begin, end
+
+
+def _camera_motion(
+    pictures: Sequence[Luma], some: Sequence[Luma], roughs: Sequence[Rough], upright: bool
+) -> Motion | None:
+    landmarks = landmarks_of(some)
+    if landmarks is None:
+        return None
+    camera = Camera(clear_of(landmarks, [_swept(rough, upright) for rough in roughs[:2]]))
+    for picture in pictures:
+        camera.see(picture)
+    return camera.motion()
+
+
+def _swept(rough: Rough, upright: bool) -> Box:
+    """Box that a body passes over, in the pictures as they are."""
+    x, y = np.array(list(rough.path_px.values())).T
+    left, top, right, bottom = rough.box
+    box = (
+        float(x.min()) + left,
+        float(y.min()) + top,
+        float(x.max()) + right,
+        float(y.max()) + bottom,
+    )
+    return (box[1], box[0], box[3], box[2]) if upright else box
+
+
+def _part_of(body: Body, other: Followed, clip: _Clip) -> bool:
+    """Whether a template, where it was learnt, keeps its distance from a body that was followed."""
+    rows = np.searchsorted(clip.frames, np.array(body.learnt))
+    places = np.array([body.sightings[frame][0] for frame in body.learnt])
+    return _steady(other.x_px[rows] - (places - clip.shift_px[rows, 0]))
+
+
+def _same(one: Followed, other: Followed) -> bool:
+    """Whether two templates are parts of one body."""
+    return _steady(one.x_px - other.x_px)
+
+
+def _steady(apart_px: Floats) -> bool:
+    """Whether a distance hardly varies."""
+    known = apart_px[np.isfinite(apart_px)]
+    if len(known) < STEADY_AT_LEAST:
+        return False
+    return float(np.quantile(np.abs(known - np.median(known)), 0.9)) < SAME_BODY_PX

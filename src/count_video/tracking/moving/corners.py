@@ -1,0 +1,123 @@
+"""Corner features and their trajectories through sampled pictures of a clip.
+
+Corners (Shi and Tomasi 1994) of a few reference pictures are followed to all other samples, forward
+and backward, by pyramidal Lucas-Kanade registration (Bouguet 2001, as in OpenCV). A step counts
+only if the way back leads to where it began; a corner that fails once is lost from there on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Luma = NDArray[np.uint8]
+Points = NDArray[np.float32]
+
+REFERENCES = 4
+"""Pictures whose corners are followed: bodies hide each other's edges in some, not in all."""
+CORNERS = 120
+"""Corners of one reference picture."""
+QUALITY = 0.0005
+"""Corners at least so strong as a share of the strongest: one body may be much fainter than the
+other. Those that are noise are lost at once."""
+SPACING_PX = 3.0, 12.0
+"""Corners lie so far apart: as far as so many fill what moves, for those of a faint body to come in
+beside the many of a patterned one."""
+BLOCK_PX = 5
+SCENE_CORNERS, SCENE_QUALITY, SCENE_ACROSS = 60, 0.002, 25
+"""Corners of the whole picture by which a camera's motion shows: so many, at least so strong as a
+share of the strongest, and so many of them side by side at most."""
+WINDOW_PX = 13
+PYRAMID_LEVELS = 3
+RETURN_ERROR_PX = 0.4
+
+
+@dataclass(frozen=True)
+class Trajectories:
+    """Places of n corners in s samples."""
+
+    places_px: Points
+    """Image x and y, shape (n, s, 2); NaN where a corner was not followed."""
+    anywhere: NDArray[np.bool_]
+    """Which corners were taken from the whole picture, moving or not, shape (n,)."""
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Where a corner was followed, shape (n, s)."""
+        return np.asarray(np.isfinite(self.places_px[:, :, 0]))
+
+
+def follow_corners(pictures: Sequence[Luma], moved: NDArray[np.bool_]) -> Trajectories:
+    """Follow corners through pictures in which everything moves by a few px from one to the next.
+
+    Parameters
+    ----------
+    pictures
+        Samples in order of time, each of shape (height, width).
+    moved
+        Where each sample shows anything that moves, at any size, shape (n, rows, columns).
+    """
+    count = len(pictures)
+    references = np.unique(np.linspace(0, count - 1, REFERENCES + 2).astype(int)[1:-1])
+    corners = [_corners(pictures[reference], moved[reference]) for reference in references]
+    middle = count // 2
+    scene = _scene_corners(pictures[middle])
+    first = np.repeat([*references, middle], [len(found) for found in (*corners, scene)])
+    places = np.full((len(first), count, 2), np.nan, dtype=np.float32)
+    places[np.arange(len(first)), first] = np.concatenate([*corners, scene])
+    for sample in range(count - 1):
+        _step(pictures, places, sample, sample + 1, first <= sample)
+    for sample in range(count - 1, 0, -1):
+        _step(pictures, places, sample, sample - 1, first >= sample)
+    return Trajectories(places, np.arange(len(first)) >= len(first) - len(scene))
+
+
+def _corners(picture: Luma, moved: NDArray[np.bool_]) -> Points:
+    size = picture.shape[1], picture.shape[0]
+    mask = cv2.resize(moved.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
+    mask = cv2.dilate(mask, np.ones((WINDOW_PX, WINDOW_PX), np.uint8))
+    spacing = float(np.clip(np.sqrt(cv2.countNonZero(mask) / CORNERS), *SPACING_PX))
+    found = cv2.goodFeaturesToTrack(
+        picture, CORNERS, QUALITY, spacing, mask=mask, blockSize=BLOCK_PX
+    )
+    return np.empty((0, 2), np.float32) if found is None else np.asarray(found, np.float32)[:, 0]
+
+
+def _scene_corners(picture: Luma) -> Points:
+    """Corners spread over the whole picture."""
+    spacing = picture.shape[1] / SCENE_ACROSS
+    found = cv2.goodFeaturesToTrack(
+        picture, SCENE_CORNERS, SCENE_QUALITY, spacing, blockSize=BLOCK_PX
+    )
+    return np.empty((0, 2), np.float32) if found is None else np.asarray(found, np.float32)[:, 0]
+
+
+def _step(
+    pictures: Sequence[Luma], places: Points, here: int, there: int, meant: NDArray[np.bool_]
+) -> None:
+    """Follow the corners that are meant and known here to the next picture, in place."""
+    known = np.flatnonzero(meant & np.isfinite(places[:, here, 0]))
+    if len(known) == 0:
+        return
+    start = np.ascontiguousarray(places[known, here])
+    end, found = _flow(pictures[here], pictures[there], start)
+    back, returned = _flow(pictures[there], pictures[here], end)
+    good = found & returned & (np.abs(back - start).max(axis=1) < RETURN_ERROR_PX)
+    places[known[good], there] = end[good]
+
+
+def _flow(before: Luma, after: Luma, points: Points) -> tuple[Points, NDArray[np.bool_]]:
+    """Places of points, shape (n, 2), in the next picture, and which of them were found."""
+    moved, found, _ = cv2.calcOpticalFlowPyrLK(
+        before,
+        after,
+        points[:, None],
+        np.empty(0),
+        winSize=(WINDOW_PX, WINDOW_PX),
+        maxLevel=PYRAMID_LEVELS,
+    )
+    return np.asarray(moved, np.float32)[:, 0], np.asarray(found)[:, 0] > 0
