@@ -12,6 +12,12 @@ THINGS = (
         ("background.kind=shelf",),
     ),
     Condition(
+        "behind",
+        "boards, discs and bars right behind the bodies and across their edges, faint or stark",
+        ("background.kind=boards", "background.texture=0.4", "background.blur_m=0.001"),
+        ("background.kind=boards",),
+    ),
+    Condition(
         "second",
         "a second ball like the first lies aside, or close below the first one's way",
         (
