@@ -38,7 +38,7 @@ from synth_video.suite.scoring import score
 
 TARGET_RATIO = 1.3
 TARGET_START_S = 1.5
-"""The command may take so many times the decoding, and this on top: start, looking and fitting."""
+"""The command may take so many times the decoding, and this on top: start and fits."""
 PICTURES = Path(__file__).with_name("counting_pictures.py")
 BYTES_OF_MAXRSS = 1 if sys.platform == "darwin" else 1024
 
@@ -115,8 +115,8 @@ class Run:
     memory_mb: float
     status: int
     """As ``subprocess`` has it: below 0 the signal that ended it."""
-    said: str
-    complained: str
+    stdout: str
+    stderr: str
 
 
 def run(*arguments: str) -> Run:
@@ -131,8 +131,8 @@ def run(*arguments: str) -> Run:
             time_s=usage.ru_utime + usage.ru_stime,
             memory_mb=usage.ru_maxrss * BYTES_OF_MAXRSS / 1e6,
             status=process.returncode,
-            said=out.read().decode(errors="replace"),
-            complained=err.read().decode(errors="replace"),
+            stdout=out.read().decode(errors="replace"),
+            stderr=err.read().decode(errors="replace"),
         )
 
 
@@ -146,8 +146,8 @@ def decode(clip: Path) -> Decoding:
     """
     done = run("-c", DECODE, str(clip))
     if done.status:
-        raise UnreadableError(f"{clip}: cannot be decoded ({_last_line(done.complained)})")
-    width_px, height_px, frames, time_s = json.loads(done.said)
+        raise UnreadableError(f"{clip}: cannot be decoded ({_last_line(done.stderr)})")
+    width_px, height_px, frames, time_s = json.loads(done.stdout)
     return Decoding(width_px, height_px, frames, time_s)
 
 
@@ -177,7 +177,7 @@ def cost_of(clip: Path, limit_s: int = 0) -> Cost:
 
 
 def best_of(rounds: Sequence[Cost]) -> Cost:
-    """Take the shortest times of several rounds, and all else from the last."""
+    """Take the shortest times of several rounds, the most memory, and all else from the last."""
     last = rounds[-1]
     decoding_s = min(cost.decoding.time_s for cost in rounds)
     return replace(
@@ -192,9 +192,9 @@ def outcome_of(clip: Path, done: Run) -> str:
     """Say what the command answered, and whether it is right where the truth is known."""
     if done.status == -signal.SIGXCPU:
         return "time-out"
-    if not done.said.strip():
-        return f"failed with {done.status}: {_last_line(done.complained)}"
-    found = json.loads(done.said)
+    if not done.stdout.strip():
+        return f"failed with {done.status}: {_last_line(done.stderr)}"
+    found = json.loads(done.stdout)
     answer = str(found["count"]) if found["status"] == "counted" else "not counted"
     truth_file = clip.with_suffix(".truth.json")
     if not truth_file.exists():

@@ -74,9 +74,9 @@ def test_pictures_are_counted_in_whichever_way_they_are_decoded(
 ) -> None:
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
     done = run("-c", DECODE_FOUR_WAYS, str(FIXTURE))
-    assert done.status == 0, done.complained
+    assert done.status == 0, done.stderr
     frames = str(decode(FIXTURE).frames)
-    assert [line.split() for line in done.said.splitlines()] == [[frames, frames]] * 4
+    assert [line.split() for line in done.stdout.splitlines()] == [[frames, frames]] * 4
 
 
 def test_what_a_clip_costs_is_measured_and_its_answer_judged() -> None:
@@ -93,7 +93,7 @@ def test_what_a_clip_costs_is_measured_and_its_answer_judged() -> None:
 
 
 @pytest.mark.parametrize(
-    ("status", "said", "complained", "outcome"),
+    ("status", "stdout", "stderr", "outcome"),
     [
         (0, COUNTED, "", "3, right"),
         (0, COUNTED.replace("3", "2"), "", "2, WRONG, truth 3"),
@@ -104,9 +104,9 @@ def test_what_a_clip_costs_is_measured_and_its_answer_judged() -> None:
     ],
 )
 def test_the_outcome_says_what_was_answered_and_whether_it_is_right(
-    status: int, said: str, complained: str, outcome: str
+    status: int, stdout: str, stderr: str, outcome: str
 ) -> None:
-    assert outcome_of(FIXTURE, Run(1.0, 100.0, status, said, complained)) == outcome
+    assert outcome_of(FIXTURE, Run(1.0, 100.0, status, stdout, stderr)) == outcome
 
 
 def test_over_is_what_the_target_is_missed_by() -> None:
@@ -140,10 +140,10 @@ def test_the_table_is_markdown_when_asked_for_and_a_bad_clip_loses_nothing(
     bad = tmp_path / "bad.mp4"
     bad.write_bytes(b"no film")
     assert main(["--markdown", str(bad), str(FIXTURE)]) == 1
-    told = capsys.readouterr()
-    assert told.err.startswith(f"{bad}: cannot be decoded")
-    assert told.err.count("\n") == 1
-    rows = told.out.splitlines()
+    printed = capsys.readouterr()
+    assert printed.err.startswith(f"{bad}: cannot be decoded")
+    assert printed.err.count("\n") == 1
+    rows = printed.out.splitlines()
     assert rows[0] == markdown([name for name, _, _ in COLUMNS])
     assert rows[2].startswith(f"| {FIXTURE.name} |")
     assert rows[2].endswith("| 3, right |")
