@@ -13,8 +13,9 @@ machine does; the best of several rounds depends on it least. What is compared:
 
 ``decodings`` is how many pictures PyAV decoded for the command, over the pictures in the clip.
 ``over`` is the command's time less the target: 1.3 times decoding and 1.5 s; above 0 it is missed.
-Memory is the peak of the command's largest process. Where a clip's truth lies beside it as
-``CLIP.truth.json``, the outcome says whether the answer is right.
+Memory is the peak of the command's largest process; a peak below that of this script, some 90 MB,
+would not show, as a process begins with the peak of the one that starts it. Where a clip's truth
+lies beside it as ``CLIP.truth.json``, the outcome says whether the answer is right.
 """
 
 from __future__ import annotations
