@@ -22,8 +22,8 @@ from synth_video.trial import render_frames
 from synth_video.truth import Truth, truth_of
 
 NUMBERS = range(3)
-AS_BRIGHT = 3.0
-"""Grey levels: the mottles behind a ball spread by up to 8, and some ten of them are behind it."""
+AS_BRIGHT = 5.0
+"""Grey levels: the mottles behind a ball spread by up to 13, and some ten of them are behind it."""
 DARK_LEVELS = 30
 
 either_strength = pytest.mark.parametrize("strength", STRENGTHS)

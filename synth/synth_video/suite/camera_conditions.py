@@ -55,13 +55,13 @@ LIGHT = (
         "a ball as bright as the mottled wall behind it, seen by its shading only, strong or weak",
         (
             *_MOTTLED,
-            "background.texture=0.6",
+            "background.texture=1.0",
             "ball.shading=1.0",
             "ball.color=[157, 146, 135] | [113, 106, 98]",
         ),
         (
             *_MOTTLED,
-            "background.texture=1.0",
+            "background.texture=1.8",
             "ball.shading=0.6",
             "ball.color=[144, 134, 124] | [104, 97, 90]",
         ),
@@ -131,7 +131,7 @@ STAND = (
     ),
     Condition(
         "wide",
-        "a picture 1280 px wide of more than a metre, with a ball of 46 or 30 px",
+        "a picture 1280 px wide with a ball of 46 px, or one of 30 px before something dark",
         (
             "camera.width_px=1280",
             "camera.height_px=490",
@@ -145,7 +145,10 @@ STAND = (
             "view.width_m=1.7",
             "view.wall_m=0.14 | 0.5",
             "threads.width_m=0.0008",
-            "camera.read_noise=2",
+            "background.kind=cloth | stone | plaster",
+            "background.color=[38, 36, 35]",
+            "background.texture=0.5",
+            "ball.color=[226, 226, 222] | [226, 103, 28] | [60, 110, 190]",
         ),
     ),
     Condition(

@@ -13,9 +13,17 @@ THINGS = (
     ),
     Condition(
         "behind",
-        "boards, discs and bars right behind the bodies and across their edges, faint or stark",
+        "boards and bars behind the bodies and across their edges; then some as bright as the ball",
         ("background.kind=boards", "background.texture=0.4", "background.blur_m=0.001"),
-        ("background.kind=boards",),
+        (
+            "background.kind=boards",
+            "view.width_m=0.6 | 0.36",
+            "view.wall_m=0.08",
+            "ball.color=[158, 152, 146]",
+            "ball.ring=false",
+            'ball.mark=""',
+            "ball.gloss=0.1",
+        ),
     ),
     Condition(
         "second",
