@@ -16,7 +16,7 @@ BodyShape = Literal["ball", "block", "cart", "puck"]
 HeavyShape = Literal["cylinder", "block", "cart", "puck"]
 Pattern = Literal["print", "plain", "stripes", "halves"]
 SpinAxis = Literal["upright", "sight"]
-BackgroundKind = Literal["table", "cloth", "shelf", "plaster"]
+BackgroundKind = Literal["table", "cloth", "shelf", "plaster", "stone", "boards"]
 
 
 def require(condition: bool, complaint: str) -> None:

@@ -1,4 +1,4 @@
-"""What stands behind the bodies: table, cloth, plaster or a shelf full of things."""
+"""What is behind the bodies: table, cloth, plaster, stone, boards on a wall or a full shelf."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 
 from synth_video.easel import Easel, over
 from synth_video.looks import BackgroundSettings
+from synth_video.paint_boards import hang_boards
 from synth_video.paint_clutter import paint_shelf
 from synth_video.pixels import Pixels, as_pixels
 
@@ -22,6 +23,8 @@ def paint_background(settings: BackgroundSettings, easel: Easel) -> Pixels:
         "cloth": _cloth,
         "plaster": _plaster,
         "shelf": paint_shelf,
+        "stone": _stone,
+        "boards": _boards,
     }
     sheet = as_pixels(np.clip(painters[settings.kind](settings, easel), 0, 255))
     defocus_px = max(settings.blur_m * easel.px_per_m, 0.3)
@@ -57,6 +60,21 @@ def _plaster(settings: BackgroundSettings, easel: Easel) -> Pixels:
     falloff = 1 - 0.9 * np.clip(-easel.up_m(), 0, 0.2) + 0.25 * easel.along_m()
     light = falloff * (1 + settings.texture * (0.022 * rough + 0.03 * patches))
     return easel.blank(_floats(settings.color)) * light.astype(np.float32)[..., None]
+
+
+def _stone(settings: BackgroundSettings, easel: Easel) -> Pixels:
+    """Plaster-like wall with mottles of some millimetres."""
+    mottles = 0.75 * easel.grain(2.2, 2.2) + 0.65 * easel.grain(5.0, 4.0)
+    sheet = _plaster(settings, easel)
+    sheet *= as_pixels(1 + 0.06 * settings.texture * mottles)[..., None]
+    return sheet
+
+
+def _boards(settings: BackgroundSettings, easel: Easel) -> Pixels:
+    """Plaster on which boards, discs and bars hang."""
+    sheet = _plaster(settings, easel)
+    hang_boards(sheet, settings.texture, easel)
+    return sheet
 
 
 def _below(easel: Easel, up_m: float) -> Pixels:

@@ -4,6 +4,21 @@ from __future__ import annotations
 
 from synth_video.suite.condition import Condition
 
+_MOTTLED = (
+    "background.kind=stone",
+    "background.color=[128, 119, 110] | [92, 86, 80]",
+    "ball.ring=false",
+    'ball.mark=""',
+    "ball.gloss=0.05",
+    "light.shadow=0",
+)
+"""A sphere lit from the side is on average less bright than its colour; the balls' colours are so
+much brighter than the wall."""
+_DARK = (
+    "light.brightness=0.11",
+    "ball.color=[226, 226, 222] | [232, 176, 90] | [34, 34, 38]",
+)
+
 LIGHT = (
     Condition(
         "clean",
@@ -34,6 +49,28 @@ LIGHT = (
             "ball.ring=false",
             'ball.mark=""',
         ),
+    ),
+    Condition(
+        "camouflage",
+        "a ball as bright as the mottled wall behind it, seen by its shading only, strong or weak",
+        (
+            *_MOTTLED,
+            "background.texture=1.0",
+            "ball.shading=1.0",
+            "ball.color=[157, 146, 135] | [113, 106, 98]",
+        ),
+        (
+            *_MOTTLED,
+            "background.texture=1.8",
+            "ball.shading=0.6",
+            "ball.color=[144, 134, 124] | [104, 97, 90]",
+        ),
+    ),
+    Condition(
+        "dark",
+        "so little light that all of the picture lies within 30 grey levels; also noisy",
+        _DARK,
+        (*_DARK, "camera.read_noise=2"),
     ),
     Condition(
         "flicker",
@@ -91,6 +128,28 @@ STAND = (
         "a ball 22 or 12 px across",
         ("view.width_m=0.87", "view.wall_m=0.25", "threads.width_m=0.0006"),
         ("view.width_m=1.6", "view.wall_m=0.55", "threads.width_m=0.001"),
+    ),
+    Condition(
+        "wide",
+        "a picture 1280 px wide with a ball of 46 px, or one of 30 px before something dark",
+        (
+            "camera.width_px=1280",
+            "camera.height_px=490",
+            "view.width_m=1.1",
+            "view.wall_m=0.1",
+            "threads.width_m=0.0006",
+        ),
+        (
+            "camera.width_px=1280",
+            "camera.height_px=720",
+            "view.width_m=1.7",
+            "view.wall_m=0.14 | 0.5",
+            "threads.width_m=0.0008",
+            "background.kind=cloth | stone | plaster",
+            "background.color=[38, 36, 35]",
+            "background.texture=0.5",
+            "ball.color=[226, 226, 222] | [226, 103, 28] | [60, 110, 190]",
+        ),
     ),
     Condition(
         "large",

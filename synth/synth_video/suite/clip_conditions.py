@@ -39,6 +39,12 @@ PART = (
         ("clip.end=all", "clip.max_frames=1200"),
     ),
     Condition(
+        "first_frame",
+        "the cylinder swings already when the clip starts, 10 or 4 frames before it strikes",
+        ("clip.lead_frames=10",),
+        ("clip.lead_frames=4",),
+    ),
+    Condition(
         "late",
         "the clip starts after the middle or just before the second collision: not to be counted",
         ("clip.start=middle", "clip.lead_frames=0"),

@@ -12,6 +12,20 @@ THINGS = (
         ("background.kind=shelf",),
     ),
     Condition(
+        "behind",
+        "boards and bars behind the bodies and across their edges; then some as bright as the ball",
+        ("background.kind=boards", "background.texture=0.4", "background.blur_m=0.001"),
+        (
+            "background.kind=boards",
+            "view.width_m=0.6 | 0.36",
+            "view.wall_m=0.08",
+            "ball.color=[158, 152, 146]",
+            "ball.ring=false",
+            'ball.mark=""',
+            "ball.gloss=0.1",
+        ),
+    ),
+    Condition(
         "second",
         "a second ball like the first lies aside, or close below the first one's way",
         (
