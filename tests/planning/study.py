@@ -123,7 +123,9 @@ def compared(seed: int, folder: Path, *, close: bool) -> Compared:
         probability=result.probability.get(result.count or -1, 0.0),
         between_frames=result.between_frames or 0,
         diameter_error_px=(result.ball_diameter_px or float("nan")) - true_px,
-        errors={} if result.setup is None else errors_of(result, result.setup, setup, 1e3 / px_per_m),
+        errors={}
+        if result.setup is None
+        else errors_of(result, result.setup, setup, 1e3 / px_per_m),
     )
 
 
@@ -132,7 +134,9 @@ def errors_of(
 ) -> dict[str, tuple[float, float]]:
     """Found less planned and stated uncertainty, by quantity; lengths in mm by the true scale."""
     rate = result.capture_fps or float("nan")
-    natural = [np.sqrt(setup.gravity_m_s2 / m) for m in (setup.heavy_thread_m, setup.light_thread_m)]
+    natural = [
+        np.sqrt(setup.gravity_m_s2 / m) for m in (setup.heavy_thread_m, setup.light_thread_m)
+    ]
     told = {
         "gap": (fitted.gap_px, mm_per_px, 1e3 * setup.wall_gap_m),
         "release": (fitted.release_px, mm_per_px, 1e3 * setup.release_m),

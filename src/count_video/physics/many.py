@@ -2,9 +2,9 @@
 
 `simulator` follows one trial through every oddity, event by event, in plain numbers. Here the same
 events are followed for all set-ups side by side, in arrays: the n-th pass of the loop is the n-th
-event of every set-up whose burst still lasts. Contacts are found as in `contacts`, by steps that
-cannot jump over one. Where bodies come to rest on each other, which ends the alternation of flights
-and bounces, that set-up alone is handed to `simulator`, or left without a count.
+event of every set-up whose burst still lasts. Where bodies come to rest on each other, which ends
+the alternation of flights and bounces, that set-up alone is handed to `simulator`, or left without
+a count.
 
 The small-angle pendulums are linear, so that lengths scale: with gap and release multiplied by one
 factor all times, counts and ratios of velocities stay the same.
@@ -12,18 +12,16 @@ factor all times, counts and ratios of velocities stay the same.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from count_video.errors import UsageError
-from count_video.physics.contacts import MAXIMUM, STEP_TOLERANCE
 from count_video.physics.mountings import RESTING_FRACTION
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import LONGEST_BURST_PERIODS, MOST_COLLISIONS, simulate
+from count_video.physics.swings import Flags, States, Swings, Whole, next_contact
 from count_video.records import Floats
 
 GRAVITY_M_S2 = 9.81
@@ -32,10 +30,6 @@ _BLOCK = 64
 """Random numbers are drawn so many at a time for each set-up; it does not change their sequence."""
 _FINISHED_SHARE = 0.25
 """Finished set-ups are taken out of the arrays once they are this share of them."""
-
-Whole = NDArray[np.int64]
-_Signals = Callable[[Whole, Floats], tuple[Floats, Floats]]
-"""Values and slopes of the functions of some rows at a time for each."""
 
 
 @dataclass(frozen=True)
@@ -66,11 +60,14 @@ class ManySetups:
         UsageError
             If a value is out of its range.
         """
+        unknown = values.keys() - _DEFAULTS.keys()
+        if unknown:
+            raise UsageError(f"set-ups have no {min(unknown)}; they have {', '.join(_DEFAULTS)}")
         given = {**_DEFAULTS, **values}
-        columns = np.broadcast_arrays(*(np.atleast_1d(given[field.name]) for field in fields(cls)))
-        kinds = [np.int64 if field.name == "seed" else np.float64 for field in fields(cls)]
-        arrays = [np.array(c, dtype=kind) for c, kind in zip(columns, kinds, strict=True)]
-        setups = cls(*arrays)
+        arrays = np.broadcast_arrays(*(np.atleast_1d(given[name]) for name in _DEFAULTS))
+        columns = dict(zip(_DEFAULTS, arrays, strict=True))
+        seed = np.array(columns.pop("seed"), np.int64)
+        setups = cls(**{name: np.array(c, np.float64) for name, c in columns.items()}, seed=seed)
         _check(setups)
         return setups
 
@@ -96,7 +93,7 @@ class ManySetups:
         )
 
 
-_DEFAULTS: dict[str, ArrayLike] = {
+_DEFAULTS: dict[str, ArrayLike] = {  # in the order of the fields
     "mass_ratio": 100.0,
     "wall_gap_m": Setup.wall_gap_m,
     "release_m": Setup.release_m,
@@ -122,69 +119,9 @@ class ManyBursts:
     """Time of the last one."""
     turn_s: Floats
     """When the cylinder, driven back, turns round; inf if it never does."""
-    endless: NDArray[np.bool_]
+    endless: Flags
     """Whether bodies came to rest on each other in ever smaller bounces, or collided more often
     than was asked for. Then ``simulator`` has followed them, or there is no count but -1."""
-
-
-class _Swings(NamedTuple):
-    """Damped pendulums about a rest place; arrays."""
-
-    rest: Floats
-    natural: Floats
-    gamma: Floats
-    omega: Floats
-
-    def advance(self, place: Floats, velocity: Floats, tau: Floats) -> tuple[Floats, Floats]:
-        """Displacement and velocity after ``tau``, as ``flights.Pendulum`` has them."""
-        q = place - self.rest
-        half = 0.5 * self.omega * tau
-        half_sine = np.sin(half)
-        sine = 2.0 * half_sine * np.cos(half)
-        fall = 2.0 * half_sine * half_sine
-        cosine = 1.0 - fall
-        loss = np.expm1(-self.gamma * tau)
-        shrink = 1.0 + loss
-        push = (velocity + self.gamma * q) / self.omega
-        pull = (self.natural * self.natural * q + self.gamma * velocity) / self.omega
-        displacement = q * (loss * cosine - fall) + shrink * push * sine
-        return displacement, shrink * (velocity * cosine - pull * sine)
-
-    def phasor(self, place: Floats, velocity: Floats) -> NDArray[np.complex128]:
-        """C in q = Re(C e^{λτ})."""
-        q = place - self.rest
-        return np.asarray(q - 1j * (velocity + self.gamma * q) / self.omega)
-
-    @property
-    def rate(self) -> NDArray[np.complex128]:
-        """λ = iω − γ."""
-        return np.asarray(1j * self.omega - self.gamma)
-
-    def turning_s(self, place: Floats, velocity: Floats) -> Floats:
-        """Time until the velocity passes from positive to negative; inf for a body at rest."""
-        q = place - self.rest
-        pull = (self.natural * self.natural * q + self.gamma * velocity) / self.omega
-        angle = np.arctan2(velocity, pull)
-        time = np.where(angle > 0.0, angle, angle + 2.0 * np.pi) / self.omega
-        return np.where((velocity == 0.0) & (pull == 0.0), np.inf, time)
-
-    def take(self, rows: NDArray[np.bool_] | Whole) -> _Swings:
-        """Return some of them."""
-        return _Swings(*(column[rows] for column in self))
-
-
-class _State(NamedTuple):
-    """Where all are after an event; ``heavy`` is the cylinder's face less a ball diameter."""
-
-    time: Floats
-    heavy: Floats
-    heavy_velocity: Floats
-    ball: Floats
-    ball_velocity: Floats
-
-    def take(self, rows: NDArray[np.bool_] | Whole) -> _State:
-        """Return some of them."""
-        return _State(*(column[rows] for column in self))
 
 
 def simulate_many(setups: ManySetups, most: int | None = None) -> ManyBursts:
@@ -256,7 +193,7 @@ def _follow(setups: ManySetups, found: ManyBursts, most: int) -> None:
     limit = LONGEST_BURST_PERIODS * 2.0 * np.pi / heavy.omega
     numbers = _Scatter(setups)
     zeros = np.zeros(len(setups))
-    state = _State(zeros, setups.wall_gap_m + setups.release_m, zeros, setups.wall_gap_m, zeros)
+    state = States(zeros, setups.wall_gap_m + setups.release_m, zeros, setups.wall_gap_m, zeros)
     lasting = np.ones(len(setups), np.bool_)
     while lasting.any():
         if lasting.mean() < 1.0 - _FINISHED_SHARE:
@@ -264,7 +201,7 @@ def _follow(setups: ManySetups, found: ManyBursts, most: int) -> None:
         here = rows
         laws = heavy.take(here), light.take(here)
         turn_s = laws[0].turning_s(state.heavy, state.heavy_velocity)
-        flight_s, at_wall = _next_contact(laws, state, turn_s, lasting)
+        flight_s, at_wall = next_contact(laws, state, turn_s, lasting)
         met = np.isfinite(flight_s)
         ended = lasting & (~met | (state.time + flight_s > limit[here]))
         found.turn_s[here[ended]] = (state.time + turn_s)[ended]
@@ -303,7 +240,7 @@ class _Scatter:
         if self._scattered:
             self._rngs = [np.random.default_rng(int(seed)) for seed in setups.seed]
 
-    def restitution(self, rows: Whole, number: Whole, at_wall: NDArray[np.bool_]) -> Floats:
+    def restitution(self, rows: Whole, number: Whole, at_wall: Flags) -> Floats:
         """Restitution of the bounce of each row, of which ``number`` have gone before."""
         setups = self._setups
         mean = np.where(at_wall, setups.restitution_wall[rows], setups.restitution_bodies[rows])
@@ -316,130 +253,31 @@ class _Scatter:
         return np.asarray(np.clip(drawn, 0.0, 1.0))
 
 
-def _pendulums(setups: ManySetups) -> tuple[_Swings, _Swings]:
+def _pendulums(setups: ManySetups) -> tuple[Swings, Swings]:
     """Cylinder and ball, both of which hang straight where they touch: at the gap."""
     gamma = setups.damping_per_s
-    pair: list[_Swings] = []
+    pair: list[Swings] = []
     for thread_m in (setups.heavy_thread_m, setups.light_thread_m):
         stiffness = GRAVITY_M_S2 / thread_m
         omega = np.sqrt(stiffness - gamma * gamma)
-        pair.append(_Swings(setups.wall_gap_m, np.sqrt(stiffness), gamma, omega))
+        pair.append(Swings(setups.wall_gap_m, np.sqrt(stiffness), gamma, omega))
     return pair[0], pair[1]
 
 
-def _next_contact(
-    laws: tuple[_Swings, _Swings], state: _State, window: Floats, lasting: NDArray[np.bool_]
-) -> tuple[Floats, NDArray[np.bool_]]:
-    """Time of flight to the next contact, inf if there is none before the cylinder turns.
-
-    Also whether it is one with the wall. Beyond the turn nothing counts any more. Bodies that touch
-    now seldom meet next: theirs is sought last, with the least to seek.
-    """
-    touching = state.heavy == state.ball
-    window = np.where(lasting, np.minimum(window, MAXIMUM), -np.inf)
-    wall, bodies = np.full_like(window, np.inf), np.full_like(window, np.inf)
-    for wall_first in (True, False):
-        own = np.flatnonzero(touching == wall_first)
-        if not own.size:
-            continue
-        laws_here, state_here = (laws[0].take(own), laws[1].take(own)), state.take(own)
-        searches = [(wall, _wall_contact), (bodies, _bodies_contact)]
-        limit = window[own]
-        for times, search in searches if wall_first else reversed(searches):
-            times[own] = search(laws_here, state_here, limit)
-            limit = np.minimum(limit, times[own])
-    return np.minimum(wall, bodies), wall < bodies
-
-
-def _wall_contact(laws: tuple[_Swings, _Swings], state: _State, window: Floats) -> Floats:
-    """Time until the ball reaches the wall; inf if not within the window."""
-    light = laws[1]
-    curvature = light.natural**2 * np.abs(light.phasor(state.ball, state.ball_velocity))
-
-    def evaluate(rows: Whole, tau: Floats) -> tuple[Floats, Floats]:
-        law, ball = light.take(rows), state.ball[rows]
-        rise, velocity = law.advance(ball, state.ball_velocity[rows], tau)
-        return ball + rise, velocity
-
-    start = _safe_step(state.ball, state.ball_velocity, curvature)
-    return _first_zeros(evaluate, start, curvature, window)
-
-
-def _bodies_contact(laws: tuple[_Swings, _Swings], state: _State, window: Floats) -> Floats:
-    """Time until ball and cylinder meet; inf if not within the window."""
-    heavy, light = laws
-    gap = state.heavy - state.ball
-    curvature = _gap_curvature(laws, state, window)
-
-    def evaluate(rows: Whole, tau: Floats) -> tuple[Floats, Floats]:
-        here = state.take(rows)
-        rise, upper = heavy.take(rows).advance(here.heavy, here.heavy_velocity, tau)
-        climb, lower = light.take(rows).advance(here.ball, here.ball_velocity, tau)
-        return gap[rows] + rise - climb, upper - lower
-
-    start = _safe_step(gap, state.heavy_velocity - state.ball_velocity, curvature)
-    return _first_zeros(evaluate, start, curvature, window)
-
-
-def _gap_curvature(laws: tuple[_Swings, _Swings], state: _State, window: Floats) -> Floats:
-    """Bound of the second derivative of the gap, as ``contacts`` has it for two pendulums."""
-    heavy, light = laws
-    upper = heavy.phasor(state.heavy, state.heavy_velocity) * heavy.rate**2
-    lower = light.phasor(state.ball, state.ball_velocity) * light.rate**2
-    drift = np.abs(heavy.rate - light.rate) * np.maximum(window, 0.0)
-    apart = np.abs(upper) + np.abs(lower)
-    near = np.abs(upper - lower) + np.abs(lower) * drift
-    return np.asarray(np.minimum(apart, near))
-
-
-def _safe_step(gap: Floats, slope: Floats, curvature: Floats) -> Floats:
-    """First positive zero of gap + slope s − curvature s²/2; inf if there is none."""
-    root = np.sqrt(slope * slope + 2.0 * curvature * gap)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        closing = 2.0 * gap / (root - slope)  # the form without cancellation
-        opening = (slope + root) / curvature
-    return np.where(slope < 0.0, closing, np.where(curvature > 0.0, opening, np.inf))
-
-
-def _first_zeros(
-    evaluate: _Signals, start: Floats, curvature: Floats, window: Floats
-) -> Floats:
-    """First τ ≥ start at which each positive function reaches 0; inf if beyond its window."""
-    zeros = np.full_like(start, np.inf)
-    tau = start.copy()
-    rows = np.flatnonzero(tau <= window)
-    while rows.size:
-        now, bound = tau[rows], curvature[rows]
-        value, slope = evaluate(rows, now)
-        crossed = value <= 0.0  # rounding has carried it a hair beyond: one Newton step back
-        with np.errstate(divide="ignore", invalid="ignore"):
-            back = np.where(slope < 0.0, now - value / slope, now)
-        zeros[rows[crossed]] = np.maximum(start[rows], back)[crossed]
-        step = _safe_step(np.maximum(value, 0.0), slope, bound)
-        after = now + step
-        within = STEP_TOLERANCE * after
-        near = ~crossed & ((step <= within) | (bound * step * step <= -slope * within))
-        arrived = near & (after <= window[rows])
-        zeros[rows[arrived]] = after[arrived]
-        tau[rows] = after
-        rows = rows[~crossed & ~near & (after <= window[rows])]
-    return zeros
-
-
 def _arrived(
-    laws: tuple[_Swings, _Swings], state: _State, flight_s: Floats, at_wall: NDArray[np.bool_]
-) -> _State:
+    laws: tuple[Swings, Swings], state: States, flight_s: Floats, at_wall: Flags
+) -> States:
     """State at the end of a flight; bodies that touch are set to touch exactly."""
     rise, heavy_velocity = laws[0].advance(state.heavy, state.heavy_velocity, flight_s)
     climb, ball_velocity = laws[1].advance(state.ball, state.ball_velocity, flight_s)
     ball = np.where(at_wall, 0.0, np.maximum(0.0, state.ball + climb))
     heavy = np.where(at_wall, np.maximum(ball, state.heavy + rise), ball)
-    return _State(state.time + flight_s, heavy, heavy_velocity, ball, ball_velocity)
+    return States(state.time + flight_s, heavy, heavy_velocity, ball, ball_velocity)
 
 
 def _bounced(
-    ratio: Floats, arrived: _State, at_wall: NDArray[np.bool_], approach: Floats, bounce: Floats
-) -> _State:
+    ratio: Floats, arrived: States, at_wall: Flags, approach: Floats, bounce: Floats
+) -> States:
     """State after a bounce: equal and opposite impulses, or the ball off the wall."""
     push = (1.0 + bounce) * approach / (ratio + 1.0)
     heavy_after = arrived.heavy_velocity + np.where(at_wall, 0.0, push)

@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 
 from count_video.physics.many import simulate_many
-from count_video.planning.chart import setups_at
 from count_video.physics.theory import mass_ratio_interval
+from count_video.planning.chart import setups_at
 from count_video.planning.request import MOST_RATIO, PlanRequest
 from count_video.planning.tolerances import most_collisions, shares_of
 

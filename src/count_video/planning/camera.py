@@ -15,8 +15,9 @@ HOP_AT_LEAST_PX = 1.0
 """A hop smaller than a pixel may be missed."""
 PICTURE_WIDTH_PX = 1920
 """Width of the picture that phones take in slow motion."""
-MARGIN = 1.15
-"""The picture shows this much more than the way of the ball: the wall, and room to aim."""
+MARGIN_DIAMETERS = 0.8
+"""The picture shows so much more than the way of the ball, in ball diameters: the wall on one side
+and room to aim on the other."""
 RATE_STEP_FPS = 10
 
 
@@ -59,7 +60,7 @@ def rate_needed_fps(shortest_s: float) -> float:
 def framing_of(request: PlanRequest, burst: PlannedBurst) -> Framing:
     """Say how large the ball must and can be in the picture."""
     diameter_m = request.ball_diameter_m
-    view_m = MARGIN * (max(request.gap_m, burst.last_m) + diameter_m)
+    view_m = max(request.gap_m, burst.last_m) + (1.0 + MARGIN_DIAMETERS) * diameter_m
     px_per_m = PICTURE_WIDTH_PX / view_m
     hop_m = burst.smallest_hop_m
     for_the_hop = HOP_AT_LEAST_PX * diameter_m / hop_m if math.isfinite(hop_m) and hop_m else 0.0

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.physics.many import NO_COUNT, ManySetups, Whole, simulate_many
+from count_video.physics.many import NO_COUNT, ManySetups, simulate_many
+from count_video.physics.swings import Whole
 from count_video.planning.request import PlanRequest
 from count_video.planning.tolerances import most_collisions
 from count_video.records import Floats
@@ -18,7 +19,7 @@ from count_video.records import Floats
 GAPS_M = (0.005, 0.100, 96)
 RELEASES_M = (0.020, 0.200, 91)
 """First and last cell, and how many: a millimetre by two millimetres."""
-MOST_EVENTS = 600_000
+MOST_EVENTS = 2_000_000
 """Collisions that all cells may have together; where they would have more, cells get larger."""
 
 
@@ -46,7 +47,9 @@ def chart_of(request: PlanRequest, theory: int) -> Chart:
     )
     release, gap = np.meshgrid(releases, gaps, indexing="ij")
     possible = gap <= release
-    found = simulate_many(setups_at(request, gap[possible], release[possible]), most_collisions(theory))
+    found = simulate_many(
+        setups_at(request, gap[possible], release[possible]), most_collisions(theory)
+    )
     count = np.full(gap.shape, NO_COUNT, np.int64)
     shortest = np.full(gap.shape, np.nan)
     count[possible], shortest[possible] = found.count, found.shortest_s

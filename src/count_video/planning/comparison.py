@@ -54,8 +54,7 @@ def compared(result: TrialResult, request: PlanRequest) -> TrialResult:
     theory = collision_count(request.heavy, request.light)
     found = [] if result.setup is None else list(_found(result, result.setup, setup))
     quantities = tuple(
-        ComparedQuantity(one.name, one.planned, one.found, _count(one.into(setup)))
-        for one in found
+        ComparedQuantity(one.name, one.planned, one.found, _count(one.into(setup))) for one in found
     )
     together = setup
     for one in found:

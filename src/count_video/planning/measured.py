@@ -48,7 +48,9 @@ CLOSE = Measured("planned clips with collisions closer than a quarter of a frame
 LONG = Measured("clips of some 310 collisions with the masses given", 20, 20, 0, 0)
 
 
-def most_like(count: int, shortest_frames: float, capture_fps: float) -> tuple[Way, Measured | None]:
+def most_like(
+    count: int, shortest_frames: float, capture_fps: float
+) -> tuple[Way, Measured | None]:
     """Return how a clip would be counted, and the measured clips that were most like it."""
     if shortest_frames >= RESOLVED_FRAMES:
         return "seen", RESOLVED

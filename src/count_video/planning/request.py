@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields
+from typing import TypedDict
 
 from count_video.errors import UsageError
 from count_video.physics.many import GRAVITY_M_S2
@@ -40,6 +41,22 @@ class Tolerances:
         for name in ("mass", "restitution", "scatter"):
             if getattr(self, name) > 1:
                 raise UsageError(f"the tolerance {name} is a share; it must not exceed 1")
+
+
+class PlanDetails(TypedDict, total=False):
+    """What may be said of a plan besides the masses; see ``PlanRequest``."""
+
+    gap_m: float
+    release_m: float
+    heavy_thread_m: float
+    light_thread_m: float
+    capture_fps: float | None
+    restitution: float
+    damping_per_s: float
+    ball_diameter_m: float
+    tolerances: Tolerances
+    trials: int
+    seed: int
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ from statistics import fmean, pstdev, stdev
 
 import numpy as np
 
-from count_video.physics.many import ManySetups, Whole, simulate_many
+from count_video.physics.many import ManySetups, simulate_many
+from count_video.physics.swings import Whole
 from count_video.planning.request import PlanRequest
 from count_video.records import Floats
 
@@ -154,7 +155,7 @@ def table_of(request: PlanRequest, theory: int) -> TrialTable:
 
 
 def shares_of(requests: Sequence[PlanRequest], count: int, trials: int) -> list[float]:
-    """Share of trials that give a count, for each request; all with the same errors of the hands."""
+    """Share of trials that give a count, for each request; the errors of the hands are the same."""
     if not requests:
         return []
     drawn = [drawn_setups(one, trials, (one.seed, _STREAM_SPREAD)) for one in requests]

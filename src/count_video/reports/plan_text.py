@@ -58,7 +58,7 @@ def plan_notes(plan: Plan) -> list[tuple[str, str]]:
         ("Picture", _picture(plan)),
         ("How sure", _how_sure(plan)),
         ("A table", _a_table(plan.spread)),
-        ("Change", _change(plan)),
+        ("Change", change_words(plan)),
     ]
 
 
@@ -110,7 +110,7 @@ def _shortest(plan: Plan) -> str:
 def _last(plan: Plan) -> str:
     burst = plan.burst
     where = "at the wall" if burst.last_m == 0 else f"{_mm(burst.last_m)} from the wall"
-    return f"{where}, where the two close in at {1e3 * burst.last_speed_m_s:.3g} mm/s"
+    return f"with the ball {where}, where the two close in at {1e3 * burst.last_speed_m_s:.3g} mm/s"
 
 
 def _burst(plan: Plan) -> str:
@@ -164,9 +164,9 @@ def _film_at(plan: Plan) -> str:
 
 def _picture(plan: Plan) -> str:
     framing = plan.framing
-    told = (
-        f"the ball at least {math.ceil(framing.ball_at_least_px)} px across, better {GOOD_BALL_PX}"
-    )
+    least = math.ceil(framing.ball_at_least_px)
+    better = f", better {GOOD_BALL_PX}" if least < GOOD_BALL_PX else ""
+    told = f"the ball at least {least} px across{better}"
     if not math.isfinite(framing.smallest_hop_px):
         return told
     return (
@@ -205,12 +205,13 @@ def _a_table(spread: Spread) -> str:
     if math.isnan(low):
         return "has no counts"
     return (
-        f"of {spread.table_trials} such trials has a mean of {low:.2f} to {high:.2f} and a standard "
-        f"deviation of {least:.2f} to {most:.2f} (95 in 100 tables)"
+        f"of {spread.table_trials} such trials has a mean of {low:.2f} to {high:.2f} and a "
+        f"standard deviation of {least:.2f} to {most:.2f} (95 in 100 tables)"
     )
 
 
-def _change(plan: Plan) -> str:
+def change_words(plan: Plan) -> str:
+    """Say what to change for the theory's count with room to spare, and for the camera."""
     spread, theory = plan.spread, plan.burst.theory
     words = [proposal_words(plan.request, proposal) for proposal in plan.proposals]
     if spread.theory_share >= ENOUGH:

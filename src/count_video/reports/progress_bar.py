@@ -12,7 +12,7 @@ class TerminalBar:
     """A bar on a terminal that is wiped away at its end, so that the result stands alone."""
 
     def __init__(self, stream: TextIO, unit: str = "frames") -> None:
-        """``unit`` is what advances, in the plural."""
+        """Show on a stream what advances, counted in ``unit``, a plural."""
         self._stream = stream
         self._unit = unit
         self._bar: progress.Progress | None = None
