@@ -1,9 +1,9 @@
 """Plan set-ups, render them, count them with the whole command, and write the README's tables.
 
-``python tests/planning/study.py 20 clips/`` plans twenty set-ups, renders each to a clip in a
-folder by ``synth-video --set ...`` (clips that are there already are kept), counts it and compares
-count and fitted set-up with what was planned. It takes some ten seconds a clip. With ``--close``
-the collisions come closer than a quarter of a frame.
+``python tests/planning/study.py 40 clips/`` plans forty set-ups, renders each to a clip in a folder
+by ``synth-video --set ...`` (clips that are there already are kept), counts it and compares count
+and fitted set-up with the plan. It takes some ten seconds a clip. ``--close 20`` adds twenty whose
+collisions come closer than a quarter of a frame; their masses are given.
 """
 
 from __future__ import annotations
@@ -23,7 +23,10 @@ import numpy as np
 
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
-from count_video.records import Estimate, FittedSetup, TrialResult
+from count_video.planning.comparison import compared
+from count_video.planning.request import PlanRequest
+from count_video.records import PlanComparison
+from count_video.reports.comparison_text import NAMES
 from count_video.trial import TrialSettings, count_clip
 from synth_video import cli as synth_cli
 
@@ -33,20 +36,18 @@ SHORTEST_FRAMES = (0.25, 20.0)
 """Ordinary plans: the shortest interval lies between these, ..."""
 CLOSE_FRAMES = (0.02, 0.25)
 """... and close ones between these."""
+RESOLVED_FRAMES = 2.5
 FEWEST_CLOSE = 12
-LIGHT_KG = 0.0105
-QUANTITIES = ("gap", "release", "heavy period", "ball period", "mass ratio", "restitution")
+LIGHT_G = 10.5
 
 
 @dataclass(frozen=True)
-class Compared:
+class Outcome:
     """What became of one plan."""
 
     seed: int
     capture_fps: float
     ratio: float
-    gap_m: float
-    release_m: float
     shortest_frames: float
     planned: int
     counted: int | None
@@ -54,44 +55,48 @@ class Compared:
     between_frames: int
     diameter_error_px: float
     """Of the ball's diameter, which is the scale; NaN where there is none."""
-    errors: dict[str, tuple[float, float]]
-    """Of each quantity that was fitted: found less planned, and its stated uncertainty; lengths in
-    mm by the true scale, periods in ms, the mass ratio relative."""
+    quantities: dict[str, tuple[float, float]]
+    """Found less planned, and its stated uncertainty, of each quantity that was found."""
+    explained_by: tuple[str, ...]
 
 
-def drawn(seed: int, *, close: bool) -> tuple[Setup, float]:
+def drawn(seed: int, *, close: bool) -> PlanRequest:
     """Draw a set-up as a person might plan it, and a camera that may count it."""
     rng = np.random.default_rng([seed, 1717])
     least, most = CLOSE_FRAMES if close else SHORTEST_FRAMES
     while True:
         thread_m = float(rng.uniform(0.6, 1.5))
-        setup = Setup(
-            heavy_mass_kg=LIGHT_KG * float(rng.choice(RATIOS)) * float(rng.uniform(1.0, 1.2)),
-            light_mass_kg=LIGHT_KG,
+        request = PlanRequest(
+            heavy=LIGHT_G * float(rng.choice(RATIOS)) * float(rng.uniform(1.0, 1.2)),
+            light=LIGHT_G,
             heavy_thread_m=thread_m,
             light_thread_m=thread_m + float(rng.normal(0.0, 0.001)),
-            wall_gap_m=float(rng.uniform(0.01, 0.06)),
+            gap_m=float(rng.uniform(0.01, 0.06)),
             release_m=float(rng.uniform(0.07, 0.12)),
-            restitution_bodies=float(rng.uniform(0.95, 1.0)),
-            restitution_wall=float(rng.uniform(0.95, 1.0)),
+            restitution=float(rng.uniform(0.95, 1.0)),
+            capture_fps=float(rng.choice(RATES)),
         )
-        rate = float(rng.choice(RATES))
-        motion = simulate(setup)
-        shortest = rate * shortest_s([bounce.time_s for bounce in motion.burst])
-        if least <= shortest <= most and (not close or motion.count >= FEWEST_CLOSE):
-            return setup, rate
+        shortest, count = shortest_frames(request)
+        if least <= shortest <= most and (not close or count >= FEWEST_CLOSE):
+            return request
 
 
-def shortest_s(times_s: Sequence[float]) -> float:
-    return min((b - a for a, b in pairwise(times_s)), default=float("inf"))
+def shortest_frames(request: PlanRequest) -> tuple[float, int]:
+    """Return the shortest interval in frames, and the count."""
+    times = [bounce.time_s for bounce in simulate(request.setup()).burst]
+    shortest_s = min((b - a for a, b in pairwise(times)), default=float("inf"))
+    return shortest_s * (request.capture_fps or 0.0), len(times)
 
 
-def rendered(seed: int, setup: Setup, rate: float, clip: Path) -> None:
+def rendered(seed: int, request: PlanRequest, clip: Path) -> None:
     """Render a planned set-up by the command, unless it is there."""
     if clip.with_suffix(".truth.json").exists():
         return
+    setup: Setup = request.setup()
     values = {f"setup.{name}": value for name, value in asdict(setup).items() if name != "mounting"}
-    values |= {"camera.capture_fps": rate, "view.width_m": 0.28}
+    values |= {"setup.heavy_mass_kg": float(request.heavy) / 1e3}
+    values |= {"setup.light_mass_kg": float(request.light) / 1e3}
+    values |= {"camera.capture_fps": request.capture_fps, "view.width_m": 0.28}
     settings = [word for key, value in values.items() for word in ("--set", f"{key}={value!r}")]
     with redirect_stdout(StringIO()):
         code = synth_cli.main([str(clip), "--scene", "paper", "--seed", str(seed), *settings])
@@ -99,73 +104,87 @@ def rendered(seed: int, setup: Setup, rate: float, clip: Path) -> None:
         raise SystemExit(f"cannot render {clip}")
 
 
-def compared(seed: int, folder: Path, *, close: bool) -> Compared:
+def outcome_of(seed: int, folder: Path, *, close: bool) -> Outcome:
     """Plan, render and count one set-up."""
-    setup, rate = drawn(seed, close=close)
-    motion = simulate(setup)
+    request = drawn(seed, close=close)
     clip = folder / f"{'close' if close else 'plan'}{seed:03d}.mp4"
-    rendered(seed, setup, rate, clip)
-    masses = Fraction(setup.heavy_mass_kg), Fraction(setup.light_mass_kg)
-    given = masses if close else None  # as a plan advises where the collisions are so close
-    result = count_clip(clip, TrialSettings(capture_fps=rate, masses=given))
+    rendered(seed, request, clip)
+    given = (Fraction(float(request.heavy)), Fraction(float(request.light))) if close else None
+    settings = TrialSettings(capture_fps=request.capture_fps, masses=given)
+    result = compared(count_clip(clip, settings), request)
     truth = json.loads(clip.with_suffix(".truth.json").read_text("utf-8"))
-    px_per_m = float(truth["px_per_m"])
-    true_px = setup.ball_diameter_m * px_per_m
-    return Compared(
+    comparison = result.comparison
+    assert comparison is not None
+    return Outcome(
         seed=seed,
-        capture_fps=rate,
-        ratio=float(masses[0] / masses[1]),
-        gap_m=setup.wall_gap_m,
-        release_m=setup.release_m,
-        shortest_frames=rate * shortest_s([bounce.time_s for bounce in motion.burst]),
-        planned=motion.count,
+        capture_fps=request.capture_fps or 0.0,
+        ratio=request.mass_ratio,
+        shortest_frames=shortest_frames(request)[0],
+        planned=comparison.planned_count,
         counted=result.count,
         probability=result.probability.get(result.count or -1, 0.0),
         between_frames=result.between_frames or 0,
-        diameter_error_px=(result.ball_diameter_px or float("nan")) - true_px,
-        errors={}
-        if result.setup is None
-        else errors_of(result, result.setup, setup, 1e3 / px_per_m),
+        diameter_error_px=(result.ball_diameter_px or float("nan")) - truth["ball_diameter_px"],
+        quantities=differences(comparison),
+        explained_by=comparison.explained_by,
     )
 
 
-def errors_of(
-    result: TrialResult, fitted: FittedSetup, setup: Setup, mm_per_px: float
-) -> dict[str, tuple[float, float]]:
-    """Found less planned and stated uncertainty, by quantity; lengths in mm by the true scale."""
-    rate = result.capture_fps or float("nan")
-    natural = [
-        np.sqrt(setup.gravity_m_s2 / m) for m in (setup.heavy_thread_m, setup.light_thread_m)
-    ]
-    told = {
-        "gap": (fitted.gap_px, mm_per_px, 1e3 * setup.wall_gap_m),
-        "release": (fitted.release_px, mm_per_px, 1e3 * setup.release_m),
-        "heavy period": (fitted.heavy_period_frames, 1e3 / rate, 2e3 * np.pi / natural[0]),
-        "ball period": (fitted.ball_period_frames, 1e3 / rate, 2e3 * np.pi / natural[1]),
-    }
-    if result.mass_ratio is not None and result.mass_ratio_sigma:
-        ratio = setup.heavy_mass_kg / setup.light_mass_kg
-        estimate = Estimate(result.mass_ratio, result.mass_ratio_sigma)
-        told["mass ratio"] = (estimate, 1.0 / ratio, 1.0)
-    for name, estimate, true in (
-        ("restitution, bodies", result.restitution_bodies, setup.restitution_bodies),
-        ("restitution, wall", result.restitution_wall, setup.restitution_wall),
-    ):
-        if estimate is not None:
-            told[name] = (estimate, 1.0, true)
+def differences(comparison: PlanComparison) -> dict[str, tuple[float, float]]:
+    """Found less planned and its stated uncertainty, by quantity."""
     return {
-        name: (estimate.value * unit - true, estimate.sigma * unit)
-        for name, (estimate, unit, true) in told.items()
+        one.name: (one.found.value - one.planned, one.found.sigma)
+        for one in comparison.quantities
+        if one.found.sigma > 0
     }
 
 
-def rows_of(trials: int, folder: Path, *, close: bool) -> list[Compared]:
+def count_table(rows: Sequence[Outcome]) -> str:
+    """Write how the counts came out, by the shortest interval, as a Markdown table."""
+    lines = [
+        "| planned clips, shortest interval | clips | as planned | not counted | wrong |",
+        "|---|---:|---:|---:|---:|",
+    ]
+    groups = (
+        ("from 2.5 frames on", RESOLVED_FRAMES, float("inf")),
+        ("0.25 to 2.5 frames", SHORTEST_FRAMES[0], RESOLVED_FRAMES),
+        ("0.08 to 0.25 frames, masses given", 0.0, SHORTEST_FRAMES[0]),
+    )
+    for name, least, most in groups:
+        own = [row for row in rows if least <= row.shortest_frames < most]
+        exact = sum(row.counted == row.planned for row in own)
+        silent = sum(row.counted is None for row in own)
+        wrong = len(own) - exact - silent
+        lines.append(f"| {name} | {len(own)} | {exact} | {silent} | {wrong} |")
+    return "\n".join(lines)
+
+
+def error_table(rows: Sequence[Outcome]) -> str:
+    """Write how near the fitted set-ups come to the planned ones as a Markdown table."""
+    lines = [
+        "| found less planned | clips | median | rms over stated | within two of it |",
+        "|---|---:|---:|---:|---:|",
+    ]
+    for name, (words, unit) in NAMES.items():
+        pairs = np.array([row.quantities[name] for row in rows if name in row.quantities])
+        if not pairs.size:
+            continue
+        errors, sigmas = pairs.T
+        over = errors / sigmas
+        lines.append(
+            f"| {words} | {len(pairs)} | {np.median(np.abs(errors)):.2g} {unit} "
+            f"| {np.sqrt(np.mean(over**2)):.2f} | {np.mean(np.abs(over) <= 2):.0%} |"
+        )
+    return "\n".join(lines)
+
+
+def rows_of(trials: int, folder: Path, *, close: bool) -> list[Outcome]:
     """Work through all plans; what is in the folder's list already is kept."""
     listed = folder / f"{'close' if close else 'plan'}.jsonl"
     lines = listed.read_text("utf-8").splitlines() if listed.exists() else []
-    rows = [Compared(**json.loads(line)) for line in lines]
+    rows = [Outcome(**json.loads(line)) for line in lines]
     for seed in range(len(rows), trials):
-        rows.append(compared(seed, folder, close=close))
+        rows.append(outcome_of(seed, folder, close=close))
         with listed.open("a", encoding="utf-8") as file:
             file.write(json.dumps(asdict(rows[-1])) + "\n")
         sys.stderr.write(f"{rows[-1]}\n")
@@ -175,12 +194,16 @@ def rows_of(trials: int, folder: Path, *, close: bool) -> list[Compared]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Plan, render, count and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("trials", type=int, help="number of plans")
+    parser.add_argument("trials", type=int, help="number of ordinary plans")
     parser.add_argument("folder", type=Path, help="where the clips are kept")
-    parser.add_argument("--close", action="store_true", help="closer than a quarter of a frame")
+    parser.add_argument("--close", type=int, default=0, help="number of close plans (default: 0)")
     options = parser.parse_args(arguments)
     options.folder.mkdir(parents=True, exist_ok=True)
-    rows_of(options.trials, options.folder, close=options.close)
+    rows = rows_of(options.trials, options.folder, close=False)
+    rows += rows_of(options.close, options.folder, close=True)
+    scale_px = np.sqrt(np.nanmean([row.diameter_error_px**2 for row in rows]))
+    sys.stdout.write(f"{count_table(rows)}\n\n{error_table(rows)}\n\n")
+    sys.stdout.write(f"The ball's diameter is off by {scale_px:.2f} px (rms).\n")
     return 0
 
 

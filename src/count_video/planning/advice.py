@@ -15,6 +15,8 @@ import numpy as np
 
 from count_video.physics.many import simulate_many
 from count_video.physics.theory import mass_ratio_interval
+from count_video.planning.burst import planned_burst, planned_motion
+from count_video.planning.camera import rate_needed_fps
 from count_video.planning.chart import setups_at
 from count_video.planning.request import MOST_RATIO, PlanRequest
 from count_video.planning.tolerances import most_collisions, shares_of
@@ -45,6 +47,8 @@ class Proposal:
     """The new gap or release in metres; of the mass, what is added to it in the unit given."""
     share: float
     """Share of simulated trials that then give the theory's count."""
+    rate_needed_fps: float
+    """Rate at which a camera then sees every collision."""
 
 
 def proposals(request: PlanRequest, theory: int, share: float) -> tuple[Proposal, ...]:
@@ -67,7 +71,9 @@ def _nearest(
     shares = shares_of([_CHANGED[change](request, value) for value in values], theory, trials)
     for value, share in zip(values, shares, strict=True):
         if share >= ENOUGH:
-            return Proposal(change, value, share)
+            better = _CHANGED[change](request, value)
+            shortest_s = planned_burst(better, planned_motion(better)).shortest_s
+            return Proposal(change, value, share, rate_needed_fps(shortest_s))
     return None
 
 

@@ -78,15 +78,16 @@ def table_lines(table: TrialTable) -> list[str]:
 
 
 def proposal_words(request: PlanRequest, proposal: Proposal) -> str:
-    """Say a change as an instruction."""
-    share = f"({proposal.share:.0%} of trials)"
+    """Say a change as an instruction, with what comes of it."""
+    effect = f"({proposal.share:.0%} of trials, film at {proposal.rate_needed_fps:.0f}/s)"
     if proposal.change == "gap":
-        return f"hang the ball {_mm(proposal.value)} from the wall {share}"
+        return f"hang the ball {_mm(proposal.value)} from the wall {effect}"
     if proposal.change == "release":
-        return f"let the cylinder go from {_mm(proposal.value)} {share}"
-    verb = "put {} of clay on" if proposal.value > 0 else "take {} off"
-    amount = f"{abs(proposal.value):.3g} (of {_plain(request.heavy)})"
-    return f"{verb.format(amount)} the cylinder {share}"
+        return f"let the cylinder go from {_mm(proposal.value)} {effect}"
+    amount, heavy = f"{abs(proposal.value):.3g}", _plain(request.heavy)
+    if proposal.value > 0:
+        return f"add {amount} of clay to the cylinder's {heavy} {effect}"
+    return f"take {amount} off the cylinder's {heavy} {effect}"
 
 
 def _theory(plan: Plan) -> str:
@@ -227,10 +228,10 @@ def change_words(plan: Plan) -> str:
 def _camera_change(plan: Plan) -> str:
     if plan.camera is None or plan.camera.way == "seen":
         return ""
-    needed = f"film at {plan.framing.rate_needed_fps:.0f} frames a second"
+    needed = f"{plan.framing.rate_needed_fps:.0f} frames a second"
     if plan.camera.way == "inferred":
-        return f"; {needed} to see each collision, else count with --masses"
-    return f"; {needed}, or take a smaller mass ratio or a larger gap"
+        return f"; film at {needed} to see each collision, else count with --masses"
+    return f"; film at {needed}, or take a smaller mass ratio or a larger gap"
 
 
 def _mm(length_m: float) -> str:

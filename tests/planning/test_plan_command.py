@@ -1,0 +1,202 @@
+"""``count-video --plan`` as a person types it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from count_video.cli import main
+from count_video.physics.setup import Setup
+from count_video.physics.simulator import simulate
+from count_video.planning.request import PlanRequest, Tolerances
+from count_video.planning.stored import read_request
+
+TOP = Path(__file__).parents[2]
+PAPER = ["--plan", "1050", "10.5", "--thread", "1.0", "--release", "0.09", "--gap", "0.03"]
+LABELS = ("Theory", "Kinds", "Shortest", "Last", "Burst", "Camera", "Film at", "Picture")
+
+
+def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(arguments) == 0
+    told = capsys.readouterr()
+    assert told.err == ""
+    return told.out
+
+
+def test_the_count_comes_first_and_everything_asked_for_follows(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    text = answer(capsys, *PAPER, "--capture-fps", "240")
+    lines = text.splitlines()
+    assert lines[0] == "1050 and 10.5, gap 30 mm, release 90 mm: 31 collisions"
+    told = [line.strip() for line in lines]
+    for label in (*LABELS, "How sure", "A table", "Change"):
+        assert any(line.startswith(label) for line in told), label
+    assert max(map(len, lines)) <= 80
+    assert "Number of trials" not in text
+
+
+def test_trials_add_the_table(capsys: pytest.CaptureFixture[str]) -> None:
+    text = answer(capsys, *PAPER, "--trials", "30", "--seed", "5")
+    figures = dict(re.findall(r"^(\w[\w ]+?)  +([\d.]+)", text, re.M))
+    assert figures["Number of trials"] == "30"
+    assert 29.5 <= float(figures["Mean value"]) <= 31
+    rows = [line.split() for line in text.partition("Collisions  trials")[2].splitlines()]
+    assert sum(int(row[1]) for row in rows if row) == 30
+
+
+def test_json_is_one_line_and_says_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    line = answer(capsys, *PAPER, "--capture-fps", "240", "--json", "--trials", "30")
+    assert line.count("\n") == 1
+    told = json.loads(line)
+    motion = simulate(Setup(wall_gap_m=0.03))
+    assert (told["count"], told["theory"]) == (motion.count, 31)
+    assert told["last_s"] == pytest.approx(motion.burst[-1].time_s)
+    assert told["camera"]["way"] == "inferred"
+    assert 0.9 < told["camera"]["chance"] < 1
+    assert sum(told["spread"]["histogram"].values()) == told["spread"]["trials"]
+    assert len(told["table"]["counts"]) == 30
+    assert told["request"]["gap_m"] == 0.03
+
+
+def test_what_is_not_known_is_null(capsys: pytest.CaptureFixture[str]) -> None:
+    told = json.loads(answer(capsys, *PAPER, "--json"))
+    assert (told["camera"], told["table"]) == (None, None)
+
+
+def test_what_is_left_out_has_the_defaults_that_help_names(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    told = json.loads(answer(capsys, "--plan", "1050", "10.5", "--json"))["request"]
+    plain = PlanRequest(1050, 10.5)
+    assert told["gap_m"] == plain.gap_m == 0.03
+    assert told["release_m"] == plain.release_m == 0.09
+    assert told["heavy_thread_m"] == told["light_thread_m"] == 1.0
+    assert (told["restitution"], told["damping_per_s"], told["seed"]) == (1.0, 0.0, 0)
+    off = Tolerances()
+    named = f"gap={off.gap_m} release={off.release_m} thread={off.thread_m} mass={off.mass} "
+    named += f"restitution={off.restitution} scatter={off.scatter}"
+    assert main(["--help"]) == 0
+    assert f"(default: {named})" in " ".join(capsys.readouterr().out.split())
+
+
+def test_every_option_arrives(capsys: pytest.CaptureFixture[str]) -> None:
+    more = "--thread 1.2 1.1 --restitution 0.98 --damping 0.01 --ball-diameter-mm 30 --seed 7"
+    off = "--tolerance gap=0.002 --tolerance scatter=0 --trials 12"
+    told = json.loads(answer(capsys, *PAPER, *more.split(), *off.split(), "--json"))["request"]
+    assert (told["heavy_thread_m"], told["light_thread_m"]) == (1.2, 1.1)
+    assert (told["restitution"], told["damping_per_s"], told["seed"]) == (0.98, 0.01, 7)
+    assert told["ball_diameter_m"] == pytest.approx(0.03)
+    assert (told["tolerances"]["gap_m"], told["tolerances"]["scatter"]) == (0.002, 0.0)
+    assert told["tolerances"]["release_m"] == Tolerances().release_m
+    assert told["trials"] == 12
+
+
+def test_a_folder_gets_map_pictures_page_and_plan(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    folder = tmp_path / "plans" / "first"
+    answer(capsys, *PAPER, "--capture-fps", "240", "-o", str(folder))
+    names = ["plan.csv", "plan.html", "plan.json", "plan.png", "plan.svg"]
+    assert sorted(file.name for file in folder.iterdir()) == names
+    assert (folder / "plan.png").read_bytes().startswith(b"\x89PNG")
+    drawing = ET.parse(folder / "plan.svg")
+    identifiers = {node.get("id") for node in drawing.iter()}
+    assert {"tolerance", "count", "circle"} <= identifiers
+    with (folder / "plan.csv").open(encoding="ascii") as file:
+        cells = list(csv.DictReader(file))
+    for cell in cells[:: len(cells) // 40]:
+        gap_m, release_m = float(cell["gap_m"]), float(cell["release_m"])
+        impossible = gap_m > release_m
+        assert (cell["count"] == "") == impossible
+        if not impossible:
+            setup = Setup(wall_gap_m=gap_m, release_m=release_m)
+            assert int(cell["count"]) == simulate(setup).count
+    assert read_request(folder / "plan.json") == PlanRequest(1050.0, 10.5, capture_fps=240.0)
+    page = (folder / "plan.html").read_text("utf-8")
+    assert "http" not in page.replace("http-equiv", "")
+
+
+def test_the_same_plan_makes_the_same_files(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    for name in ("one", "two"):
+        answer(capsys, "--plan", "16", "1", "-o", str(tmp_path / name))
+    for file in (tmp_path / "one").iterdir():
+        assert file.read_bytes() == (tmp_path / "two" / file.name).read_bytes(), file.name
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "--plan 1050",
+        "--plan 10.5 1050",
+        "--plan 1050 -10.5",
+        "--plan 1050 0",
+        "--plan 1050 10.5 --gap 0.1",
+        "--plan 1050 10.5 --gap -0.03",
+        "--plan 1050 10.5 --gap 0",
+        "--plan 1050 10.5 --gap 3cm",
+        "--plan 1050 10.5 --thread 1 1 1",
+        "--plan 1050 10.5 --restitution 1.2",
+        "--plan 1050 10.5 --damping 5",
+        "--plan 1050 10.5 --trials 1",
+        "--plan 1050 10.5 --tolerance gap",
+        "--plan 1050 10.5 --tolerance gap=-1",
+        "--plan 1050 10.5 --tolerance mass=2",
+        "--plan 1050 10.5 --tolerance colour=1",
+        "--plan 1050 10.5 --seed -1",
+        "--plan 1050 10.5 --capture-fps 0",
+        "--plan 1050 10.5 trial.mp4",
+        "--plan 1050 10.5 --theory 1050 10.5",
+        "--plan 1050 10.5 --masses 1050 10.5",
+        "--plan 1050 10.5 --start 5",
+        "--plan 1e9 1",
+        "trial.mp4 --gap 0.03",
+        "trial.mp4 --trials 30",
+        "clips/ --plan-file plan.json -o out",
+        "--theory 1050 10.5 --plan-file plan.json",
+    ],
+)
+def test_nonsense_gets_one_clear_line_and_exit_code_2(
+    arguments: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "clips").mkdir()
+    assert main(arguments.split()) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.startswith("count-video: ")
+    assert told.err.count("\n") == 1
+
+
+def test_a_folder_that_cannot_be_written_is_named(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    folder = tmp_path / "file" / "plans"
+    assert main([*PAPER, "-o", str(folder)]) == 2
+    assert str(folder) in capsys.readouterr().err
+
+
+def test_a_counted_clip_is_held_against_its_plan(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    answer(capsys, "--plan", "1050", "10.5", "--gap", "0.03", "-o", str(tmp_path))
+    clip = str(TOP / "fixtures/ratio100-count29.mp4")  # the ball hangs 5 cm from the wall
+    call = [clip, "--capture-fps", "2000", "--plan-file", str(tmp_path / "plan.json")]
+    told = json.loads(answer(capsys, *call, "--json"))
+    assert told["count"] == 29
+    assert (told["plan"]["planned_count"], told["plan"]["found_count"]) == (31, 29)
+    assert told["plan"]["explained_by"] == ["gap_mm"]
+    (gap,) = [one for one in told["plan"]["quantities"] if one["name"] == "gap_mm"]
+    assert abs(gap["found"] - 50) <= 2 * gap["sigma"]
+    assert gap["sigma"] < 0.5
