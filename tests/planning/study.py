@@ -171,8 +171,9 @@ def error_table(rows: Sequence[Outcome]) -> str:
             continue
         errors, sigmas = pairs.T
         over = errors / sigmas
+        median = f"{np.median(np.abs(errors)):.2g} {unit}".rstrip()
         lines.append(
-            f"| {words} | {len(pairs)} | {np.median(np.abs(errors)):.2g} {unit} "
+            f"| {words} | {len(pairs)} | {median} "
             f"| {np.sqrt(np.mean(over**2)):.2f} | {np.mean(np.abs(over) <= 2):.0%} |"
         )
     return "\n".join(lines)
