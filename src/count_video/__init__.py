@@ -15,7 +15,7 @@ __version__ = "0.1.0"
 
 
 def plan(heavy: Mass, light: Mass, *, chart: bool = True, **details: Unpack[PlanDetails]) -> Plan:
-    """Tell what a set-up will count before it is filmed, as ``count-video --plan`` does.
+    """Say what a set-up will count before it is filmed, as ``count-video --plan`` does.
 
     Parameters
     ----------

@@ -130,8 +130,8 @@ def _answer_plan(options: argparse.Namespace) -> int:
     tolerances = Tolerances(**dict(options.tolerance or ()))
     request = PlanRequest(**plan_values(options), tolerances=tolerances)
     kept = options.output is not None
-    progress = _progress("steps") if kept or options.trials is not None else NO_PROGRESS
     wanted = kept or options.trials is not None
+    progress = _progress("steps")
     plan = make_plan(request, with_table=wanted, with_chart=kept, progress=progress)
     if kept:
         from count_video.reports.plan_files import write_plan

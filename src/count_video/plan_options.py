@@ -37,7 +37,7 @@ def add_plan_options(parser: argparse.ArgumentParser) -> None:
         metavar=("HEAVY", "LIGHT"),
         nargs=2,
         type=mass,
-        help="tell what a set-up with these masses will count and what a camera of --capture-fps "
+        help="say what a set-up with these masses will count and what a camera of --capture-fps "
         "sees of it; with -o draw the map and write the page (default: count)",
     )
     group.add_argument(

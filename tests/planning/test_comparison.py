@@ -151,9 +151,9 @@ def test_text_and_json_tell_the_comparison() -> None:
     (line,) = [line for line in text.splitlines() if line.split()[:2] == ["gap,", "mm"]]
     assert line.split()[2:4] == ["30.0", "50.0"]
     assert line.endswith("29 *")
-    told = json_object(result)["plan"]
-    assert isinstance(told, dict)
-    assert (told["planned_count"], told["explained_by"]) == (31, ["gap_mm"])
+    answers = json_object(result)["plan"]
+    assert isinstance(answers, dict)
+    assert (answers["planned_count"], answers["explained_by"]) == (31, ["gap_mm"])
     assert json_object(replace(result, comparison=None))["plan"] is None
 
 

@@ -31,14 +31,14 @@ RUNNER = """
 const fs = require('fs');
 require('vm').runInThisContext(fs.readFileSync(process.argv[1], 'utf8'));
 const { setups, ratios } = JSON.parse(fs.readFileSync(0, 'utf8'));
-const told = setups.map((setup) => {
+const answers = setups.map((setup) => {
   const f = planCore.facts(setup);
   const places = f.states.map((s) => planCore.at(f, s.time + 0.001));
   return { count: f.count, bodies: f.bodies, needed: f.needed, endless: f.endless,
     turn: f.turn, last: f.collisions.length ? f.collisions[f.count - 1].time : null,
     ball: setup.sampled ? places.map((p) => p.ball) : [] };
 });
-process.stdout.write(JSON.stringify({ told, theory: ratios.map(planCore.theory) }));
+process.stdout.write(JSON.stringify({ answers, theory: ratios.map(planCore.theory) }));
 """
 
 
@@ -52,9 +52,9 @@ def run(setups: list[dict[str, object]], ratios: list[float]) -> dict[str, Any]:
         text=True,
         check=True,
     )
-    told = json.loads(answer.stdout)
-    assert isinstance(told, dict)
-    return told
+    answers = json.loads(answer.stdout)
+    assert isinstance(answers, dict)
+    return answers
 
 
 def random_setups() -> ManySetups:
@@ -96,11 +96,11 @@ def as_the_page_has_them(setups: ManySetups, rows: range) -> list[dict[str, obje
 
 def test_ten_thousand_random_set_ups_come_out_as_in_the_simulator() -> None:
     setups = random_setups()
-    told = run(as_the_page_has_them(setups, range(SETUPS)), [])["told"]
+    answers = run(as_the_page_has_them(setups, range(SETUPS)), [])["answers"]
     found = simulate_many(setups)
-    assert sum(one["endless"] for one in told) == int(found.endless.sum())
+    assert sum(one["endless"] for one in answers) == int(found.endless.sum())
     assert found.endless.mean() < MOST_ENDLESS
-    for row, one in enumerate(told):
+    for row, one in enumerate(answers):
         assert one["endless"] == bool(found.endless[row])
         if one["endless"]:
             continue
@@ -117,7 +117,7 @@ def test_paths_between_the_collisions_are_those_of_the_simulator() -> None:
     setups = random_setups()
     rows = range(50)
     asked = [{**one, "sampled": True} for one in as_the_page_has_them(setups, rows)]
-    for row, one in zip(rows, run(asked, [])["told"], strict=True):
+    for row, one in zip(rows, run(asked, [])["answers"], strict=True):
         if one["endless"]:
             continue
         motion = simulate(setups.one(row))

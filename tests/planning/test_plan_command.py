@@ -23,9 +23,9 @@ LABELS = ("Theory", "Kinds", "Shortest", "Last", "Burst", "Camera", "Film at", "
 
 def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     assert main(arguments) == 0
-    told = capsys.readouterr()
-    assert told.err == ""
-    return told.out
+    output = capsys.readouterr()
+    assert output.err == ""
+    return output.out
 
 
 def test_the_count_comes_first_and_everything_asked_for_follows(
@@ -34,9 +34,9 @@ def test_the_count_comes_first_and_everything_asked_for_follows(
     text = answer(capsys, *PAPER, "--capture-fps", "240")
     lines = text.splitlines()
     assert lines[0] == "1050 and 10.5, gap 30 mm, release 90 mm: 31 collisions"
-    told = [line.strip() for line in lines]
+    output = [line.strip() for line in lines]
     for label in (*LABELS, "How sure", "A table", "Change"):
-        assert any(line.startswith(label) for line in told), label
+        assert any(line.startswith(label) for line in output), label
     assert max(map(len, lines)) <= 80
     assert "Number of trials" not in text
 
@@ -53,31 +53,31 @@ def test_trials_add_the_table(capsys: pytest.CaptureFixture[str]) -> None:
 def test_json_is_one_line_and_says_the_same(capsys: pytest.CaptureFixture[str]) -> None:
     line = answer(capsys, *PAPER, "--capture-fps", "240", "--json", "--trials", "30")
     assert line.count("\n") == 1
-    told = json.loads(line)
+    output = json.loads(line)
     motion = simulate(Setup(wall_gap_m=0.03))
-    assert (told["count"], told["theory"]) == (motion.count, 31)
-    assert told["last_s"] == pytest.approx(motion.burst[-1].time_s)
-    assert told["camera"]["way"] == "inferred"
-    assert 0.9 < told["camera"]["chance"] < 1
-    assert sum(told["spread"]["histogram"].values()) == told["spread"]["trials"]
-    assert len(told["table"]["counts"]) == 30
-    assert told["request"]["gap_m"] == 0.03
+    assert (output["count"], output["theory"]) == (motion.count, 31)
+    assert output["last_s"] == pytest.approx(motion.burst[-1].time_s)
+    assert output["camera"]["way"] == "inferred"
+    assert 0.9 < output["camera"]["chance"] < 1
+    assert sum(output["spread"]["histogram"].values()) == output["spread"]["trials"]
+    assert len(output["table"]["counts"]) == 30
+    assert output["request"]["gap_m"] == 0.03
 
 
 def test_what_is_not_known_is_null(capsys: pytest.CaptureFixture[str]) -> None:
-    told = json.loads(answer(capsys, *PAPER, "--json"))
-    assert (told["camera"], told["table"]) == (None, None)
+    output = json.loads(answer(capsys, *PAPER, "--json"))
+    assert (output["camera"], output["table"]) == (None, None)
 
 
 def test_what_is_left_out_has_the_defaults_that_help_names(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    told = json.loads(answer(capsys, "--plan", "1050", "10.5", "--json"))["request"]
+    output = json.loads(answer(capsys, "--plan", "1050", "10.5", "--json"))["request"]
     plain = PlanRequest(1050, 10.5)
-    assert told["gap_m"] == plain.gap_m == 0.03
-    assert told["release_m"] == plain.release_m == 0.09
-    assert told["heavy_thread_m"] == told["light_thread_m"] == 1.0
-    assert (told["restitution"], told["damping_per_s"], told["seed"]) == (1.0, 0.0, 0)
+    assert output["gap_m"] == plain.gap_m == 0.03
+    assert output["release_m"] == plain.release_m == 0.09
+    assert output["heavy_thread_m"] == output["light_thread_m"] == 1.0
+    assert (output["restitution"], output["damping_per_s"], output["seed"]) == (1.0, 0.0, 0)
     off = Tolerances()
     named = f"gap={off.gap_m} release={off.release_m} thread={off.thread_m} mass={off.mass} "
     named += f"restitution={off.restitution} scatter={off.scatter}"
@@ -88,13 +88,13 @@ def test_what_is_left_out_has_the_defaults_that_help_names(
 def test_every_option_arrives(capsys: pytest.CaptureFixture[str]) -> None:
     more = "--thread 1.2 1.1 --restitution 0.98 --damping 0.01 --ball-diameter-mm 30 --seed 7"
     off = "--tolerance gap=0.002 --tolerance scatter=0 --trials 12"
-    told = json.loads(answer(capsys, *PAPER, *more.split(), *off.split(), "--json"))["request"]
-    assert (told["heavy_thread_m"], told["light_thread_m"]) == (1.2, 1.1)
-    assert (told["restitution"], told["damping_per_s"], told["seed"]) == (0.98, 0.01, 7)
-    assert told["ball_diameter_m"] == pytest.approx(0.03)
-    assert (told["tolerances"]["gap_m"], told["tolerances"]["scatter"]) == (0.002, 0.0)
-    assert told["tolerances"]["release_m"] == Tolerances().release_m
-    assert told["trials"] == 12
+    output = json.loads(answer(capsys, *PAPER, *more.split(), *off.split(), "--json"))["request"]
+    assert (output["heavy_thread_m"], output["light_thread_m"]) == (1.2, 1.1)
+    assert (output["restitution"], output["damping_per_s"], output["seed"]) == (0.98, 0.01, 7)
+    assert output["ball_diameter_m"] == pytest.approx(0.03)
+    assert (output["tolerances"]["gap_m"], output["tolerances"]["scatter"]) == (0.002, 0.0)
+    assert output["tolerances"]["release_m"] == Tolerances().release_m
+    assert output["trials"] == 12
 
 
 def test_a_folder_gets_map_pictures_page_and_plan(
@@ -172,10 +172,10 @@ def test_nonsense_gets_one_clear_line_and_exit_code_2(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "clips").mkdir()
     assert main(arguments.split()) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.startswith("count-video: ")
-    assert told.err.count("\n") == 1
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert output.err.startswith("count-video: ")
+    assert output.err.count("\n") == 1
 
 
 def test_a_folder_that_cannot_be_written_is_named(
@@ -193,10 +193,10 @@ def test_a_counted_clip_is_held_against_its_plan(
     answer(capsys, "--plan", "1050", "10.5", "--gap", "0.03", "-o", str(tmp_path))
     clip = str(TOP / "fixtures/ratio100-count29.mp4")  # the ball hangs 5 cm from the wall
     call = [clip, "--capture-fps", "2000", "--plan-file", str(tmp_path / "plan.json")]
-    told = json.loads(answer(capsys, *call, "--json"))
-    assert told["count"] == 29
-    assert (told["plan"]["planned_count"], told["plan"]["found_count"]) == (31, 29)
-    assert told["plan"]["explained_by"] == ["gap_mm"]
-    (gap,) = [one for one in told["plan"]["quantities"] if one["name"] == "gap_mm"]
+    output = json.loads(answer(capsys, *call, "--json"))
+    assert output["count"] == 29
+    assert (output["plan"]["planned_count"], output["plan"]["found_count"]) == (31, 29)
+    assert output["plan"]["explained_by"] == ["gap_mm"]
+    (gap,) = [one for one in output["plan"]["quantities"] if one["name"] == "gap_mm"]
     assert abs(gap["found"] - 50) <= 2 * gap["sigma"]
     assert gap["sigma"] < 0.5

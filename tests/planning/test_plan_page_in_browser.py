@@ -28,7 +28,7 @@ if CHROMIUM is None:
 PHONE = {"width": 390, "height": 844}
 DESK = {"width": 1400, "height": 900}
 PATIENCE = 200
-"""Looks at 50 ms each: what should happen at once may take long on a busy machine."""
+"""Attempts at 50 ms each: what should happen at once may take long on a busy machine."""
 FINGER_PX = 38
 
 

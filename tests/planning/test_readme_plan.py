@@ -70,12 +70,12 @@ def test_the_picture_shown_is_made_by_the_command_below_it(
 
 def test_every_key_of_a_plan_is_documented(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*shown_plan()[0], "--json", "--trials", "2"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    output = json.loads(capsys.readouterr().out)
     section = re.search(r"^## The JSON object\n(.*?)^## ", README, re.S | re.M)
     assert section is not None
     documented = set(re.findall(r"`(\w+)`", section[1]))
-    inner = {*told["camera"], *told["spread"], *told["proposals"][0]}
-    assert set(told) | inner <= documented
+    inner = {*output["camera"], *output["spread"], *output["proposals"][0]}
+    assert set(output) | inner <= documented
 
 
 def test_the_counts_named_before_the_plan_are_so() -> None:

@@ -1,6 +1,6 @@
-"""What to change so that a set-up gives the theory's count with room to spare, and is seen.
+"""What to change so that a set-up gives the theory's count with a safe margin, and is seen.
 
-Room to spare means that trials with the tolerances of hands give that count nearly always: it is
+A safe margin means that trials with the tolerances of hands give that count nearly always: it is
 tried out by simulating them, at each gap, release and mass that comes into question.
 """
 
@@ -19,14 +19,18 @@ from count_video.planning.burst import planned_burst, planned_motion
 from count_video.planning.camera import rate_needed_fps
 from count_video.planning.chart import setups_at
 from count_video.planning.request import MOST_RATIO, PlanRequest
-from count_video.planning.tolerances import most_collisions, shares_of
+from count_video.planning.tolerances import Spread, most_collisions, shares_of
 
+HOPELESS = 0.5
+"""Where bodies come to rest on each other in more trials than this, it is for their losses."""
 ENOUGH = 0.95
 """Share of the trials that is to give the theory's count, ..."""
 TRIALS = 100
 """... of so many simulated ones at each candidate."""
 MOST_EVENTS = 150_000
-"""Collisions that the trials of one search may have together, which limits the candidates."""
+"""Collisions that the trials of one search may have together, ..."""
+FEWEST_TRIALS, FEWEST_VALUES = 20, 5
+"""... but for so many trials at each of so many candidates."""
 GAPS_M = (0.005, 0.100)
 RELEASES_M = (0.020, 0.200)
 GAP_STEP_M = 0.001
@@ -40,7 +44,7 @@ Change = Literal["gap", "release", "heavy mass"]
 
 @dataclass(frozen=True)
 class Proposal:
-    """One change that gives the theory's count with room to spare."""
+    """One change that gives the theory's count with a safe margin."""
 
     change: Change
     value: float
@@ -51,9 +55,12 @@ class Proposal:
     """Rate at which a camera then sees every collision."""
 
 
-def proposals(request: PlanRequest, theory: int, share: float) -> tuple[Proposal, ...]:
-    """Return the nearest gap, release and mass that help; empty if ``share`` is enough already."""
-    if share >= ENOUGH:
+def proposals(request: PlanRequest, theory: int, spread: Spread) -> tuple[Proposal, ...]:
+    """Return the nearest gap, release and mass that help.
+
+    Empty if the set-up gives the count nearly always, or loses so much that nothing will help.
+    """
+    if spread.theory_share >= ENOUGH or spread.endless_share > HOPELESS:
         return ()
     found = (
         _nearest(request, "gap", _gaps(request, theory), theory),
@@ -67,7 +74,8 @@ def _nearest(
     request: PlanRequest, change: Change, values: Sequence[float], theory: int
 ) -> Proposal | None:
     """Return the first of some values, which come by their distance, that helps."""
-    trials = max(20, min(TRIALS, MOST_EVENTS // (max(theory, 1) * max(1, len(values)))))
+    values = values[: max(FEWEST_VALUES, MOST_EVENTS // (theory * FEWEST_TRIALS))]
+    trials = max(FEWEST_TRIALS, min(TRIALS, MOST_EVENTS // (theory * max(1, len(values)))))
     shares = shares_of([_CHANGED[change](request, value) for value in values], theory, trials)
     for value, share in zip(values, shares, strict=True):
         if share >= ENOUGH:

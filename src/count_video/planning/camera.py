@@ -17,7 +17,7 @@ PICTURE_WIDTH_PX = 1920
 """Width of the picture that phones take in slow motion."""
 MARGIN_DIAMETERS = 0.8
 """The picture shows so much more than the way of the ball, in ball diameters: the wall on one side
-and room to aim on the other."""
+and space to aim on the other."""
 RATE_STEP_FPS = 10
 
 

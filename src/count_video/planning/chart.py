@@ -19,7 +19,7 @@ from count_video.records import Floats
 GAPS_M = (0.005, 0.100, 96)
 RELEASES_M = (0.020, 0.200, 91)
 """First and last cell, and how many: a millimetre by two millimetres."""
-MOST_EVENTS = 2_000_000
+MOST_EVENTS = 1_000_000
 """Collisions that all cells may have together; where they would have more, cells get larger."""
 
 

@@ -85,9 +85,9 @@ def _found(result: TrialResult, fitted: FittedSetup, setup: Setup) -> Iterator[_
     yield from _periods(result, fitted, setup)
     ratio = setup.heavy_mass_kg / setup.light_mass_kg
     if result.mass_ratio is not None:
-        told = Estimate(result.mass_ratio, result.mass_ratio_sigma or 0.0)
-        heavy_kg = told.value * setup.light_mass_kg
-        yield _Found("mass_ratio", ratio, told, lambda s: replace(s, heavy_mass_kg=heavy_kg))
+        estimate = Estimate(result.mass_ratio, result.mass_ratio_sigma or 0.0)
+        heavy_kg = estimate.value * setup.light_mass_kg
+        yield _Found("mass_ratio", ratio, estimate, lambda s: replace(s, heavy_mass_kg=heavy_kg))
     bodies, wall = result.restitution_bodies, result.restitution_wall
     if bodies is not None:
         kept = min(bodies.value, 1.0)

@@ -12,7 +12,7 @@ from count_video.physics.setup import Setup
 from count_video.physics.theory import Mass, exact_ratio
 
 MOST_RATIO = 1_000_000
-"""A larger mass ratio would have more than 3141 collisions, of which no clip tells the number."""
+"""A larger mass ratio would have more than 3141 collisions, of which no clip shows the number."""
 MOST_TRIALS = 100_000
 
 

@@ -18,7 +18,7 @@ SPREAD_TRIALS = 2000
 """Simulated trials of the distribution of counts, ..."""
 MOST_EVENTS = 250_000
 """... or fewer, where they would have more collisions together than this."""
-FEWEST_TRIALS = 200
+FEWEST_TRIALS = 100
 MOST_FACTOR, MOST_MORE = 2, 60
 LEAST_GAP_M = 1e-4
 """Hands that scatter do not hang the ball inside the wall."""
@@ -140,16 +140,16 @@ def table_of(request: PlanRequest, theory: int) -> TrialTable:
     """Simulate one table of trials."""
     drawn = drawn_setups(request, request.trials, (request.seed, _STREAM_TABLE))
     found = simulate_many(drawn, most_collisions(theory))
-    told = found.count[~found.endless].tolist()
+    counts = found.count[~found.endless].tolist()
     return TrialTable(
         trials=request.trials,
-        counts=tuple(told),
-        maximum=max(told, default=None),
-        minimum=min(told, default=None),
-        mean=fmean(told) if told else None,
-        sd_population=pstdev(told) if told else None,
-        sd_sample=stdev(told) if len(told) > 1 else None,
-        histogram=_histogram(np.array(told, dtype=np.int64)),
+        counts=tuple(counts),
+        maximum=max(counts, default=None),
+        minimum=min(counts, default=None),
+        mean=fmean(counts) if counts else None,
+        sd_population=pstdev(counts) if counts else None,
+        sd_sample=stdev(counts) if len(counts) > 1 else None,
+        histogram=_histogram(np.array(counts, dtype=np.int64)),
         theory=theory,
     )
 

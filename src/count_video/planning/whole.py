@@ -25,8 +25,8 @@ class Plan:
     """None where no rate was given."""
     spread: Spread
     proposals: tuple[Proposal, ...]
-    """What to change for the theory's count with room to spare; empty if nothing, or if nothing
-    helps (``spread`` tells which)."""
+    """What to change for the theory's count with a safe margin; empty if nothing, or if nothing
+    helps (``spread`` says which)."""
     table: TrialTable | None
     """None where no table was asked for."""
     chart: Chart | None
@@ -50,7 +50,7 @@ def make_plan(
     progress.advance(1)
     spread = spread_of(request, burst.theory)
     progress.advance(1)
-    changes = proposals(request, burst.theory, spread.theory_share)
+    changes = proposals(request, burst.theory, spread)
     progress.advance(1)
     table = table_of(request, burst.theory) if with_table else None
     progress.advance(int(with_table))

@@ -24,14 +24,14 @@ DIFFERENT_SIGMAS = 2.0
 
 def comparison_sentence(comparison: PlanComparison, count: int | None) -> str:
     """Say what was planned, what was found, and what explains the difference."""
-    told = f"{comparison.planned_count} collisions, theory {comparison.theory}"
+    text = f"{comparison.planned_count} collisions, theory {comparison.theory}"
     if count is None:
-        return f"{told}; the clip is not counted"
+        return f"{text}; the clip is not counted"
     if not comparison.quantities:
-        return f"{told}; the frames do not show the set-up"
+        return f"{text}; the frames do not show the set-up"
     if comparison.found_count is not None:
-        told += f"; the set-up that was found gives {comparison.found_count}"
-    return f"{told}; {_reason(comparison, count)}"
+        text += f"; the set-up that was found gives {comparison.found_count}"
+    return f"{text}; {_reason(comparison, count)}"
 
 
 def _reason(comparison: PlanComparison, count: int) -> str:

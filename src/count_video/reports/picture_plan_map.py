@@ -149,9 +149,9 @@ def map_csv(chart: Chart) -> str:
         for column, gap in enumerate(chart.gap_m):
             count, shortest = int(chart.count[row, column]), float(chart.shortest_s[row, column])
             known = count != NO_COUNT
-            told = f"{shortest:.6g}" if known and math.isfinite(shortest) else ""
+            interval = f"{shortest:.6g}" if known and math.isfinite(shortest) else ""
             rate = f"{rate_needed_fps(shortest):.0f}" if known else ""
-            lines.append(f"{gap:.4f},{release:.4f},{count if known else ''},{told},{rate}")
+            lines.append(f"{gap:.4f},{release:.4f},{count if known else ''},{interval},{rate}")
     return "\n".join(lines) + "\n"
 
 

@@ -57,9 +57,9 @@ def comparison_object(comparison: PlanComparison | None) -> dict[str, object] | 
 
 
 def _burst(burst: PlannedBurst) -> dict[str, object]:
-    told: dict[str, Any] = {field.name: getattr(burst, field.name) for field in fields(burst)}
-    intervals = told.pop("intervals_s")
-    return {**_finite(told), "intervals_s": list(intervals)}
+    values: dict[str, Any] = {field.name: getattr(burst, field.name) for field in fields(burst)}
+    intervals = values.pop("intervals_s")
+    return {**_finite(values), "intervals_s": list(intervals)}
 
 
 def _camera(camera: CameraView) -> dict[str, object]:

@@ -19,7 +19,7 @@ from count_video.reports.campaign_text import entry, histogram_lines
 from count_video.reports.text import labelled, plural
 
 LISTED_AT_MOST = 5
-"""Of more counts than so many only the range is told."""
+"""Of more counts than so many only the range is given."""
 RARE = 0.005
 """Counts that fewer trials have are not listed."""
 GOOD_BALL_PX = 60
@@ -46,7 +46,7 @@ def plan_headline(plan: Plan) -> str:
 
 
 def plan_notes(plan: Plan) -> list[tuple[str, str]]:
-    """Label and sentence of everything that is told, in order."""
+    """Label and sentence of everything that is said, in order."""
     return [
         ("Theory", _theory(plan)),
         ("Kinds", _kinds(plan)),
@@ -116,14 +116,14 @@ def _last(plan: Plan) -> str:
 
 def _burst(plan: Plan) -> str:
     burst = plan.burst
-    told = (
+    text = (
         f"from {burst.first_s:.2f} s to {burst.last_s:.2f} s after the release "
         f"({burst.last_s - burst.first_s:.2f} s)"
     )
     if math.isinf(burst.turn_s):
-        return f"{told}; the cylinder does not turn round"
+        return f"{text}; the cylinder does not turn round"
     return (
-        f"{told}; the cylinder turns round at {burst.turn_s:.2f} s, {_mm(burst.swing_back_m)} "
+        f"{text}; the cylinder turns round at {burst.turn_s:.2f} s, {_mm(burst.swing_back_m)} "
         "beyond its rest: let the camera run from before the release until then"
     )
 
@@ -132,10 +132,10 @@ def _camera(plan: Plan) -> str:
     camera = plan.camera
     if camera is None:
         return "no rate given (--capture-fps)"
-    told = f"{camera.capture_fps:g} frames a second: {camera_words(camera)}"
+    text = f"{camera.capture_fps:g} frames a second: {camera_words(camera)}"
     if camera.way == "not measured":
-        return told
-    return f"{told}; {_measured(camera)}"
+        return text
+    return f"{text}; {_measured(camera)}"
 
 
 def camera_words(camera: CameraView) -> str:
@@ -155,8 +155,8 @@ def _measured(camera: CameraView) -> str:
     measured = camera.measured
     if measured is None:
         return ""
-    told = f"counted exactly with a chance of {measured.chance:.0%} (of {measured.clips} "
-    return f"{told}{measured.kind} {measured.exact} were, {measured.wrong or 'none'} wrongly)"
+    text = f"counted exactly with a chance of {measured.chance:.0%} (of {measured.clips} "
+    return f"{text}{measured.kind} {measured.exact} were, {measured.wrong or 'none'} wrongly)"
 
 
 def _film_at(plan: Plan) -> str:
@@ -167,11 +167,11 @@ def _picture(plan: Plan) -> str:
     framing = plan.framing
     least = math.ceil(framing.ball_at_least_px)
     better = f", better {GOOD_BALL_PX}" if least < GOOD_BALL_PX else ""
-    told = f"the ball at least {least} px across{better}"
+    text = f"the ball at least {least} px across{better}"
     if not math.isfinite(framing.smallest_hop_px):
-        return told
+        return text
     return (
-        f"{told}; in a picture {PICTURE_WIDTH_PX} px wide at most "
+        f"{text}; in a picture {PICTURE_WIDTH_PX} px wide at most "
         f"{framing.ball_at_most_px:.0f} px, and then the ball's smallest hop is "
         f"{framing.smallest_hop_px:.3g} px"
     )
@@ -179,12 +179,12 @@ def _picture(plan: Plan) -> str:
 
 def _how_sure(plan: Plan) -> str:
     spread, off = plan.spread, plan.request.tolerances
-    told = f"{_counts(spread.histogram, spread.trials)} of {spread.trials} simulated trials"
+    text = f"{_counts(spread.histogram, spread.trials)} of {spread.trials} simulated trials"
     if spread.endless_share:
-        told += f"; in {spread.endless_share:.0%} the ball rattles to rest and nothing is counted"
+        text += f"; in {spread.endless_share:.0%} the ball rattles to rest and nothing is counted"
     low, high = restitution_range(plan.request)
     return (
-        f"{told}, with gaps +-{_mm(off.gap_m)}, releases +-{_mm(off.release_m)}, masses "
+        f"{text}, with gaps +-{_mm(off.gap_m)}, releases +-{_mm(off.release_m)}, masses "
         f"+-{100 * off.mass:g}%, threads +-{_mm(off.thread_m)} (standard deviations) and "
         f"restitutions from {low:.3g} to {high:.3g} that scatter by {off.scatter:g}"
     )
@@ -212,17 +212,17 @@ def _a_table(spread: Spread) -> str:
 
 
 def change_words(plan: Plan) -> str:
-    """Say what to change for the theory's count with room to spare, and for the camera."""
+    """Say what to change for the theory's count with a safe margin, and for the camera."""
     spread, theory = plan.spread, plan.burst.theory
     words = [proposal_words(plan.request, proposal) for proposal in plan.proposals]
     if spread.theory_share >= ENOUGH:
-        told = f"nothing, it gives {theory} with room to spare"
+        text = f"nothing, it gives {theory} with a safe margin"
     elif words:
-        told = f"for {theory} with room to spare {', or '.join(words)}"
+        text = f"for {theory} with a safe margin {', or '.join(words)}"
     else:
-        told = f"no gap, release or clay gives {theory} in {ENOUGH:.0%} of such trials"
-        told += "; take harder bodies or a smaller mass ratio"
-    return f"{told}{_camera_change(plan)}"
+        text = f"no gap, release or clay gives {theory} in {ENOUGH:.0%} of such trials"
+        text += "; take harder bodies or a smaller mass ratio"
+    return f"{text}{_camera_change(plan)}"
 
 
 def _camera_change(plan: Plan) -> str:

@@ -170,8 +170,8 @@
         context.setLineDash([]);
         const release = Math.min(0.16, 0.082 / ratio);
         const [x, y] = [scale.x(ratio * release), scale.y(release)];
-        const room = written.every((p) => Math.abs(p[0] - x) > 44 || Math.abs(p[1] - y) > 15);
-        if (room && x > MAP.left + 22) {
+        const free = written.every((p) => Math.abs(p[0] - x) > 44 || Math.abs(p[1] - y) > 15);
+        if (free && x > MAP.left + 22) {
           write(context, `${rate}/s`, x, y, 12);
           written.push([x, y]);
         }
@@ -367,8 +367,8 @@
   }
 
   // ---- words ----------------------------------------------------------------------------------
-  function tell(list) {
-    element("facts").replaceChildren(...list.flatMap(([label, text]) => {
+  function list(rows) {
+    element("facts").replaceChildren(...rows.flatMap(([label, text]) => {
       const [term, said] = [document.createElement("dt"), document.createElement("dd")];
       term.textContent = label;
       said.textContent = text;
@@ -453,7 +453,7 @@
     }, () => off.scatter * normal());
   }
 
-  function tellTrials(theory) {
+  function showTrials(theory) {
     const trials = Math.max(40, Math.min(TRIALS, Math.round(20000 / Math.max(1, theory))));
     const histogram = new Map();
     let endless = 0;
@@ -497,7 +497,7 @@
       element("count").textContent = "–";
       line.textContent = wrong || "The ball rattles to rest between cylinder and wall: no count.";
       line.className = "theory off";
-      tell([]);
+      list([]);
       element("bars").replaceChildren();
       element("sure").textContent = "";
       for (const id of ["whole", "crowd", "circle"]) pen(id);
@@ -507,8 +507,8 @@
       line.textContent = found.count === theory ? `Theory: ${theory}, the same`
         : `Theory: ${theory} for free bodies without losses`;
       line.className = `theory ${found.count === theory ? "same" : "off"}`;
-      tell(factsOf(found));
-      tellTrials(theory);
+      list(factsOf(found));
+      showTrials(theory);
       const middle = crowded(found);
       const times = found.collisions.map((c) => c.time);
       drawPaths("whole", found, [times[0], times[times.length - 1]], middle);

@@ -164,7 +164,7 @@ globalThis.planCore = (() => {
     return Math.abs(quotient - whole) < 1e-12 * whole ? whole - 1 : Math.ceil(quotient) - 1;
   }
 
-  // What the page tells of a burst.
+  // What the page says of a burst.
   function facts(setup) {
     const found = burst(setup);
     const times = found.collisions.map((c) => c.time);
