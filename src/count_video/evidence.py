@@ -79,12 +79,13 @@ def count_with_evidence(
         If a setting does not fit the clip, the corrections are not for it, or the evidence cannot
         be written.
     """
+    plan = None if evidence.plan_file is None else read_request(evidence.plan_file)
     trial = work_through(path, settings, progress)
     result = trial.result
     if evidence.corrections is not None:
         result = reviewed(result, evidence.corrections)
-    if evidence.plan_file is not None:
-        result = compared(result, read_request(evidence.plan_file))
+    if plan is not None:
+        result = compared(result, plan)
     files = _Files(evidence.folder, evidence.name or path.stem)
     files.make_folder()
     if trial.track is None:

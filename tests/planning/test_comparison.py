@@ -17,7 +17,7 @@ from count_video.planning.comparison import compared, with_plan
 from count_video.planning.request import PlanRequest, Tolerances
 from count_video.planning.stored import PLAN_VERSION, read_request, request_object
 from count_video.records import Estimate, FittedSetup, TrialResult
-from count_video.reports.comparison_text import comparison_sentence
+from count_video.reports.comparison_text import comparison_lines, comparison_sentence
 from count_video.reports.json_object import json_object
 from count_video.reports.text import result_text
 
@@ -134,6 +134,18 @@ def test_what_is_not_known_is_left_out() -> None:
     assert not {one.name for one in unscaled.quantities} & {"gap_mm", "release_mm"}
     assert not {one.name for one in timeless.quantities} & {"heavy_period_s", "ball_period_s"}
     assert (nothing.quantities, nothing.found_count) == ((), None)
+
+
+def test_a_set_up_that_cannot_be_is_not_counted() -> None:
+    result = found(PLANNED.setup())
+    assert result.setup is not None
+    inside = replace(result.setup, bodies_gap_px=Estimate(-400.0, 1.0))
+    comparison = compared(replace(result, setup=inside), PLANNED).comparison
+    assert comparison is not None
+    (bodies,) = [one for one in comparison.quantities if one.name == "bodies_gap_mm"]
+    assert (bodies.count, comparison.found_count) == (None, None)
+    (line,) = [text for text in comparison_lines(comparison) if "between the bodies" in text]
+    assert line.split()[-2:] == ["-", "*"]
 
 
 def test_a_clip_without_a_count_is_compared_all_the_same() -> None:

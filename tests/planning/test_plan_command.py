@@ -193,6 +193,7 @@ def test_a_counted_clip_is_held_against_its_plan(
     answer(capsys, "--plan", "1050", "10.5", "--gap", "0.03", "-o", str(tmp_path))
     clip = str(TOP / "fixtures/ratio100-count29.mp4")  # the ball hangs 5 cm from the wall
     call = [clip, "--capture-fps", "2000", "--plan-file", str(tmp_path / "plan.json")]
+    call += ["-o", str(tmp_path)]
     output = json.loads(answer(capsys, *call, "--json"))
     assert output["count"] == 29
     assert (output["plan"]["planned_count"], output["plan"]["found_count"]) == (31, 29)
@@ -200,3 +201,21 @@ def test_a_counted_clip_is_held_against_its_plan(
     (gap,) = [one for one in output["plan"]["quantities"] if one["name"] == "gap_mm"]
     assert abs(gap["found"] - 50) <= 2 * gap["sigma"]
     assert gap["sigma"] < 0.5
+    page = (tmp_path / "ratio100-count29.html").read_text("utf-8")
+    assert "the gap alone makes it 29" in " ".join(page.split())
+
+
+@pytest.mark.parametrize("kept", [[], ["-o", "kept"]])
+def test_a_plan_that_cannot_be_read_is_refused_before_the_clip_is_counted(
+    kept: list[str],
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    clip = str(TOP / "fixtures/ratio1-count3.mp4")
+    assert main([clip, "--plan-file", "missing.json", *kept]) == 2
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert output.err.count("missing.json") == 1
+    assert list(tmp_path.iterdir()) == []

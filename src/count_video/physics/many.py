@@ -198,26 +198,25 @@ def _follow(setups: ManySetups, found: ManyBursts, most: int) -> None:
     while lasting.any():
         if lasting.mean() < 1.0 - _FINISHED_SHARE:
             rows, state, lasting = rows[lasting], state.take(lasting), lasting[lasting]
-        here = rows
-        laws = heavy.take(here), light.take(here)
+        laws = heavy.take(rows), light.take(rows)
         turn_s = laws[0].turning_s(state.heavy, state.heavy_velocity)
         flight_s, at_wall = next_contact(laws, state, turn_s, lasting)
         met = np.isfinite(flight_s)
-        ended = lasting & (~met | (state.time + flight_s > limit[here]))
-        found.turn_s[here[ended]] = (state.time + turn_s)[ended]
+        ended = lasting & (~met | (state.time + flight_s > limit[rows]))
+        found.turn_s[rows[ended]] = (state.time + turn_s)[ended]
         lasting &= ~ended
         arrived = _arrived(laws, state, np.where(lasting, flight_s, 0.0), at_wall)
         approach = np.where(
             at_wall, -arrived.ball_velocity, arrived.ball_velocity - arrived.heavy_velocity
         )
-        resting = lasting & (approach <= slow[here])
-        bounce = numbers.restitution(here, found.count[here], at_wall)
-        resting |= lasting & (bounce * approach <= slow[here])
-        resting |= lasting & (found.count[here] >= most)
-        found.endless[here[resting]] = True
+        resting = lasting & (approach <= slow[rows])
+        bounce = numbers.restitution(rows, found.count[rows], at_wall)
+        resting |= lasting & (bounce * approach <= slow[rows])
+        resting |= lasting & (found.count[rows] >= most)
+        found.endless[rows[resting]] = True
         lasting &= ~resting
-        _note(found, here[lasting], arrived.time[lasting])
-        state = _bounced(setups.mass_ratio[here], arrived, at_wall, approach, bounce)
+        _note(found, rows[lasting], arrived.time[lasting])
+        state = _bounced(setups.mass_ratio[rows], arrived, at_wall, approach, bounce)
 
 
 def _note(found: ManyBursts, rows: Whole, time_s: Floats) -> None:

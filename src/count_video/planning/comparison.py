@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, ParamSpec
@@ -54,12 +54,9 @@ def compared(result: TrialResult, request: PlanRequest) -> TrialResult:
     theory = collision_count(request.heavy, request.light)
     found = [] if result.setup is None else list(_found(result, result.setup, setup))
     quantities = tuple(
-        ComparedQuantity(one.name, one.planned, one.found, _count(one.into(setup))) for one in found
+        ComparedQuantity(one.name, one.planned, one.found, _count(setup, [one])) for one in found
     )
-    together = setup
-    for one in found:
-        together = one.into(together)
-    found_count = _count(together) if found else None
+    found_count = _count(setup, found) if found else None
     comparison = PlanComparison(
         planned_count=planned,
         theory=theory,
@@ -90,7 +87,7 @@ def _found(result: TrialResult, fitted: FittedSetup, setup: Setup) -> Iterator[_
         yield _Found("mass_ratio", ratio, estimate, lambda s: replace(s, heavy_mass_kg=heavy_kg))
     bodies, wall = result.restitution_bodies, result.restitution_wall
     if bodies is not None:
-        kept = min(bodies.value, 1.0)
+        kept = min(max(bodies.value, 0.0), 1.0)
         yield _Found(
             "restitution_bodies",
             setup.restitution_bodies,
@@ -98,7 +95,7 @@ def _found(result: TrialResult, fitted: FittedSetup, setup: Setup) -> Iterator[_
             lambda s: replace(s, restitution_bodies=kept),
         )
     if wall is not None:
-        back = min(wall.value, 1.0)
+        back = min(max(wall.value, 0.0), 1.0)
         yield _Found(
             "restitution_wall",
             setup.restitution_wall,
@@ -168,11 +165,13 @@ def _thread_m(period_s: Estimate, gravity_m_s2: float) -> float:
     return gravity_m_s2 * (period_s.value / (2.0 * math.pi)) ** 2
 
 
-def _count(setup: Setup) -> int | None:
-    """Count of a set-up; None where the simulator has to give it up."""
+def _count(setup: Setup, found: Sequence[_Found]) -> int | None:
+    """Count of a set-up with some quantities as they were found; None where that is impossible."""
     try:
+        for one in found:
+            setup = one.into(setup)
         return simulate(setup).count
-    except UsageError:
+    except UsageError:  # such as a cylinder inside the ball, by the errors of a fit
         return None
 
 

@@ -43,7 +43,7 @@ def _reason(comparison: PlanComparison, count: int) -> str:
     if len(names) == len(comparison.quantities) and len(names) > 1:
         return f"all differences together make it {count}, none alone does"
     if names:
-        return f"{_listed(names)} alone makes it {count}"
+        return f"the {_listed(names)} alone makes it {count}"
     if count == comparison.theory:
         return "it came out as the theory has it"
     return f"no single difference explains {count}"
@@ -57,7 +57,7 @@ def comparison_lines(comparison: PlanComparison) -> list[str]:
     """Write the table of quantities; no line where nothing was found."""
     if not comparison.quantities:
         return []
-    head = f"  {'set-up':<24}{'planned':>12}{'found':>12}{'+-':>10}{'alone gives':>14}"
+    head = f"  {'set-up':<28}{'planned':>11}{'found':>11}{'+-':>9}{'alone gives':>13}"
     return [head, *(_line(one) for one in comparison.quantities)]
 
 
@@ -71,4 +71,4 @@ def _line(one: ComparedQuantity) -> str:
     alone = "-" if one.count is None else str(one.count)
     off = abs(one.found.value - one.planned) > DIFFERENT_SIGMAS * one.found.sigma
     mark = " *" if off else ""
-    return f"  {label:<24}{planned:>12}{found:>12}{sigma:>10}{alone:>14}{mark}"
+    return f"  {label:<28}{planned:>11}{found:>11}{sigma:>9}{alone:>13}{mark}"

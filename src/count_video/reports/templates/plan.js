@@ -78,7 +78,7 @@
   // The pendulums are linear: counts and times hang on gap over release alone, so that regions of
   // one count are wedges, and one scan of that ratio is the whole map.
   const MAP = { gap: [0.005, 0.1], release: [0.02, 0.2], left: 46, right: 8, top: 8, bottom: 40 };
-  const RATIOS = 500;
+  const MOST_RATIOS = 500;
 
   function scan() {
     const setup = setupOf(values);
@@ -86,8 +86,10 @@
     if (wedges && wedges.key === key) return wedges;
     const rows = [];
     const least = MAP.gap[0] / MAP.release[1];
-    for (let k = 0; k < RATIOS; k += 1) {
-      const ratio = least + (1 - least) * (k / (RATIOS - 1)) ** 1.5;
+    // Fewer steps where each takes long, so that a slider stays quick.
+    const steps = Math.max(60, Math.min(MOST_RATIOS, 40000 / planCore.theory(setup.ratio)));
+    for (let k = 0; k < steps; k += 1) {
+      const ratio = Math.min(1, least + (1 - least) * (k / (steps - 1)) ** 1.5);
       const found = planCore.facts({ ...setup, release: 0.1, gap: 0.1 * ratio });
       rows.push({ ratio, count: found.endless ? null : found.count, shortest: found.shortest });
     }
