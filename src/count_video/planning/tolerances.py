@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,10 +21,13 @@ MOST_EVENTS = 250_000
 """... or fewer, where they would have more collisions together than this."""
 FEWEST_TRIALS = 100
 MOST_FACTOR, MOST_MORE = 2, 60
+"""Of the theory's count, and beyond that: trials with more collisions are not followed."""
 LEAST_GAP_M = 1e-4
 """Hands that scatter do not hang the ball inside the wall."""
-TABLES = 2000
-"""Tables of trials that are drawn from the distribution, to see how they differ."""
+TABLES, FEWEST_TABLES = 2000, 100
+"""Tables of trials that are drawn from the distribution, to see how they differ, ..."""
+MOST_DRAWN = 4_000_000
+"""... unless they would have more trials together than this."""
 CENTRAL = (0.025, 0.975)
 """Quantiles that hold 95 % between them."""
 _STREAM_TABLE, _STREAM_SPREAD, _STREAM_GROUPS = range(3)
@@ -114,26 +118,33 @@ def most_collisions(theory: int) -> int:
 
 
 def spread_of(request: PlanRequest, theory: int) -> Spread:
-    """Simulate the distribution of counts."""
+    """Simulate the distribution of counts; mean and deviations are NaN where there are none."""
     trials = int(np.clip(MOST_EVENTS // max(theory, 1), FEWEST_TRIALS, SPREAD_TRIALS))
     drawn = drawn_setups(request, trials, (request.seed, _STREAM_SPREAD))
     found = simulate_many(drawn, most_collisions(theory))
     counts = found.count[~found.endless]
-    rng = np.random.default_rng([request.seed, _STREAM_GROUPS])
-    size = min(request.trials, 10 * SPREAD_TRIALS)
-    chosen = rng.integers(max(1, len(counts)), size=(max(1, min(TABLES, 10**7 // size)), size))
-    tables = counts[chosen] if len(counts) else np.full(chosen.shape, np.nan)
+    means, deviations = _tables(counts, request)
     return Spread(
         trials=trials,
         histogram=_histogram(counts),
         endless_share=float(np.mean(found.endless)),
-        mean=float(tables.mean()) if not len(counts) else float(counts.mean()),
-        sd=float(tables.std()) if not len(counts) else float(counts.std()),
+        mean=float(counts.mean()) if counts.size else math.nan,
+        sd=float(counts.std()) if counts.size else math.nan,
         theory_share=float(np.mean(found.count == theory)),
         table_trials=request.trials,
-        table_mean=_between(tables.mean(axis=1)),
-        table_sd=_between(tables.std(axis=1)),
+        table_mean=_between(means),
+        table_sd=_between(deviations),
     )
+
+
+def _tables(counts: Whole, request: PlanRequest) -> tuple[Floats, Floats]:
+    """Means and standard deviations of tables drawn from the counts, shape (tables,) each."""
+    number = max(FEWEST_TABLES, min(TABLES, MOST_DRAWN // request.trials))
+    if not counts.size:
+        return np.full(number, math.nan), np.full(number, math.nan)
+    rng = np.random.default_rng([request.seed, _STREAM_GROUPS])
+    tables = counts[rng.integers(len(counts), size=(number, request.trials))]
+    return tables.mean(axis=1), tables.std(axis=1)
 
 
 def table_of(request: PlanRequest, theory: int) -> TrialTable:
