@@ -83,6 +83,24 @@ def test_lengths_scale_and_times_stay(factor: float) -> None:
     assert after.turn_s == pytest.approx(before.turn_s, rel=ROUNDING)
 
 
+@pytest.mark.parametrize("light_thread_m", [0.3, 1.0, 2.0])
+@pytest.mark.parametrize("gap_m", [0.03, 0.0899, 0.0901])
+def test_a_cylinder_that_is_stopped_where_it_hangs_is_met_again(
+    gap_m: float, light_thread_m: float
+) -> None:
+    # Equal bodies without losses exchange their velocities: the cylinder rests until the ball,
+    # which may turn before the wall, comes back.
+    setups = ManySetups.of(
+        mass_ratio=1.0,
+        heavy_thread_m=[1.0, 2.0],
+        light_thread_m=light_thread_m,
+        wall_gap_m=gap_m,
+        release_m=0.09,
+    )
+    found = simulate_many(setups)
+    assert found.count.tolist() == [simulate(setups.one(row)).count for row in (0, 1)]
+
+
 # So inelastic that cylinder and wall squeeze the ball to rest: (1 - e)^2 / 4 e exceeds m / M.
 COLLAPSING = ManySetups.of(mass_ratio=[100.0, 100.0], restitution_bodies=0.7, restitution_wall=0.7)
 

@@ -12,11 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.physics.contacts import MAXIMUM, STEP_TOLERANCE
+from count_video.physics.contacts import STEP_TOLERANCE
 from count_video.records import Floats
 
 Whole = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+PERIODS_AT_REST = 1.01
+"""Contacts with a cylinder that rests are sought for one swing of the ball and a rounding more."""
 _Signals = Callable[[Whole, Floats], tuple[Floats, Floats]]
 """Values and slopes of the functions of some rows at a time for each."""
 
@@ -90,7 +92,9 @@ def next_contact(
     now seldom meet next: theirs is sought last, with the least to seek.
     """
     touching = state.heavy == state.ball
-    window = np.where(lasting, np.minimum(window, MAXIMUM), -np.inf)
+    # A cylinder at rest never turns; the ball comes back to it within a swing, or stays away.
+    swing = PERIODS_AT_REST * 2.0 * np.pi / laws[1].omega
+    window = np.where(lasting, np.where(np.isinf(window), swing, window), -np.inf)
     wall, bodies = np.full_like(window, np.inf), np.full_like(window, np.inf)
     for wall_first in (True, False):
         own = np.flatnonzero(touching == wall_first)

@@ -17,9 +17,8 @@ from count_video.physics.many import simulate_many
 from count_video.physics.theory import mass_ratio_interval
 from count_video.planning.burst import planned_burst, planned_motion
 from count_video.planning.camera import rate_needed_fps
-from count_video.planning.chart import setups_at
-from count_video.planning.request import MOST_RATIO, PlanRequest
-from count_video.planning.tolerances import Spread, most_collisions, shares_of
+from count_video.planning.request import MOST_RATIO, PlanRequest, most_collisions, setups_at
+from count_video.planning.tolerances import Spread, shares_of
 
 HOPELESS = 0.5
 """Where bodies come to rest on each other in more trials than this, it is for their losses."""

@@ -7,9 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from count_video.errors import UsageError
+from count_video.physics.many import simulate_many
 from count_video.physics.simulator import Motion, simulate
 from count_video.physics.theory import collision_count
-from count_video.planning.request import PlanRequest
+from count_video.planning.request import PlanRequest, most_collisions, setups_at
 
 
 @dataclass(frozen=True)
@@ -34,13 +36,27 @@ class PlannedBurst:
     last_speed_m_s: float
     """Speed at which the two close in on each other there."""
     smallest_hop_m: float
-    """Shortest way of the ball from one collision to the next; NaN if there are fewer than two."""
+    """Shortest way of the ball between cylinder and wall; inf if it does not reach the wall."""
     intervals_s: tuple[float, ...]
     """From each collision to the next."""
 
 
 def planned_motion(request: PlanRequest) -> Motion:
-    """Simulate the planned trial, once, without scatter."""
+    """Simulate the planned trial, once, without scatter.
+
+    Raises
+    ------
+    UsageError
+        If the bodies lose so much that they come to rest on each other in ever smaller bounces.
+    """
+    theory = collision_count(request.heavy, request.light)
+    gap, release = np.array([request.gap_m]), np.array([request.release_m])
+    if simulate_many(setups_at(request, gap, release), most_collisions(theory)).endless[0]:
+        raise UsageError(
+            f"with a restitution of {request.restitution:g} the ball comes to rest between "
+            "cylinder and wall in ever smaller bounces, of which there is no count; plan harder "
+            "bodies or a smaller mass ratio"
+        )
     return simulate(request.setup())
 
 
@@ -51,6 +67,7 @@ def planned_burst(request: PlanRequest, motion: Motion) -> PlannedBurst:
     turn_s = motion.burst_end_s
     sample = motion.sample(np.append(times, turn_s if np.isfinite(turn_s) else times[-1]))
     places = sample.ball_far_face_m[:-1]
+    crossed = np.array([a.kind != b.kind for a, b in pairwise(burst)], dtype=bool)
     last = burst[-1]
     other = 0.0 if last.kind == "wall" else last.heavy_before_m_s
     return PlannedBurst(
@@ -64,6 +81,6 @@ def planned_burst(request: PlanRequest, motion: Motion) -> PlannedBurst:
         swing_back_m=float(sample.heavy_face_m[-1]) - motion.setup.heavy_rest_m,
         last_m=float(places[-1]),
         last_speed_m_s=abs(last.light_before_m_s - other),
-        smallest_hop_m=float(np.abs(np.diff(places)).min(initial=np.inf)),
+        smallest_hop_m=float(np.abs(np.diff(places))[crossed].min(initial=np.inf)),
         intervals_s=tuple(float(b - a) for a, b in pairwise(times)),
     )

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.physics.many import NO_COUNT, ManySetups, simulate_many
+from count_video.physics.many import NO_COUNT, simulate_many
 from count_video.physics.swings import Whole
-from count_video.planning.request import PlanRequest
-from count_video.planning.tolerances import most_collisions
+from count_video.planning.request import PlanRequest, most_collisions, setups_at
 from count_video.records import Floats
 
 GAPS_M = (0.005, 0.100, 96)
@@ -54,17 +53,3 @@ def chart_of(request: PlanRequest, theory: int) -> Chart:
     shortest = np.full(gap.shape, np.nan)
     count[possible], shortest[possible] = found.count, found.shortest_s
     return Chart(gaps, releases, count, shortest)
-
-
-def setups_at(request: PlanRequest, gap_m: Floats, release_m: Floats) -> ManySetups:
-    """Return the planned set-up with other gaps and releases, without scatter."""
-    return ManySetups.of(
-        mass_ratio=request.mass_ratio,
-        wall_gap_m=gap_m,
-        release_m=release_m,
-        heavy_thread_m=request.heavy_thread_m,
-        light_thread_m=request.light_thread_m,
-        damping_per_s=request.damping_per_s,
-        restitution_bodies=request.restitution,
-        restitution_wall=request.restitution,
-    )

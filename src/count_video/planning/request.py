@@ -7,13 +7,16 @@ from dataclasses import dataclass, field, fields
 from typing import TypedDict
 
 from count_video.errors import UsageError
-from count_video.physics.many import GRAVITY_M_S2
+from count_video.physics.many import GRAVITY_M_S2, ManySetups
 from count_video.physics.setup import Setup
 from count_video.physics.theory import Mass, exact_ratio
+from count_video.records import Floats
 
 MOST_RATIO = 1_000_000
 """A larger mass ratio would have more than 3141 collisions, of which no clip shows the number."""
 MOST_TRIALS = 100_000
+MOST_FACTOR, MOST_MORE = 2, 60
+"""Of the theory's count, and beyond that: trials with more collisions are not followed."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,12 @@ class PlanRequest:
                 f"the gap of {self.gap_m:g} m is larger than the release of {self.release_m:g} m; "
                 "hang the ball nearer to the wall or let the cylinder go from farther away"
             )
+        shortest_m = min(self.heavy_thread_m, self.light_thread_m)
+        if self.release_m >= shortest_m:
+            raise UsageError(
+                f"the release of {self.release_m:g} m is not shorter than a thread of "
+                f"{shortest_m:g} m; plan swings that are small"
+            )
         if not 0 <= self.restitution <= 1:
             raise UsageError(f"the restitution is {self.restitution:g}; it lies between 0 and 1")
         slowest = math.sqrt(GRAVITY_M_S2 / max(self.heavy_thread_m, self.light_thread_m))
@@ -138,6 +147,25 @@ class PlanRequest:
             restitution_wall=self.restitution,
             gravity_m_s2=GRAVITY_M_S2,
         )
+
+
+def setups_at(request: PlanRequest, gap_m: Floats, release_m: Floats) -> ManySetups:
+    """Return the planned set-up with other gaps and releases, without scatter."""
+    return ManySetups.of(
+        mass_ratio=request.mass_ratio,
+        wall_gap_m=gap_m,
+        release_m=release_m,
+        heavy_thread_m=request.heavy_thread_m,
+        light_thread_m=request.light_thread_m,
+        damping_per_s=request.damping_per_s,
+        restitution_bodies=request.restitution,
+        restitution_wall=request.restitution,
+    )
+
+
+def most_collisions(theory: int) -> int:
+    """Trials with more are taken for endless: losses that add so many end in ever more."""
+    return MOST_FACTOR * theory + MOST_MORE
 
 
 _POSITIVE = {

@@ -12,7 +12,7 @@ import numpy as np
 
 from count_video.physics.many import ManySetups, simulate_many
 from count_video.physics.swings import Whole
-from count_video.planning.request import PlanRequest
+from count_video.planning.request import PlanRequest, most_collisions
 from count_video.records import Floats
 
 SPREAD_TRIALS = 2000
@@ -20,8 +20,6 @@ SPREAD_TRIALS = 2000
 MOST_EVENTS = 250_000
 """... or fewer, where they would have more collisions together than this."""
 FEWEST_TRIALS = 100
-MOST_FACTOR, MOST_MORE = 2, 60
-"""Of the theory's count, and beyond that: trials with more collisions are not followed."""
 LEAST_GAP_M = 1e-4
 """Hands that scatter do not hang the ball inside the wall."""
 TABLES, FEWEST_TABLES = 2000, 100
@@ -110,11 +108,6 @@ def _restitutions(request: PlanRequest, even: Floats) -> Floats:
     """Restitution of both contacts, evenly over the range of the tolerance, shape (2, trials)."""
     low, high = restitution_range(request)
     return np.asarray(low + (high - low) * even)
-
-
-def most_collisions(theory: int) -> int:
-    """Trials with more are taken for endless: losses that add so many end in ever more."""
-    return MOST_FACTOR * theory + MOST_MORE
 
 
 def spread_of(request: PlanRequest, theory: int) -> Spread:

@@ -405,7 +405,9 @@
     const first = found.collisions[0];
     const end = found.turn === Infinity ? last.time : found.turn;
     const hops = found.collisions.slice(1)
-      .map((c, k) => Math.abs(c.place - found.collisions[k].place));
+      .map((c, k) => (c.kind === found.collisions[k].kind ? Infinity
+        : Math.abs(c.place - found.collisions[k].place)))
+      .filter((hop) => hop < Infinity);
     const ms = found.shortest === Infinity ? "one collision alone"
       : `${digits(1000 * found.shortest, 3)} ms`;
     return [

@@ -90,7 +90,7 @@ globalThis.planCore = (() => {
     const lower = bend(light, state.ball, state.ballVelocity);
     const apart = Math.hypot(...upper) + Math.hypot(...lower);
     const drift = Math.hypot(heavy.damping - light.damping, heavy.omega - light.omega)
-      * Math.min(window, Number.MAX_VALUE);
+      * window;
     const near = Math.hypot(upper[0] - lower[0], upper[1] - lower[1])
       + Math.hypot(...lower) * drift;
     const curvature = Math.min(apart, near);
@@ -102,7 +102,9 @@ globalThis.planCore = (() => {
   }
 
   // Time of flight to the next contact before the cylinder turns; Infinity if there is none.
-  function nextContact(heavy, light, state, window) {
+  function nextContact(heavy, light, state, turn) {
+    // A cylinder at rest never turns; the ball comes back to it within a swing, or stays away.
+    const window = turn === Infinity ? 1.01 * 2 * Math.PI / light.omega : turn;
     let wall = Infinity;
     let bodies = Infinity;
     if (state.heavy === state.ball) {  // bodies that touch now seldom meet next: theirs comes last
