@@ -22,6 +22,8 @@ LISTED_AT_MOST = 5
 """Of more counts than so many only the range is given."""
 RARE = 0.005
 """Counts that fewer trials have are not listed."""
+ALL_BUT_CERTAIN = 0.99
+"""A chance from here on is given with a decimal."""
 GOOD_BALL_PX = 60
 """From this width on a ball is followed well."""
 
@@ -105,7 +107,8 @@ def _shortest(plan: Plan) -> str:
     shortest = plan.burst.shortest_s
     if math.isinf(shortest):
         return "there is one collision alone"
-    return f"{1e3 * shortest:.3g} ms from one collision to the next in the middle of the burst"
+    duration = f"{1e3 * shortest:.3g} ms" if shortest < 1.0 else f"{shortest:.3g} s"
+    return f"{duration} from one collision to the next where they follow each other fastest"
 
 
 def _last(plan: Plan) -> str:
@@ -155,8 +158,13 @@ def _measured(camera: CameraView) -> str:
     measured = camera.measured
     if measured is None:
         return ""
-    text = f"counted exactly with a chance of {measured.chance:.0%} (of {measured.clips} "
+    text = f"counted exactly with a chance of {_percent(measured.chance)} (of {measured.clips} "
     return f"{text}{measured.kind} {measured.exact} were, {measured.wrong or 'none'} wrongly)"
+
+
+def _percent(chance: float) -> str:
+    """Write a chance, never as certain."""
+    return f"{chance:.0%}" if chance < ALL_BUT_CERTAIN else f"{chance:.1%}"
 
 
 def _film_at(plan: Plan) -> str:

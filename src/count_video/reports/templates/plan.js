@@ -396,7 +396,7 @@
     const like = way(found.count, frames, values.rate);
     const shown = close ? `${close} closer than 2.5 frames to the one before` : "sees each collision";
     if (like === null) return `${shown}; whether such a clip is counted was never measured`;
-    return `${shown}; counted exactly with a chance of ${Math.round(100 * like.chance)}% `
+    return `${shown}; counted exactly with a chance of ${(100 * like.chance).toFixed(like.chance < 0.99 ? 0 : 1)}% `
       + `(${like.exact} of ${like.clips} ${like.kind})`;
   }
 
