@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from study import outcome_of
+from planned_study import outcome_of
 
 from count_video.planning.comparison import DIAMETER_SIGMA_PX
 

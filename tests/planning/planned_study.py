@@ -1,9 +1,9 @@
 """Plan set-ups, render them, count them with the whole command, and write the README's tables.
 
-``python tests/planning/study.py 40 clips/`` plans forty set-ups, renders each to a clip in a folder
-by ``synth-video --set ...`` (clips that are there already are kept), counts it and compares count
-and fitted set-up with the plan. It takes some ten seconds a clip. ``--close 20`` adds twenty whose
-collisions come closer than a quarter of a frame; their masses are given.
+``python tests/planning/planned_study.py 40 clips/`` plans forty set-ups, renders each to a clip in
+a folder by ``synth-video --set ...`` (clips that are there already are kept), counts it and
+compares count and fitted set-up with the plan. It takes some ten seconds a clip. ``--close 20``
+adds twenty whose collisions come closer than a quarter of a frame; their masses are given.
 """
 
 from __future__ import annotations
