@@ -1,7 +1,8 @@
 """Read the imports of a tree of modules and tell which of them break through a wall.
 
 A *room* is a subpackage of ``count_video`` or one of its top modules; ``synth`` is all of
-``synth_video``; the package ``count_video`` itself, which holds its version, is open to all.
+``synth_video``; the package ``count_video`` itself, which holds its version and the functions for
+other programs, is open to all.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 _SHARED = frozenset({"records", "errors", "progress"})
+_API = frozenset({"planning", "physics"})
+"""What the package itself may import, when one of its functions is called."""
 _BELOW_A_STAGE = _SHARED | {"physics", "signals", "lasting"}
 
 MAY_IMPORT: Mapping[str, frozenset[str]] = {
@@ -20,19 +23,24 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
     "cli": frozenset(
         {"options", "campaign", "trial", "evidence", "corrections", "reports", "physics"}
     )
-    | _SHARED,
-    "options": frozenset({"option_values"}) | _SHARED,
+    | _SHARED
+    | {"planning", "plan_options"},
+    "options": frozenset({"option_values", "plan_options"}) | _SHARED,
+    "plan_options": frozenset({"option_values"}) | _SHARED,
     "option_values": frozenset(),
+    "planning": frozenset({"physics"}) | _SHARED,
     "campaign": frozenset(
         {"options", "trial", "verdict", "evidence", "corrections", "reports", "physics"}
     )
     | _SHARED,
-    "evidence": frozenset({"trial", "corrections", "reports", "collisions", "footage"}) | _SHARED,
+    "evidence": frozenset({"trial", "corrections", "reports", "collisions", "footage"})
+    | _SHARED
+    | {"planning"},
     "corrections": frozenset({"reports"}) | _SHARED,
     "trial": frozenset({"verdict", "between", "collisions", "tracking", "footage"})
     | _BELOW_A_STAGE,
     "verdict": frozenset({"between", "collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
-    "reports": _BELOW_A_STAGE,
+    "reports": _BELOW_A_STAGE | {"planning"},
     "between": _BELOW_A_STAGE | {"collisions"},  # a step of its own: what is seen knows no model
     "collisions": _BELOW_A_STAGE,
     "tracking": _BELOW_A_STAGE | {"footage"},  # it draws its frames itself, from pilot and stream
@@ -113,7 +121,8 @@ def _wrong_rooms(modules: Mapping[str, Module]) -> Iterator[str]:
     for module in modules.values():
         for imported in sorted(module.imports):
             room = _room(imported)
-            if room and room != module.room and room not in MAY_IMPORT.get(module.room, ()):
+            allowed = MAY_IMPORT.get(module.room, frozenset()) if module.room else _API
+            if room and room != module.room and room not in allowed:
                 yield f"{module.name} imports {imported}"
 
 

@@ -76,6 +76,8 @@ def _answer(options: argparse.Namespace) -> int:
         _quieten_the_drawing()
     if options.theory is not None:
         return _answer_theory(options)
+    if options.plan is not None:
+        return _answer_plan(options)
     if _is_campaign(options):
         from count_video.campaign.cli import answer_campaign
 
@@ -120,19 +122,58 @@ def _answer_theory(options: argparse.Namespace) -> int:
     return EXIT_COUNTED
 
 
+def _answer_plan(options: argparse.Namespace) -> int:
+    from count_video.plan_options import plan_values
+    from count_video.planning.request import PlanRequest, Tolerances
+    from count_video.planning.whole import make_plan
+
+    tolerances = Tolerances(**dict(options.tolerance or ()))
+    request = PlanRequest(**plan_values(options), tolerances=tolerances)
+    kept = options.output is not None
+    wanted = kept or options.trials is not None
+    progress = _progress("steps")
+    plan = make_plan(request, with_table=wanted, with_chart=kept, progress=progress)
+    if kept:
+        from count_video.reports.plan_files import write_plan
+
+        write_plan(plan, options.output, progress)
+    if options.json:
+        from count_video.reports.plan_json import plan_line
+
+        print(plan_line(plan))
+    else:
+        from count_video.reports.plan_text import plan_text
+
+        print(plan_text(plan))
+    return EXIT_COUNTED
+
+
 def _work(options: argparse.Namespace) -> Work | None:
     """Choose what is done with each clip; None for counting alone."""
     if options.output is not None:
         from count_video.evidence import EvidenceSettings, with_evidence
 
-        wanted = EvidenceSettings(options.output, options.picture_format, options.corrections)
+        wanted = EvidenceSettings(
+            options.output,
+            options.picture_format,
+            options.corrections,
+            plan_file=options.plan_file,
+        )
         return with_evidence(wanted)
+    if options.corrections is None and options.plan_file is None:
+        return None
+    from count_video.trial import count_clip
+
+    work: Work = count_clip
     if options.corrections is not None:
         from count_video.corrections import with_corrections
-        from count_video.trial import count_clip
 
-        return with_corrections(count_clip, options.corrections)
-    return None
+        work = with_corrections(work, options.corrections)
+    if options.plan_file is not None:
+        from count_video.planning.comparison import with_plan
+
+        work = with_plan(work, options.plan_file)
+    return work
 
 
 def _settings(options: argparse.Namespace) -> TrialSettings:
@@ -150,12 +191,12 @@ def _settings(options: argparse.Namespace) -> TrialSettings:
     )
 
 
-def _progress() -> Progress:
+def _progress(unit: str = "frames") -> Progress:
     if not _on_terminal(sys.stderr):
         return NO_PROGRESS
     from count_video.reports.progress_bar import TerminalBar
 
-    return TerminalBar(sys.stderr)
+    return TerminalBar(sys.stderr, unit)
 
 
 def _exit_code(outcome: Outcome) -> int:

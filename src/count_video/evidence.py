@@ -20,6 +20,8 @@ from count_video.corrections import reviewed
 from count_video.errors import UsageError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
+from count_video.planning.comparison import compared
+from count_video.planning.stored import read_request
 from count_video.progress import NO_PROGRESS, Progress, counted_off
 from count_video.records import Floats, Track, TrialResult
 from count_video.reports.annotated_clip import AnnotatedClip
@@ -50,6 +52,8 @@ class EvidenceSettings:
     picture_format: PictureFormat = "png"
     corrections: Path | None = None
     """File of a person's corrections to lay over the result."""
+    plan_file: Path | None = None
+    """File of the plan to hold the result against."""
     name: str | None = None
     """What the files are named after; None for the clip's name without its suffix."""
 
@@ -75,10 +79,13 @@ def count_with_evidence(
         If a setting does not fit the clip, the corrections are not for it, or the evidence cannot
         be written.
     """
+    plan = None if evidence.plan_file is None else read_request(evidence.plan_file)
     trial = work_through(path, settings, progress)
     result = trial.result
     if evidence.corrections is not None:
         result = reviewed(result, evidence.corrections)
+    if plan is not None:
+        result = compared(result, plan)
     files = _Files(evidence.folder, evidence.name or path.stem)
     files.make_folder()
     if trial.track is None:

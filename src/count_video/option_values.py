@@ -54,3 +54,50 @@ def mass(text: str) -> Fraction:
         if mass > 0:
             return mass
     raise argparse.ArgumentTypeError(f"{text!r} is not a decimal number above 0, such as 10.5")
+
+
+def not_negative(text: str) -> float:
+    """Read a finite number from 0 on."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (value >= 0 and math.isfinite(value)):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 0 on")
+    return value
+
+
+def share(text: str) -> float:
+    """Read a number from 0 to 1."""
+    value = not_negative(text)
+    if value > 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 0 to 1")
+    return value
+
+
+def whole_number(text: str) -> int:
+    """Read a whole number from 0 on."""
+    if not re.fullmatch(r"[0-9]{1,18}", text):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number (0, 1, 2 ...)")
+    return int(text)
+
+
+TOLERANCES = {
+    "gap": "gap_m",
+    "release": "release_m",
+    "thread": "thread_m",
+    "mass": "mass",
+    "restitution": "restitution",
+    "scatter": "scatter",
+}
+"""Names of the tolerances for a person, and those of the fields that hold them."""
+
+
+def tolerance(text: str) -> tuple[str, float]:
+    """Read ``NAME=VALUE`` as the name of a field and its value."""
+    name, sign, value = text.partition("=")
+    if not sign or name not in TOLERANCES:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not of the form NAME=VALUE with one of {', '.join(TOLERANCES)}"
+        )
+    return TOLERANCES[name], not_negative(value)

@@ -10,6 +10,7 @@ from typing import NoReturn
 from count_video import __version__
 from count_video.errors import UsageError
 from count_video.option_values import frame, mass, number_above_0, positive, region
+from count_video.plan_options import add_plan_options, check_plan_options
 
 DESCRIPTION = """\
 Count the collisions in slow-motion footage of the "pi by collisions"
@@ -26,6 +27,8 @@ examples:
   count-video trial.mp4 --corrections trial.corrections.json
   count-video trials/ -o results/
   count-video --theory 1050 10.5
+  count-video --plan 1050 10.5 --gap 0.03 --release 0.09 --capture-fps 240
+  count-video trial.mp4 --plan-file plans/plan.json
 
 exit code:
   0 every clip was counted, 1 a clip was not counted, 2 the request was wrong,
@@ -51,7 +54,9 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
     SystemExit
         With code 0 after ``--help`` or ``--version``.
     """
-    options = _parser().parse_args(arguments)
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    check_plan_options(options, parser)
     if options.end is not None and options.start >= options.end:
         raise UsageError(
             f"--start {options.start} leaves no frame before --end {options.end}: "
@@ -62,14 +67,21 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def _check_what_is_wanted(options: argparse.Namespace) -> None:
+    if options.plan is not None:
+        return
     if options.theory is None and not options.clips:
         raise UsageError("no clip: give a video file or a folder (see count-video --help)")
     if options.theory is not None and options.clips:
         raise UsageError("--theory needs no clip: ask for the one or count the other")
-    if options.theory is not None and (options.json or options.corrections is not None):
+    beside = (options.corrections, options.plan_file)
+    if options.theory is not None and (options.json or beside != (None, None)):
         raise UsageError("--theory goes with -o and --format alone")
     if options.pages and options.output is None:
         raise UsageError("--pages need a folder to go to: give one with -o")
+    several = any(path.is_dir() or path.suffix.lower() == ".csv" for path in options.clips)
+    kept = options.output is not None and len(options.clips) > 1
+    if options.plan_file is not None and (several or kept or options.scheduler is not None):
+        raise UsageError("--plan-file goes with clips, not with a campaign: give single clips")
     one_file = len(options.clips) == 1 and not options.clips[0].is_dir()
     if options.corrections is not None and not one_file:
         raise UsageError("--corrections are those of one clip: give that clip alone")
@@ -94,6 +106,7 @@ def _parser() -> _Parser:
     )
     _add_answer_options(parser)
     _add_other_answers(parser)
+    add_plan_options(parser)
     _add_footage_options(parser.add_argument_group("the footage"))
     _add_apparatus_options(parser.add_argument_group("the apparatus"))
     _add_campaign_options(parser.add_argument_group("a campaign of many clips"))
@@ -144,6 +157,13 @@ def _add_other_answers(parser: argparse.ArgumentParser) -> None:
         type=mass,
         help="tell the exact count for two masses, with angles and bounds on pi, instead of "
         "counting a clip; with -o draw the phase circle (default: count)",
+    )
+    parser.add_argument(
+        "--plan-file",
+        metavar="FILE",
+        type=Path,
+        help="the plan.json of the set-up that was planned: what was set up otherwise is told "
+        "beside the count (default: none)",
     )
 
 

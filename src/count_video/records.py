@@ -207,6 +207,53 @@ class Ending:
 
 
 @dataclass(frozen=True)
+class FittedSetup:
+    """How the bodies hung and where the heavy one was let go, by the fitted model."""
+
+    gap_px: Estimate
+    """From the wall to the ball where it hangs at rest."""
+    release_px: Estimate
+    """From where the heavy body hangs to where it was let go: its swing's amplitude."""
+    bodies_gap_px: Estimate
+    """Between ball and heavy body where both hang at rest; negative where they would overlap."""
+    heavy_period_frames: Estimate
+    """Time of a full swing of the heavy body on its threads."""
+    ball_period_frames: Estimate
+    """The same of the ball."""
+
+
+@dataclass(frozen=True)
+class ComparedQuantity:
+    """One quantity of a planned set-up, and what was found of it."""
+
+    name: str
+    """``gap_mm``, ``release_mm``, ``bodies_gap_mm``, ``heavy_period_s``, ``ball_period_s``,
+    ``mass_ratio``, ``restitution_bodies`` or ``restitution_wall``."""
+    planned: float
+    found: Estimate
+    count: int | None
+    """Count of the planned set-up with this quantity alone as it was found; None if there is no
+    such set-up."""
+
+
+@dataclass(frozen=True)
+class PlanComparison:
+    """What was planned beside what was counted and fitted."""
+
+    planned_count: int
+    theory: int
+    """Exact count of the planned masses."""
+    found_count: int | None
+    """Count of a simulated trial with the set-up that was found; None where none was."""
+    quantities: tuple[ComparedQuantity, ...]
+    """Empty where no set-up was fitted."""
+    explained_by: tuple[str, ...]
+    """Names of the quantities of which each alone turns the planned count into the counted one, the
+    surest difference first; all names if only all together do; empty if nothing is to be explained
+    or nothing explains it."""
+
+
+@dataclass(frozen=True)
 class TrialResult:
     """The answer for one clip: what ``count-video`` prints."""
 
@@ -249,3 +296,7 @@ class TrialResult:
     restitution_wall: Estimate | None = None
     ending: Ending | None = None
     """How the burst ended; None if not known."""
+    setup: FittedSetup | None = None
+    """The set-up that a fitted model finds; None where none was fitted."""
+    comparison: PlanComparison | None = None
+    """With the plan that was given; None where none was."""

@@ -4,6 +4,7 @@ import json
 import os
 import pty
 import shlex
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -171,6 +172,15 @@ def test_options_left_out_leave_the_trial_its_own_defaults(command: StandIn) -> 
     assert command.asked == [(Path("a.mp4"), TrialSettings())]
 
 
+def everything_on(reader: int) -> str:
+    """Read a terminal to its end: a busy machine hands over what was written piece by piece."""
+    pieces = []
+    with suppress(OSError):  # as Linux says that the other side is closed
+        while piece := os.read(reader, 1 << 16):
+            pieces.append(piece)
+    return b"".join(pieces).decode()
+
+
 def test_progress_and_the_reason_fit_a_terminal(
     command: StandIn, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -180,7 +190,7 @@ def test_progress_and_the_reason_fit_a_terminal(
         monkeypatch.setattr("sys.stdout", terminal)
         monkeypatch.setattr("sys.stderr", terminal)
         assert main(["partly.mp4"]) == 1
-        shown = os.read(reader, 1 << 16).decode()
+    shown = everything_on(reader)
     os.close(reader)
     assert "0/1" in shown
     assert shown.count("it ends early") == 1

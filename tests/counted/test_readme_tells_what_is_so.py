@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-import math
 import re
 import shlex
-from itertools import pairwise
 
 import pytest
 from accuracy import errors_frames, resolved_clips
 from counting import FIXTURES, answer, truth_of
 
 from count_video.cli import main
-from count_video.physics.setup import Setup
-from count_video.physics.simulator import simulate
 
 TOP = FIXTURES.parent
 README = (TOP / "README.md").read_text("utf-8")
-RESOLVED_FRAMES = 2.5
 SAME_ERROR_FRAMES = 0.05
 """Another machine's rounding and another build's decoder move a time by less."""
-RATE_ROW = re.compile(
-    r"^ *\| 1:(?P<ratio>\d+) \| (?P<gap>\d+) cm \| (?P<count>\d+) \| (?P<interval>[\d.]+) ms "
-    r"\| (?P<rate>\d+) \|$",
-    re.MULTILINE,
-)
 ACCURACY_ROW = re.compile(
     r"^\| `(?P<clip>[\w.-]+)` \| (?P<true>\d+) \| (?P<counted>\d+) \| (?P<median>[\d.]+) frames "
     r"\| (?P<largest>[\d.]+) frames \|$",
@@ -69,19 +59,6 @@ def test_every_link_into_the_checkout_leads_somewhere() -> None:
     links = re.findall(r"(?<!!)\[[^]]+\]\((?!https?:)([^)#]+)\)", README)
     assert [link for link in links if not (TOP / link).exists()] == []
     assert links
-
-
-def test_the_rates_to_film_at_are_those_of_the_simulator() -> None:
-    rows = list(RATE_ROW.finditer(README))
-    assert len(rows) >= 5
-    for row in rows:
-        ratio, gap_m = int(row["ratio"]), int(row["gap"]) / 100
-        setup = Setup(heavy_mass_kg=ratio * Setup.light_mass_kg, wall_gap_m=gap_m)
-        times_s = [collision.time_s for collision in simulate(setup).burst]
-        shortest_s = min(b - a for a, b in pairwise(times_s))
-        assert int(row["count"]) == len(times_s)
-        assert row["interval"] == f"{1e3 * shortest_s:.1f}"
-        assert int(row["rate"]) == 10 * math.ceil(RESOLVED_FRAMES / shortest_s / 10)
 
 
 def test_the_table_of_accuracy_promises_no_more_than_is_measured() -> None:

@@ -37,9 +37,11 @@ KEYS = [
     "energy_kept",
     "restitution",
     "ending",
+    "fitted_setup",
     "warnings",
     "reviewed_count",
     "corrections",
+    "plan",
 ]
 COLLISION_KEYS = [
     "number",
@@ -96,6 +98,7 @@ def test_no_key_is_ever_left_out(result: TrialResult) -> None:
 TOLD_DIFFERENTLY = {
     *("clip", "reason", "probability", "collisions", "warnings", "corrections"),
     *("energy_kept", "restitution_bodies", "restitution_wall", "ending"),
+    *("setup", "comparison"),
 }
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from count_video.between.arrangement import fitted_setup
 from count_video.between.ending import end_chances
 from count_video.between.energy import ending_of, energy_kept
 from count_video.between.estimates import estimate, mass_ratio, shares_of
@@ -30,7 +31,7 @@ from count_video.between.weighing import (
     weigh,
 )
 from count_video.collisions.seen import SeenCollisions
-from count_video.records import Collision, Ending, Estimate, Floats, Track
+from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
 FRAMES_AT_LEAST = 20
 MISFIT_SIGMAS = 8.0
@@ -62,6 +63,7 @@ class Between:
     energy_kept: tuple[float, ...]
     """Energy after each collision over that before the first."""
     ending: Ending
+    setup: FittedSetup
     misfit_px: float
     """Root mean square of what the model leaves unexplained of the ball's places."""
 
@@ -196,5 +198,6 @@ def _answer(
         restitution_wall=estimate(weighed, shares, Column.BOUNCE),
         energy_kept=tuple(float(share) for share in energy_kept(paths, values)),
         ending=ending_of(paths, values),
+        setup=fitted_setup(weighed, shares),
         misfit_px=_root_mean_square(solution),
     )

@@ -69,19 +69,20 @@ def _why(row: TrialRow) -> str:
 def _table_lines(summary: CampaignSummary) -> list[str]:
     theory = "" if summary.theory_source != "measured" else " (of the measured mass ratio)"
     lines = [
-        _entry("Number of trials", str(summary.trials)),
-        _entry("  of these counted", str(summary.counted)),
-        _entry("Maximum value", _number(summary.maximum)),
-        _entry("Minimum value", _number(summary.minimum)),
-        _entry("Mean value", _number(summary.mean, 2), _plus_minus(summary.mean_uncertainty)),
-        _entry("Standard deviation", _number(summary.sd_population, 2), "(population)"),
-        _entry("  of a sample", _number(summary.sd_sample, 2), "(divided by n - 1)"),
-        _entry("Theory", _number(summary.theory), theory.strip()),
+        entry("Number of trials", str(summary.trials)),
+        entry("  of these counted", str(summary.counted)),
+        entry("Maximum value", _number(summary.maximum)),
+        entry("Minimum value", _number(summary.minimum)),
+        entry("Mean value", _number(summary.mean, 2), _plus_minus(summary.mean_uncertainty)),
+        entry("Standard deviation", _number(summary.sd_population, 2), "(population)"),
+        entry("  of a sample", _number(summary.sd_sample, 2), "(divided by n - 1)"),
+        entry("Theory", _number(summary.theory), theory.strip()),
     ]
-    return [*lines, *_histogram_lines(summary.histogram, summary.theory)]
+    return [*lines, *histogram_lines(summary.histogram, summary.theory)]
 
 
-def _histogram_lines(histogram: Mapping[int, int], theory: int | None) -> list[str]:
+def histogram_lines(histogram: Mapping[int, int], theory: int | None) -> list[str]:
+    """Draw how many trials had each count, the greatest first; no line for no counts."""
     if not histogram:
         return []
     lines = ["", "Collisions  trials"]
@@ -100,9 +101,9 @@ def _physics_lines(summary: CampaignSummary) -> list[str]:
         ("Restitution at the wall", summary.restitution_wall),
         ("Energy kept", summary.energy_kept),
     ]
-    lines = [_entry(label, *_spread_words(spread)) for label, spread in told if spread is not None]
+    lines = [entry(label, *_spread_words(spread)) for label, spread in told if spread is not None]
     if summary.geometric_share is not None:
-        lines.append(_entry("Geometric endings", f"{summary.geometric_share:.0%}"))
+        lines.append(entry("Geometric endings", f"{summary.geometric_share:.0%}"))
     return ["", *lines] if lines else []
 
 
@@ -110,7 +111,8 @@ def _spread_words(spread: Spread) -> tuple[str, str]:
     return f"{spread.mean:.3f}", f"SD {spread.sd:.3f} over {spread.number}"
 
 
-def _entry(label: str, value: str, note: str = "") -> str:
+def entry(label: str, value: str, note: str = "") -> str:
+    """Write one line of the table."""
     return f"{label:<{_LABEL_WIDTH}} {value:>7}  {note}".rstrip()
 
 

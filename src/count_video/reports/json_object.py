@@ -9,8 +9,18 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import fields
 
-from count_video.records import Collision, Correction, Ending, Estimate, TrialResult, Velocities
+from count_video.records import (
+    Collision,
+    Correction,
+    Ending,
+    Estimate,
+    FittedSetup,
+    TrialResult,
+    Velocities,
+)
+from count_video.reports.plan_json import comparison_object
 from count_video.reports.printable import storable
 
 SCHEMA_VERSION = 1
@@ -50,9 +60,11 @@ def json_object(result: TrialResult) -> dict[str, object]:
         "energy_kept": [_number(share) for share in result.energy_kept] or None,
         "restitution": _restitution(result),
         "ending": _ending(result.ending),
+        "fitted_setup": _setup(result.setup),
         "warnings": [storable(warning) for warning in result.warnings],
         "reviewed_count": _whole(result.reviewed_count),
         "corrections": [_correction(correction) for correction in result.corrections],
+        "plan": comparison_object(result.comparison),
     }
 
 
@@ -92,6 +104,12 @@ def _ending(ending: Ending | None) -> dict[str, object] | None:
         "heavy_speed": _number(ending.heavy_speed),
         "ball_speed": _number(ending.ball_speed),
     }
+
+
+def _setup(setup: FittedSetup | None) -> dict[str, object] | None:
+    if setup is None:
+        return None
+    return {field.name: _estimate(getattr(setup, field.name)) for field in fields(setup)}
 
 
 def _correction(correction: Correction) -> dict[str, object]:

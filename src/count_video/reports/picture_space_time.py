@@ -18,6 +18,8 @@ from count_video.reports.stretch import Range, shown_places
 Converter = Callable[[ArrayLike], Floats]
 NUMBER_ROOM = 0.025
 """Numbers stand at least this share of the panel's width apart, where others show them all."""
+MOST_NUMBERS = 60
+"""Of more collisions than these not every one is numbered in the enlarged panel either."""
 BRIGHTEST_PERCENTILES = (1.0, 99.5)
 
 
@@ -89,7 +91,9 @@ def _draw_marks(axes: Axes, material: Material, frames: Range, enlarged: Range |
     room = NUMBER_ROOM * (frames[1] - frames[0])
     for collision in shown:
         crowded = collision.frame - last.get(collision.kind, -np.inf) < room
-        if enlarged is None or not (crowded or _amid(collision, enlarged, burst)):
+        hidden = enlarged is not None and _amid(collision, enlarged, burst)
+        few = enlarged is None and len(shown) <= MOST_NUMBERS
+        if few or not (crowded or hidden):
             _number(axes, material, collision, size)
             last[collision.kind] = collision.frame
 

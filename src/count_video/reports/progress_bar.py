@@ -11,14 +11,16 @@ from rich.console import Console
 class TerminalBar:
     """A bar on a terminal that is wiped away at its end, so that the result stands alone."""
 
-    def __init__(self, stream: TextIO) -> None:
+    def __init__(self, stream: TextIO, unit: str = "frames") -> None:
+        """Show on a stream what advances, counted in ``unit``, a plural."""
         self._stream = stream
+        self._unit = unit
         self._bar: progress.Progress | None = None
 
     def start(self, total: int | None, label: str) -> None:
         """Draw an empty bar; without a total it only shows that something happens."""
         self.finish()
-        self._bar = _drawn_on(self._stream)
+        self._bar = _drawn_on(self._stream, self._unit)
         self._bar.add_task(label, total=total or None)
         self._bar.start()
 
@@ -34,13 +36,13 @@ class TerminalBar:
             self._bar = None
 
 
-def _drawn_on(stream: TextIO) -> progress.Progress:
+def _drawn_on(stream: TextIO, unit: str) -> progress.Progress:
     return progress.Progress(
         # Labels carry file names, in which square brackets are no mark-up.
         progress.TextColumn("{task.description}", markup=False),
         progress.BarColumn(bar_width=24),  # leaves room on the line for the "^C" of a person
         progress.MofNCompleteColumn(),
-        progress.TextColumn("frames"),
+        progress.TextColumn(unit),
         progress.TimeRemainingColumn(),
         console=Console(file=stream),
         transient=True,

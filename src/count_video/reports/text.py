@@ -7,6 +7,7 @@ import textwrap
 from pathlib import Path
 
 from count_video.records import Collision, Correction, Ending, TrialResult
+from count_video.reports.comparison_text import comparison_lines, comparison_sentence
 from count_video.reports.printable import printable
 from count_video.reports.table import collision_lines
 
@@ -29,7 +30,9 @@ def result_text(result: TrialResult) -> str:
     """Write the result as plain text of at most 80 columns, without a line's end at its end."""
     lines = [headline(result), ""]
     for label, sentence in _notes(result):
-        lines += _labelled(label, printable(sentence))
+        lines += labelled(label, printable(sentence))
+    if result.comparison is not None and result.comparison.quantities:
+        lines += ["", *comparison_lines(result.comparison)]
     if result.collisions:
         lines += ["", *collision_lines(result.collisions, result.count)]
     return "\n".join(lines)
@@ -62,6 +65,7 @@ def _notes(result: TrialResult) -> list[tuple[str, str]]:
         ("Why" if result.status == "not_counted" else "In doubt", result.reason or ""),
         ("What to do", _advice(result)),
         ("Reviewed", _reviewed(result)),
+        ("Plan", _plan(result)),
         ("Kinds", _kinds(result)),
         ("Evidence", _evidence(result)),
         ("Probability", _probability(result)),
@@ -77,7 +81,8 @@ def _notes(result: TrialResult) -> list[tuple[str, str]]:
     return [(label, sentence) for label, sentence in notes if sentence]
 
 
-def _labelled(label: str, sentence: str) -> list[str]:
+def labelled(label: str, sentence: str) -> list[str]:
+    """Write a label and, beside it, a sentence in lines of at most ``WIDTH`` columns."""
     return textwrap.wrap(
         sentence,
         WIDTH,
@@ -109,6 +114,11 @@ def _change(correction: Correction) -> str:
     if correction.action == "wrong":
         return f"no. {correction.number} {words} is wrong (frame {correction.frame:.1f}{beyond})"
     return f"one {words} was missed (frame {correction.frame:.1f}{beyond})"
+
+
+def _plan(result: TrialResult) -> str:
+    comparison = result.comparison
+    return "" if comparison is None else comparison_sentence(comparison, result.count)
 
 
 def _kinds(result: TrialResult) -> str:

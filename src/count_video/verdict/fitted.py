@@ -108,4 +108,5 @@ def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
         restitution_bodies=between.restitution_bodies,
         restitution_wall=between.restitution_wall,
         ending=between.ending,
+        setup=between.setup,
     )

@@ -1,0 +1,145 @@
+"""Many set-ups side by side, against the event-driven simulator set-up by set-up."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from count_video.errors import UsageError
+from count_video.physics.many import NO_COUNT, ManyBursts, ManySetups, simulate_many
+from count_video.physics.simulator import simulate
+
+SETUPS = 10_000
+ROUNDING = 1e-9
+"""Times are sums of some dozens of flights, each found to 1e-14 of itself; near a graze the root of
+a rounding of the gap remains, 1e-8 of a flight."""
+
+
+def random_setups(number: int, seed: int) -> ManySetups:
+    """Draw set-ups of all kinds: threads alike or not, with and without losses and scatter."""
+    rng = np.random.default_rng(seed)
+
+    def between(least: float, most: float) -> np.ndarray:
+        return rng.uniform(least, most, number)
+
+    def sometimes(plain: float, drawn: np.ndarray) -> np.ndarray:
+        return np.where(rng.random(number) < 0.3, plain, drawn)
+
+    release = between(0.02, 0.2)
+    return ManySetups.of(
+        mass_ratio=np.exp(between(0.0, np.log(250.0))),
+        release_m=release,
+        wall_gap_m=release * between(0.02, 1.0),
+        heavy_thread_m=sometimes(1.0, between(0.3, 2.0)),
+        light_thread_m=sometimes(1.0, between(0.3, 2.0)),
+        damping_per_s=sometimes(0.0, between(0.0, 0.5)),
+        restitution_bodies=sometimes(1.0, between(0.85, 1.0)),
+        restitution_wall=sometimes(1.0, between(0.85, 1.0)),
+        restitution_sd=sometimes(0.0, between(0.0, 0.02)),
+        seed=rng.integers(2**40, size=number),
+    )
+
+
+def test_ten_thousand_random_set_ups_come_out_as_in_the_event_driven_simulator() -> None:
+    setups = random_setups(SETUPS, 1)
+    found = simulate_many(setups)
+    assert len(np.unique(found.count)) > 30  # they are of all kinds indeed
+    for row in range(SETUPS):
+        motion = simulate(setups.one(row), seed=int(setups.seed[row]))
+        times = [bounce.time_s for bounce in motion.burst]
+        assert found.count[row] == motion.count, setups.one(row)
+        assert found.last_s[row] == pytest.approx(times[-1], rel=ROUNDING)
+        assert found.turn_s[row] == pytest.approx(motion.burst_end_s, rel=ROUNDING)
+        shortest = min((b - a for a, b in pairwise(times)), default=np.inf)
+        assert found.shortest_s[row] == pytest.approx(shortest, rel=1e-6, abs=ROUNDING)
+
+
+def test_it_does_not_matter_who_stands_beside_whom() -> None:
+    setups = random_setups(300, 2)
+    together = simulate_many(setups)
+    columns = {name: getattr(setups, name)[::-1] for name in ManySetups.__dataclass_fields__}
+    turned = simulate_many(ManySetups.of(**columns))
+    assert same(together, turned, slice(None, None, -1))
+
+
+def same(one: ManyBursts, other: ManyBursts, order: slice) -> bool:
+    """Whether two runs are alike to the bit, in another order."""
+    return all(
+        np.array_equal(getattr(one, name), getattr(other, name)[order], equal_nan=True)
+        for name in ManyBursts.__dataclass_fields__
+    )
+
+
+@pytest.mark.parametrize("factor", [0.1, 0.5, 3.0])
+def test_lengths_scale_and_times_stay(factor: float) -> None:
+    setups = random_setups(500, 3)
+    columns = {name: getattr(setups, name) for name in ManySetups.__dataclass_fields__}
+    columns["wall_gap_m"] = factor * setups.wall_gap_m
+    columns["release_m"] = factor * setups.release_m
+    before, after = simulate_many(setups), simulate_many(ManySetups.of(**columns))
+    assert np.array_equal(before.count, after.count)
+    assert after.turn_s == pytest.approx(before.turn_s, rel=ROUNDING)
+
+
+@pytest.mark.parametrize("light_thread_m", [0.3, 1.0, 2.0])
+@pytest.mark.parametrize("gap_m", [0.03, 0.0899, 0.0901])
+def test_a_cylinder_that_is_stopped_where_it_hangs_is_met_again(
+    gap_m: float, light_thread_m: float
+) -> None:
+    # Equal bodies without losses exchange their velocities: the cylinder rests until the ball,
+    # which may turn before the wall, comes back.
+    setups = ManySetups.of(
+        mass_ratio=1.0,
+        heavy_thread_m=[1.0, 2.0],
+        light_thread_m=light_thread_m,
+        wall_gap_m=gap_m,
+        release_m=0.09,
+    )
+    found = simulate_many(setups)
+    assert found.count.tolist() == [simulate(setups.one(row)).count for row in (0, 1)]
+
+
+# So inelastic that cylinder and wall squeeze the ball to rest: (1 - e)^2 / 4 e exceeds m / M.
+COLLAPSING = ManySetups.of(mass_ratio=[100.0, 100.0], restitution_bodies=0.7, restitution_wall=0.7)
+
+
+def test_bodies_that_come_to_rest_on_each_other_are_left_to_the_simulator() -> None:
+    found = simulate_many(COLLAPSING)
+    assert found.endless.all()
+    assert (found.count == simulate(COLLAPSING.one(0)).count).all()
+
+
+def test_or_they_are_left_without_a_count() -> None:
+    found = simulate_many(COLLAPSING, most=1000)
+    assert found.endless.all()
+    assert (found.count == NO_COUNT).all()
+
+
+def test_more_collisions_than_asked_for_are_left_without_a_count() -> None:
+    found = simulate_many(ManySetups.of(mass_ratio=[16.0, 100.0], wall_gap_m=0.03), most=20)
+    assert found.count.tolist() == [12, NO_COUNT]
+    assert found.endless.tolist() == [False, True]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"mass_ratio": 0.0},
+        {"wall_gap_m": -0.01},
+        {"release_m": np.nan},
+        {"light_thread_m": [1.0, 0.0]},
+        {"restitution_wall": 1.1},
+        {"restitution_bodies": np.nan},
+        {"restitution_sd": -0.1},
+        {"damping_per_s": -0.1},
+        {"damping_per_s": 4.0},
+        {"thread_m": 1.0},
+    ],
+)
+def test_what_cannot_be_followed_is_refused_in_one_line(wrong: dict[str, object]) -> None:
+    with pytest.raises(UsageError) as refusal:
+        ManySetups.of(**wrong)  # type: ignore[arg-type]
+    assert str(refusal.value).splitlines() == [str(refusal.value)]
+    assert next(iter(wrong)) in str(refusal.value)

@@ -1,0 +1,255 @@
+"""The plan's page, used in a real browser as a person would."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from count_video.physics.setup import Setup
+from count_video.physics.simulator import simulate
+from count_video.planning.request import PlanRequest
+from count_video.planning.whole import make_plan
+from count_video.reports.plan_page import plan_page
+
+sync_api = pytest.importorskip(
+    "playwright.sync_api", reason="needs Playwright: pip install 'count-video[browser]'"
+)
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
+if CHROMIUM is None:
+    pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
+
+PHONE = {"width": 390, "height": 844}
+DESK = {"width": 1400, "height": 900}
+PATIENCE = 200
+"""Attempts at 50 ms each: what should happen at once may take long on a busy machine."""
+FINGER_PX = 38
+
+
+@dataclass
+class Visit:
+    """A page that is open, and what it complained about."""
+
+    page: sync_api.Page
+    complaints: list[str] = field(default_factory=list)
+    requests: list[str] = field(default_factory=list)
+
+    def text(self, name: str) -> str:
+        return self.page.locator(f"#{name}").inner_text()
+
+    def slide(self, name: str, value: float) -> None:
+        """Put a slider to a value, as a drag does."""
+        self.page.evaluate(
+            "([name, value]) => { const e = document.getElementById(name); e.value = value;"
+            " e.dispatchEvent(new Event('input')); }",
+            [name, value],
+        )
+
+    def wait_for_count(self, count: int | str) -> None:
+        for _ in range(PATIENCE):
+            if self.text("count") == str(count):
+                return
+            self.page.wait_for_timeout(50)
+        pytest.fail(f"the count stays {self.text('count')}, not {count}")
+
+    def colours(self, name: str) -> set[str]:
+        """Colours of a picture's pixels, some of them."""
+        found = self.page.evaluate(
+            "(name) => { const c = document.getElementById(name);"
+            " const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
+            " const s = new Set(); for (let k = 0; k < d.length; k += 4 * 97)"
+            " s.add([d[k], d[k + 1], d[k + 2]].join()); return [...s]; }",
+            name,
+        )
+        return set(found)
+
+
+@pytest.fixture(scope="module")
+def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    plan = make_plan(PlanRequest(1050, 10.5, capture_fps=240.0))
+    path = tmp_path_factory.mktemp("plan") / "plan.html"
+    path.write_text(plan_page(plan), "utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[sync_api.Browser]:
+    root = hasattr(os, "geteuid") and os.geteuid() == 0
+    # Chromium refuses its sandbox to root, as in a container.
+    arguments = ["--disable-gpu", *(["--no-sandbox"] if root else [])]
+    with sync_api.sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
+        yield launched
+        launched.close()
+
+
+def open_page(
+    browser: sync_api.Browser, path: Path, size: dict[str, int], scheme: str = "light"
+) -> Visit:
+    page = browser.new_page(viewport=size, color_scheme=scheme)
+    visit = Visit(page)
+    page.on(
+        "console",
+        lambda message: (
+            visit.complaints.append(message.text) if message.type in ("error", "warning") else None
+        ),
+    )
+    page.on("pageerror", lambda error: visit.complaints.append(str(error)))
+    page.on("request", lambda request: visit.requests.append(request.url))
+    page.goto(path.as_uri())
+    return visit
+
+
+@pytest.fixture
+def visit(browser: sync_api.Browser, page_file: Path) -> Iterator[Visit]:
+    opened = open_page(browser, page_file, DESK)
+    yield opened
+    opened.page.close()
+
+
+def count_of(**changes: float) -> int:
+    return simulate(Setup(**{"wall_gap_m": 0.03, **changes})).count  # type: ignore[arg-type]
+
+
+def test_the_page_loads_from_disk_without_complaint_or_network(
+    visit: Visit, page_file: Path
+) -> None:
+    visit.wait_for_count(31)
+    assert visit.complaints == []
+    assert visit.requests == [page_file.as_uri()]
+    assert "Theory: 31, the same" in visit.text("theory")
+    assert "16 between the bodies, 15 with the wall" in visit.text("facts")
+    assert "2170 frames a second" in visit.text("facts")
+
+
+def test_every_slider_changes_what_is_counted_as_the_simulator_has_it(visit: Visit) -> None:
+    visit.slide("gap", 0.05)
+    visit.wait_for_count(count_of(wall_gap_m=0.05))
+    assert visit.text("gap-value") == "50 mm"
+    visit.slide("release", 0.15)
+    visit.wait_for_count(count_of(wall_gap_m=0.05, release_m=0.15))
+    visit.page.locator("#reset").click()
+    visit.wait_for_count(31)
+    visit.slide("heavy", 2.0)  # masses and rates go by the logarithm
+    heavy_g = float(visit.text("heavy-value"))
+    assert heavy_g == pytest.approx(100, rel=0.005)
+    visit.wait_for_count(count_of(heavy_mass_kg=heavy_g / 1e3))
+    visit.page.locator("#reset").click()
+    visit.slide("light", 1.5)
+    light_g = float(visit.text("light-value"))
+    assert light_g == pytest.approx(31.6, rel=0.005)
+    visit.wait_for_count(count_of(light_mass_kg=light_g / 1e3))
+    visit.page.locator("#reset").click()
+    visit.slide("restitution", 0.9)
+    visit.wait_for_count(count_of(restitution_bodies=0.9, restitution_wall=0.9))
+    assert visit.complaints == []
+
+
+def test_threads_change_together_unless_they_are_let_go(visit: Visit) -> None:
+    visit.slide("heavyThread", 1.5)
+    visit.wait_for_count(count_of(heavy_thread_m=1.5, light_thread_m=1.5))
+    assert visit.text("lightThread-value") == "1.5 m"
+    visit.page.locator("#alike").uncheck()
+    visit.slide("lightThread", 0.7)
+    visit.wait_for_count(count_of(heavy_thread_m=1.5, light_thread_m=0.7))
+    assert visit.text("heavyThread-value") == "1.5 m"
+
+
+def test_the_rate_changes_what_the_camera_sees(visit: Visit) -> None:
+    visit.wait_for_count(31)
+    assert "25 closer than 2.5 frames" in visit.text("facts")
+    visit.slide("rate", 3.5)
+    visit.page.wait_for_function("document.getElementById('facts').innerText.includes('sees each')")
+    assert float(visit.text("rate-value").split()[0]) == pytest.approx(3162, rel=0.005)
+
+
+def test_nonsense_is_said_and_not_counted(visit: Visit) -> None:
+    visit.slide("release", 0.02)
+    visit.wait_for_count("–")
+    assert "larger than the release" in visit.text("theory")
+    visit.page.locator("#reset").click()
+    visit.wait_for_count(31)
+
+
+def test_keys_move_sliders_and_the_set_up_on_the_map(visit: Visit) -> None:
+    visit.page.locator("#gap").focus()
+    for _ in range(20):
+        visit.page.keyboard.press("ArrowRight")  # half a millimetre each
+    visit.wait_for_count(count_of(wall_gap_m=0.04))
+    assert visit.text("gap-value") == "40 mm"
+    visit.page.locator("#map").focus()
+    for _ in range(10):
+        visit.page.keyboard.press("ArrowRight")
+    visit.wait_for_count(count_of(wall_gap_m=0.05))
+    visit.page.keyboard.press("ArrowUp")
+    assert visit.page.locator("#release").input_value() == "0.092"
+
+
+def test_everything_can_be_reached_by_the_tab_key(visit: Visit) -> None:
+    reached = set()
+    for _ in range(20):
+        visit.page.keyboard.press("Tab")
+        reached.add(visit.page.evaluate("document.activeElement.id"))
+    sliders = {"gap", "release", "heavy", "light", "heavyThread", "lightThread", "restitution"}
+    assert sliders | {"rate", "alike", "reset", "map"} <= reached
+
+
+def test_a_tap_on_the_map_takes_the_set_up_there(visit: Visit) -> None:
+    box = visit.page.locator("#map").bounding_box()
+    assert box is not None
+    visit.page.mouse.click(box["x"] + 0.8 * box["width"], box["y"] + 0.3 * box["height"])
+    gap_m = float(visit.page.locator("#gap").input_value())
+    release_m = float(visit.page.locator("#release").input_value())
+    assert gap_m > 0.06
+    assert release_m > 0.12
+    visit.wait_for_count(count_of(wall_gap_m=gap_m, release_m=release_m))
+
+
+def test_the_command_shown_is_that_of_the_set_up(visit: Visit) -> None:
+    visit.slide("gap", 0.05)
+    visit.wait_for_count(29)
+    assert "--plan 1050 10.5 --gap 0.05 --release 0.09 --thread 1 " in visit.text("command")
+
+
+def test_dark_and_light_pages_differ_and_are_drawn(
+    browser: sync_api.Browser, page_file: Path
+) -> None:
+    drawn = {}
+    for scheme in ("light", "dark"):
+        opened = open_page(browser, page_file, DESK, scheme)
+        opened.wait_for_count(31)
+        assert opened.complaints == []
+        for name in ("map", "whole", "crowd", "circle"):
+            assert len(opened.colours(name)) >= 3, name
+        drawn[scheme] = opened.colours("map")
+        ink, paper = opened.page.evaluate(
+            "[getComputedStyle(document.body).color, getComputedStyle(document.body)"
+            ".backgroundColor].map((c) => Number(c.match(/[0-9]+/)[0]))"
+        )
+        assert abs(ink - paper) > 150  # readable
+        assert (ink > paper) == (scheme == "dark")
+        opened.page.close()
+    assert drawn["light"] != drawn["dark"]
+
+
+def test_nothing_sticks_out_of_a_phones_screen(browser: sync_api.Browser, page_file: Path) -> None:
+    opened = open_page(browser, page_file, PHONE)
+    opened.wait_for_count(31)
+    assert opened.page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+    small = opened.page.evaluate(
+        "[...document.querySelectorAll('button, input[type=range]')]"
+        ".map((b) => b.getBoundingClientRect().height)"
+    )
+    assert min(small) >= FINGER_PX
+    opened.page.locator("#map").scroll_into_view_if_needed()
+    assert opened.page.locator("#count").is_visible()  # it stays while one scrolls
+    opened.slide("gap", 0.05)
+    opened.wait_for_count(29)
+    assert opened.complaints == []
+    opened.page.close()
