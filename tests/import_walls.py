@@ -60,6 +60,7 @@ ALCOVES: Mapping[str, Mapping[str, frozenset[str]]] = {
         "looks": frozenset(),
         "pairs": frozenset({"looks"}),
         "steadying": frozenset({"looks"}),
+        "moving": frozenset({"looks", "steadying"}),
         "patches": frozenset({"looks"}),
         "silhouettes": frozenset({"looks", "pairs", "steadying", "patches"}),
     }

@@ -158,7 +158,7 @@ def _path(places: Points, seen: NDArray[np.bool_]) -> Floats:
         offset, error = _offsets(places, seen, path)
         known = np.asarray(np.isfinite(error))
         offset = np.where(np.isfinite(offset), offset, 0.0)
-        use = seen & np.isfinite(offset).all(axis=1)[:, None]
+        use = seen & np.asarray(np.isfinite(offset).all(axis=1))[:, None]
         use &= (known & (error < 2 * RIGID_PX)) | ~np.asarray(np.isfinite(path[:, 0]))[None]
         total = np.where(use[:, :, None], places - offset[:, None], 0.0).sum(axis=0)
         count = use.sum(axis=0)[:, None]

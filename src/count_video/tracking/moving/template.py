@@ -253,7 +253,7 @@ def _registered(
 
 
 def line_tilt_deg(paths: Sequence[Floats]) -> float:
-    """Find the common direction of paths, each of shape (n, 2), in (-90, 90] degrees from image x."""
+    """Find the common direction of paths, shape (n, 2) each, in (-90, 90] degrees from image x."""
     moments = np.zeros((2, 2))
     for path in paths:
         known = path[np.isfinite(path[:, 0])]
