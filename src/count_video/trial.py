@@ -120,9 +120,18 @@ def _observed(
         except TrackingError:
             return None
     trial = _likeliest(offered, footage, settings)
-    if trial is None or not verdict.is_settled(trial.result, at_wall=trial.found is not None):
-        return None
-    return trial
+    return trial if trial is not None and _certain(trial) else None
+
+
+def _certain(trial: Trial) -> bool:
+    """Whether two bodies were counted whose outlines meet where they touch.
+
+    Of a body whose outline is wrong, a part may have been followed that leaves the picture early.
+    """
+    at_wall = trial.found is not None
+    if not verdict.is_settled(trial.result, at_wall=at_wall):
+        return False
+    return not at_wall or trial.result.millimetres_per_px is not None
 
 
 def _likeliest(offered: Iterable[Track], footage: Footage, settings: TrialSettings) -> Trial | None:

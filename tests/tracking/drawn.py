@@ -9,11 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from count_video.physics.setup import Setup
+from count_video.physics.simulator import simulate
 from count_video.records import Floats, Frame
 
 Luma = NDArray[np.uint8]
 Canvas = NDArray[np.float64]
 
+PX_PER_M = 900.0
+RADIUS_PX = 18.0
+FRAMES = 240
 SAMPLES = 8
 """A pixel's share of a disc is told from so many samples a side."""
 
@@ -124,6 +129,19 @@ class Scene:
     def _row(self, x: float) -> float:
         rise = float(np.tan(np.radians(self.tilt_deg)))
         return (self.shape[0] - 1) / 2 + rise * (x - (self.shape[1] - 1) / 2)
+
+
+def scene(tilt_deg: float = 0.0, wall_left: bool = True) -> Scene:
+    """Return a simulated trial at 1:16, seen at 300 frames per second."""
+    setup = Setup(heavy_mass_kg=0.0105 * 16, wall_gap_m=0.03)
+    motion = simulate(setup)
+    sample = motion.sample(motion.burst[0].time_s + (np.arange(FRAMES) - 40) / 300)
+    ball = 30.0 + RADIUS_PX + PX_PER_M * sample.ball_far_face_m
+    gap = PX_PER_M * (sample.heavy_face_m - sample.ball_near_face_m)
+    face = ball + RADIUS_PX + gap
+    if not wall_left:
+        ball, face = 319.0 - ball, 319.0 - face
+    return Scene(ball, face, RADIUS_PX, tilt_deg=tilt_deg, wall_left=wall_left)
 
 
 def displaced(luma: Luma, shift: tuple[float, float]) -> Luma:

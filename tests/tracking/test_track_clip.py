@@ -5,13 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drawn import Scene, background, displaced, to_luma
+from drawn import FRAMES, RADIUS_PX, Scene, background, displaced, scene, to_luma
 
 from count_video.errors import TrackingError, UsageError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
-from count_video.physics.setup import Setup
-from count_video.physics.simulator import simulate
 from count_video.records import Track
 from count_video.tracking.track import TrackSettings, track_clip
 
@@ -27,21 +25,6 @@ FAINT_PX = 0.15
 OUTLINE_PX = 1.0
 """Outlines are found to about half a pixel on either side."""
 TILT_DEG = 1.0
-PX_PER_M = 900.0
-RADIUS_PX = 18.0
-FRAMES = 240
-
-
-def scene(tilt_deg: float = 0.0, wall_left: bool = True) -> Scene:
-    setup = Setup(heavy_mass_kg=0.0105 * 16, wall_gap_m=0.03)
-    motion = simulate(setup)
-    sample = motion.sample(motion.burst[0].time_s + (np.arange(FRAMES) - 40) / 300)
-    ball = 30.0 + RADIUS_PX + PX_PER_M * sample.ball_far_face_m
-    gap = PX_PER_M * (sample.heavy_face_m - sample.ball_near_face_m)
-    face = ball + RADIUS_PX + gap
-    if not wall_left:
-        ball, face = 319.0 - ball, 319.0 - face
-    return Scene(ball, face, RADIUS_PX, tilt_deg=tilt_deg, wall_left=wall_left)
 
 
 def track_of(path: Path, settings: TrackSettings = TrackSettings()) -> Track:  # noqa: B008

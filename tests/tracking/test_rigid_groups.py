@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from count_video.tracking.moving.corners import Trajectories
+from count_video.tracking.moving.rigid import RIGID_PX, rigid_groups, scene_path
+
+SAMPLES = 60
+NOISE_PX = 0.1
+"""Following a corner errs by so much."""
+PATH_PX = 5 * NOISE_PX
+"""A path is the mean of many corners, each about its own mean: far below the noise of one."""
+
+ZIGZAG = 20.0 * np.abs((np.arange(SAMPLES) / 10) % 2 - 1)
+SWING = 30.0 * np.sin(np.arange(SAMPLES) / 25)
+STILL = np.zeros((SAMPLES, 2))
+
+
+def moved(path: np.ndarray, corners: int, rng: np.random.Generator) -> np.ndarray:
+    """Corners of a body that moves along image x, shape (corners, SAMPLES, 2)."""
+    places = rng.uniform(0, 60, (corners, 1, 2)) + np.stack([path, 0 * path], axis=1)
+    return places + rng.normal(0, NOISE_PX, (corners, SAMPLES, 2))
+
+
+def trajectories(*bodies: np.ndarray, anywhere: int = 0) -> Trajectories:
+    """All corners together; the last ones were taken from the whole picture."""
+    places = np.concatenate(bodies).astype(np.float32)
+    return Trajectories(places, np.arange(len(places)) >= len(places) - anywhere)
+
+
+def test_corners_that_move_together_make_one_body_each() -> None:
+    rng = np.random.default_rng(1)
+    still = moved(0 * SWING, 30, rng)
+    groups = rigid_groups(trajectories(moved(ZIGZAG, 20, rng), moved(SWING, 12, rng), still), STILL)
+    assert [len(group.corners_px) for group in groups] == [20, 12]
+    for group, path in zip(groups, (ZIGZAG, SWING), strict=True):
+        away = group.path_px[:, 0] - path
+        assert np.abs(away - np.median(away)).max() < PATH_PX
+
+
+def test_corners_that_are_lost_and_strays_cost_nothing_but_themselves() -> None:
+    rng = np.random.default_rng(2)
+    body = moved(ZIGZAG, 20, rng)
+    body[::2, 40:] = np.nan
+    body[1::4, :15] = np.nan
+    strays = rng.uniform(0, 60, (6, 1, 2)) + rng.normal(0, 3.0, (6, SAMPLES, 2)).cumsum(axis=1)
+    groups = rigid_groups(trajectories(body, strays), STILL)
+    assert len(groups) == 1
+    assert len(groups[0].corners_px) == 20
+    assert np.isfinite(groups[0].path_px).all()
+
+
+def test_a_thread_that_moves_less_than_its_body_is_no_part_of_it() -> None:
+    rng = np.random.default_rng(3)
+    thread = moved(0.8 * SWING, 8, rng)
+    groups = rigid_groups(trajectories(moved(SWING, 20, rng), thread), STILL)
+    assert [len(group.corners_px) for group in groups] == [20, 8]
+
+
+@pytest.mark.parametrize("shake_px", [0.0, 3.0])
+def test_the_scene_is_what_spreads_furthest(shake_px: float) -> None:
+    rng = np.random.default_rng(4)
+    shake = shake_px * rng.normal(0, 1, (SAMPLES, 2))
+    scene = np.array([[[x, y]] for x in range(0, 600, 60) for y in (0, 150)]) + shake
+    scene = scene + rng.normal(0, NOISE_PX, scene.shape)
+    body = moved(SWING, 20, rng) + shake
+    corners = trajectories(body, scene, anywhere=len(scene))
+    measured = scene_path(corners)
+    wanted = shake - np.median(shake, axis=0)
+    assert np.abs(measured - wanted).max() < PATH_PX
+    assert bool(measured.any()) == (shake_px > 0)
+    groups = rigid_groups(corners, measured)
+    assert [len(group.corners_px) for group in groups] == [20]
+
+
+def test_nothing_moves_without_corners() -> None:
+    nothing = Trajectories(np.empty((0, SAMPLES, 2), np.float32), np.empty(0, bool))
+    assert rigid_groups(nothing, STILL) == []
+    assert not scene_path(nothing).any()
+    lost = Trajectories(np.full((9, SAMPLES, 2), np.nan, np.float32), np.ones(9, bool))
+    assert rigid_groups(lost, STILL) == []
+    assert RIGID_PX > NOISE_PX
