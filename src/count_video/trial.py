@@ -6,8 +6,8 @@ track -> collisions       collisions
 in doubt -> fitted        between (a model of the motion, for what lies between the frames)
 collisions -> result      verdict
 
-A clip that shows no ball and heavy body at a wall may show one body alone, or two without a wall:
-it takes the same way through other doors of the same rooms.
+Bodies that one decoding shows are tried first. Where their count is not certain, pairs of bodies
+are looked for in short runs of frames, then one body alone; each of these decodes the clip anew.
 """
 
 from __future__ import annotations
