@@ -20,7 +20,7 @@ from count_video.tracking.moving.following import Followed, follow
 from count_video.tracking.moving.regions import find_regions, moving_regions, region_of
 from count_video.tracking.moving.rigid import RigidGroup, rigid_groups, scene_path
 from count_video.tracking.moving.samples import Samples, choose_samples
-from count_video.tracking.moving.template import Body, Box, Rough, learn, line_tilt_deg
+from count_video.tracking.moving.template import Background, Body, Box, Rough, learn, line_tilt_deg
 from count_video.tracking.steadying.camera import Camera, Motion
 from count_video.tracking.steadying.landmarks import clear_of
 from count_video.tracking.steadying.standing import landmarks_of
@@ -111,15 +111,12 @@ def find_movers(
         _camera_motion(pictures, list(sampled.values()), roughs, upright) if scene.any() else None
     )
     shift = np.zeros((len(frames), 2)) if motion is None else np.nan_to_num(motion.shift_px)
-    some = np.linspace(0, len(samples.chosen) - 1, BACKGROUND_OF).astype(int)
-    background = np.median(
-        np.array([pictures[k] for k in samples.chosen[some]]), axis=0, overwrite_input=True
-    ).astype(np.uint8)
+    background = _background(sampled, scene * scale, upright)
     clip = _Clip(
         _Turned(pictures) if upright else pictures,
         frames,
         {k: picture.T for k, picture in sampled.items()} if upright else sampled,
-        background.T if upright else background,
+        background,
         float(np.tan(np.radians(tilt))),
         shift[:, ::-1] if upright else shift,
     )
@@ -212,6 +209,25 @@ class _Turned(Sequence[Luma]):
         return self._pictures[place].T
 
 
+def _background(samples: Mapping[int, Luma], scene_px: Floats, upright: bool) -> Background:
+    """Take the median of some samples, moved back by how far the camera has moved them."""
+    some = np.linspace(0, len(samples) - 1, BACKGROUND_OF).astype(int)
+    pictures = list(samples.values())
+    back = [_moved(pictures[k], -scene_px[k]) if scene_px.any() else pictures[k] for k in some]
+    luma = np.median(np.array(back), axis=0, overwrite_input=True).astype(np.uint8)
+    shift = scene_px[:, ::-1] if upright else scene_px
+    shifts = zip(samples, shift.tolist(), strict=True)
+    return Background(luma.T if upright else luma, {k: (x, y) for k, (x, y) in shifts})
+
+
+def _moved(picture: Luma, shift_px: Floats) -> Luma:
+    """Move a picture to the right and down; its border goes on beyond it."""
+    matrix = np.array([[1.0, 0.0, shift_px[0]], [0.0, 1.0, shift_px[1]]])
+    size = picture.shape[1], picture.shape[0]
+    moved = cv2.warpAffine(picture, matrix, size, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(moved, np.uint8)
+
+
 @dataclass(frozen=True)
 class _Clip:
     """What bodies are followed in; pictures lie so that the motion is nearer to their x axis."""
@@ -220,8 +236,7 @@ class _Clip:
     frames: NDArray[np.intp]
     samples: Mapping[int, Luma]
     """Frame index -> picture."""
-    background: Luma
-    """Median of some samples."""
+    background: Background
     slope: float
     shift_px: Floats
     """The camera's motion, shape (n, 2)."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.tracking.looks.outline import Mean, Outline, find_outline
 from count_video.tracking.looks.register import register
-from count_video.tracking.looks.sprite import Sprite, look, make_sprite
+from count_video.tracking.looks.sprite import Pixels, Sprite, look, make_sprite
 
 Luma = NDArray[np.uint8]
 Place = tuple[float, float]
@@ -67,6 +67,21 @@ class Rough:
 
 
 @dataclass(frozen=True)
+class Background:
+    """What stands still behind the bodies."""
+
+    luma: Luma
+    """Median of some pictures, freed of the camera's motion, shape (height, width)."""
+    shift_px: Mapping[int, Place]
+    """Frame index -> how far the camera has moved the picture, by x and y."""
+
+    def behind(self, frame: int, place: Place, shape: tuple[int, int]) -> Pixels:
+        """Cut out what lies behind a piece of a picture."""
+        x, y = self.shift_px.get(frame, (0.0, 0.0))
+        return look(self.luma, place[0] - x, place[1] - y, shape)
+
+
+@dataclass(frozen=True)
 class Body:
     """A template with its outline; x is measured from the template's left column."""
 
@@ -86,7 +101,7 @@ class Body:
 
 def learn(
     pictures: Mapping[int, Luma],
-    background: Luma,
+    background: Background,
     rough: Rough,
     others: Sequence[Mapping[int, Place]],
 ) -> Body | None:
@@ -97,7 +112,7 @@ def learn(
     pictures
         Frame index -> luma, shape (height, width).
     background
-        Median of such pictures.
+        What stands still in them.
     rough
         The body as its corners show it.
     others
@@ -210,7 +225,7 @@ def _rarity(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) ->
 
 
 def _average(
-    pictures_and_background: tuple[Mapping[int, Luma], Luma],
+    pictures_and_background: tuple[Mapping[int, Luma], Background],
     places: Mapping[int, Place],
     rarity: Mapping[int, float],
     shape: tuple[int, int],
@@ -218,7 +233,7 @@ def _average(
     """Weighted mean and variance of pieces of pictures at these places."""
     pictures, background = pictures_and_background
     pieces = np.array([look(pictures[k], x, y, shape) for k, (x, y) in places.items()])
-    behind = np.array([look(background, x, y, shape) for x, y in places.values()])
+    behind = np.array([background.behind(k, place, shape) for k, place in places.items()])
     # Lamps flicker: every piece is brought to the common mean brightness first.
     level = np.median(pieces[:, ::LEVEL_STRIDE, ::LEVEL_STRIDE], axis=(1, 2))
     pieces *= (np.median(level) / (level + 1e-6))[:, None, None]
