@@ -17,7 +17,7 @@ from count_video.errors import FootageError
 
 Luma = NDArray[np.uint8]
 
-MEMORY_BYTES = 96_000_000
+MEMORY_BYTES = 64_000_000
 """Pictures up to so many bytes stay in memory."""
 
 

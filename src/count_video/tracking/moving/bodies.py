@@ -6,7 +6,7 @@ groups of corners, a template for each group, the template registered in every p
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import overload
 
@@ -19,7 +19,7 @@ from count_video.tracking.moving.corners import Trajectories, follow_corners
 from count_video.tracking.moving.following import Followed, follow
 from count_video.tracking.moving.regions import find_regions, moving_regions, region_of
 from count_video.tracking.moving.rigid import RigidGroup, rigid_groups, scene_path
-from count_video.tracking.moving.samples import Samples, choose_samples
+from count_video.tracking.moving.samples import Samples, choose_samples, median_picture
 from count_video.tracking.moving.template import Background, Body, Box, Rough, learn, line_tilt_deg
 from count_video.tracking.steadying.camera import Camera, Motion
 from count_video.tracking.steadying.landmarks import clear_of
@@ -51,6 +51,8 @@ FENCE_MARGIN_PX = 3.0
 NEIGHBOUR_CORNERS = 8
 """A neighbour with fewer corners than this sets no bound to an outline."""
 UPRIGHT_DEG = 45.0
+LANDMARKS_OF = 16
+"""What stands still is learnt from so many samples."""
 BACKGROUND_OF = 9
 """The background is the median of so many samples."""
 STEADY_AT_LEAST = 6
@@ -106,17 +108,15 @@ def find_movers(
         proposals = [_turned(one) for one in proposals]
         tilt = line_tilt_deg([one.path_px for one in proposals[:2]])
     roughs = roughly(proposals, frames[samples.chosen])
-    sampled = {int(frames[k]): pictures[k] for k in samples.chosen}
-    motion = (
-        _camera_motion(pictures, list(sampled.values()), roughs, upright) if scene.any() else None
-    )
+    motion = _camera_motion(pictures, samples, roughs, upright) if scene.any() else None
     shift = np.zeros((len(frames), 2)) if motion is None else np.nan_to_num(motion.shift_px)
-    background = _background(sampled, scene * scale, upright)
+    views = _Turned(pictures) if upright else pictures
+    across = scene[:, ::-1] * scale if upright else scene * scale
     clip = _Clip(
-        _Turned(pictures) if upright else pictures,
+        views,
         frames,
-        {k: picture.T for k, picture in sampled.items()} if upright else sampled,
-        background,
+        _Sampled(views, dict(zip(frames[samples.chosen].tolist(), samples.chosen, strict=True))),
+        _background(views, samples, frames, across),
         float(np.tan(np.radians(tilt))),
         shift[:, ::-1] if upright else shift,
     )
@@ -209,15 +209,32 @@ class _Turned(Sequence[Luma]):
         return self._pictures[place].T
 
 
-def _background(samples: Mapping[int, Luma], scene_px: Floats, upright: bool) -> Background:
+class _Sampled(Mapping[int, Luma]):
+    """Samples by their frame index, read when they are asked for: together they may be large."""
+
+    def __init__(self, pictures: Sequence[Luma], rows: Mapping[int, int]) -> None:
+        self._pictures, self._rows = pictures, rows
+
+    def __getitem__(self, frame: int) -> Luma:
+        return self._pictures[self._rows[frame]]
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._rows)
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+
+def _background(
+    pictures: Sequence[Luma], samples: Samples, frames: NDArray[np.intp], scene_px: Floats
+) -> Background:
     """Take the median of some samples, moved back by how far the camera has moved them."""
-    some = np.linspace(0, len(samples) - 1, BACKGROUND_OF).astype(int)
-    pictures = list(samples.values())
-    back = [_moved(pictures[k], -scene_px[k]) if scene_px.any() else pictures[k] for k in some]
-    luma = np.median(np.array(back), axis=0, overwrite_input=True).astype(np.uint8)
-    shift = scene_px[:, ::-1] if upright else scene_px
-    shifts = zip(samples, shift.tolist(), strict=True)
-    return Background(luma.T if upright else luma, {k: (x, y) for k, (x, y) in shifts})
+    some = np.linspace(0, len(samples.chosen) - 1, BACKGROUND_OF).astype(int)
+    read = [pictures[samples.chosen[k]] for k in some]
+    if scene_px.any():
+        read = [_moved(one, -scene_px[k]) for one, k in zip(read, some, strict=True)]
+    shifts = zip(frames[samples.chosen].tolist(), scene_px.tolist(), strict=True)
+    return Background(median_picture(read), {frame: (x, y) for frame, (x, y) in shifts})
 
 
 def _moved(picture: Luma, shift_px: Floats) -> Luma:
@@ -335,9 +352,10 @@ def _fence(groups: Sequence[Proposal], number: int) -> tuple[float, float]:
 
 
 def _camera_motion(
-    pictures: Sequence[Luma], some: Sequence[Luma], roughs: Sequence[Rough], upright: bool
+    pictures: Sequence[Luma], samples: Samples, roughs: Sequence[Rough], upright: bool
 ) -> Motion | None:
-    landmarks = landmarks_of(some)
+    some = np.linspace(0, len(samples.chosen) - 1, LANDMARKS_OF).astype(int)
+    landmarks = landmarks_of([pictures[samples.chosen[k]] for k in some])
     if landmarks is None:
         return None
     camera = Camera(clear_of(landmarks, [_swept(rough, upright) for rough in roughs[:2]]))

@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.moving.rigid import RigidGroup
+from count_video.tracking.moving.samples import differences
 
 Luma = NDArray[np.uint8]
 
 WIDTH_PX = 480
 """Regions are found in pictures no wider than this."""
-MEDIAN_OF = 31
+NOISE_OF = 16
+"""Noise is told by so many samples."""
 NOISE_SIGMAS, NOISE_LEVELS = 5.0, 3.0
 """A pixel differs from the background by so many standard deviations and grey levels."""
 OPENING_PX, CLOSING_PX = 3, 5
@@ -72,8 +74,14 @@ def find_regions(pictures: Sequence[Luma]) -> Regions:
     """Find what differs from the background in samples of one brightness."""
     scale = max(1, -(-pictures[0].shape[1] // WIDTH_PX))
     size = pictures[0].shape[1] // scale, pictures[0].shape[0] // scale
-    small = np.array([cv2.resize(one, size, interpolation=cv2.INTER_AREA) for one in pictures])
-    return Regions([[box * scale for box in _regions(mask)] for mask in _masks(small)])
+    small = [
+        np.asarray(cv2.resize(one, size, interpolation=cv2.INTER_AREA), np.uint8)
+        for one in pictures
+    ]
+    away = differences(small)
+    spread = np.median(np.array(away[:: max(1, len(away) // NOISE_OF)]))
+    least = max(NOISE_SIGMAS * 1.4826 * float(spread), NOISE_LEVELS)
+    return Regions([[box * scale for box in _regions(_mask(one, least))] for one in away])
 
 
 def moving_regions(regions: Regions) -> list[RigidGroup]:
@@ -127,19 +135,12 @@ def region_of(group: RigidGroup, others: Sequence[RigidGroup], regions: Regions)
     return np.array([left, top, right, bottom]) if right > left and bottom > top else None
 
 
-def _masks(small: Luma) -> Sequence[Luma]:
-    """Find what differs from the background in each sample; masks of shape (height, width)."""
-    some = small[np.linspace(0, len(small) - 1, min(MEDIAN_OF, len(small))).astype(int)]
-    away = np.abs(small - np.median(some, axis=0).astype(np.int16))
-    least = max(
-        NOISE_SIGMAS * 1.4826 * float(np.median(away[:: max(1, len(away) // 16)])), NOISE_LEVELS
-    )
+def _mask(away: Luma, least: float) -> Luma:
+    """Mark what differs from the background by more than noise, without threads and gaps."""
+    mask = (away > least).astype(np.uint8)
     opening, closing = (np.ones((px, px), np.uint8) for px in (OPENING_PX, CLOSING_PX))
-    masks = []
-    for one in away:
-        mask = cv2.morphologyEx((one > least).astype(np.uint8), cv2.MORPH_CLOSE, closing)
-        masks.append(np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, opening), np.uint8))
-    return masks
+    whole = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, closing)
+    return np.asarray(cv2.morphologyEx(whole, cv2.MORPH_OPEN, opening), np.uint8)
 
 
 def _regions(mask: Luma) -> list[Floats]:

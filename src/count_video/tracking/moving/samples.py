@@ -79,15 +79,25 @@ def choose_samples(thumbnails: Sequence[Luma]) -> Samples:
         chosen = _walk(level, noise, largest, share)
     even = np.linspace(0, len(level) - 1, min(SAMPLES_AT_LEAST, len(level))).astype(np.intp)
     together = np.union1d(chosen, even)
-    return Samples(
-        together, gains[together], active, _moved(np.array([level[k] for k in together]))
-    )
+    return Samples(together, gains[together], active, _moved([level[k] for k in together]))
 
 
-def _moved(level: Luma) -> NDArray[np.bool_]:
-    """Where thumbnails, shape (n, height, width), differ from their median by more than noise."""
-    some = level[np.linspace(0, len(level) - 1, min(MEDIAN_OF, len(level))).astype(int)]
-    away = np.abs(level - np.median(some, axis=0).astype(np.int16))
+def differences(pictures: Sequence[Luma]) -> list[Luma]:
+    """Take absolute differences of pictures of one brightness from the median of some of them."""
+    some = np.linspace(0, len(pictures) - 1, min(MEDIAN_OF, len(pictures))).astype(int)
+    middle = median_picture([pictures[k] for k in some])
+    return [np.asarray(cv2.absdiff(one, middle), np.uint8) for one in pictures]
+
+
+def median_picture(pictures: Sequence[Luma]) -> Luma:
+    """Take the median of each pixel; of an even number the upper one of the middle two."""
+    ordered = np.sort(np.array(pictures), axis=0)  # as bytes: numpy's median takes eight times more
+    return np.asarray(ordered[len(ordered) // 2])
+
+
+def _moved(level: Sequence[Luma]) -> NDArray[np.bool_]:
+    """Mark where thumbnails differ from their median by more than noise, (n, height, width)."""
+    away = np.array(differences(level))
     noise = 1.4826 * float(np.median(away)) + 0.5
     moved = (away > MOVED_SIGMAS * noise).astype(np.uint8)
     # Single pixels are noise.
