@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-_SHARED = frozenset({"records", "errors", "progress"})
+_SHARED = frozenset({"records", "errors", "progress", "inputs"})
 _BELOW_A_STAGE = _SHARED | {"physics", "signals", "lasting"}
 
 MAY_IMPORT: Mapping[str, frozenset[str]] = {
@@ -21,8 +21,8 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
         {"options", "campaign", "trial", "evidence", "corrections", "reports", "physics"}
     )
     | _SHARED,
-    "options": frozenset({"option_values"}) | _SHARED,
-    "option_values": frozenset(),
+    "options": _SHARED,
+    "inputs": frozenset({"errors"}),
     "campaign": frozenset(
         {"options", "trial", "verdict", "evidence", "corrections", "reports", "physics"}
     )

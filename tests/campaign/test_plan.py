@@ -129,6 +129,6 @@ def test_what_makes_no_sense_in_a_manifest_is_told_with_its_line(
 
 
 def test_a_manifest_that_is_not_there_or_not_text_is_told(tmp_path: Path) -> None:
-    assert "not readable as a manifest" in complaint(tmp_path / "missing.csv")
+    assert "cannot be read: No such file" in complaint(tmp_path / "missing.csv")
     (tmp_path / "picture.csv").write_bytes(b"\x89PNG\xff\xfe")
-    assert "not readable as a manifest" in complaint(tmp_path / "picture.csv")
+    assert "no text in UTF-8" in complaint(tmp_path / "picture.csv")

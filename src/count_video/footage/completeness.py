@@ -27,7 +27,7 @@ _FEW_JUMPS = 0.02
 _STATES_DURATION = frozenset({"matroska,webm"})
 """Containers without a count of frames whose duration was written when the file was closed; what
 others are said to last is estimated from what is left of them."""
-_CLOCK = re.compile(r"(\d+):(\d+):(\d+(?:\.\d+)?)")
+_CLOCK = re.compile(r"([0-9]{1,6}):([0-9]{1,2}):([0-9]{1,2}(?:\.[0-9]{1,12})?)")
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def _stated_end_s(reading: Reading) -> tuple[float, float]:
     tolerance_s = _ROUNDING_FRAMES * frame_s
     if container.format.name not in _STATES_DURATION:
         return math.nan, tolerance_s
-    if clock := _CLOCK.match(stream.metadata.get("DURATION", "")):
+    if clock := _CLOCK.fullmatch(stream.metadata.get("DURATION", "")):
         hours, minutes, seconds = clock.groups()
         return 3600 * int(hours) + 60 * int(minutes) + float(seconds), tolerance_s
     if container.duration is None:

@@ -1,0 +1,210 @@
+"""What comes from outside: numbers as text, and text files; read here and nowhere else.
+
+A number is written in ASCII digits, as ``960``, ``59.94`` or ``1e3``, and lies in a range that
+makes physical sense, so that no arithmetic on it overflows. A text file is a regular file of a
+bounded size, in UTF-8. Whatever else comes is refused in one line that shows at most 80 characters
+of it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+import stat
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+from count_video.errors import UsageError
+
+SHOWN_CHARACTERS = 80
+LONGEST_PATH = 4096
+MOST_MANIFEST_BYTES = 100_000_000
+MOST_CORRECTIONS_BYTES = 10_000_000
+
+Number = TypeVar("Number", float, Fraction)
+_DECIMAL = re.compile(r"([0-9]{1,60}(\.[0-9]{0,60})?|\.[0-9]{1,60})([eE][+-]?[0-9]{1,3})?")
+
+
+@dataclass(frozen=True)
+class Range:
+    """What values of a quantity make sense, both ends included."""
+
+    low: float
+    high: float
+    unit: str
+
+    def __str__(self) -> str:
+        return f"from {self.low:g} to {self.high:g}{self.unit and ' '}{self.unit}"
+
+
+CAPTURE_RATE = Range(1, 1e7, "frames per second")
+BALL_DIAMETER = Range(0.01, 1e5, "mm")
+MASS = Range(1e-100, 1e100, "")
+MASS_RATIO = Range(1e-40, 1e40, "")
+"""Heavy over light, far beyond any experiment: its squares and theirs are still sound numbers."""
+FRAME = Range(0, 1e15, "")
+CLIPS_AT_A_TIME = Range(1, 9999, "")
+THREADS = Range(1, 9999, "")
+SMALLEST_REGION_PX = 16
+"""No filter of the tracker fits into less."""
+
+
+def decimal(text: str, allowed: Range) -> float:
+    """Read a decimal number.
+
+    Raises
+    ------
+    UsageError
+        The text is no such number, or it lies outside of what is allowed.
+    """
+    return float(_decimal(text, allowed, float))
+
+
+def whole(text: str, allowed: Range) -> int:
+    """Read a whole number of up to 15 digits; raises as :func:`decimal` does."""
+    if not re.fullmatch(r"[0-9]{1,15}", text) or not allowed.low <= int(text) <= allowed.high:
+        raise UsageError(f"{shown(text)} is not a whole number {allowed}")
+    return int(text)
+
+
+def mass(text: str) -> Fraction:
+    """Read a mass at its exact decimal value, in any unit; raises as :func:`decimal` does."""
+    return _decimal(text, MASS, Fraction)
+
+
+def masses(heavy: Fraction, light: Fraction) -> tuple[Fraction, Fraction]:
+    """Return two masses of one trial.
+
+    Raises
+    ------
+    UsageError
+        No experiment has such a ratio.
+    """
+    if not MASS_RATIO.low <= heavy / light <= MASS_RATIO.high:
+        raise UsageError(f"the ratio of the masses must be {MASS_RATIO}")
+    return heavy, light
+
+
+def region(text: str) -> tuple[int, int, int, int]:
+    """Read a part of the picture in px: left edge, top edge, width, height.
+
+    Raises
+    ------
+    UsageError
+        The text has another form, or the part is too small to show anything.
+    """
+    if not re.fullmatch(r"[0-9]{1,6}(,[0-9]{1,6}){3}", text):
+        raise UsageError(f"{shown(text)} is not of the form X,Y,W,H in whole pixels")
+    x, y, width, height = map(int, text.split(","))
+    if min(width, height) < SMALLEST_REGION_PX:
+        raise UsageError(
+            f"{shown(text)} is too small: give a width and a height of at least "
+            f"{SMALLEST_REGION_PX} px"
+        )
+    return x, y, width, height
+
+
+capture_rate: Callable[[str], float] = partial(decimal, allowed=CAPTURE_RATE)
+ball_diameter: Callable[[str], float] = partial(decimal, allowed=BALL_DIAMETER)
+frame: Callable[[str], int] = partial(whole, allowed=FRAME)
+clips_at_a_time: Callable[[str], int] = partial(whole, allowed=CLIPS_AT_A_TIME)
+
+
+def some_path(text: str) -> Path:
+    """Read the name of a file or folder.
+
+    Raises
+    ------
+    UsageError
+        It is empty, as an unset variable of a script is, or what no name can be.
+    """
+    if not text or "\0" in text or len(text) > LONGEST_PATH:
+        raise UsageError(f"{shown(text)} is no name of a file")
+    return Path(text)
+
+
+def address(text: str) -> str:
+    """Read the address of a scheduler, as ``host:8786`` or ``tcp://host:8786``.
+
+    Raises
+    ------
+    UsageError
+        It has another form.
+    """
+    found = re.fullmatch(r"((tcp|tls)://)?([\w.-]{1,253}|\[[0-9a-fA-F:.]+\]):([0-9]{1,5})", text)
+    if found is None or not text.isascii() or not 0 < int(found[4]) < 65536:
+        raise UsageError(f"{shown(text)} is not of the form tcp://HOST:PORT")
+    return text
+
+
+def shown(text: str) -> str:
+    """Quote a text from outside in one short line that a terminal shows and does not obey."""
+    cut = text if len(text) <= SHOWN_CHARACTERS else f"{text[: SHOWN_CHARACTERS - 1]}…"
+    return repr(cut)
+
+
+def read_text(path: Path, most_bytes: int) -> str:
+    """Read a text file in UTF-8, with or without a mark in front.
+
+    Raises
+    ------
+    UsageError
+        It cannot be read, is no regular file, too large, or no text.
+    """
+    try:
+        # A pipe that nobody writes to would never open, nor end.
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+        with open(descriptor, "rb") as file:
+            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+                raise UsageError(f"{path}: this is no regular file; save it to one first")
+            content = file.read(most_bytes + 1)
+        if len(content) > most_bytes:
+            raise UsageError(
+                f"{path}: more than {most_bytes // 1_000_000} MB; give the file that is meant"
+            )
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise UsageError(f"{path}: this is no text in UTF-8; save it as such") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise UsageError(f"{path}: cannot be read: {reason}") from error
+
+
+def read_json_object(path: Path, most_bytes: int) -> dict[str, object]:
+    """Read a file that holds one JSON object; raises as :func:`read_text` does, or if it does not.
+
+    Numbers without a value in JSON (NaN, infinity) are refused.
+    """
+    try:
+        stored = json.loads(read_text(path, most_bytes), parse_constant=_no_number)
+    except (ValueError, RecursionError) as error:
+        raise UsageError(f"{path}: this is no JSON; give the file that the page saved") from error
+    if not isinstance(stored, dict):
+        raise UsageError(f"{path}: this is no JSON object; give the file that the page saved")
+    return stored
+
+
+def stored_number(value: object, allowed: Range) -> float | None:
+    """Return a number from JSON; None for anything else, or outside of what is allowed."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    # Compared before it is turned into a float, which an int of 400 digits does not fit into.
+    return float(value) if allowed.low <= value <= allowed.high else None
+
+
+def _decimal(text: str, allowed: Range, kind: Callable[[str], Number]) -> Number:
+    # Digits are bounded: Fraction("1e999999999") would fill the memory before it is refused.
+    value = kind(text) if _DECIMAL.fullmatch(text) else None
+    if value is None or not math.isfinite(value) or not allowed.low <= value <= allowed.high:
+        raise UsageError(f"{shown(text)} is not a number {allowed}")
+    return value
+
+
+def _no_number(name: str) -> None:
+    raise ValueError(f"{name} is no number")
