@@ -12,19 +12,21 @@ from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-_SHARED = frozenset({"records", "errors", "progress", "inputs"})
+_SHARED = frozenset({"records", "errors", "progress", "inputs", "outputs"})
 _BELOW_A_STAGE = _SHARED | {"physics", "signals", "lasting"}
 
 MAY_IMPORT: Mapping[str, frozenset[str]] = {
     "__main__": frozenset({"cli"}),
     "cli": frozenset(
-        {"options", "campaign", "trial", "evidence", "corrections", "reports", "physics"}
+        {"options", "ending", "campaign", "trial", "evidence", "corrections", "reports", "physics"}
     )
     | _SHARED,
     "options": _SHARED,
     "inputs": frozenset({"errors"}),
+    "outputs": frozenset({"errors"}),
+    "ending": frozenset({"outputs"}),
     "campaign": frozenset(
-        {"options", "trial", "verdict", "evidence", "corrections", "reports", "physics"}
+        {"ending", "trial", "verdict", "evidence", "corrections", "reports", "physics"}
     )
     | _SHARED,
     "evidence": frozenset({"trial", "corrections", "reports", "collisions", "footage"}) | _SHARED,

@@ -8,6 +8,7 @@ of it.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
@@ -188,6 +189,18 @@ def read_json_object(path: Path, most_bytes: int) -> dict[str, object]:
     if not isinstance(stored, dict):
         raise UsageError(f"{path}: this is no JSON object; give the file that the page saved")
     return stored
+
+
+def content_digest(file: Path) -> str:
+    """Digest all bytes of a file.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    """
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def stored_number(value: object, allowed: Range) -> float | None:

@@ -27,6 +27,7 @@ _ONE_THREAD = {
     "MKL_NUM_THREADS": "1",
 }
 CONNECT_TIMEOUT_S = 10
+KILL_TIMEOUT_S = 2
 
 
 class Crew(Protocol):
@@ -90,10 +91,17 @@ class LocalCrew:
         """End the processes."""
         if self._pool is not None:
             if at_once:
-                for process in set(multiprocessing.active_children()) - self._strangers:
-                    process.terminate()
+                self.kill()
             # Waits until the pool has taken notice: an interpreter that ends before may complain.
             self._pool.shutdown(cancel_futures=at_once)
+
+    def kill(self) -> None:
+        """End the processes at once and wait until they are gone."""
+        workers = set(multiprocessing.active_children()) - self._strangers
+        for process in workers:
+            process.kill()
+        for process in workers:
+            process.join(KILL_TIMEOUT_S)
 
 
 class ClusterCrew:
@@ -155,7 +163,9 @@ def cluster_crew(address: str) -> ClusterCrew:
     join: Any = distributed.Client  # its constructor has no types
     try:
         return ClusterCrew(join(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, TypeError, RuntimeError, ImportError) as error:
+        # Each kind of address fails with an error of its own: one without certificates with a
+        # TypeError, one that needs a missing library with an ImportError.
         raise UsageError(f"no Dask scheduler answers at {address}; start it first") from error
 
 

@@ -9,11 +9,60 @@ from typing import Any
 from count_video.campaign.plan import Job
 from count_video.physics.theory import collision_count
 from count_video.reports.campaign_rows import TrialRow
+from count_video.reports.json_object import json_object
+from count_video.verdict import unread_result
+
+_KEYS = frozenset(json_object(unread_result("", "")))
+_TYPES: Mapping[str, tuple[type, ...]] = {
+    "clip": (str,),
+    "status": (str,),
+    "reason": (str, type(None)),
+    **dict.fromkeys(("count", "seen", "between_frames"), (int, type(None))),
+    **dict.fromkeys(("capture_fps", "mass_ratio", "pi_low", "pi_high"), (int, float, type(None))),
+    "probability": (dict,),
+}
+"""What the table needs of a result. A file may have been edited, or be of another program."""
 
 
-def row_of(job: Job, text: str, not_kept: str | None = None) -> TrialRow:
-    """Read a result's JSON text; one path for results of this run and of earlier ones."""
-    result: dict[str, Any] = json.loads(text)
+def read_result(text: str) -> dict[str, Any]:
+    """Parse a result's JSON text.
+
+    Raises
+    ------
+    ValueError
+        It is no result of this program.
+    """
+    try:
+        result = json.loads(text)
+    except RecursionError as error:
+        raise ValueError("nested too deeply") from error
+    if not isinstance(result, dict) or not result.keys() >= _KEYS:
+        raise ValueError("no result")
+    if result["status"] not in ("counted", "not_counted"):
+        raise ValueError("no status")
+    chances = result["probability"]
+    for values, types in (
+        *(([result[key]], types) for key, types in _TYPES.items()),
+        (chances.values() if isinstance(chances, dict) else (), (int, float)),
+    ):
+        if any(not isinstance(value, types) or isinstance(value, bool) for value in values):
+            raise ValueError("a value of another type")
+    for count in chances:
+        int(count)
+    return result
+
+
+def row_of(
+    job: Job, text: str, not_kept: str | None = None, files: frozenset[str] = frozenset()
+) -> TrialRow:
+    """Read a result's JSON text; one path for results of this run and of earlier ones.
+
+    Raises
+    ------
+    ValueError
+        It is no result of this program.
+    """
+    result = read_result(text)
     restitution = result.get("restitution")
     return TrialRow(
         name=job.name,
@@ -34,6 +83,7 @@ def row_of(job: Job, text: str, not_kept: str | None = None) -> TrialRow:
         restitution_wall=_value(_part(restitution, "wall")),
         energy_kept=_value(result.get("energy_kept")),
         ending=_word(result.get("ending")),
+        files=files,
     )
 
 

@@ -29,6 +29,8 @@ class Footage:
     """When it shows each, in seconds from its start, shape (n,)."""
     cuts: Mapping[int, Sequence[ContactFrame]]
     """Enlarged frames of each contact, by the collision's number."""
+    clip_sha256: str = ""
+    """Digest of the clip's bytes, which tells it from others of its name; empty if not known."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,7 @@ def _data(result: TrialResult, footage: Footage) -> dict[str, object]:
     beyond = [c.frame for c in result.collisions if c.number > size]
     return {
         "clip": name,
+        "clip_sha256": footage.clip_sha256,
         "save_as": f"{Path(name).stem}.corrections.json",
         "count": result.count,
         "burst_ends": min(beyond, default=1e300),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 import numpy as np
@@ -13,12 +15,17 @@ from matplotlib.patches import Arc
 from matplotlib.transforms import Bbox
 
 from count_video.errors import UsageError
+from count_video.outputs import open_outputs
 from count_video.physics.theory import collision_count, theta_rad
 from count_video.reports.drawing import picture_bytes, styled
 from count_video.reports.palette import BLUE
 from count_video.reports.phase_circle import MOST_POINTS, Look, draw_phase_circle, number_points
 from count_video.reports.theory_text import facts, plain, powers_table
 
+MOST_WRITTEN_OUT = 10**12
+"""Larger counts do not fit into the picture with all their digits."""
+LONGEST_FACT = 100
+"""Characters of a line of words."""
 MOST_NUMBERS = 45
 """From more points on only some are numbered, about this many."""
 
@@ -35,13 +42,12 @@ def write_theory_picture(
     UsageError
         If it cannot be written.
     """
-    path = folder / f"theory.{picture_format}"
     data = picture_bytes(theory_figure(*masses), picture_format)
+    outputs = open_outputs(folder)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
+        outputs.write(f"theory.{picture_format}", data)
     except OSError as error:
-        raise UsageError(f"cannot write {path}: {error.strerror}; give another folder") from error
+        raise UsageError(f"{folder}: cannot be written to: {error.strerror}") from error
 
 
 def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
@@ -95,8 +101,12 @@ def _draw_words(axes: Axes, heavy: Fraction, light: Fraction) -> None:
     axes.set_axis_off()
     count = collision_count(heavy, light)
     place: Any = {"transform": axes.transAxes, "va": "top"}
-    axes.text(0, 0.98, f"{count} collisions", fontsize=34, weight="bold", **place)
-    words = "\n".join(f"{label}:  {value}" for label, value in facts(heavy, light)[2:])
+    number = str(count) if count < MOST_WRITTEN_OUT else f"{Decimal(count):.8e}"
+    axes.text(0, 0.98, f"{number} collisions", fontsize=34, weight="bold", **place)
+    words = "\n".join(
+        shorten(f"{label}:  {value}", LONGEST_FACT, placeholder=" …")
+        for label, value in facts(heavy, light)[2:]
+    )
     axes.text(0, 0.85, words, fontsize=11, linespacing=1.9, **place)
     axes.text(0, 0.56, "m : M = 1 : 100ⁿ", fontsize=14, weight="bold", **place)
     rows = [[str(n), str(number), f"{low} to {high}"] for n, number, low, high in powers_table()]
