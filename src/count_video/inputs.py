@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
 
 from count_video.errors import UsageError
 
@@ -28,7 +27,6 @@ LONGEST_PATH = 4096
 MOST_MANIFEST_BYTES = 100_000_000
 MOST_CORRECTIONS_BYTES = 10_000_000
 
-Number = TypeVar("Number", float, Fraction)
 _DECIMAL = re.compile(r"([0-9]{1,60}(\.[0-9]{0,60})?|\.[0-9]{1,60})([eE][+-]?[0-9]{1,3})?")
 
 
@@ -39,6 +37,12 @@ class Range:
     low: float
     high: float
     unit: str
+
+    def holds(self, value: float | Fraction) -> bool:
+        """Tell whether a number lies in the range; exact, for not every number fits into a float."""
+        if isinstance(value, float) and not math.isfinite(value):
+            return False
+        return Fraction(str(self.low)) <= Fraction(value) <= Fraction(str(self.high))
 
     def __str__(self) -> str:
         return f"from {self.low:g} to {self.high:g}{self.unit and ' '}{self.unit}"
@@ -64,19 +68,19 @@ def decimal(text: str, allowed: Range) -> float:
     UsageError
         The text is no such number, or it lies outside of what is allowed.
     """
-    return float(_decimal(text, allowed, float))
+    return float(_decimal(text, allowed))
 
 
 def whole(text: str, allowed: Range) -> int:
     """Read a whole number of up to 15 digits; raises as :func:`decimal` does."""
-    if not re.fullmatch(r"[0-9]{1,15}", text) or not allowed.low <= int(text) <= allowed.high:
+    if not re.fullmatch(r"[0-9]{1,15}", text) or not allowed.holds(int(text)):
         raise UsageError(f"{shown(text)} is not a whole number {allowed}")
     return int(text)
 
 
 def mass(text: str) -> Fraction:
     """Read a mass at its exact decimal value, in any unit; raises as :func:`decimal` does."""
-    return _decimal(text, MASS, Fraction)
+    return _decimal(text, MASS)
 
 
 def masses(heavy: Fraction, light: Fraction) -> tuple[Fraction, Fraction]:
@@ -87,7 +91,7 @@ def masses(heavy: Fraction, light: Fraction) -> tuple[Fraction, Fraction]:
     UsageError
         No experiment has such a ratio.
     """
-    if not MASS_RATIO.low <= heavy / light <= MASS_RATIO.high:
+    if not MASS_RATIO.holds(heavy / light):
         raise UsageError(f"the ratio of the masses must be {MASS_RATIO}")
     return heavy, light
 
@@ -207,14 +211,13 @@ def stored_number(value: object, allowed: Range) -> float | None:
     """Return a number from JSON; None for anything else, or outside of what is allowed."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
-    # Compared before it is turned into a float, which an int of 400 digits does not fit into.
-    return float(value) if allowed.low <= value <= allowed.high else None
+    return float(value) if allowed.holds(value) else None
 
 
-def _decimal(text: str, allowed: Range, kind: Callable[[str], Number]) -> Number:
+def _decimal(text: str, allowed: Range) -> Fraction:
     # Digits are bounded: Fraction("1e999999999") would fill the memory before it is refused.
-    value = kind(text) if _DECIMAL.fullmatch(text) else None
-    if value is None or not math.isfinite(value) or not allowed.low <= value <= allowed.high:
+    value = Fraction(text) if _DECIMAL.fullmatch(text) else None
+    if value is None or not allowed.holds(value):
         raise UsageError(f"{shown(text)} is not a number {allowed}")
     return value
 

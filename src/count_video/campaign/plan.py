@@ -82,7 +82,7 @@ def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
     if is_manifest(path):
         for line in read_manifest(path, settings):
             yield Job(line.name, str(line.clip), line.settings)
-    elif path.is_dir():
+    elif os.path.isdir(path):
         yield from _of_folder(path, settings)
     else:
         yield Job("", str(path), settings)
@@ -91,7 +91,7 @@ def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
 def _of_folder(folder: Path, settings: TrialSettings) -> Iterator[Job]:
     """Yield the trials of the folder's manifest, if it has one, then its other clips."""
     manifest = folder / FOLDER_MANIFEST
-    told = list(_wanted(manifest, settings)) if manifest.is_file() else []
+    told = list(_wanted(manifest, settings)) if os.path.isfile(manifest) else []
     yield from told
     known = {os.path.realpath(job.clip) for job in told}
     try:

@@ -16,7 +16,7 @@ they play at the capture rate, but a shared copy is slowed down and does not say
 
 def check_capture_rate(option: float | None) -> None:
     """Raise UsageError if no camera has the rate that the user says."""
-    if option is not None and not CAPTURE_RATE.low <= option <= CAPTURE_RATE.high:
+    if option is not None and not CAPTURE_RATE.holds(option):
         raise UsageError(f"capture rate {option:g}: give the camera's rate, {CAPTURE_RATE}")
 
 
