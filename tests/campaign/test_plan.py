@@ -116,6 +116,10 @@ def test_a_manifest_is_read_as_spreadsheets_write_it(tmp_path: Path, text: str) 
         ("clip,start,end\na.mp4,9,3\n", "leaves no frame"),
         ("clip,wall\n,left\n", "line 2: no clip"),
         ("clip,name\na.mp4,../x\n", "no name for a file"),
+        ('"clip,name\na.mp4,x\n', "unexpected end of data"),
+        ('"clip"x,name\na.mp4,x\n', "expected after"),
+        ("clip\na\0b.mp4\n", "line 2: "),
+        ("clip," + "x" * 131_073 + "\na.mp4,\n", "field larger than field limit"),
     ],
 )
 def test_what_makes_no_sense_in_a_manifest_is_told_with_its_line(
