@@ -204,3 +204,12 @@ def test_any_text_is_a_json_object_or_refused(
     stored, refusal = tried(lambda: inputs.read_json_object(file, 1_000_000))
     assert isinstance(stored, dict) or refusal
     assert "\n" not in refusal
+
+
+@pytest.mark.parametrize("make", [make_pipe, make_endless, make_folder])
+def test_what_is_no_regular_file_has_no_digest(
+    make: Callable[[Path], None], tmp_path: Path
+) -> None:
+    make(tmp_path / "clip.mp4")
+    with pytest.raises((UsageError, OSError)):
+        inputs.content_digest(tmp_path / "clip.mp4")

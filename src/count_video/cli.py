@@ -66,8 +66,14 @@ def _keep_libraries_off_the_streams() -> None:
         stream = getattr(sys, name)
         if isinstance(stream, io.TextIOWrapper):
             stream.flush()
-            lines = 1 if name == "stderr" else -1  # each complaint at once
-            own = os.fdopen(os.dup(number), "w", lines, stream.encoding, stream.errors)
+            own = open(
+                os.dup(number),
+                "w",
+                buffering=1 if name == "stderr" else -1,  # each complaint at once
+                encoding=stream.encoding,
+                errors=stream.errors,
+                closefd=False,  # open to the end, as the streams of the interpreter are
+            )
             setattr(sys, name, own)
             stream.detach()
             os.dup2(nowhere, number)
@@ -136,7 +142,7 @@ def _replaces_evidence(options: argparse.Namespace) -> bool:
         return False
     from count_video.evidence import shows_another_clip
 
-    with suppress(OSError):  # its answer says so
+    with suppress(OSError, UsageError):  # its answer says so
         return shows_another_clip(options.output, options.clips[0])
     return False
 

@@ -117,7 +117,7 @@ def shows_another_clip(folder: Path, path: Path) -> bool:
 
     Raises
     ------
-    OSError
+    OSError, UsageError
         If the clip cannot be read.
     """
     page = f"{output_name(path.stem)}.html"

@@ -14,10 +14,12 @@ import math
 import os
 import re
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
+from io import BufferedReader
 from pathlib import Path
 
 from count_video.errors import UsageError
@@ -154,6 +156,23 @@ def shown(text: str) -> str:
     return repr(cut)
 
 
+@contextmanager
+def regular_file(path: Path) -> Iterator[BufferedReader]:
+    """Open a regular file; what is none, a pipe for example, may never open nor end.
+
+    Raises
+    ------
+    UsageError
+        It is no regular file.
+    OSError
+        If it cannot be read.
+    """
+    with open(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise UsageError(f"{path}: this is no regular file; save it to one first")
+        yield file
+
+
 def read_text(path: Path, most_bytes: int) -> str:
     """Read a text file in UTF-8, with or without a mark in front.
 
@@ -163,11 +182,7 @@ def read_text(path: Path, most_bytes: int) -> str:
         It cannot be read, is no regular file, too large, or no text.
     """
     try:
-        # A pipe that nobody writes to would never open, nor end.
-        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-        with open(descriptor, "rb") as file:
-            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-                raise UsageError(f"{path}: this is no regular file; save it to one first")
+        with regular_file(path) as file:
             content = file.read(most_bytes + 1)
         if len(content) > most_bytes:
             raise UsageError(
@@ -196,14 +211,8 @@ def read_json_object(path: Path, most_bytes: int) -> dict[str, object]:
 
 
 def content_digest(file: Path) -> str:
-    """Digest all bytes of a file.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
-    """
-    with file.open("rb") as stream:
+    """Digest all bytes of a file; raises as :func:`regular_file` does."""
+    with regular_file(file) as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 

@@ -5,20 +5,22 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from collections.abc import Callable, Collection, Sequence
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from functools import partial
 
 from count_video.campaign.crew import Crew, cluster_crew, local_crew
-from count_video.campaign.plan import Pages, jobs_of
+from count_video.campaign.plan import Job, Pages, is_manifest, jobs_of
 from count_video.campaign.run import SUMMARY, TABLE, Told, run_campaign, write_tables
 from count_video.campaign.statistics import summarise
 from count_video.campaign.store import ResultStore, open_store
 from count_video.ending import before_the_end
+from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.campaign_rows import TrialRow
 from count_video.reports.campaign_text import TRIAL_HEADING, campaign_text, trial_line
+from count_video.reports.printable import printable
 from count_video.trial import TrialSettings
 
 EXIT_COUNTED, EXIT_NOT_COUNTED = 0, 1
@@ -41,7 +43,9 @@ def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int
         store = None
         if options.output is not None:
             own = (TABLE, SUMMARY, f"campaign.{options.picture_format}", "campaign.html")
+            _spare_what_is_read(options, own)
             store = stack.enter_context(open_store(options.output, own, fresh=options.fresh))
+            _tell_what_is_replaced(jobs, store)
         progress, aside = _progress()
         if not options.json:
             print(TRIAL_HEADING, flush=True)
@@ -52,6 +56,27 @@ def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int
         _conclude(rows, store, options)
     done = all(row.status == "counted" and row.not_kept is None for row in rows)
     return EXIT_COUNTED if done else EXIT_NOT_COUNTED
+
+
+def _spare_what_is_read(options: argparse.Namespace, own: Collection[str]) -> None:
+    """Refuse to write over a manifest that is to be read again, even one that we wrote."""
+    for path in options.clips:
+        same = path.name in own and path.resolve().parent == options.output.resolve()
+        if same and is_manifest(path):
+            raise UsageError(
+                f"{path}: the results would overwrite this manifest; rename it, or give another "
+                "folder with -o"
+            )
+
+
+def _tell_what_is_replaced(jobs: Sequence[Job], store: ResultStore) -> None:
+    """Say on stderr whose results of an earlier campaign will make room."""
+    names = [job.name for job in jobs if store.shows_another_clip(job)]
+    if names and sys.stderr is not None:
+        results = "1 result" if len(names) == 1 else f"{len(names)} results"
+        told = f"replaces {results} of other clips of the same names ({printable(names[0])} first)"
+        with suppress(OSError):
+            print(f"count-video: {store.folder}: {told}", file=sys.stderr, flush=True)
 
 
 def _crew(options: argparse.Namespace) -> Callable[[], Crew]:

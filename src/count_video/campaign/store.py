@@ -73,6 +73,15 @@ class ResultStore:
             return frozenset()
         return frozenset(name for name in evidence if evidence[name] == self._written_at(name))
 
+    def shows_another_clip(self, job: Job) -> bool:
+        """Tell whether the result kept under a job's name is that of a clip elsewhere."""
+        with suppress(OSError, UsageError, ValueError):
+            clip = read_result(read_text(self._place(job), _MOST_BYTES))["clip"]
+            content = read_json_object(self._record_place(job), _MOST_BYTES).get("content")
+            elsewhere = os.path.abspath(clip) != os.path.abspath(storable(job.clip))
+            return elsewhere and content_digest(job.file) != content
+        return False
+
     def keep(self, job: Job, answer: Answer, seen: list[int]) -> None:
         """Keep an answer; one that is not final does not replace a result that may hold again.
 
