@@ -66,7 +66,7 @@ def _keep_libraries_off_the_streams() -> None:
         stream = getattr(sys, name)
         if isinstance(stream, io.TextIOWrapper):
             stream.flush()
-            own = open(
+            own = open(  # noqa: SIM115 - it lasts as long as the process
                 os.dup(number),
                 "w",
                 buffering=1 if name == "stderr" else -1,  # each complaint at once
