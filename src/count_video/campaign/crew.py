@@ -160,7 +160,9 @@ def cluster_crew(address: str) -> ClusterCrew:
         raise UsageError(
             "--scheduler needs Dask; install it with: pip install 'count-video[distributed]'"
         ) from error
-    join: Any = distributed.Client  # its constructor has no types
+    # A client that never joined would wait for the cluster once more as it is thrown away; one that
+    # did is closed by its crew.
+    join: Any = type("_Client", (distributed.Client,), {"__del__": lambda _: None})
     try:
         return ClusterCrew(join(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False))
     except (OSError, ValueError, TypeError, RuntimeError, ImportError) as error:
