@@ -94,9 +94,9 @@ def test_a_torn_record_costs_its_last_line_alone(
     whole = record.read_bytes()
     record.write_bytes(whole + rubbish.replace(b"\n", b"") + whole[:cut])
     folder.claim("b.html", "second")
-    told = OutputFolder(folder.folder).written()
-    assert told["a.html"] == "first"
-    assert told["b.html"] == "second"
+    written = OutputFolder(folder.folder).written()
+    assert written["a.html"] == "first"
+    assert written["b.html"] == "second"
 
 
 def test_a_failure_leaves_neither_half_a_file_nor_the_loss_of_the_old_one(tmp_path: Path) -> None:

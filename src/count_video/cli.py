@@ -137,7 +137,7 @@ def _answer(options: argparse.Namespace) -> int:
 
 
 def _replaces_evidence(options: argparse.Namespace) -> bool:
-    """Tell whether a clip's evidence will take the place of another's."""
+    """Return whether a clip's evidence will take the place of another's."""
     if options.output is None:
         return False
     from count_video.evidence import shows_another_clip

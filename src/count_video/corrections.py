@@ -80,9 +80,9 @@ def reviewed(result: TrialResult, path: Path) -> TrialResult:
 def _changed_count(stored: Mapping[str, object], result: TrialResult, path: Path) -> list[str]:
     """Refuse corrections of another clip; return a sentence if they were made to another count."""
     name = storable(Path(result.clip).name)
-    told = stored.get("clip")
-    if told != name:
-        whose = shown(told) if isinstance(told, str) else "no clip"
+    other = stored.get("clip")
+    if other != name:
+        whose = shown(other) if isinstance(other, str) else "no clip"
         raise UsageError(
             f"{path}: these corrections are for {whose}, not for {shown(name)}; "
             "give the file that was saved for this clip"
@@ -123,9 +123,9 @@ def _step(correction: Correction) -> int:
 
 
 def _correction(entry: object, result: TrialResult, where: str) -> Correction:
-    told = entry if isinstance(entry, dict) else {}
-    action, kind = told.get("action"), told.get("kind")
-    frame = stored_number(told.get("frame"), FRAME)
+    fields = entry if isinstance(entry, dict) else {}
+    action, kind = fields.get("action"), fields.get("kind")
+    frame = stored_number(fields.get("frame"), FRAME)
     if action not in ("wrong", "missed") or kind not in ("bodies", "wall") or frame is None:
         raise UsageError(f"{where}: needs an action, a kind and a frame; save the file again")
     if result.frames_decoded is not None and frame >= result.frames_decoded:

@@ -15,12 +15,12 @@ from types import FrameType
 from count_video.outputs import discard_unfinished
 
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # the last is not known to Windows
-_last_wishes: list[Callable[[], object]] = []
+_last_actions: list[Callable[[], object]] = []
 
 
-def before_the_end(wish: Callable[[], object]) -> None:
+def before_the_end(action: Callable[[], object]) -> None:
     """Have something done before a signal ends the command, the latest wish first."""
-    _last_wishes.append(wish)
+    _last_actions.append(action)
 
 
 def end_well_on_signals(complain: Callable[[str], object]) -> None:
@@ -32,9 +32,9 @@ def end_well_on_signals(complain: Callable[[str], object]) -> None:
     def end(number: int, _frame: FrameType | None) -> None:
         for name in names:
             signal.signal(getattr(signal, name), signal.SIG_IGN)
-        for wish in reversed(_last_wishes):
+        for action in reversed(_last_actions):
             with suppress(OSError):
-                wish()
+                action()
         discard_unfinished()
         name = signal.Signals(number).name
         complain("interrupted" if name == "SIGINT" else f"ended by {name}")

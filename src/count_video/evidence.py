@@ -113,7 +113,7 @@ def make_evidence(
 
 
 def shows_another_clip(folder: Path, path: Path) -> bool:
-    """Tell whether a folder holds the evidence of another clip of this name.
+    """Return whether a folder holds the evidence of another clip of this name.
 
     Raises
     ------

@@ -41,7 +41,7 @@ class Range:
     unit: str
 
     def holds(self, value: float | Fraction) -> bool:
-        """Tell whether a number lies in the range; exact, for not all of them fit into floats."""
+        """Return whether a number lies in the range; exact, for not all of them fit into floats."""
         if isinstance(value, float) and not math.isfinite(value):
             return False
         return Fraction(str(self.low)) <= Fraction(value) <= Fraction(str(self.high))

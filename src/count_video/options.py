@@ -39,8 +39,8 @@ class _Parser(argparse.ArgumentParser):
     """A parser that says what is wrong in one line, by raising it."""
 
     def error(self, message: str) -> NoReturn:
-        told = re.sub(r"\S{81,}", lambda long: shown(long[0]), message)
-        raise UsageError(f"{told if len(told) < 400 else shown(told)} (see {self.prog} --help)")
+        short = re.sub(r"\S{81,}", lambda long: shown(long[0]), message)
+        raise UsageError(f"{short if len(short) < 400 else shown(short)} (see {self.prog} --help)")
 
 
 def _value(read: Callable[[str], Any]) -> Callable[[str], Any]:

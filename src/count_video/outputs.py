@@ -44,7 +44,7 @@ _RECORD = "written"
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _UNFINISHED = re.compile(r"\.[0-9a-f]{12}\.part(\..*)?")
 _SUFFIX_CHARACTERS = 40
-"""So much of a name's end is kept in the name of the unfinished file: it tells the format."""
+"""So much of a name's end is kept in the name of the unfinished file: it names the format."""
 _unfinished: set[Path] = set()
 """Files that this process is writing."""
 
@@ -135,16 +135,16 @@ def open_outputs(folder: Path) -> OutputFolder:
     return OutputFolder(folder)
 
 
-def output_name(wish: str) -> str:
-    """Return the name of a clip's results: the wish, as far as every system can show and hold it.
+def output_name(wanted: str) -> str:
+    """Return the name of a clip's results: what is wanted, as far as every system can hold it.
 
     It needs no escape in a table or a link, and the longest ending of a result still fits.
     """
-    name = "".join(sign if sign.isprintable() and sign not in "/\\" else "_" for sign in wish)
+    name = "".join(sign if sign.isprintable() and sign not in "/\\" else "_" for sign in wanted)
     if name.startswith("."):
         name = f"_{name[1:]}"
     if len(name.encode("utf-8")) > LONGEST_NAME_BYTES:
-        mark = f"~{hashlib.sha256(wish.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
+        mark = f"~{hashlib.sha256(wanted.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
         name = name.encode("utf-8")[: LONGEST_NAME_BYTES - len(mark)].decode("utf-8", "ignore")
         name += mark
     return name

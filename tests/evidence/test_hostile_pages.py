@@ -109,8 +109,8 @@ def test_hostile_text_on_a_campaigns_page_is_shown_and_does_nothing(
     names = "count seen between_frames capture_fps mass_ratio theory pi_low pi_high"
     names += " restitution_bodies restitution_wall energy_kept ending"
     nothing = dict.fromkeys(names.split())
-    told = {"name": "trial", "clip": text, "reason": text, "not_kept": text, "chances": {}}
-    row = TrialRow(status="not_counted", **told, **nothing)  # type: ignore[arg-type]
+    fields = {"name": "trial", "clip": text, "reason": text, "not_kept": text, "chances": {}}
+    row = TrialRow(status="not_counted", **fields, **nothing)  # type: ignore[arg-type]
     page = tmp_path / "campaign.html"
     page.write_text(campaign_page([row], summarise([row]), (b"", "image/png")), "utf-8")
     visit, asked = opened(browser, page)
@@ -152,6 +152,6 @@ def test_the_saved_corrections_name_the_clip_by_its_digest(
     browser: sync_api.Browser, made: Made
 ) -> None:
     visit, _ = opened(browser, made.file("html"))
-    told = json.loads(visit.locator("#data").text_content() or "")
-    assert len(told["clip_sha256"]) == 64
+    fields = json.loads(visit.locator("#data").text_content() or "")
+    assert len(fields["clip_sha256"]) == 64
     visit.close()

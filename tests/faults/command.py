@@ -20,7 +20,7 @@ KEYS = frozenset(json_object(unread_result("", "")))
 CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e]")
 MOST_BYTES = 1 << 30
 PATIENCE_S = 300.0
-"""A hang is told by this; how fast an answer comes is told elsewhere."""
+"""After so long a run hangs; how fast an answer comes is measured elsewhere."""
 PROGRAM = (sys.executable, "-m", "count_video")
 ENDINGS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
 
@@ -77,8 +77,8 @@ def ask(
             signal.alarm(0)
             signal.signal(signal.SIGALRM, timer)
         process.returncode = os.waitstatus_to_exitcode(status)
-        told = [stream.seek(0) or stream.read().decode("utf-8") for stream in (out, err)]
-    return Answer(process.returncode, told[0], told[1], used.ru_maxrss * 1024)
+        objects_read = [stream.seek(0) or stream.read().decode("utf-8") for stream in (out, err)]
+    return Answer(process.returncode, objects_read[0], objects_read[1], used.ru_maxrss * 1024)
 
 
 def faults_of(answer: Answer, objects: int | None = None) -> list[str]:
@@ -99,16 +99,20 @@ def faults_of(answer: Answer, objects: int | None = None) -> list[str]:
 
 def _faults_of_json(answer: Answer, objects: int) -> list[str]:
     try:
-        told = [json.loads(line, parse_constant=_no_number) for line in answer.out.splitlines()]
+        objects_read = [
+            json.loads(line, parse_constant=_no_number) for line in answer.out.splitlines()
+        ]
     except ValueError as error:
         return [f"no JSON: {error}"]
-    if answer.code == 2 and not told:  # the request was wrong: nothing was done
+    if answer.code == 2 and not objects_read:  # the request was wrong: nothing was done
         return []
-    refused = sum(one["status"] == "not_counted" for one in told if "status" in one)
+    refused = sum(one["status"] == "not_counted" for one in objects_read if "status" in one)
     broken = {
-        f"{len(told)} objects, not {objects}": len(told) != objects,
-        "keys differ": any(set(one) != KEYS for one in told),
-        "no reason": any(one.get("status") != "counted" and not one.get("reason") for one in told),
+        f"{len(objects_read)} objects, not {objects}": len(objects_read) != objects,
+        "keys differ": any(set(one) != KEYS for one in objects_read),
+        "no reason": any(
+            one.get("status") != "counted" and not one.get("reason") for one in objects_read
+        ),
         "exit code 0 without a count": answer.code == 0 and refused > 0,
         "not one line a clip": len(answer.err.splitlines()) != refused,
     }

@@ -1,4 +1,4 @@
-"""Look for files on which a reader fails: ``python tests/faults/fuzz_readers.py --minutes 20``.
+"""Search for files on which a reader fails: ``python tests/faults/fuzz_readers.py --minutes 20``.
 
 Each case is a sound file, damaged by its seed. It is read in a process of its own kind, so that a
 crash, a hang or a hunger for memory is seen as well. What is found is kept in ``corpus/``, where
@@ -76,10 +76,10 @@ def work(name: str, seed: int, folder: Path) -> None:
         case.write_bytes(mutated(sound, number))
         Path(folder, "seed").write_text(str(number), "ascii")
         signal.alarm(SECONDS_A_CASE)
-        told = refusal(reader, case)
+        refused = refusal(reader, case)
         signal.alarm(0)
-        if "\n" in told:
-            raise ValueError(f"more than one line: {told!r}")
+        if "\n" in refused:
+            raise ValueError(f"more than one line: {refused!r}")
         held = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
         if held > MOST_BYTES:
             raise MemoryError(f"{held >> 20} MB")

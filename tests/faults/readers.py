@@ -70,8 +70,8 @@ def _write_manifest(path: Path) -> None:
 
 def _write_corrections(path: Path) -> None:
     entry = {"action": "missed", "kind": "wall", "frame": 30, "number": None}
-    told = {"corrections_version": 1, "clip": "clip.mp4", "tool_count": None}
-    path.write_text(json.dumps(told | {"reviewed_count": 1, "corrections": [entry]}), "utf-8")
+    fields = {"corrections_version": 1, "clip": "clip.mp4", "tool_count": None}
+    path.write_text(json.dumps(fields | {"reviewed_count": 1, "corrections": [entry]}), "utf-8")
 
 
 def _read_corrections(path: Path) -> None:

@@ -13,8 +13,8 @@ QUICK, WHOLE = range(30), range(30, 1000)
 
 
 def check(reader: Reader, case: Path) -> None:
-    told = refusal(reader, case)  # raises what is no refusal
-    assert "\n" not in told
+    refused = refusal(reader, case)  # raises what is no refusal
+    assert "\n" not in refused
 
 
 @pytest.mark.parametrize("name", READERS)

@@ -1,4 +1,4 @@
-"""What a file states of its size is looked at before room is made for it."""
+"""What a file states of its size is checked before memory is taken for it."""
 
 from __future__ import annotations
 

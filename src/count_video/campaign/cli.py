@@ -45,7 +45,7 @@ def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int
             own = (TABLE, SUMMARY, f"campaign.{options.picture_format}", "campaign.html")
             _spare_what_is_read(options, own)
             store = stack.enter_context(open_store(options.output, own, fresh=options.fresh))
-            _tell_what_is_replaced(jobs, store)
+            _name_what_is_replaced(jobs, store)
         progress, aside = _progress()
         if not options.json:
             print(TRIAL_HEADING, flush=True)
@@ -69,14 +69,14 @@ def _spare_what_is_read(options: argparse.Namespace, own: Collection[str]) -> No
             )
 
 
-def _tell_what_is_replaced(jobs: Sequence[Job], store: ResultStore) -> None:
-    """Say on stderr whose results of an earlier campaign will make room."""
+def _name_what_is_replaced(jobs: Sequence[Job], store: ResultStore) -> None:
+    """Say on stderr whose results of an earlier campaign will be replaced."""
     names = [job.name for job in jobs if store.shows_another_clip(job)]
     if names and sys.stderr is not None:
         results = "1 result" if len(names) == 1 else f"{len(names)} results"
-        told = f"replaces {results} of other clips of the same names ({printable(names[0])} first)"
+        line = f"replaces {results} of other clips of the same names ({printable(names[0])} first)"
         with suppress(OSError):
-            print(f"count-video: {store.folder}: {told}", file=sys.stderr, flush=True)
+            print(f"count-video: {store.folder}: {line}", file=sys.stderr, flush=True)
 
 
 def _crew(options: argparse.Namespace) -> Callable[[], Crew]:

@@ -107,7 +107,7 @@ def _of_folder(folder: Path, settings: TrialSettings) -> Iterator[Job]:
 def _free_name(job: Job, taken: dict[str, int]) -> str:
     """Choose the shortest name that is still free, and take it.
 
-    ``taken`` has the number from which on to look for others of each name.
+    ``taken`` has the lowest number that others of each name may have.
     """
     full = job.file.name or "clip"
     stem = job.name or job.file.stem or full
@@ -124,5 +124,5 @@ def _free_name(job: Job, taken: dict[str, int]) -> str:
 
 
 def _alike(name: str) -> str:
-    """Return what many file systems tell names by: not their case, nor how accents are written."""
+    """Return what is the same for names that many file systems hold for the same one."""
     return unicodedata.normalize("NFC", output_name(name)).casefold()

@@ -74,7 +74,7 @@ class ResultStore:
         return frozenset(name for name in evidence if evidence[name] == self._written_at(name))
 
     def shows_another_clip(self, job: Job) -> bool:
-        """Tell whether the result kept under a job's name is that of a clip elsewhere."""
+        """Return whether the result kept under a job's name is that of a clip elsewhere."""
         with suppress(OSError, UsageError, ValueError):
             clip = read_result(read_text(self._place(job), _MOST_BYTES))["clip"]
             content = read_json_object(self._record_place(job), _MOST_BYTES).get("content")
@@ -116,8 +116,8 @@ class ResultStore:
 
     def _write(self, job: Job, text: str, record: dict[str, object]) -> None:
         self.outputs.claim(self._place(job).name, str(record["content"]))
-        told = json.dumps(record | {"result": text_digest(text)}, indent=1) + "\n"
-        write_whole(self._record_place(job), told.encode("utf-8"))
+        line = json.dumps(record | {"result": text_digest(text)}, indent=1) + "\n"
+        write_whole(self._record_place(job), line.encode("utf-8"))
         write_whole(self._place(job), f"{text}\n".encode())
 
     def _record(self, job: Job) -> dict[str, object]:

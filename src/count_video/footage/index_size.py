@@ -2,7 +2,7 @@
 
 Such a file is a tree of boxes, each with a size and a name (ISO/IEC 14496-12). A sample table may
 give all frames one size: then a few bytes state millions of frames, and every one of them takes
-room in the decoder's own index.
+memory in the decoder's own index.
 """
 
 from __future__ import annotations

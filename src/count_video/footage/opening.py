@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import stat
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import av
@@ -23,10 +26,14 @@ SHORTEST_SIDE_PX = 16
 MOST_FRAMES = 1_000_000
 """More than an hour at 240 frames per second. Each takes some 60 bytes of an index in memory."""
 
+OPENING_BYTES = 700_000_000
+"""To open a file takes an index of up to 100 MB and a few decoded pictures."""
+_one_at_a_time = threading.Lock()
+
 _OPTIONS = {
     "protocol_whitelist": "file",  # playlists reach no network
     "pattern_type": "none",  # img%03d.png is the name of one file
-    "max_pixels": str(MOST_PIXELS),  # heeded before a decoder makes room for a picture
+    "max_pixels": str(MOST_PIXELS),  # checked before a decoder allocates a picture
 }
 _TEXT_FORMATS = frozenset({"tty", "bin", "adf", "idf", "xbin", "concat", "hls"})
 """FFmpeg paints text as pictures and follows lists of other files; nobody means that as footage."""
@@ -43,8 +50,9 @@ def open_container(path: Path) -> InputContainer:
     """
     _check_readable(path)
     try:
-        # An absolute path can never be taken for a URL.
-        container = av.open(os.path.abspath(path), options=_OPTIONS, metadata_errors="replace")
+        with _bounded_memory():
+            # An absolute path can never be taken for a URL.
+            container = av.open(os.path.abspath(path), options=_OPTIONS, metadata_errors="replace")
     except (av.error.FFmpegError, OSError, ValueError) as error:
         raise FootageError(
             f"{path}: not readable as video ({_short(error)}); the file is damaged, cut off before "
@@ -54,6 +62,31 @@ def open_container(path: Path) -> InputContainer:
         container.close()
         raise FootageError(f"{path}: this is a text file, not a video; give the clip itself")
     return container
+
+
+@contextmanager
+def _bounded_memory() -> Iterator[None]:
+    """Let this process take little more memory than it has, where the system (Linux) can.
+
+    Headers state how many entries of many kinds there are, and FFmpeg takes memory for some of them
+    before it finds that they are not there.
+    """
+    with _one_at_a_time:
+        try:
+            pages = int(Path("/proc/self/statm").read_text("ascii").split()[5])
+        except (OSError, ValueError, LookupError):
+            yield
+            return
+        import resource  # noqa: PLC0415 - not on every system
+
+        before, most = resource.getrlimit(resource.RLIMIT_DATA)
+        limit = pages * resource.getpagesize() + OPENING_BYTES
+        if before == resource.RLIM_INFINITY or limit < before:
+            resource.setrlimit(resource.RLIMIT_DATA, (limit, most))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_DATA, (before, most))
 
 
 def choose_stream(path: Path, container: InputContainer) -> av.VideoStream:

@@ -31,7 +31,7 @@ class Footage:
     cuts: Mapping[int, Sequence[ContactFrame]]
     """Enlarged frames of each contact, by the collision's number."""
     clip_sha256: str = ""
-    """Digest of the clip's bytes, which tells it from others of its name; empty if not known."""
+    """Digest of the clip's bytes, which no other clip has; empty if not known."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def environment() -> Environment:
 
 
 def _digest(own_text: str) -> str:
-    """Name a style or script as a page's policy does, so that the browser heeds no other."""
+    """Name a style or script as a page's policy does, so that the browser applies no other."""
     digest = hashlib.sha256(own_text.encode("utf-8")).digest()
     return f"sha256-{base64.b64encode(digest).decode('ascii')}"
 
