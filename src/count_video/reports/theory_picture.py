@@ -66,7 +66,9 @@ def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
         circle.set_xlabel(r"$V_1 = \sqrt{M}\,v_1$")
         circle.set_title(f"m : M = 1 : {plain(heavy / light)}", fontsize=18)
         if count >= MOST_POINTS:
-            circle.text(0, -0.5, f"{count + 1} state points:\ntoo many to draw", ha="center")
+            circle.text(
+                0, -0.5, f"{_short(count + 1)} state points:\ntoo many to draw", ha="center"
+            )
         _draw_words(figure.add_subplot(columns[1]), heavy, light)
         return figure
 
@@ -97,12 +99,15 @@ def _name(axes: Axes, letter: str, place: tuple[float, float]) -> None:
     axes.text(*place, letter, fontsize=15, color=BLUE, ha="center", va="center", bbox=paper)
 
 
+def _short(count: int) -> str:
+    return str(count) if count < MOST_WRITTEN_OUT else f"{Decimal(count):.3e}"
+
+
 def _draw_words(axes: Axes, heavy: Fraction, light: Fraction) -> None:
     axes.set_axis_off()
     count = collision_count(heavy, light)
     place: Any = {"transform": axes.transAxes, "va": "top"}
-    number = str(count) if count < MOST_WRITTEN_OUT else f"{Decimal(count):.8e}"
-    axes.text(0, 0.98, f"{number} collisions", fontsize=34, weight="bold", **place)
+    axes.text(0, 0.98, f"{_short(count)} collisions", fontsize=34, weight="bold", **place)
     words = "\n".join(
         shorten(f"{label}:  {value}", LONGEST_FACT, placeholder=" …")
         for label, value in facts(heavy, light)[2:]
