@@ -11,6 +11,7 @@ from count_video import trial
 from count_video.campaign.fingerprint import tool_version
 from count_video.campaign.one_by_one import refused
 from count_video.campaign.plan import Job
+from count_video.campaign.rows import read_result
 from count_video.errors import CountVideoError, FootageError, TrackingError
 from count_video.inputs import content_digest
 from count_video.records import TrialResult
@@ -53,6 +54,7 @@ def count_job(job: Job) -> Answer:
         # What hinders the work, a full disk for example, may be gone the next time.
         final = isinstance(error, FootageError | TrackingError)
     text = json_line(replace(result, clip=job.clip))
+    read_result(text)  # else a fault of the program, which is not to be kept
     return Answer(text, content, final, tool_version(), evidence)
 
 
