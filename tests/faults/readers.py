@@ -115,6 +115,7 @@ READERS: Mapping[str, Reader] = {
     "mkv": Reader("clip.mkv", _clip("ffv1", "yuv420p"), _read_clip),
     "avi": Reader("clip.avi", _clip("mjpeg", "yuv420p"), _read_clip),
     "webm": Reader("clip.webm", _clip("libvpx", "yuv420p"), _read_clip),
+    "ts": Reader("clip.ts", _clip("libx264", "yuv420p"), _read_clip),
     "manifest": Reader("clips.csv", _write_manifest, lambda p: read_manifest(p, TrialSettings())),
     "corrections": Reader("clip.json", _write_corrections, _read_corrections),
     "result": Reader("result.json", _write_result, _read_result),

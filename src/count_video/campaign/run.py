@@ -94,7 +94,8 @@ def _arriving(
             not_kept, files = None, frozenset[str]()
             if store is not None:
                 not_kept = _kept(job, answer, signatures[job.name], store)
-                files = store.evidence(job)
+                if answer.final and not_kept is None:  # else the record is an earlier result's
+                    files = store.evidence(job)
             told[job.name] = Told(row_of(job, answer.text, not_kept, files), answer.text)
             progress.advance(1)
             if table is not None:

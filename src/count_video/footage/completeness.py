@@ -11,7 +11,7 @@ from pathlib import Path
 import av
 import av.error
 
-from count_video.footage.decoding import Reading, Tally
+from count_video.footage.decoding import Reading, Tally, packets_of
 from count_video.footage.opening import choose_stream, open_container
 
 _SOUND_S = 1.0
@@ -144,7 +144,7 @@ def _packets_shown(path: Path) -> int:
         stream = choose_stream(path, container)
         number = 0
         try:
-            for packet in container.demux(stream):
+            for packet in packets_of(container, stream):
                 number += packet.size > 0 and not packet.is_discard and not _is_hidden(packet)
         except av.error.FFmpegError:
             pass  # reading to the end meets the same error, and reports it

@@ -178,11 +178,25 @@ def seconds(ticks: int | None, tick_s: Fraction | None) -> float:
     return ticks * tick_s.numerator / tick_s.denominator
 
 
+def packets_of(
+    container: InputContainer, stream: av.VideoStream
+) -> Iterator[av.Packet[av.VideoStream]]:
+    """Yield what a file holds of a stream.
+
+    At the end of the file PyAV adds an empty packet for every stream, also for those that turned up
+    on the way, as in a damaged transport stream, which it does not know: that is an IndexError.
+    """
+    for packet in container.demux(stream):
+        if packet.size == 0 and packet.pts is None and packet.dts is None:
+            return
+        yield packet
+
+
 def _packets(
     container: InputContainer, stream: av.VideoStream, tally: Tally
 ) -> Iterator[av.Packet[av.VideoStream] | None]:
     """Yield packets and at last None, upon which a decoder gives its last pictures."""
-    packets = container.demux(stream)
+    packets = packets_of(container, stream)
     waiting = None
     while True:
         try:
