@@ -75,6 +75,18 @@ def complaints(promise: Promise, tally: Tally) -> Iterator[str]:
         yield from _shortfalls(promise, tally)
 
 
+def frames_missing(promise: Promise, tally: Tally) -> int:
+    """Return how many pictures are known to be missing, by what misses most of them."""
+    missing = [float(tally.errors)]
+    if tally.exhausted:
+        missing.append((promise.frames or 0) - tally.pictures)
+        if promise.end_s - _end_s(tally) > promise.tolerance_s:
+            missing.append((promise.end_s - _end_s(tally)) / tally.usual_step_s)
+        if _is_gap(tally):
+            missing.append(tally.widest_jump_share - 1)
+    return round(max(number for number in missing if math.isfinite(number)))
+
+
 def _shortfalls(promise: Promise, tally: Tally) -> Iterator[str]:
     """Yield what a clip that was decoded to its end lacks."""
     if promise.frames is not None and promise.frames != tally.pictures:

@@ -12,7 +12,7 @@ import av
 
 from count_video.errors import FootageError, UsageError
 from count_video.footage.capture_rate import capture_rate, check_capture_rate
-from count_video.footage.completeness import Promise, complaints, promise_of
+from count_video.footage.completeness import Promise, complaints, frames_missing, promise_of
 from count_video.footage.decoding import Reading, seconds
 from count_video.footage.opening import MOST_FRAMES, MOST_PIXELS, check_size
 from count_video.footage.pictures import Luma, luma_of, quarter_turns, upright
@@ -91,6 +91,7 @@ class Footage:
             frames_repeated=self._repeats.all,
             decode_errors=tally.errors,
             warnings=tuple(warnings),
+            frames_missing=frames_missing(self._promise, tally),
         )
 
     def _frames(
