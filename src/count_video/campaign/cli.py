@@ -61,8 +61,8 @@ def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int
 def _spare_what_is_read(options: argparse.Namespace, own: Collection[str]) -> None:
     """Refuse to write over a manifest that is to be read again, even one that we wrote."""
     for path in options.clips:
-        same = path.name in own and path.resolve().parent == options.output.resolve()
-        if same and is_manifest(path):
+        written = [os.path.realpath(options.output / name) for name in own]
+        if is_manifest(path) and os.path.realpath(path) in written:
             raise UsageError(
                 f"{path}: the results would overwrite this manifest; rename it, or give another "
                 "folder with -o"
