@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, TextIO
 
 from count_video.ending import before_the_end, end_well_on_signals
 from count_video.errors import UsageError
-from count_video.options import read_options
+from count_video.options import is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.printable import printable
 
@@ -117,7 +117,7 @@ def _answer(options: argparse.Namespace) -> int:
         return _answer_theory(options)
     if options.plan is not None:
         return _answer_plan(options)
-    if _is_campaign(options):
+    if is_campaign(options):
         from count_video.campaign.cli import answer_campaign
 
         return answer_campaign(options, _settings(options))
@@ -147,14 +147,6 @@ def _replaces_evidence(options: argparse.Namespace) -> bool:
     with suppress(OSError, UsageError):  # its answer says so
         return shows_another_clip(options.output, options.clips[0])
     return False
-
-
-def _is_campaign(options: argparse.Namespace) -> bool:
-    """Tell a campaign, which is summed up, from single clips, each of which speaks for itself."""
-    manifest = any(path.suffix.lower() == ".csv" for path in options.clips)
-    folder = any(os.path.isdir(path) for path in options.clips)
-    kept = options.output is not None and len(options.clips) > 1
-    return manifest or folder or kept or options.scheduler is not None
 
 
 def _quieten_the_drawing() -> None:

@@ -89,15 +89,19 @@ def _check_what_is_wanted(options: argparse.Namespace) -> None:
         raise UsageError("--theory goes with -o and --format alone")
     if options.pages and options.output is None:
         raise UsageError("--pages need a folder to go to: give one with -o")
-    folder = any(os.path.isdir(path) for path in options.clips)
-    manifest = any(path.suffix.lower() == ".csv" for path in options.clips)
-    kept = options.output is not None and len(options.clips) > 1
-    campaign = folder or manifest or kept or options.scheduler is not None
-    if options.plan_file is not None and campaign:
+    if options.plan_file is not None and is_campaign(options):
         raise UsageError("--plan-file goes with clips, not with a campaign: give single clips")
-    one_file = len(options.clips) == 1 and not folder
+    one_file = len(options.clips) == 1 and not os.path.isdir(options.clips[0])
     if options.corrections is not None and not one_file:
         raise UsageError("--corrections are those of one clip: give that clip alone")
+
+
+def is_campaign(options: argparse.Namespace) -> bool:
+    """Tell a campaign, which is summed up, from single clips, each of which speaks for itself."""
+    manifest = any(path.suffix.lower() == ".csv" for path in options.clips)
+    folder = any(os.path.isdir(path) for path in options.clips)
+    kept = options.output is not None and len(options.clips) > 1
+    return manifest or folder or kept or options.scheduler is not None
 
 
 def _parser() -> _Parser:

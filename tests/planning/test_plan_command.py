@@ -42,6 +42,16 @@ def test_the_count_comes_first_and_everything_asked_for_follows(
     assert "Number of trials" not in text
 
 
+@pytest.mark.parametrize("thread", ["0.019", "0.1"])
+def test_no_release_is_proposed_that_is_longer_than_a_thread(
+    thread: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    set_up = ["--thread", thread, "--release", "0.015", "--gap", "0.008"]
+    output = json.loads(answer(capsys, "--plan", "1050", "10.5", *set_up, "--json"))
+    releases = [one["value"] for one in output["proposals"] if one["change"] == "release"]
+    assert all(release < float(thread) for release in releases)
+
+
 def test_trials_add_the_table(capsys: pytest.CaptureFixture[str]) -> None:
     text = answer(capsys, *PAPER, "--trials", "30", "--seed", "5")
     figures = dict(re.findall(r"^(\w[\w ]+?)  +([\d.]+)", text, re.M))

@@ -44,10 +44,11 @@ class Visit:
         return self.page.locator(f"#{name}").inner_text()
 
     def slide(self, name: str, value: float) -> None:
-        """Put a slider to a value, as a drag does."""
+        """Put a slider to a value, as a drag does; the page shows it with its next frame."""
         self.page.evaluate(
             "([name, value]) => { const e = document.getElementById(name); e.value = value;"
-            " e.dispatchEvent(new Event('input')); }",
+            " e.dispatchEvent(new Event('input'));"
+            " return new Promise((shown) => requestAnimationFrame(shown)); }",
             [name, value],
         )
 
