@@ -44,16 +44,21 @@ class Visit:
         return self.page.locator(f"#{name}").inner_text()
 
     def slide(self, name: str, value: float) -> None:
-        """Put a slider to a value, as a drag does; the page shows it with its next frame."""
+        """Put a slider to a value, as a drag does."""
         self.page.evaluate(
             "([name, value]) => { const e = document.getElementById(name); e.value = value;"
-            " e.dispatchEvent(new Event('input'));"
-            " return new Promise((shown) => requestAnimationFrame(shown)); }",
+            " e.dispatchEvent(new Event('input')); }",
             [name, value],
         )
+        self.wait_for_frame()
+
+    def wait_for_frame(self) -> None:
+        """Wait until the page has shown what it was given: it does so with its next frame."""
+        self.page.evaluate("new Promise((shown) => requestAnimationFrame(shown))")
 
     def wait_for_count(self, count: int | str) -> None:
         for _ in range(PATIENCE):
+            self.wait_for_frame()
             if self.text("count") == str(count):
                 return
             self.page.wait_for_timeout(50)
