@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-_SHARED = frozenset({"records", "errors", "progress"})
+_SHARED = frozenset({"records", "errors", "progress", "inputs", "outputs"})
 _API = frozenset({"planning", "physics"})
 """What the package itself may import, when one of its functions is called."""
 _BELOW_A_STAGE = _SHARED | {"physics", "signals", "lasting"}
@@ -21,16 +21,18 @@ _BELOW_A_STAGE = _SHARED | {"physics", "signals", "lasting"}
 MAY_IMPORT: Mapping[str, frozenset[str]] = {
     "__main__": frozenset({"cli"}),
     "cli": frozenset(
-        {"options", "campaign", "trial", "evidence", "corrections", "reports", "physics"}
+        {"options", "ending", "campaign", "trial", "evidence", "corrections", "reports", "physics"}
     )
     | _SHARED
     | {"planning", "plan_options"},
-    "options": frozenset({"option_values", "plan_options"}) | _SHARED,
-    "plan_options": frozenset({"option_values"}) | _SHARED,
-    "option_values": frozenset(),
+    "options": _SHARED | {"plan_options"},
+    "plan_options": _SHARED,
     "planning": frozenset({"physics"}) | _SHARED,
+    "inputs": frozenset({"errors"}),
+    "outputs": frozenset({"errors"}),
+    "ending": frozenset({"outputs"}),
     "campaign": frozenset(
-        {"options", "trial", "verdict", "evidence", "corrections", "reports", "physics"}
+        {"ending", "trial", "verdict", "evidence", "corrections", "reports", "physics"}
     )
     | _SHARED,
     "evidence": frozenset({"trial", "corrections", "reports", "collisions", "footage"})

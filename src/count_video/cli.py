@@ -15,8 +15,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, TextIO
 
+from count_video.ending import before_the_end, end_well_on_signals
 from count_video.errors import UsageError
-from count_video.options import read_options
+from count_video.options import is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.printable import printable
 
@@ -36,6 +37,8 @@ EXIT_BROKEN_PIPE = 141  # and for an end because nobody reads on
 def run() -> None:
     """Run the command and leave the interpreter with its exit code."""
     _leave_cores_to_the_decoder()
+    _keep_libraries_off_the_streams()
+    end_well_on_signals(_complain)
     sys.exit(main())
 
 
@@ -47,14 +50,42 @@ def _leave_cores_to_the_decoder() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
+def _keep_libraries_off_the_streams() -> None:
+    """Give this program streams of its own, and let what libraries in C print go nowhere.
+
+    They write to the descriptors 1 and 2. Where the caller has closed one of the first three, a
+    file opened later would take its number, and get what is meant for the stream.
+    """
+    for number in range(3):
+        with suppress(OSError):
+            os.fstat(number)
+            continue
+        os.open(os.devnull, os.O_RDWR)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for name, number in (("stdout", 1), ("stderr", 2)):
+        stream = getattr(sys, name)
+        if isinstance(stream, io.TextIOWrapper):
+            stream.flush()
+            own = open(  # noqa: SIM115 - it lasts as long as the process
+                os.dup(number),
+                "w",
+                buffering=1 if name == "stderr" else -1,  # each complaint at once
+                encoding=stream.encoding,
+                errors=stream.errors,
+                closefd=False,  # open to the end, as the streams of the interpreter are
+            )
+            setattr(sys, name, own)
+            stream.detach()
+            os.dup2(nowhere, number)
+    os.close(nowhere)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command on ``arguments`` (None: those of this process) and return its exit code."""
     _show_any_file_name()
     try:
-        code = _answer(read_options(arguments))
+        code = _answered(arguments)
         _flush_stdout()
-    except SystemExit as done:  # --help and --version
-        return EXIT_COUNTED if done.code is None else int(done.code)
     except UsageError as error:
         _complain(str(error))
         return EXIT_USAGE
@@ -71,6 +102,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
+def _answered(arguments: Sequence[str] | None) -> int:
+    try:
+        options = read_options(arguments)
+    except SystemExit as done:  # --help and --version
+        return EXIT_COUNTED if done.code is None else int(done.code)
+    return _answer(options)
+
+
 def _answer(options: argparse.Namespace) -> int:
     if options.output is not None:
         _quieten_the_drawing()
@@ -78,7 +117,7 @@ def _answer(options: argparse.Namespace) -> int:
         return _answer_theory(options)
     if options.plan is not None:
         return _answer_plan(options)
-    if _is_campaign(options):
+    if is_campaign(options):
         from count_video.campaign.cli import answer_campaign
 
         return answer_campaign(options, _settings(options))
@@ -87,21 +126,27 @@ def _answer(options: argparse.Namespace) -> int:
     code = EXIT_COUNTED
     gap = ""
     work = _work(options)
+    replaces = _replaces_evidence(options)
     for outcome in count_clips(options.clips, _settings(options), _progress(), work):
         if options.json:
             _show_as_json(outcome)
         elif _show_as_text(outcome, gap):
             gap = "\n"
         code = max(code, _exit_code(outcome))
+        if replaces and outcome.error is None:
+            _complain(f"{outcome.result.clip}: replaced the evidence of another clip of this name")
     return code
 
 
-def _is_campaign(options: argparse.Namespace) -> bool:
-    """Tell a campaign, which is summed up, from single clips, each of which speaks for itself."""
-    manifest = any(path.suffix.lower() == ".csv" for path in options.clips)
-    folder = any(os.path.isdir(path) for path in options.clips)
-    kept = options.output is not None and len(options.clips) > 1
-    return manifest or folder or kept or options.scheduler is not None
+def _replaces_evidence(options: argparse.Namespace) -> bool:
+    """Return whether a clip's evidence will take the place of another's."""
+    if options.output is None:
+        return False
+    from count_video.evidence import shows_another_clip
+
+    with suppress(OSError, UsageError):  # its answer says so
+        return shows_another_clip(options.output, options.clips[0])
+    return False
 
 
 def _quieten_the_drawing() -> None:
@@ -130,13 +175,15 @@ def _answer_plan(options: argparse.Namespace) -> int:
     tolerances = Tolerances(**dict(options.tolerance or ()))
     request = PlanRequest(**plan_values(options), tolerances=tolerances)
     kept = options.output is not None
+    if kept:
+        from count_video.reports.plan_files import open_folder, write_plan
+
+        outputs = open_folder(options.output)
     wanted = kept or options.trials is not None
     progress = _progress("steps")
     plan = make_plan(request, with_table=wanted, with_chart=kept, progress=progress)
     if kept:
-        from count_video.reports.plan_files import write_plan
-
-        write_plan(plan, options.output, progress)
+        write_plan(plan, outputs, progress)
     if options.json:
         from count_video.reports.plan_json import plan_line
 
@@ -196,7 +243,9 @@ def _progress(unit: str = "frames") -> Progress:
         return NO_PROGRESS
     from count_video.reports.progress_bar import TerminalBar
 
-    return TerminalBar(sys.stderr, unit)
+    bar = TerminalBar(sys.stderr, unit)
+    before_the_end(bar.finish)
+    return bar
 
 
 def _exit_code(outcome: Outcome) -> int:
@@ -242,6 +291,8 @@ def _complain_about(outcome: Outcome) -> None:
 
 def _complain(message: str) -> None:
     """Write one line on stderr, whatever the message is made of."""
+    if sys.stderr is None:  # closed by the caller; print would take stdout instead
+        return
     with suppress(OSError):  # nobody there to read it
         print(f"{PROGRAM}: {printable(message)}", file=sys.stderr, flush=True)
 

@@ -1,20 +1,28 @@
 """A person's corrections of a count: read from the file that the page saves, laid over a result.
 
 The file is one JSON object: ``corrections_version`` 1, ``clip`` (the file's name without its
-folders), and ``corrections``, a list of objects with ``action`` (``wrong`` or ``missed``),
-``kind``, ``frame`` and, where a collision is wrong, its ``number``.
+folders), ``clip_sha256`` (the digest of its bytes), ``tool_count`` (the count that was corrected),
+and ``corrections``, a list of objects with ``action`` (``wrong`` or ``missed``), ``kind``,
+``frame`` and, where a collision is wrong, its ``number``.
 """
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import ParamSpec
 
 from count_video.errors import UsageError
+from count_video.inputs import (
+    FRAME,
+    MOST_CORRECTIONS_BYTES,
+    content_digest,
+    read_json_object,
+    shown,
+    stored_number,
+)
 from count_video.records import Collision, Correction, TrialResult
 from count_video.reports.printable import storable
 
@@ -22,9 +30,6 @@ CORRECTIONS_VERSION = 1
 SAME_COLLISION_FRAMES = 1.0
 """A collision is the one meant if it has the kind and lies this close: another version of the tool
 may place it a little differently, and give it another number."""
-MOST_BYTES = 10_000_000
-"""A larger file is not one that the page has saved."""
-
 
 _Request = ParamSpec("_Request")
 
@@ -48,25 +53,62 @@ def reviewed(result: TrialResult, path: Path) -> TrialResult:
     UsageError
         If the file cannot be read, belongs to another clip, or corrects what is not there.
     """
-    stored = _stored(path)
-    clip = storable(Path(result.clip).name)
-    if stored.get("clip") != clip:
+    stored = read_json_object(path, MOST_CORRECTIONS_BYTES)
+    if stored.get("corrections_version") != CORRECTIONS_VERSION:
         raise UsageError(
-            f"{path}: these corrections are for {stored.get('clip')!r}, not for {clip!r}; "
-            "give the file that was saved for this clip"
+            f"{path}: is no file of corrections, version {CORRECTIONS_VERSION}; "
+            "give the file that the page saved"
         )
+    changed = _changed_count(stored, result, path)
     entries = stored.get("corrections")
     if not isinstance(entries, list):
         raise UsageError(f"{path}: has no list of corrections; save the file again from the page")
-    corrections = tuple(_correction(entry, result, path) for entry in entries)
-    numbers = [c.number for c in corrections if c.number is not None]
-    if len(numbers) != len(set(numbers)):
-        raise UsageError(f"{path}: marks one collision wrong twice; save the file again")
+    corrections = tuple(
+        _correction(entry, result, f"{path}, correction {place}")
+        for place, entry in enumerate(entries, 1)
+    )
+    if len(set(corrections)) < len(corrections):
+        raise UsageError(f"{path}: makes one correction twice; save the file again from the page")
     return replace(
         result,
         corrections=corrections,
         reviewed_count=burst_size(result) + sum(_step(correction) for correction in corrections),
+        warnings=(*result.warnings, *changed),
     )
+
+
+def _changed_count(stored: Mapping[str, object], result: TrialResult, path: Path) -> list[str]:
+    """Refuse corrections of another clip; return a sentence if they were made to another count."""
+    name = storable(Path(result.clip).name)
+    other = stored.get("clip")
+    if other != name:
+        whose = shown(other) if isinstance(other, str) else "no clip"
+        raise UsageError(
+            f"{path}: these corrections are for {whose}, not for {shown(name)}; "
+            "give the file that was saved for this clip"
+        )
+    digest = stored.get("clip_sha256")
+    if digest and digest != content_digest(Path(result.clip)):
+        raise UsageError(
+            f"{path}: these corrections are for another clip called {shown(name)}, or for this "
+            "one before it changed; give the file that was saved for this clip"
+        )
+    count = stored.get("tool_count", result.count)
+    if count == result.count:
+        return []
+    if count is not None and stored_number(count, FRAME) is None:
+        raise UsageError(f"{path}: its count is no number; save the file again from the page")
+    counts = f"{_count_in_words(count)}, now {_count_in_words(result.count)}"
+    if not digest:
+        raise UsageError(
+            f"{path}: these corrections were made to another count ({counts}), perhaps of another "
+            "clip of this name; correct this result on its own page"
+        )
+    return [f"the corrections were made when the tool's count was another: {counts}"]
+
+
+def _count_in_words(count: object) -> str:
+    return "not counted" if count is None else str(count)
 
 
 def burst_size(result: TrialResult) -> int:
@@ -80,42 +122,22 @@ def _step(correction: Correction) -> int:
     return 1 if correction.action == "missed" else -1
 
 
-def _stored(path: Path) -> dict[str, object]:
-    """Parse the file, refusing everything that the page cannot have written."""
-    try:
-        with path.open("rb") as file:
-            text = file.read(MOST_BYTES + 1)
-        stored = json.loads(text) if len(text) <= MOST_BYTES else None
-    except OSError as error:
-        raise UsageError(f"{path}: cannot read the corrections: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise UsageError(f"{path}: is no JSON; give the file that the page saved") from error
-    if not isinstance(stored, dict) or stored.get("corrections_version") != CORRECTIONS_VERSION:
+def _correction(entry: object, result: TrialResult, where: str) -> Correction:
+    fields = entry if isinstance(entry, dict) else {}
+    action, kind = fields.get("action"), fields.get("kind")
+    frame = stored_number(fields.get("frame"), FRAME)
+    if action not in ("wrong", "missed") or kind not in ("bodies", "wall") or frame is None:
+        raise UsageError(f"{where}: needs an action, a kind and a frame; save the file again")
+    if result.frames_decoded is not None and frame >= result.frames_decoded:
         raise UsageError(
-            f"{path}: is no file of corrections, version {CORRECTIONS_VERSION}; "
-            "give the file that the page saved"
+            f"{where}: frame {frame:.15g} is not in the clip, which has {result.frames_decoded}"
         )
-    return stored
-
-
-def _correction(entry: object, result: TrialResult, path: Path) -> Correction:
-    if not isinstance(entry, dict):
-        raise UsageError(f"{path}: {entry!r} is no correction; save the file again from the page")
-    action, kind, frame = entry.get("action"), entry.get("kind"), entry.get("frame")
-    if (
-        action not in ("wrong", "missed")
-        or kind not in ("bodies", "wall")
-        or isinstance(frame, bool)
-        or not isinstance(frame, int | float)
-        or not (math.isfinite(frame) and frame >= 0)
-    ):
-        raise UsageError(f"{path}: {entry!r} is no correction; save the file again from the page")
     if action == "missed":
-        return Correction("missed", kind, float(frame), None, _before_the_end(frame, result))
+        return Correction("missed", kind, frame, None, _before_the_end(frame, result))
     wrong = _meant([c for c in result.collisions if c.kind == kind], frame)
     if wrong is None:
         raise UsageError(
-            f"{path}: corrects a collision ({kind}, frame {frame:.6g}) that is not in the result; "
+            f"{where}: there is no such collision ({kind}, frame {frame:.6g}) in the result; "
             "correct this result on its own page"
         )
     return Correction("wrong", kind, wrong.frame, wrong.number, wrong.number <= burst_size(result))

@@ -6,9 +6,8 @@ clip and leaves its line in the space-time image and its cut-outs at the contact
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 from typing import Literal
@@ -20,6 +19,8 @@ from count_video.corrections import reviewed
 from count_video.errors import UsageError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
+from count_video.inputs import content_digest
+from count_video.outputs import OutputFolder, open_outputs, output_name, write_whole
 from count_video.planning.comparison import compared
 from count_video.planning.stored import read_request
 from count_video.progress import NO_PROGRESS, Progress, counted_off
@@ -39,6 +40,7 @@ from count_video.trial import Trial, TrialSettings, work_through
 
 PictureFormat = Literal["png", "svg"]
 MEDIA_TYPES: dict[PictureFormat, str] = {"png": "image/png", "svg": "image/svg+xml"}
+_SUFFIXES = ("html", "annotated.mp4", "strip.jpg", "track.csv", "collisions.csv")
 CRF = 23
 """Quality of the annotated clip: lines and letters stay clean, a page holds it easily."""
 
@@ -79,21 +81,55 @@ def count_with_evidence(
         If a setting does not fit the clip, the corrections are not for it, or the evidence cannot
         be written.
     """
+    return make_evidence(path, settings, evidence, progress).result
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What came of a clip."""
+
+    result: TrialResult
+    files: tuple[str, ...]
+    """Names of the files that show it, in the folder of the evidence."""
+
+
+def make_evidence(
+    path: Path,
+    settings: TrialSettings,
+    evidence: EvidenceSettings,
+    progress: Progress = NO_PROGRESS,
+) -> Evidence:
+    """Do what :func:`count_with_evidence` does, and say which files there are."""
     plan = None if evidence.plan_file is None else read_request(evidence.plan_file)
+    outputs = open_outputs(evidence.folder)
+    content = content_digest(path) if path.is_file() else ""
+    files = _Files(outputs, evidence.name or output_name(path.stem), content)
+    files.check((*_SUFFIXES, evidence.picture_format))
     trial = work_through(path, settings, progress)
     result = trial.result
     if evidence.corrections is not None:
         result = reviewed(result, evidence.corrections)
     if plan is not None:
         result = compared(result, plan)
-    files = _Files(evidence.folder, evidence.name or path.stem)
-    files.make_folder()
     if trial.track is None:
         files.write("html", clip_page(result, None, None).encode("utf-8"))
     else:
         track = _shown_track(trial.info.path, trial.track, result)
         _write_all(trial, track, result, (files, evidence.picture_format), progress)
-    return result
+    return Evidence(result, tuple(files.written))
+
+
+def shows_another_clip(folder: Path, path: Path) -> bool:
+    """Return whether a folder holds the evidence of another clip of this name.
+
+    Raises
+    ------
+    OSError, UsageError
+        If the clip cannot be read.
+    """
+    page = f"{output_name(path.stem)}.html"
+    clip = OutputFolder(folder).written().get(page)
+    return bool(clip) and (folder / page).exists() and clip != content_digest(path)
 
 
 def with_evidence(
@@ -111,36 +147,36 @@ def with_evidence(
 class _Files:
     """The files of one clip."""
 
-    folder: Path
+    outputs: OutputFolder
     name: str
+    clip: str
+    """Digest of the clip."""
+    written: list[str] = field(default_factory=list)
+    """Names of those that are there, or on their way."""
 
-    def make_folder(self) -> None:
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise _unwritable(self.folder, error) from error
+    def check(self, suffixes: Iterable[str]) -> None:
+        """Raise UsageError if files are in the way that this program did not write."""
+        for suffix in suffixes:
+            self.outputs.check(f"{self.name}.{suffix}")
 
-    def path(self, suffix: str) -> Path:
+    def claim(self, suffix: str) -> Path:
+        """Return where a file may be written."""
         # Not with_suffix: a name may hold dots.
-        return self.folder / f"{self.name}.{suffix}"
+        name = f"{self.name}.{suffix}"
+        try:
+            self.outputs.claim(name, self.clip)
+        except OSError as error:
+            raise _unwritable(self.outputs.folder / name, error) from error
+        self.written.append(name)
+        return self.outputs.folder / name
 
     def write(self, suffix: str, data: bytes) -> None:
         """Let a file appear under its name when it is complete."""
-        target = self.path(suffix)
-        partial = target.with_name(f".{target.name}.{os.getpid()}.part")
+        target = self.claim(suffix)
         try:
-            partial.write_bytes(data)
-            os.replace(partial, target)
+            write_whole(target, data)
         except OSError as error:
             raise _unwritable(target, error) from error
-        finally:
-            partial.unlink(missing_ok=True)
-
-    def read(self, suffix: str) -> bytes:
-        try:
-            return self.path(suffix).read_bytes()
-        except OSError as error:
-            raise _unwritable(self.path(suffix), error) from error
 
 
 def _unwritable(path: Path, error: OSError) -> UsageError:
@@ -162,12 +198,14 @@ def _write_all(
     shown_s = frame_times_s(
         track.frame, [c.frame for c in result.collisions], trial.info.container_fps
     )
-    _write_clip(files.path("annotated.mp4"), trial, clip, shown_s, progress)
+    annotated = files.claim("annotated.mp4")
+    _write_clip(annotated, trial, clip, shown_s, progress)
     material = _material(trial, track, result, clip)
     picture = picture_bytes(trial_figure(material), picture_format)
     files.write(picture_format, picture)
     files.write("strip.jpg", thumbnail_jpeg(material))
-    footage = Footage(files.read("annotated.mp4"), track.frame, shown_s, clip.contact_frames.found)
+    cuts = clip.contact_frames.found
+    footage = Footage(annotated.read_bytes(), track.frame, shown_s, cuts, files.clip)
     page = clip_page(result, footage, Picture(picture, MEDIA_TYPES[picture_format]))
     files.write("html", page.encode("utf-8"))
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import os
+import re
+import sys
 from collections.abc import Sequence
-from pathlib import Path
+from itertools import takewhile
 from typing import NoReturn
 
-from count_video import __version__
+from count_video import __version__, inputs
 from count_video.errors import UsageError
-from count_video.option_values import frame, mass, number_above_0, positive, region
+from count_video.inputs import as_option, shown
 from count_video.plan_options import add_plan_options, check_plan_options
 
 DESCRIPTION = """\
@@ -32,14 +35,15 @@ examples:
 
 exit code:
   0 every clip was counted, 1 a clip was not counted, 2 the request was wrong,
-  130 interrupted"""
+  130 interrupted, 143 and 129 ended by SIGTERM and SIGHUP"""
 
 
 class _Parser(argparse.ArgumentParser):
     """A parser that says what is wrong in one line, by raising it."""
 
     def error(self, message: str) -> NoReturn:
-        raise UsageError(f"{message} (see {self.prog} --help)")
+        short = re.sub(r"\S{81,}", lambda long: shown(long[0]), message)
+        raise UsageError(f"{short if len(short) < 400 else shown(short)} (see {self.prog} --help)")
 
 
 def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -54,6 +58,11 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
     SystemExit
         With code 0 after ``--help`` or ``--version``.
     """
+    arguments = sys.argv[1:] if arguments is None else arguments
+    for argument in takewhile(lambda argument: argument != "--", arguments):
+        # argparse takes these two dashes for the end of the options and passes on an empty list.
+        if re.fullmatch(r"(--[a-z-]+=|-o)--", argument):
+            raise UsageError(f"{argument}: two dashes are no value (see count-video --help)")
     parser = _parser()
     options = parser.parse_args(arguments)
     check_plan_options(options, parser)
@@ -62,6 +71,8 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
             f"--start {options.start} leaves no frame before --end {options.end}: "
             "give a start below the end"
         )
+    if options.masses is not None:
+        inputs.masses(*options.masses)
     _check_what_is_wanted(options)
     return options
 
@@ -78,13 +89,19 @@ def _check_what_is_wanted(options: argparse.Namespace) -> None:
         raise UsageError("--theory goes with -o and --format alone")
     if options.pages and options.output is None:
         raise UsageError("--pages need a folder to go to: give one with -o")
-    several = any(path.is_dir() or path.suffix.lower() == ".csv" for path in options.clips)
-    kept = options.output is not None and len(options.clips) > 1
-    if options.plan_file is not None and (several or kept or options.scheduler is not None):
+    if options.plan_file is not None and is_campaign(options):
         raise UsageError("--plan-file goes with clips, not with a campaign: give single clips")
-    one_file = len(options.clips) == 1 and not options.clips[0].is_dir()
+    one_file = len(options.clips) == 1 and not os.path.isdir(options.clips[0])
     if options.corrections is not None and not one_file:
         raise UsageError("--corrections are those of one clip: give that clip alone")
+
+
+def is_campaign(options: argparse.Namespace) -> bool:
+    """Tell a campaign, which is summed up, from single clips, each of which speaks for itself."""
+    manifest = any(path.suffix.lower() == ".csv" for path in options.clips)
+    folder = any(os.path.isdir(path) for path in options.clips)
+    kept = options.output is not None and len(options.clips) > 1
+    return manifest or folder or kept or options.scheduler is not None
 
 
 def _parser() -> _Parser:
@@ -99,7 +116,7 @@ def _parser() -> _Parser:
         "clips",
         metavar="CLIP",
         nargs="*",
-        type=Path,
+        type=as_option(inputs.some_path),
         help="a video file, or a folder: then every video file in it, in natural order; or a "
         "manifest (.csv): then a clip a line, with options of its own (a folder's own manifest.csv "
         "is heeded)",
@@ -129,7 +146,7 @@ def _add_answer_options(parser: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="DIR",
-        type=Path,
+        type=as_option(inputs.some_path),
         help="folder to keep results in, made if needed: for a clip its page, picture, annotated "
         "clip and tables (default: nothing is kept)",
     )
@@ -146,7 +163,7 @@ def _add_other_answers(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--corrections",
         metavar="FILE",
-        type=Path,
+        type=as_option(inputs.some_path),
         help="a person's corrections, saved from the clip's page: the reviewed count is told "
         "beside the tool's own (default: none)",
     )
@@ -154,14 +171,14 @@ def _add_other_answers(parser: argparse.ArgumentParser) -> None:
         "--theory",
         metavar=("HEAVY", "LIGHT"),
         nargs=2,
-        type=mass,
+        type=as_option(inputs.mass),
         help="tell the exact count for two masses, with angles and bounds on pi, instead of "
         "counting a clip; with -o draw the phase circle (default: count)",
     )
     parser.add_argument(
         "--plan-file",
         metavar="FILE",
-        type=Path,
+        type=as_option(inputs.some_path),
         help="the plan.json of the set-up that was planned: what was set up otherwise is told "
         "beside the count (default: none)",
     )
@@ -171,27 +188,27 @@ def _add_footage_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--capture-fps",
         metavar="RATE",
-        type=positive,
+        type=as_option(inputs.capture_rate),
         help="rate at which the camera took the pictures, in frames per second "
         "(default: what the clip's metadata say; without either there are frames but no seconds)",
     )
     group.add_argument(
         "--start",
         metavar="FRAME",
-        type=frame,
+        type=as_option(inputs.frame),
         default=0,
         help="first frame to look at, counted from 0 (default: 0)",
     )
     group.add_argument(
         "--end",
         metavar="FRAME",
-        type=frame,
+        type=as_option(inputs.frame),
         help="frame to stop before, counted from 0 (default: the end of the clip)",
     )
     group.add_argument(
         "--region",
         metavar="X,Y,W,H",
-        type=region,
+        type=as_option(inputs.region),
         help="part of the picture to look at, in pixels: left edge, top edge, width, height "
         "(default: the whole picture)",
     )
@@ -208,7 +225,7 @@ def _add_apparatus_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--ball-diameter-mm",
         metavar="MM",
-        type=positive,
+        type=as_option(inputs.ball_diameter),
         default=40.0,
         help="diameter of the ball in millimetres, for the scale (default: 40)",
     )
@@ -216,7 +233,7 @@ def _add_apparatus_options(group: argparse._ArgumentGroup) -> None:
         "--masses",
         metavar=("HEAVY", "LIGHT"),
         nargs=2,
-        type=mass,
+        type=as_option(inputs.mass),
         help="the two masses in any one unit, taken at their exact decimal value, "
         "for the bounds on pi (default: measured from the motion, where that is sharp enough)",
     )
@@ -232,7 +249,7 @@ def _add_campaign_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--jobs",
         metavar="N",
-        type=number_above_0,
+        type=as_option(inputs.clips_at_a_time),
         help="clips to count at the same time (default: one for every core)",
     )
     group.add_argument(
@@ -250,6 +267,7 @@ def _add_campaign_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--scheduler",
         metavar="ADDRESS",
+        type=as_option(inputs.address),
         help="let a Dask cluster count the clips, e.g. tcp://host:8786; its workers need "
         "count-video and the clips under the same paths (default: this machine)",
     )

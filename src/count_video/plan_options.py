@@ -9,16 +9,9 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from count_video import inputs
 from count_video.errors import UsageError
-from count_video.option_values import (
-    mass,
-    not_negative,
-    number_above_0,
-    positive,
-    share,
-    tolerance,
-    whole_number,
-)
+from count_video.inputs import as_option
 
 _OF_A_PLAN = ("gap", "release", "thread", "restitution", "damping", "trials", "tolerance", "seed")
 _OF_A_COUNT = (
@@ -36,20 +29,20 @@ def add_plan_options(parser: argparse.ArgumentParser) -> None:
         "--plan",
         metavar=("HEAVY", "LIGHT"),
         nargs=2,
-        type=mass,
+        type=as_option(inputs.mass),
         help="say what a set-up with these masses will count and what a camera of --capture-fps "
         "sees of it; with -o draw the map and write the page (default: count)",
     )
     group.add_argument(
         "--gap",
         metavar="M",
-        type=positive,
+        type=as_option(inputs.length),
         help="from the wall to the far face of the ball where it hangs (default: 0.03)",
     )
     group.add_argument(
         "--release",
         metavar="M",
-        type=positive,
+        type=as_option(inputs.length),
         help="from where the cylinder hangs, its face touching the hanging ball, to where it is "
         "let go (default: 0.09)",
     )
@@ -57,28 +50,28 @@ def add_plan_options(parser: argparse.ArgumentParser) -> None:
         "--thread",
         metavar="M",
         nargs="+",
-        type=positive,
+        type=as_option(inputs.length),
         help="length of the threads, or first the cylinder's and then the ball's (default: 1)",
     )
     _add_losses(group)
     group.add_argument(
         "--trials",
         metavar="N",
-        type=number_above_0,
+        type=as_option(inputs.trials),
         help="add a table of so many simulated trials (default: no table)",
     )
     group.add_argument(
         "--tolerance",
         metavar="NAME=VALUE",
         action="append",
-        type=tolerance,
+        type=as_option(inputs.tolerance),
         help="how trials scatter that are meant to be alike: gap, release and thread in metres, "
         "mass as a share, restitution as the width of its range, scatter from collision to "
         "collision; may be repeated (default: gap=0.001 release=0.002 thread=0.001 mass=0.005 "
         "restitution=0.05 scatter=0.005)",
     )
     group.add_argument(
-        "--seed", metavar="N", type=whole_number, help="of all that is drawn (default: 0)"
+        "--seed", metavar="N", type=as_option(inputs.seed), help="of all that is drawn (default: 0)"
     )
 
 
@@ -86,13 +79,13 @@ def _add_losses(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--restitution",
         metavar="E",
-        type=share,
+        type=as_option(inputs.share),
         help="relative speed after over before a collision, 0 to 1 (default: 1)",
     )
     group.add_argument(
         "--damping",
         metavar="RATE",
-        type=not_negative,
+        type=as_option(inputs.damping),
         help="rate a second at which a free swing decays (default: 0)",
     )
 

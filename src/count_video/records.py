@@ -81,6 +81,8 @@ class FootageReport:
     """Packets that the decoder refused."""
     warnings: tuple[str, ...]
     """Sentences with numbers for the user; empty when all is well."""
+    frames_missing: int = 0
+    """Pictures that are known to be missing, within the clip or at its end."""
 
 
 @dataclass(frozen=True)

@@ -237,6 +237,7 @@ def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
     elif result.count:
         between = measure_burst(track, found, verdict.knowledge(info, settings.masses))
         result = verdict.measured(result, between)
+    result = verdict.doubted_for_missing(result, report)
     return Trial(as_shown(result, clock), info, shown, found, between)
 
 

@@ -62,9 +62,13 @@ class StubCampaign:
 
 
 def files_in(folder: Path) -> dict[str, bytes]:
-    """All files below a folder, by their path in it."""
+    """All files below a folder, by their path in it; the record of them without its order."""
     return {
-        str(file.relative_to(folder)): file.read_bytes()
+        str(file.relative_to(folder)): (
+            b"".join(sorted(set(file.read_bytes().splitlines())))
+            if file.name == "written"
+            else file.read_bytes()
+        )
         for file in sorted(folder.rglob("*"))
         if file.is_file()
     }

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -66,4 +65,4 @@ fingerprint.tool_version = lambda: "stub"  # type: ignore[assignment]
 trial.count_clip = count_clip  # type: ignore[assignment]
 
 if __name__ == "__main__":
-    sys.exit(cli.main())
+    cli.run()

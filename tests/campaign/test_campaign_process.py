@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import json
 import random
 import shutil
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
 import pytest
-from stub_campaign import StubCampaign, files_in
+from stub_campaign import COMMAND, StubCampaign, files_in
 
 POLL_S = 0.02
 PATIENCE_S = 60.0
@@ -115,6 +117,58 @@ def test_a_second_run_counts_only_what_changed(campaign: StubCampaign) -> None:
     assert campaign.worked() == {"a.mp4": 2, "b.mp4": 3, "c.mp4": 2}
     campaign.run("--capture-fps", "960", "--fresh")
     assert campaign.worked() == {"a.mp4": 3, "b.mp4": 4, "c.mp4": 3}
+
+
+def test_results_of_other_clips_of_the_same_names_are_replaced_with_a_word(
+    campaign: StubCampaign,
+) -> None:
+    campaign.add(a="count 31", b="count 30")
+    assert campaign.run().stderr == ""
+    (campaign.top / "other").mkdir()
+    other = StubCampaign(campaign.top / "other")
+    other.add(a="count 29")
+    done = other.run(results=campaign.results)
+    assert done.stderr.count("\n") == 1
+    assert "replaces 1 result of other clips of the same names (a first)" in done.stderr
+    assert other.run(results=campaign.results).stderr == ""
+
+
+def test_a_manifest_is_not_written_over_by_the_table(campaign: StubCampaign) -> None:
+    campaign.add(a="count 31")
+    campaign.run()
+    table = campaign.results / "trials.csv"
+    table.write_text(f"clip\n{campaign.clips / 'a.mp4'}\n", "utf-8")
+    command = [sys.executable, str(COMMAND), str(table), "-o", str(campaign.results)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "would overwrite this manifest" in done.stderr
+    assert table.read_text("utf-8").startswith("clip\n")
+
+
+@pytest.mark.parametrize("name", ["trials.csv", "campaign.html", "a.json"])
+def test_a_file_of_somebody_else_is_left_as_it_is(campaign: StubCampaign, name: str) -> None:
+    campaign.add(a="count 31")
+    campaign.results.mkdir()
+    (campaign.results / name).write_text("mine", "utf-8")
+    done = campaign.run()
+    assert done.returncode in (1, 2)
+    assert "not written by this program" in " ".join((done.stdout + done.stderr).split())
+    assert (campaign.results / name).read_text("utf-8") == "mine"
+
+
+@pytest.mark.parametrize("damage", ["[]", '{"clip": "x"}', "[" * 5000, "", "\udcff"])
+def test_a_result_that_was_damaged_is_counted_again(campaign: StubCampaign, damage: str) -> None:
+    campaign.add(a="count 31")
+    first = campaign.run().stdout
+    content = damage.encode("utf-8", "surrogatepass")
+    (campaign.results / "a.json").write_bytes(content)
+    record = campaign.results / ".count-video" / "a.json"
+    kept = json.loads(record.read_text("utf-8"))
+    forged = kept | {"result": hashlib.sha256(content.rstrip(b"\n")).hexdigest()}
+    record.write_text(json.dumps(forged), "utf-8")
+    again = campaign.run()
+    assert (again.stdout, again.stderr) == (first, "")
+    assert campaign.worked() == {"a.mp4": 2}
 
 
 def test_a_second_run_into_the_same_folder_says_so_and_stops(campaign: StubCampaign) -> None:

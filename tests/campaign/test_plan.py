@@ -116,6 +116,10 @@ def test_a_manifest_is_read_as_spreadsheets_write_it(tmp_path: Path, text: str) 
         ("clip,start,end\na.mp4,9,3\n", "leaves no frame"),
         ("clip,wall\n,left\n", "line 2: no clip"),
         ("clip,name\na.mp4,../x\n", "no name for a file"),
+        ('"clip,name\na.mp4,x\n', "unexpected end of data"),
+        ('"clip"x,name\na.mp4,x\n', "expected after"),
+        ("clip\na\0b.mp4\n", "line 2: "),
+        ("clip," + "x" * 131_073 + "\na.mp4,\n", "field larger than field limit"),
     ],
 )
 def test_what_makes_no_sense_in_a_manifest_is_told_with_its_line(
@@ -129,6 +133,6 @@ def test_what_makes_no_sense_in_a_manifest_is_told_with_its_line(
 
 
 def test_a_manifest_that_is_not_there_or_not_text_is_told(tmp_path: Path) -> None:
-    assert "not readable as a manifest" in complaint(tmp_path / "missing.csv")
+    assert "cannot be read: No such file" in complaint(tmp_path / "missing.csv")
     (tmp_path / "picture.csv").write_bytes(b"\x89PNG\xff\xfe")
-    assert "not readable as a manifest" in complaint(tmp_path / "picture.csv")
+    assert "no text in UTF-8" in complaint(tmp_path / "picture.csv")

@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 
 from count_video.campaign import fingerprint, store
-from count_video.campaign.fingerprint import content_digest, signature, tool_version
+from count_video.campaign.fingerprint import signature, tool_version
 from count_video.campaign.plan import Job
 from count_video.campaign.store import HIDDEN, ResultStore, open_store
 from count_video.campaign.work import Answer
 from count_video.errors import UsageError
+from count_video.inputs import content_digest
 from count_video.reports.json_object import json_line
 from count_video.trial import TrialSettings
 from count_video.verdict import unread_result

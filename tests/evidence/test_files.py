@@ -14,6 +14,7 @@ from evidence_made import CLIP, Made
 from count_video import cli
 from count_video.errors import UsageError
 from count_video.evidence import EvidenceSettings, count_with_evidence
+from count_video.outputs import HIDDEN
 from count_video.reports.csv_files import COLLISION_HEADINGS, TRACK_HEADINGS, collisions_csv
 from count_video.trial import TrialSettings, count_clip
 
@@ -24,8 +25,13 @@ def read_csv(path: Path) -> list[dict[str, str]]:
     return list(csv.DictReader(path.read_text("utf-8").splitlines()))
 
 
+def visible(folder: Path) -> list[Path]:
+    """List what a person sees of a folder: not the record of what was written."""
+    return [file for file in folder.iterdir() if file.name != HIDDEN]
+
+
 def test_the_folder_holds_these_files_and_no_others(made: Made) -> None:
-    assert sorted(file.name for file in made.folder.iterdir()) == [
+    assert sorted(file.name for file in visible(made.folder)) == [
         f"{CLIP.stem}.{suffix}" for suffix in SUFFIXES
     ]
 
@@ -67,7 +73,7 @@ def test_a_clip_in_which_nothing_is_found_has_a_page_alone(tmp_path: Path) -> No
     settings = TrialSettings(start=0, end=5)
     result = count_with_evidence(CLIP, settings, EvidenceSettings(tmp_path))
     assert result.status == "not_counted"
-    (page,) = tmp_path.iterdir()
+    (page,) = visible(tmp_path)
     assert result.reason is not None
     assert "not counted" in page.read_text("utf-8")
 
@@ -105,8 +111,18 @@ def test_the_theory_is_told_with_all_its_parts(capsys: pytest.CaptureFixture[str
 
 def test_the_theory_goes_into_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["--theory", "100", "1", "-o", str(tmp_path), "--format", "svg"]) == 0
-    assert [file.name for file in tmp_path.iterdir()] == ["theory.svg"]
+    assert [file.name for file in visible(tmp_path)] == ["theory.svg"]
     assert "31 collisions" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("masses", [("1e99", "1e-99"), ("1", "1"), ("1e-99", "1e99")])
+def test_the_theory_of_any_masses_fits_into_its_picture(
+    masses: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # A layout that does not fit is a warning of matplotlib, which is an error here.
+    assert cli.main(["--theory", *masses, "-o", str(tmp_path)]) == 0
+    assert (tmp_path / "theory.png").stat().st_size > 10_000
+    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def test_a_clips_name_is_text_and_never_markup(made: Made, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_in_a_campaign_too_a_clips_name_is_text(tmp_path: Path, name: str) -> None:
+def test_in_a_campaign_too_a_clips_name_is_text(name: str) -> None:
     summary = CampaignSummary(
         *(1, 0, None, None, None, None, None, None, None, {}, None, None, None, None, None, None)
     )
@@ -89,7 +89,7 @@ def test_in_a_campaign_too_a_clips_name_is_text(tmp_path: Path, name: str) -> No
             energy_kept=None,
             ending=None,
         )
-        return campaign_page([row], summary, tmp_path, (b"", "image/png"))
+        return campaign_page([row], summary, (b"", "image/png"))
 
     assert tags(page(name)) == tags(page("plain.mp4"))
 
@@ -100,7 +100,7 @@ def test_a_clip_that_moves_up_and_down_has_its_evidence(tmp_path: Path) -> None:
         write_clip(turned, (np.ascontiguousarray(frame.luma.T) for frame in footage.frames()))
     result = count_with_evidence(turned, TrialSettings(), EvidenceSettings(tmp_path / "out", "svg"))
     assert result.count == 3
-    files = sorted(file.name for file in (tmp_path / "out").iterdir())
+    files = sorted(file.name for file in (tmp_path / "out").glob("[!.]*"))
     assert files == [
         f"turned.{end}"
         for end in ("annotated.mp4", "collisions.csv", "html", "strip.jpg", "svg", "track.csv")

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import os
 import wave
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import av
@@ -12,6 +12,7 @@ import pytest
 from numbered_frames import numbered, write_numbered
 
 from count_video.errors import FootageError
+from count_video.footage.decoding import packets_of
 from count_video.footage.reader import open_footage, pilot_frames
 
 
@@ -132,3 +133,16 @@ def test_a_name_is_only_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
     monkeypatch.chdir(tmp_path)
     with open_footage(write_numbered(Path(name), 5)) as footage:
         assert len(list(footage.frames())) == 5
+
+
+def test_what_follows_the_end_of_a_stream_is_not_asked_for() -> None:
+    """A damaged transport stream grows streams on the way, at whose end PyAV fails."""
+
+    class Damaged:
+        def demux(self, stream: object) -> Iterator[av.Packet]:
+            yield av.Packet(b"a picture")
+            yield av.Packet()
+            raise IndexError("list index out of range")
+
+    packets = packets_of(Damaged(), None)  # type: ignore[arg-type]
+    assert [bytes(packet) for packet in packets] == [b"a picture"]

@@ -223,5 +223,5 @@ def test_a_file_that_is_no_json_is_refused(content: bytes, tmp_path: Path) -> No
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="cannot read the plan"):
+    with pytest.raises(UsageError, match="cannot be read"):
         read_request(tmp_path / "plan.json")

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from count_video.cli import main
+from count_video.outputs import HIDDEN
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.planning.request import PlanRequest, Tolerances
@@ -39,6 +40,16 @@ def test_the_count_comes_first_and_everything_asked_for_follows(
         assert any(line.startswith(label) for line in output), label
     assert max(map(len, lines)) <= 80
     assert "Number of trials" not in text
+
+
+@pytest.mark.parametrize("thread", ["0.019", "0.1"])
+def test_no_release_is_proposed_that_is_longer_than_a_thread(
+    thread: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    set_up = ["--thread", thread, "--release", "0.015", "--gap", "0.008"]
+    output = json.loads(answer(capsys, "--plan", "1050", "10.5", *set_up, "--json"))
+    releases = [one["value"] for one in output["proposals"] if one["change"] == "release"]
+    assert all(release < float(thread) for release in releases)
 
 
 def test_trials_add_the_table(capsys: pytest.CaptureFixture[str]) -> None:
@@ -102,7 +113,7 @@ def test_a_folder_gets_map_pictures_page_and_plan(
 ) -> None:
     folder = tmp_path / "plans" / "first"
     answer(capsys, *PAPER, "--capture-fps", "240", "-o", str(folder))
-    names = ["plan.csv", "plan.html", "plan.json", "plan.png", "plan.svg"]
+    names = [HIDDEN, "plan.csv", "plan.html", "plan.json", "plan.png", "plan.svg"]
     assert sorted(file.name for file in folder.iterdir()) == names
     assert (folder / "plan.png").read_bytes().startswith(b"\x89PNG")
     drawing = ET.parse(folder / "plan.svg")
@@ -127,7 +138,7 @@ def test_the_same_plan_makes_the_same_files(
 ) -> None:
     for name in ("one", "two"):
         answer(capsys, "--plan", "16", "1", "-o", str(tmp_path / name))
-    for file in (tmp_path / "one").iterdir():
+    for file in (tmp_path / "one").glob("plan.*"):
         assert file.read_bytes() == (tmp_path / "two" / file.name).read_bytes(), file.name
 
 
@@ -189,6 +200,25 @@ def test_a_folder_that_cannot_be_written_is_named(
     folder = tmp_path / "file" / "plans"
     assert main([*PAPER, "-o", str(folder)]) == 2
     assert str(folder) in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["plan.json", "plan.csv", "plan.html", "plan.png", "plan.svg"])
+def test_nothing_that_somebody_else_wrote_is_replaced(
+    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / name).write_text("mine", "utf-8")
+    assert main([*PAPER, "-o", str(tmp_path)]) == 2
+    output = capsys.readouterr()
+    assert (output.out, output.err.count("\n")) == ("", 1)
+    assert str(tmp_path / name) in output.err
+    assert (tmp_path / name).read_text("utf-8") == "mine"
+    assert [file.name for file in tmp_path.glob("plan.*")] == [name]
+
+
+def test_a_plan_of_our_own_is_replaced(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    for gap in ("0.03", "0.02"):
+        answer(capsys, "--plan", "16", "1", "--gap", gap, "-o", str(tmp_path))
+    assert read_request(tmp_path / "plan.json").gap_m == 0.02
 
 
 def test_a_counted_clip_is_held_against_its_plan(

@@ -50,9 +50,15 @@ class Visit:
             " e.dispatchEvent(new Event('input')); }",
             [name, value],
         )
+        self.wait_for_frame()
+
+    def wait_for_frame(self) -> None:
+        """Wait until the page has shown what it was given: it does so with its next frame."""
+        self.page.evaluate("new Promise((shown) => requestAnimationFrame(shown))")
 
     def wait_for_count(self, count: int | str) -> None:
         for _ in range(PATIENCE):
+            self.wait_for_frame()
             if self.text("count") == str(count):
                 return
             self.page.wait_for_timeout(50)

@@ -54,7 +54,7 @@ def test_the_rates_to_film_at_are_planned() -> None:
 def test_the_picture_shown_is_made_by_the_command_below_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (command,) = re.findall(r"`count-video (--plan [^`]* -o fixtures/)`", README)
+    (command,) = re.findall(r"`count-video (--plan [^`]* -o plans/)`", README)
     arguments = shlex.split(command)
     assert main([*arguments[:-1], str(tmp_path)]) == 0
     capsys.readouterr()

@@ -5,18 +5,22 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from collections.abc import Callable, Collection, Sequence
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
+from functools import partial
 
 from count_video.campaign.crew import Crew, cluster_crew, local_crew
-from count_video.campaign.plan import Pages, is_manifest, jobs_of
-from count_video.campaign.run import Told, run_campaign, write_tables
+from count_video.campaign.plan import Job, Pages, is_manifest, jobs_of
+from count_video.campaign.run import SUMMARY, TABLE, Told, run_campaign, write_tables
 from count_video.campaign.statistics import summarise
 from count_video.campaign.store import ResultStore, open_store
+from count_video.ending import before_the_end
 from count_video.errors import UsageError
+from count_video.outputs import clear_unfinished
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.campaign_rows import TrialRow
 from count_video.reports.campaign_text import TRIAL_HEADING, campaign_text, trial_line
+from count_video.reports.printable import printable
 from count_video.trial import TrialSettings
 
 EXIT_COUNTED, EXIT_NOT_COUNTED = 0, 1
@@ -34,12 +38,14 @@ def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int
     """
     pages = Pages(options.output, options.picture_format) if options.pages else None
     jobs = jobs_of(options.clips, settings, pages)
-    _spare_the_manifest(options)
     rows: list[TrialRow] = []
     with ExitStack() as stack:
         store = None
         if options.output is not None:
-            store = stack.enter_context(open_store(options.output, fresh=options.fresh))
+            own = (TABLE, SUMMARY, f"campaign.{options.picture_format}", "campaign.html")
+            _spare_what_is_read(options, own)
+            store = stack.enter_context(open_store(options.output, own, fresh=options.fresh))
+            _name_what_is_replaced(jobs, store)
         progress, aside = _progress()
         if not options.json:
             print(TRIAL_HEADING, flush=True)
@@ -52,21 +58,39 @@ def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int
     return EXIT_COUNTED if done else EXIT_NOT_COUNTED
 
 
-def _spare_the_manifest(options: argparse.Namespace) -> None:
-    """Refuse to write the table over a manifest that is to be read again."""
-    table = None if options.output is None else options.output / "trials.csv"
+def _spare_what_is_read(options: argparse.Namespace, own: Collection[str]) -> None:
+    """Refuse to write over a manifest that is to be read again, even one that we wrote."""
     for path in options.clips:
-        if table is not None and is_manifest(path) and path.resolve() == table.resolve():
+        written = [os.path.realpath(options.output / name) for name in own]
+        if is_manifest(path) and os.path.realpath(path) in written:
             raise UsageError(
                 f"{path}: the results would overwrite this manifest; rename it, or give another "
                 "folder with -o"
             )
 
 
+def _name_what_is_replaced(jobs: Sequence[Job], store: ResultStore) -> None:
+    """Say on stderr whose results of an earlier campaign will be replaced."""
+    names = [job.name for job in jobs if store.shows_another_clip(job)]
+    if names and sys.stderr is not None:
+        results = "1 result" if len(names) == 1 else f"{len(names)} results"
+        line = f"replaces {results} of other clips of the same names ({printable(names[0])} first)"
+        with suppress(OSError):
+            print(f"count-video: {store.folder}: {line}", file=sys.stderr, flush=True)
+
+
 def _crew(options: argparse.Namespace) -> Callable[[], Crew]:
     if options.scheduler is not None:
         return lambda: cluster_crew(options.scheduler)
-    return lambda: local_crew(options.jobs)
+
+    def start() -> Crew:
+        crew = local_crew(options.jobs)
+        if options.output is not None:
+            before_the_end(partial(clear_unfinished, options.output))
+        before_the_end(crew.kill)  # the latest comes first
+        return crew
+
+    return start
 
 
 def _show(told: Told, *, as_json: bool) -> None:
@@ -79,9 +103,10 @@ def _conclude(rows: list[TrialRow], store: ResultStore | None, options: argparse
         print("", campaign_text(rows, summary), sep="\n", flush=True)
     if store is not None:
         write_tables(rows, summary, store)
-        from count_video.reports.campaign_page import write_campaign_page
+        from count_video.reports.campaign_page import campaign_files
 
-        write_campaign_page(rows, summary, store.folder, options.picture_format)
+        for name, content in campaign_files(rows, summary, options.picture_format).items():
+            store.outputs.write(name, content)
 
 
 def _progress() -> tuple[Progress, Callable[[], AbstractContextManager[None]]]:
@@ -91,5 +116,6 @@ def _progress() -> tuple[Progress, Callable[[], AbstractContextManager[None]]]:
     from count_video.reports.campaign_bar import CampaignBar
 
     bar = CampaignBar(sys.stderr)
+    before_the_end(bar.finish)
     together = sys.stdout is not None and os.isatty(sys.stdout.fileno())
     return bar, bar.aside if together else nullcontext

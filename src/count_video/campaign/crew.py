@@ -27,6 +27,7 @@ _ONE_THREAD = {
     "MKL_NUM_THREADS": "1",
 }
 CONNECT_TIMEOUT_S = 10
+KILL_TIMEOUT_S = 2
 
 
 class Crew(Protocol):
@@ -90,10 +91,17 @@ class LocalCrew:
         """End the processes."""
         if self._pool is not None:
             if at_once:
-                for process in set(multiprocessing.active_children()) - self._strangers:
-                    process.terminate()
+                self.kill()
             # Waits until the pool has taken notice: an interpreter that ends before may complain.
             self._pool.shutdown(cancel_futures=at_once)
+
+    def kill(self) -> None:
+        """End the processes at once and wait until they are gone."""
+        workers = set(multiprocessing.active_children()) - self._strangers
+        for process in workers:
+            process.kill()
+        for process in workers:
+            process.join(KILL_TIMEOUT_S)
 
 
 class ClusterCrew:
@@ -152,10 +160,14 @@ def cluster_crew(address: str) -> ClusterCrew:
         raise UsageError(
             "--scheduler needs Dask; install it with: pip install 'count-video[distributed]'"
         ) from error
-    join: Any = distributed.Client  # its constructor has no types
+    # A client that never joined would wait for the cluster once more as it is thrown away; one that
+    # did is closed by its crew.
+    join: Any = type("_Client", (distributed.Client,), {"__del__": lambda _: None})
     try:
         return ClusterCrew(join(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, TypeError, RuntimeError, ImportError) as error:
+        # Each kind of address fails with an error of its own: one without certificates with a
+        # TypeError, one that needs a missing library with an ImportError.
         raise UsageError(f"no Dask scheduler answers at {address}; start it first") from error
 
 

@@ -16,18 +16,6 @@ Signature = list[int]
 """What a file system says of a file; it changes whenever somebody writes to the file."""
 
 
-def content_digest(file: Path) -> str:
-    """Digest all bytes of a file.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
-    """
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
 def text_digest(text: str) -> str:
     """Digest a text."""
     return hashlib.sha256(text.encode("utf-8")).hexdigest()

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from count_video.errors import FootageError
+from count_video.outputs import OutputFolder
 
 VIDEO_SUFFIXES = (
     *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm"),
@@ -17,15 +18,19 @@ VIDEO_SUFFIXES = (
 def clips_in(folder: Path) -> list[Path]:
     """List the video files of a folder (not of its subfolders), clip2 before clip10.
 
+    Annotated clips that this program wrote there are left out.
+
     Raises
     ------
     FootageError
         The folder holds no video file.
     """
+    written = OutputFolder(folder).written()
     clips = [
         entry
         for entry in folder.iterdir()
         if entry.suffix.lower() in VIDEO_SUFFIXES
+        and entry.name not in written
         and not entry.name.startswith(".")  # what other systems leave beside a clip
         and entry.is_file()
     ]

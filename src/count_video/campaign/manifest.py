@@ -7,26 +7,43 @@ the options are and take what those take; an empty cell leaves what the command 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping
+import io
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from count_video import inputs
 from count_video.errors import UsageError
-from count_video.options import read_options
+from count_video.inputs import shown
 from count_video.trial import TrialSettings
 
 MANIFEST_SUFFIX = ".csv"
-OPTION_OF_COLUMN: Mapping[str, tuple[str, str]] = {
-    "region": ("--region", "region"),
-    "masses": ("--masses", "masses"),
-    "wall": ("--wall", "wall_side"),
-    "capture_fps": ("--capture-fps", "capture_fps"),
-    "start": ("--start", "start"),
-    "end": ("--end", "end"),
-    "ball_diameter_mm": ("--ball-diameter-mm", "ball_diameter_mm"),
+
+
+def _masses(cell: str) -> object:
+    two = cell.split()
+    if len(two) != 2:
+        raise UsageError(f"{shown(cell)} is not two masses, heavy and light")
+    return inputs.masses(inputs.mass(two[0]), inputs.mass(two[1]))
+
+
+def _wall(cell: str) -> str:
+    if cell not in ("left", "right"):
+        raise UsageError(f"{shown(cell)} is not left or right")
+    return cell
+
+
+READERS: Mapping[str, tuple[str, Callable[[str], object]]] = {
+    "region": ("region", inputs.region),
+    "masses": ("masses", _masses),
+    "wall": ("wall_side", _wall),
+    "capture_fps": ("capture_fps", inputs.capture_rate),
+    "start": ("start", inputs.frame),
+    "end": ("end", inputs.frame),
+    "ball_diameter_mm": ("ball_diameter_mm", inputs.ball_diameter),
 }
-"""For every column the option that reads its cells, and the setting that it sets."""
+"""For every column the setting that it sets, and what reads its cells, as the options are read."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +64,13 @@ def read_manifest(path: Path, settings: TrialSettings) -> list[ManifestLine]:
     UsageError
         The file cannot be read, has no clip, or a line says what makes no sense.
     """
+    text = inputs.read_text(path, inputs.MOST_MANIFEST_BYTES)
+    lines = []
     try:
-        text = path.read_text("utf-8-sig")  # spreadsheets put a mark in front
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"{path}: not readable as a manifest ({error}); check the file") from error
-    lines = [_line(path, where, cells, settings) for where, cells in _cells(path, text)]
+        for where, cells in _cells(path, text):
+            lines.append(_line(path, where, cells, settings))
+    except csv.Error as error:
+        raise UsageError(f"{path}: {error}; quote cells as a spreadsheet does") from error
     if not lines:
         raise UsageError(f"{path}: the manifest names no clip; add a line a clip")
     return lines
@@ -61,8 +80,9 @@ def _cells(path: Path, text: str) -> Iterator[tuple[str, dict[str, str]]]:
     """Yield where a line stands and its cells by column."""
     head = text.partition("\n")[0]
     delimiter = ";" if ";" in head and "," not in head else ","
-    reader = csv.DictReader(text.splitlines(), delimiter=delimiter, strict=True)
-    known = ("clip", "name", *OPTION_OF_COLUMN)
+    # Not splitlines: signs that it takes for the end of a line may stand in a name.
+    reader = csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    known = ("clip", "name", *READERS)
     columns = [column.strip().lower() for column in reader.fieldnames or ()]
     unknown = [column for column in columns if column not in known]
     if "clip" not in columns or unknown or len(set(columns)) < len(columns):
@@ -71,14 +91,11 @@ def _cells(path: Path, text: str) -> Iterator[tuple[str, dict[str, str]]]:
             f"there are: {', '.join(known)}"
         )
     reader.fieldnames = columns
-    try:
-        for row in reader:
-            where = f"{path}, line {reader.line_num}"
-            if None in row:
-                raise UsageError(f"{where}: more cells than columns; quote a cell with a comma")
-            yield where, {column: (cell or "").strip() for column, cell in row.items()}
-    except csv.Error as error:
-        raise UsageError(f"{path}, line {reader.line_num}: {error}") from error
+    for row in reader:
+        where = f"{path}, line {reader.line_num}"
+        if None in row:
+            raise UsageError(f"{where}: more cells than columns; quote a cell with a comma")
+        yield where, {column: (cell or "").strip() for column, cell in row.items()}
 
 
 def _line(
@@ -88,23 +105,23 @@ def _line(
     if not cells["clip"]:
         raise UsageError(f"{where}: no clip; write its path in the column clip")
     if any(sign in name for sign in "/\\\0") or name.startswith("."):
-        raise UsageError(f"{where}: {name!r} is no name for a file; leave out slashes and dots")
+        raise UsageError(
+            f"{where}: {shown(name)} is no name for a file; leave out slashes and dots"
+        )
     try:
+        clip = path.parent / inputs.some_path(cells["clip"])
         settings = replace(settings, **_told(cells))
     except UsageError as error:
         raise UsageError(f"{where}: {error}") from error
     if settings.end is not None and settings.start >= settings.end:
         raise UsageError(f"{where}: start {settings.start} leaves no frame before {settings.end}")
-    return ManifestLine(name, path.parent / cells["clip"], settings)
+    return ManifestLine(name, clip, settings)
 
 
 def _told(cells: Mapping[str, str]) -> dict[str, Any]:
-    """Return the settings that a line gives, read as the options read them."""
-    told: dict[str, Any] = {}
-    for column, (option, setting) in OPTION_OF_COLUMN.items():
-        cell = cells.get(column, "")
-        if cell:
-            given = [option, *cell.split()] if column == "masses" else [f"{option}={cell}"]
-            value = getattr(read_options([*given, "--", "clip"]), setting)
-            told[setting] = tuple(value) if column == "masses" else value
-    return told
+    """Return the settings that a line gives."""
+    return {
+        setting: read(cells[column])
+        for column, (setting, read) in READERS.items()
+        if cells.get(column)
+    }

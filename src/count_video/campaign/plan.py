@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
+import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, count
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
 from count_video.campaign.folder import clips_in
 from count_video.campaign.manifest import MANIFEST_SUFFIX, read_manifest
 from count_video.errors import FootageError
+from count_video.outputs import output_name
 from count_video.trial import TrialSettings
 
 RESERVED_NAMES = frozenset({"campaign"})
@@ -65,7 +67,7 @@ def jobs_of(
         A manifest cannot be read or says what makes no sense.
     """
     wanted = list(chain.from_iterable(_wanted(path, settings) for path in paths))
-    taken: set[str] = set(RESERVED_NAMES)
+    taken = dict.fromkeys(RESERVED_NAMES, 2)
     start = os.getcwd()
     return [replace(job, name=_free_name(job, taken), pages=pages, start=start) for job in wanted]
 
@@ -80,7 +82,7 @@ def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
     if is_manifest(path):
         for line in read_manifest(path, settings):
             yield Job(line.name, str(line.clip), line.settings)
-    elif path.is_dir():
+    elif os.path.isdir(path):
         yield from _of_folder(path, settings)
     else:
         yield Job("", str(path), settings)
@@ -89,7 +91,7 @@ def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
 def _of_folder(folder: Path, settings: TrialSettings) -> Iterator[Job]:
     """Yield the trials of the folder's manifest, if it has one, then its other clips."""
     manifest = folder / FOLDER_MANIFEST
-    told = list(_wanted(manifest, settings)) if manifest.is_file() else []
+    told = list(_wanted(manifest, settings)) if os.path.isfile(manifest) else []
     yield from told
     known = {os.path.realpath(job.clip) for job in told}
     try:
@@ -102,13 +104,25 @@ def _of_folder(folder: Path, settings: TrialSettings) -> Iterator[Job]:
         yield from (Job("", str(clip), settings) for clip in others)
 
 
-def _free_name(job: Job, taken: set[str]) -> str:
-    """Choose the shortest name that is still free, and take it."""
+def _free_name(job: Job, taken: dict[str, int]) -> str:
+    """Choose the shortest name that is still free, and take it.
+
+    ``taken`` has the lowest number that others of each name may have.
+    """
     full = job.file.name or "clip"
     stem = job.name or job.file.stem or full
     folder = Path(os.path.abspath(job.clip)).parent.name
-    wishes = chain([stem, full, f"{folder}-{full}"], (f"{stem}-{number}" for number in count(2)))
-    # Many file systems do not tell upper from lower case.
-    name = next(name for name in wishes if name.casefold() not in taken)
-    taken.add(name.casefold())
+    for name in map(output_name, (stem, full, f"{folder}-{full}")):
+        if _alike(name) not in taken:
+            taken[_alike(name)] = 2
+            return name
+    number = taken[_alike(stem)]
+    while _alike(name := output_name(f"{stem}-{number}")) in taken:
+        number += 1
+    taken[_alike(stem)], taken[_alike(name)] = number + 1, 2
     return name
+
+
+def _alike(name: str) -> str:
+    """Return what is the same for names that many file systems hold for the same one."""
+    return unicodedata.normalize("NFC", output_name(name)).casefold()

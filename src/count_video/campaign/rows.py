@@ -7,13 +7,67 @@ from collections.abc import Mapping
 from typing import Any
 
 from count_video.campaign.plan import Job
+from count_video.inputs import Range, stored_number
 from count_video.physics.theory import collision_count
 from count_video.reports.campaign_rows import TrialRow
+from count_video.reports.json_object import json_object
+from count_video.verdict import unread_result
+
+_KEYS = frozenset(json_object(unread_result("", "")))
+_COUNT = Range(0, 1e9, "")
+_CHANCE = Range(0, 1.001, "")
+_FIGURE = Range(-1e50, 1e50, "")
+_WHOLE = ("count", "seen", "between_frames")
+_FIGURES = ("capture_fps", "mass_ratio", "pi_low", "pi_high")
 
 
-def row_of(job: Job, text: str, not_kept: str | None = None) -> TrialRow:
-    """Read a result's JSON text; one path for results of this run and of earlier ones."""
-    result: dict[str, Any] = json.loads(text)
+def read_result(text: str) -> dict[str, Any]:
+    """Parse a result's JSON text, and check what tables need of it.
+
+    Raises
+    ------
+    ValueError
+        It is no result of this program: a file may have been edited, or be of another program.
+    """
+    try:
+        result = json.loads(text)
+    except RecursionError as error:
+        raise ValueError("nested too deeply") from error
+    if not isinstance(result, dict) or not result.keys() >= _KEYS:
+        raise ValueError("no result")
+    status, count, chances = result["status"], result["count"], result["probability"]
+    if (
+        not isinstance(result["clip"], str)
+        or not isinstance(result["reason"], str | None)
+        or not isinstance(chances, dict)
+        or (status, count is None) not in (("counted", False), ("not_counted", True))
+        or not all(_is_number(result[key], _COUNT, whole=True) for key in _WHOLE)
+        or not all(_is_number(result[key], _FIGURE) for key in _FIGURES)
+        or not all(stored_number(chance, _CHANCE) is not None for chance in chances.values())
+        or not all(counted.isascii() and counted.isdecimal() for counted in chances)
+    ):
+        raise ValueError("a value that no result has")
+    return result
+
+
+def _is_number(value: object, allowed: Range, *, whole: bool = False) -> bool:
+    """Return whether a value is null or a number in its range."""
+    if value is None:
+        return True
+    return stored_number(value, allowed) is not None and (isinstance(value, int) or not whole)
+
+
+def row_of(
+    job: Job, text: str, not_kept: str | None = None, files: frozenset[str] = frozenset()
+) -> TrialRow:
+    """Read a result's JSON text; one path for results of this run and of earlier ones.
+
+    Raises
+    ------
+    ValueError
+        It is no result of this program.
+    """
+    result = read_result(text)
     restitution = result.get("restitution")
     return TrialRow(
         name=job.name,
@@ -34,6 +88,7 @@ def row_of(job: Job, text: str, not_kept: str | None = None) -> TrialRow:
         restitution_wall=_value(_part(restitution, "wall")),
         energy_kept=_value(result.get("energy_kept")),
         ending=_word(result.get("ending")),
+        files=files,
     )
 
 
@@ -47,7 +102,7 @@ def _value(value: object) -> float | None:
         value = value.get("value")
     if isinstance(value, list):
         value = value[-1] if value else None
-    return float(value) if isinstance(value, int | float) else None
+    return stored_number(value, _FIGURE)
 
 
 def _word(value: object) -> str | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
 
@@ -14,13 +14,17 @@ from count_video.campaign.plan import Job
 from count_video.campaign.rows import row_of
 from count_video.campaign.store import ResultStore
 from count_video.campaign.work import Answer
+from count_video.errors import UsageError
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.campaign_json import campaign_json
 from count_video.reports.campaign_rows import CampaignSummary, TrialRow
 from count_video.reports.campaign_table import trials_csv
 
+TABLE, SUMMARY = "trials.csv", "campaign.json"
 TABLE_EVERY_S = 1.0
-"""The table on the disk grows so often, lest a long campaign spends its time on writing it."""
+"""The table on the disk grows so often,"""
+TABLE_SHARE = 0.05
+"""and less often where writing it would take more than this share of the time."""
 
 
 @dataclass(frozen=True)
@@ -57,25 +61,18 @@ def run_campaign(
 
 
 def write_tables(rows: Sequence[TrialRow], summary: CampaignSummary, store: ResultStore) -> None:
-    """Write ``trials.csv`` and ``campaign.json``.
-
-    Raises
-    ------
-    OSError
-        If they cannot be written.
-    """
-    store.write("trials.csv", trials_csv(rows))
-    store.write("campaign.json", campaign_json(rows, summary))
+    """Write ``trials.csv`` and ``campaign.json``; raises as ``store.write`` does."""
+    store.write(TABLE, trials_csv(rows))
+    store.write(SUMMARY, campaign_json(rows, summary))
 
 
 def _known(jobs: Sequence[Job], store: ResultStore) -> dict[str, Told]:
-    texts = ((job, store.known(job)) for job in jobs if _has_its_page(job))
-    return {job.name: Told(row_of(job, text), text) for job, text in texts if text is not None}
-
-
-def _has_its_page(job: Job) -> bool:
-    """Whether nothing but the count is wanted, or the page is there: it is written last."""
-    return job.pages is None or (job.pages.folder / f"{job.name}.html").is_file()
+    known: dict[str, Told] = {}
+    for job in jobs:
+        text = store.known(job)
+        if text is not None:
+            known[job.name] = Told(row_of(job, text, None, store.evidence(job)), text)
+    return known
 
 
 def _arriving(
@@ -90,18 +87,19 @@ def _arriving(
     if not rest:
         return
     progress.start(len(rest), f"{len(told)} known already," if told else "")
-    table_due_s = time.monotonic() + TABLE_EVERY_S
+    table = None if store is None else _GrowingTable(jobs, told, store)
     signatures = {job.name: _signature(job) for job in rest}
     try:
         for job, answer in answers(rest, start_crew()):
-            not_kept = None if store is None else _kept(job, answer, signatures[job.name], store)
-            told[job.name] = Told(row_of(job, answer.text, not_kept), answer.text)
+            not_kept, files = None, frozenset[str]()
+            if store is not None:
+                not_kept = _kept(job, answer, signatures[job.name], store)
+                if answer.final and not_kept is None:  # else the record is an earlier result's
+                    files = store.evidence(job)
+            told[job.name] = Told(row_of(job, answer.text, not_kept, files), answer.text)
             progress.advance(1)
-            if store is not None and time.monotonic() >= table_due_s:
-                with suppress(OSError):  # told at the end, if it still fails then
-                    rows = [told[job.name].row for job in jobs if job.name in told]
-                    store.write("trials.csv", trials_csv(rows))
-                table_due_s = time.monotonic() + TABLE_EVERY_S
+            if table is not None:
+                table.grow()
             yield
     finally:
         progress.finish()
@@ -120,4 +118,25 @@ def _kept(job: Job, answer: Answer, seen: Signature, store: ResultStore) -> str 
         store.keep(job, answer, seen)
     except OSError as error:
         return f"the result could not be written ({error.strerror}); make room and start again"
+    except UsageError as error:
+        return f"the result could not be written ({error})"
     return None
+
+
+class _GrowingTable:
+    """The table on the disk, which grows while a campaign runs."""
+
+    def __init__(self, jobs: Sequence[Job], told: Mapping[str, Told], store: ResultStore) -> None:
+        self._jobs, self._told, self._store = jobs, told, store
+        self._due_s = time.monotonic() + TABLE_EVERY_S
+
+    def grow(self) -> None:
+        """Write the table, unless it has just been written."""
+        began_s = time.monotonic()
+        if began_s < self._due_s:
+            return
+        rows = [self._told[job.name].row for job in self._jobs if job.name in self._told]
+        with suppress(OSError, UsageError):  # told at the end, if it still fails then
+            self._store.write(TABLE, trials_csv(rows))
+        ended_s = time.monotonic()
+        self._due_s = ended_s + max(TABLE_EVERY_S, (ended_s - began_s) / TABLE_SHARE)

@@ -8,10 +8,12 @@ from pathlib import Path
 import cv2
 
 from count_video import trial
-from count_video.campaign.fingerprint import content_digest, tool_version
+from count_video.campaign.fingerprint import tool_version
 from count_video.campaign.one_by_one import refused
 from count_video.campaign.plan import Job
-from count_video.errors import CountVideoError
+from count_video.campaign.rows import read_result
+from count_video.errors import CountVideoError, FootageError, TrackingError
+from count_video.inputs import content_digest
 from count_video.records import TrialResult
 from count_video.reports.json_object import json_line
 from count_video.verdict import unread_result
@@ -29,6 +31,8 @@ class Answer:
     """True if the same clip, options and tool would give the same answer again."""
     tool: str
     """Version of the tool that did the work."""
+    evidence: tuple[str, ...] = ()
+    """Names of the files that show the result."""
 
 
 def count_job(job: Job) -> Answer:
@@ -40,26 +44,30 @@ def count_job(job: Job) -> Answer:
     if job.problem is not None:
         return failure(job, job.problem)
     content = None
+    evidence: tuple[str, ...] = ()
     try:
         content = content_digest(job.file)
-        result = _counted(job)
+        result, evidence = _counted(job)
+        final = True
     except (CountVideoError, OSError) as error:
-        refusal = replace(refused(job.file, error).result, clip=job.clip)
-        return Answer(
-            json_line(refusal), content, isinstance(error, CountVideoError), tool_version()
-        )
-    return Answer(json_line(replace(result, clip=job.clip)), content, True, tool_version())
+        result = refused(job.file, error).result
+        # What hinders the work, a full disk for example, may be gone the next time.
+        final = isinstance(error, FootageError | TrackingError)
+    text = json_line(replace(result, clip=job.clip))
+    read_result(text)  # else a fault of the program, which is not to be kept
+    return Answer(text, content, final, tool_version(), evidence)
 
 
-def _counted(job: Job) -> TrialResult:
+def _counted(job: Job) -> tuple[TrialResult, tuple[str, ...]]:
     if job.pages is None:
-        return trial.count_clip(job.file, job.settings)
+        return trial.count_clip(job.file, job.settings), ()
     # Drawing takes long to import, and most campaigns draw nothing.
-    from count_video.evidence import EvidenceSettings, count_with_evidence  # noqa: PLC0415
+    from count_video.evidence import EvidenceSettings, make_evidence  # noqa: PLC0415
 
     folder = Path(job.start, job.pages.folder)
     wanted = EvidenceSettings(folder, job.pages.picture_format, name=job.name)
-    return count_with_evidence(job.file, job.settings, wanted)
+    made = make_evidence(job.file, job.settings, wanted)
+    return made.result, made.files
 
 
 def failure(job: Job, reason: str) -> Answer:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 
 from count_video.errors import UsageError
+from count_video.inputs import CAPTURE_RATE, decimal
 from count_video.records import RateSource
 
 CAPTURE_RATE_TAGS = frozenset({"com.android.capture.fps"})
@@ -15,11 +15,9 @@ they play at the capture rate, but a shared copy is slowed down and does not say
 
 
 def check_capture_rate(option: float | None) -> None:
-    """Raise UsageError if what the user says is no positive finite number."""
-    if option is not None and not (math.isfinite(option) and option > 0):
-        raise UsageError(
-            f"capture rate {option:g}: give the camera's frames per second, a positive number"
-        )
+    """Raise UsageError if no camera has the rate that the user says."""
+    if option is not None and not CAPTURE_RATE.holds(option):
+        raise UsageError(f"capture rate {option:g}: give the camera's rate, {CAPTURE_RATE}")
 
 
 def capture_rate(
@@ -33,25 +31,24 @@ def capture_rate(
         What the user says, None for nothing.
     tags
         Names and values written into the file. Case does not matter (Matroska writes names in
-        capitals), and values that are no positive number count as absent.
+        capitals), and values that no camera has count as absent.
 
     Raises
     ------
     UsageError
-        If the user's value is no positive finite number.
+        If no camera has the user's rate.
     """
     check_capture_rate(option)
     if option is not None:
         return float(option), "option"
     for name, text in tags:
-        if name.lower() in CAPTURE_RATE_TAGS and (rate := _positive(text)) is not None:
+        if name.lower() in CAPTURE_RATE_TAGS and (rate := _stated(text)) is not None:
             return rate, "metadata"
     return None, "unknown"
 
 
-def _positive(text: str) -> float | None:
+def _stated(text: str) -> float | None:
     try:
-        value = float(text)
-    except ValueError:
+        return decimal(text.strip(), CAPTURE_RATE)
+    except UsageError:
         return None
-    return value if math.isfinite(value) and value > 0 else None

@@ -11,7 +11,7 @@ from pathlib import Path
 import av
 import av.error
 
-from count_video.footage.decoding import Reading, Tally
+from count_video.footage.decoding import Reading, Tally, packets_of
 from count_video.footage.opening import choose_stream, open_container
 
 _SOUND_S = 1.0
@@ -27,7 +27,7 @@ _FEW_JUMPS = 0.02
 _STATES_DURATION = frozenset({"matroska,webm"})
 """Containers without a count of frames whose duration was written when the file was closed; what
 others are said to last is estimated from what is left of them."""
-_CLOCK = re.compile(r"(\d+):(\d+):(\d+(?:\.\d+)?)")
+_CLOCK = re.compile(r"([0-9]{1,6}):([0-9]{1,2}):([0-9]{1,2}(?:\.[0-9]{1,12})?)")
 
 
 @dataclass(frozen=True)
@@ -73,6 +73,18 @@ def complaints(promise: Promise, tally: Tally) -> Iterator[str]:
         yield f"reading broke off after {_count(tally.pictures, 'frame')}: {tally.broke_off}"
     if tally.exhausted:
         yield from _shortfalls(promise, tally)
+
+
+def frames_missing(promise: Promise, tally: Tally) -> int:
+    """Return how many pictures are known to be missing, by what misses most of them."""
+    missing = [float(tally.errors)]
+    if tally.exhausted:
+        missing.append((promise.frames or 0) - tally.pictures)
+        if promise.end_s - _end_s(tally) > promise.tolerance_s:
+            missing.append((promise.end_s - _end_s(tally)) / tally.usual_step_s)
+        if _is_gap(tally):
+            missing.append(tally.widest_jump_share - 1)
+    return round(max(number for number in missing if math.isfinite(number)))
 
 
 def _shortfalls(promise: Promise, tally: Tally) -> Iterator[str]:
@@ -129,7 +141,7 @@ def _stated_end_s(reading: Reading) -> tuple[float, float]:
     tolerance_s = _ROUNDING_FRAMES * frame_s
     if container.format.name not in _STATES_DURATION:
         return math.nan, tolerance_s
-    if clock := _CLOCK.match(stream.metadata.get("DURATION", "")):
+    if clock := _CLOCK.fullmatch(stream.metadata.get("DURATION", "")):
         hours, minutes, seconds = clock.groups()
         return 3600 * int(hours) + 60 * int(minutes) + float(seconds), tolerance_s
     if container.duration is None:
@@ -144,7 +156,7 @@ def _packets_shown(path: Path) -> int:
         stream = choose_stream(path, container)
         number = 0
         try:
-            for packet in container.demux(stream):
+            for packet in packets_of(container, stream):
                 number += packet.size > 0 and not packet.is_discard and not _is_hidden(packet)
         except av.error.FFmpegError:
             pass  # reading to the end meets the same error, and reports it

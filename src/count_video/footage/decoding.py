@@ -17,12 +17,14 @@ from av.container import InputContainer
 
 from count_video.errors import FootageError, UsageError
 from count_video.footage.opening import choose_stream, open_container
+from count_video.inputs import THREADS, whole
 
 JUMP_SHARE = 1.7
 """A step between time stamps so many times the usual one is a jump: a picture was left out."""
 STEPS_KEPT = 15
 """Steps of which the median is the usual one."""
-
+PIXELS_HELD = 100_000_000
+"""Threads decode a picture each; together they hold about so many pixels at most."""
 
 THREADS_VARIABLE = "COUNT_VIDEO_THREADS"
 """Environment variable that says how many threads may decode a clip. Processes that share the
@@ -30,19 +32,21 @@ cores between them, one clip each, set it to 1."""
 
 
 def decoder_threads() -> int:
-    """Return how many threads may decode at a time: those allowed, else as many as cores.
+    """Return how many threads may decode at a time: as many as cores, or fewer if so allowed.
 
     Raises
     ------
     UsageError
         The environment variable is not a whole number above 0.
     """
+    cores = os.cpu_count() or 1
     allowed = os.environ.get(THREADS_VARIABLE)
     if allowed is None:
-        return os.cpu_count() or 1
-    if not allowed.isdecimal() or int(allowed) == 0:
-        raise UsageError(f"{THREADS_VARIABLE} is {allowed!r}; set it to a whole number from 1")
-    return int(allowed)
+        return cores
+    try:
+        return min(whole(allowed, THREADS), cores)
+    except UsageError as error:
+        raise UsageError(f"{THREADS_VARIABLE}: {error}") from error
 
 
 @dataclass
@@ -117,6 +121,7 @@ class Reading:
     """One pass through a file: the open container, its film, the pictures and their tally."""
 
     def __init__(self, path: Path, *, threads: bool = True) -> None:
+        at_most = decoder_threads()
         self.container = open_container(path)
         try:
             self.stream = choose_stream(path, self.container)
@@ -124,10 +129,10 @@ class Reading:
             self.container.close()
             raise
         # With threads several pictures are decoded at once, while the caller looks at one.
-        at_most = decoder_threads()
+        context = self.stream.codec_context
+        at_most = max(1, min(at_most, PIXELS_HELD // max(1, context.width * context.height)))
         self.stream.thread_type = "AUTO" if threads and at_most > 1 else "NONE"
-        if THREADS_VARIABLE in os.environ:  # else the decoder knows best
-            self.stream.codec_context.thread_count = at_most
+        context.thread_count = at_most
         self.tally = Tally(tick_s=self.stream.time_base)
         self._rest = decode(self.container, self.stream, self.tally)
         self._first: av.VideoFrame | None = None
@@ -173,11 +178,25 @@ def seconds(ticks: int | None, tick_s: Fraction | None) -> float:
     return ticks * tick_s.numerator / tick_s.denominator
 
 
+def packets_of(
+    container: InputContainer, stream: av.VideoStream
+) -> Iterator[av.Packet[av.VideoStream]]:
+    """Yield what a file holds of a stream.
+
+    At the end of the file PyAV adds an empty packet for every stream, also for those that turned up
+    on the way, as in a damaged transport stream, which it does not know: that is an IndexError.
+    """
+    for packet in container.demux(stream):
+        if packet.size == 0 and packet.pts is None and packet.dts is None:
+            return
+        yield packet
+
+
 def _packets(
     container: InputContainer, stream: av.VideoStream, tally: Tally
 ) -> Iterator[av.Packet[av.VideoStream] | None]:
     """Yield packets and at last None, upon which a decoder gives its last pictures."""
-    packets = container.demux(stream)
+    packets = packets_of(container, stream)
     waiting = None
     while True:
         try:

@@ -19,7 +19,14 @@ import av.error
 import numpy as np
 
 from count_video.errors import UsageError
-from count_video.footage.decoding import Reading, Tally, decode, decoder_threads, seconds
+from count_video.footage.decoding import (
+    Reading,
+    Tally,
+    decode,
+    decoder_threads,
+    packets_of,
+    seconds,
+)
 from count_video.footage.pictures import Luma, luma_of, quarter_turns, upright
 from count_video.footage.repeats import mark_repeats
 from count_video.records import Frame
@@ -100,7 +107,7 @@ def _survey(reading: Reading) -> _Survey | None:
     stamps: list[int] = []
     keys: list[int] = []
     try:
-        for packet in reading.container.demux(reading.stream):
+        for packet in packets_of(reading.container, reading.stream):
             if not packet.size or packet.is_discard or packet.is_corrupt:
                 continue
             if packet.pts is None:

@@ -12,8 +12,9 @@ import av
 
 from count_video.errors import FootageError, UsageError
 from count_video.footage.capture_rate import capture_rate, check_capture_rate
-from count_video.footage.completeness import Promise, complaints, promise_of
+from count_video.footage.completeness import Promise, complaints, frames_missing, promise_of
 from count_video.footage.decoding import Reading, seconds
+from count_video.footage.opening import MOST_FRAMES, MOST_PIXELS, check_size
 from count_video.footage.pictures import Luma, luma_of, quarter_turns, upright
 from count_video.footage.pilot import pilot_frames
 from count_video.footage.repeats import LONGEST_RUN, mark_repeats
@@ -64,7 +65,7 @@ class Footage:
         Raises
         ------
         FootageError
-            If the size of the picture changes on the way.
+            If the size of the picture changes on the way, or there are too many frames.
         UsageError
             If ``start`` or ``end`` is negative.
         """
@@ -90,6 +91,7 @@ class Footage:
             frames_repeated=self._repeats.all,
             decode_errors=tally.errors,
             warnings=tuple(warnings),
+            frames_missing=frames_missing(self._promise, tally),
         )
 
     def _frames(
@@ -121,6 +123,11 @@ class Footage:
                     f"{self.info.path}: the picture size changes at frame {index} from "
                     f"{first[1]} x {first[0]} to {luma.shape[1]} x {luma.shape[0]} px; "
                     "cut the clip there and count the parts"
+                )
+            if index >= MOST_FRAMES:
+                raise FootageError(
+                    f"{self.info.path}: more than {MOST_FRAMES} frames; give a part of the clip "
+                    "with start and end"
                 )
             waiting.append((seconds(picture.pts, reading.stream.time_base), luma))
             yield luma
@@ -170,7 +177,7 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
     FootageError
         If the file is no footage; the message is one line for the user.
     UsageError
-        If ``capture_fps`` is no positive number.
+        If no camera has the rate ``capture_fps``.
     """
     check_capture_rate(capture_fps)
     path = Path(path)
@@ -180,8 +187,10 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
         if first is None:
             raise FootageError(
                 f"{path}: not one picture could be decoded ({reading.tally.errors} packets were "
-                "refused); the file is damaged or cut: copy it again from the camera"
+                "refused); the file is damaged or cut, or its pictures are too large (more than "
+                f"{MOST_PIXELS // 1_000_000} million pixels): copy it again from the camera"
             )
+        check_size(path, first.width, first.height)
         promise = promise_of(path, reading)
         return Footage(_info(path, reading, first, promise, capture_fps), promise, reading)
     except BaseException:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from count_video.errors import UsageError
 from count_video.footage.pictures import luma_layout
+from count_video.outputs import appearing
 
 Pixels = NDArray[np.uint8]
 
@@ -87,24 +88,20 @@ def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | Non
     """
     options = options or WriteOptions()
     path = Path(path)
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     pictures = iter(frames)
     first = next(pictures, None)
     if first is None:
         raise UsageError(f"cannot write {path}: there is no frame; give at least one")
     try:
-        with _open(partial, options) as container:
+        with appearing(path) as partial, _open(partial, options) as container:
             stream = _add_stream(container, first.shape, options)
             count = _encode(chain([first], pictures), stream, container, options)
-        os.replace(partial, path)
     except (av.error.FFmpegError, OSError, _RefusalError) as error:
         reason = " ".join(str(error).split())
         raise UsageError(
             f"cannot write {path} ({options.codec}, {options.pixel_format}): {reason}; "
             "check the folder, the suffix and that codec and container go together"
         ) from error
-    finally:
-        partial.unlink(missing_ok=True)
     return count
 
 

@@ -112,7 +112,8 @@ def _releases(request: PlanRequest, theory: int) -> list[float]:
     """Releases at which a trial without scatter gives the count, the nearest first."""
     whole = range(round(RELEASES_M[0] / RELEASE_STEP_M), round(RELEASES_M[1] / RELEASE_STEP_M) + 1)
     releases = np.array([step * RELEASE_STEP_M for step in whole])
-    releases = releases[releases >= request.gap_m]
+    shortest_m = min(request.heavy_thread_m, request.light_thread_m)
+    releases = releases[(releases >= request.gap_m) & (releases < shortest_m)]
     gaps = np.full_like(releases, request.gap_m)
     return _giving(request, theory, gaps, releases, request.release_m)
 

@@ -2,18 +2,42 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, fields
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from count_video.errors import UsageError
+from count_video.inputs import (
+    CAPTURE_RATE,
+    DAMPING,
+    LENGTH,
+    MASS,
+    MOST_PLAN_BYTES,
+    SEED,
+    SHARE,
+    TOLERANCES,
+    TRIALS,
+    Range,
+    read_json_object,
+    shown,
+    stored_number,
+)
 from count_video.planning.request import PlanRequest, Tolerances
 
 PLAN_VERSION = 1
-MOST_BYTES = 10_000_000
-"""A larger file is not a plan."""
-_COUNTS = ("trials", "seed")
+_REQUEST = {
+    **dict.fromkeys(("heavy", "light"), MASS),
+    **dict.fromkeys(("gap_m", "release_m", "heavy_thread_m", "light_thread_m"), LENGTH),
+    "ball_diameter_m": LENGTH,
+    "capture_fps": CAPTURE_RATE,
+    "restitution": SHARE,
+    "damping_per_s": DAMPING,
+    "trials": TRIALS,
+    "seed": SEED,
+}
+_TOLERANCES = dict(TOLERANCES.values())
+_WHOLE = ("trials", "seed")
 
 
 def request_object(request: PlanRequest) -> dict[str, Any]:
@@ -39,9 +63,9 @@ def read_request(path: Path) -> PlanRequest:
     if not isinstance(values, dict):
         raise UsageError(f"{path}: has no planned set-up; make the file again with --plan")
     try:
-        tolerances = Tolerances(**_numbers(values.get("tolerances", {}), Tolerances))
+        tolerances = Tolerances(**_numbers(values.get("tolerances", {}), _TOLERANCES))
         rest = {key: value for key, value in values.items() if key != "tolerances"}
-        return PlanRequest(**_numbers(rest, PlanRequest), tolerances=tolerances)
+        return PlanRequest(**_numbers(rest, _REQUEST), tolerances=tolerances)
     except UsageError as error:
         raise UsageError(f"{path}: {error}") from error
     except TypeError as error:
@@ -49,31 +73,24 @@ def read_request(path: Path) -> PlanRequest:
 
 
 def _stored(path: Path) -> dict[str, Any]:
-    try:
-        with path.open("rb") as file:
-            text = file.read(MOST_BYTES + 1)
-        stored = json.loads(text) if len(text) <= MOST_BYTES else None
-    except OSError as error:
-        raise UsageError(f"{path}: cannot read the plan: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise UsageError(f"{path}: is no JSON; give the plan.json that --plan wrote") from error
-    if not isinstance(stored, dict) or stored.get("plan_version") != PLAN_VERSION:
+    stored = read_json_object(path, MOST_PLAN_BYTES)
+    if stored.get("plan_version") != PLAN_VERSION:
         raise UsageError(
             f"{path}: is no plan, version {PLAN_VERSION}; give the plan.json that --plan wrote"
         )
     return stored
 
 
-def _numbers(values: object, kind: type[PlanRequest] | type[Tolerances]) -> dict[str, Any]:
-    """Check that an object holds numbers under the names of a record's fields."""
-    known = {field.name for field in fields(kind)}
+def _numbers(values: object, ranges: Mapping[str, Range]) -> dict[str, Any]:
+    """Check that an object holds, under names of fields, numbers within their ranges."""
     if not isinstance(values, dict):
-        raise UsageError(f"{values!r} is no object with the values of a plan")
+        raise UsageError(f"{shown(str(values))} is no object with the values of a plan")
     for name, value in values.items():
-        if name not in known:
-            raise UsageError(f"{name!r} is nothing that a plan has")
+        allowed = ranges.get(name)
+        if allowed is None:
+            raise UsageError(f"{shown(name)} is nothing that a plan has")
         absent = value is None and name == "capture_fps"
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (absent or number) or (name in _COUNTS and not isinstance(value, int)):
-            raise UsageError(f"{name} is {value!r}; it must be a number")
+        whole = name not in _WHOLE or isinstance(value, int)
+        if not absent and (stored_number(value, allowed) is None or not whole):
+            raise UsageError(f"{name} is {shown(str(value))}; it must be a number {allowed}")
     return dict(values)

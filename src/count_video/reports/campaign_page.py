@@ -7,7 +7,6 @@ trial, as far as they are there.
 from __future__ import annotations
 
 import base64
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import quote
@@ -21,25 +20,18 @@ from count_video.reports.campaign_text import advice
 from count_video.reports.drawing import picture_bytes, styled
 from count_video.reports.page import environment, own_file
 from count_video.reports.palette import SKY_BLUE, VERMILION
-from count_video.reports.printable import printable, storable
+from count_video.reports.printable import printable
 
 MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 
 
-def write_campaign_page(
-    rows: Sequence[TrialRow], summary: CampaignSummary, folder: Path, picture_format: str = "png"
-) -> None:
-    """Write ``campaign.html`` and ``campaign.png`` (or ``.svg``) into a folder.
-
-    Raises
-    ------
-    OSError
-        If a file cannot be written.
-    """
+def campaign_files(
+    rows: Sequence[TrialRow], summary: CampaignSummary, picture_format: str = "png"
+) -> dict[str, bytes]:
+    """Draw and write ``campaign.png`` (or ``.svg``) and ``campaign.html``: contents by names."""
     picture = picture_bytes(campaign_figure(summary), picture_format)
-    _write(folder / f"campaign.{picture_format}", picture)
-    page = campaign_page(rows, summary, folder, (picture, MEDIA_TYPES[picture_format]))
-    _write(folder / "campaign.html", page.encode("utf-8"))
+    page = campaign_page(rows, summary, (picture, MEDIA_TYPES[picture_format]))
+    return {f"campaign.{picture_format}": picture, "campaign.html": page.encode("utf-8")}
 
 
 def campaign_figure(summary: CampaignSummary) -> Figure:
@@ -55,10 +47,7 @@ def campaign_figure(summary: CampaignSummary) -> Figure:
 
 
 def campaign_page(
-    rows: Sequence[TrialRow],
-    summary: CampaignSummary,
-    folder: Path,
-    picture: tuple[bytes, str],
+    rows: Sequence[TrialRow], summary: CampaignSummary, picture: tuple[bytes, str]
 ) -> str:
     """Write the page; those that need a person come first."""
     ordered = sorted(rows, key=lambda row: not row.needs_a_person)
@@ -68,7 +57,7 @@ def campaign_page(
         .render(
             summary=summary,
             table=_table(summary),
-            trials=[_trial(row, folder) for row in ordered],
+            trials=[_trial(row) for row in ordered],
             doubtful=sum(row.needs_a_person for row in rows),
             picture=base64.b64encode(picture[0]).decode("ascii"),
             picture_type=picture[1],
@@ -131,7 +120,7 @@ def _table(summary: CampaignSummary) -> list[tuple[str, str]]:
     return rows
 
 
-def _trial(row: TrialRow, folder: Path) -> dict[str, object]:
+def _trial(row: TrialRow) -> dict[str, object]:
     doubt = ". ".join(filter(None, (row.not_kept or row.reason, advice(row))))
     return {
         "clip": printable(Path(row.clip).name),
@@ -139,20 +128,12 @@ def _trial(row: TrialRow, folder: Path) -> dict[str, object]:
         "probability": None if row.probability is None else f"{row.probability:.0%}",
         "doubt": printable(doubt or ""),
         "needs_a_person": row.needs_a_person,
-        "page": _link(folder, f"{row.name}.html"),
-        "strip": _link(folder, f"{row.name}.strip.jpg"),
+        "page": _link(row, "html"),
+        "strip": _link(row, "strip.jpg"),
     }
 
 
-def _link(folder: Path, name: str) -> str | None:
+def _link(row: TrialRow, suffix: str) -> str | None:
     """Address of a file beside the page; None if it is not there."""
-    return quote(storable(name)) if (folder / name).is_file() else None
-
-
-def _write(path: Path, data: bytes) -> None:
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        partial.write_bytes(data)
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
+    name = f"{row.name}.{suffix}"
+    return quote(name) if name in row.files else None

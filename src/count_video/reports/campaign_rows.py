@@ -43,6 +43,8 @@ class TrialRow:
     """Energy after the burst over the energy before it."""
     ending: str | None
     """How the burst ended: ``geometric``, ``pendulum`` or ``dissipative``; None if unknown."""
+    files: frozenset[str] = frozenset()
+    """Names of the files that show it, beside the campaign's page."""
 
     @property
     def probability(self) -> float | None:

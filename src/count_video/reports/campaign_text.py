@@ -29,7 +29,7 @@ def advice(row: TrialRow) -> str:
     if not row.needs_a_person:
         return ""
     if row.not_kept is not None:
-        return "make room on the disk and start the same command again"
+        return "see to what hindered the writing and start the same command again"
     if row.status == "counted":
         return "look at the clip and compare with the listed collisions (count-video CLIP)"
     return (

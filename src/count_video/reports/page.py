@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import math
 import shlex
 from collections.abc import Mapping, Sequence
@@ -29,6 +30,8 @@ class Footage:
     """When it shows each, in seconds from its start, shape (n,)."""
     cuts: Mapping[int, Sequence[ContactFrame]]
     """Enlarged frames of each contact, by the collision's number."""
+    clip_sha256: str = ""
+    """Digest of the clip's bytes, which no other clip has; empty if not known."""
 
 
 @dataclass(frozen=True)
@@ -61,13 +64,21 @@ def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | N
 
 def environment() -> Environment:
     """Templates of this package, with everything that is filled in escaped."""
-    return Environment(
+    made = Environment(
         loader=PackageLoader("count_video.reports"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    made.filters["digest"] = _digest
+    return made
+
+
+def _digest(own_text: str) -> str:
+    """Name a style or script as a page's policy does, so that the browser applies no other."""
+    digest = hashlib.sha256(own_text.encode("utf-8")).digest()
+    return f"sha256-{base64.b64encode(digest).decode('ascii')}"
 
 
 def own_file(name: str) -> Markup:
@@ -95,6 +106,7 @@ def _data(result: TrialResult, footage: Footage) -> dict[str, object]:
     beyond = [c.frame for c in result.collisions if c.number > size]
     return {
         "clip": name,
+        "clip_sha256": footage.clip_sha256,
         "save_as": f"{Path(name).stem}.corrections.json",
         "count": result.count,
         "burst_ends": min(beyond, default=1e300),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 import numpy as np
@@ -13,12 +15,17 @@ from matplotlib.patches import Arc
 from matplotlib.transforms import Bbox
 
 from count_video.errors import UsageError
+from count_video.outputs import open_outputs
 from count_video.physics.theory import collision_count, theta_rad
 from count_video.reports.drawing import picture_bytes, styled
 from count_video.reports.palette import BLUE
 from count_video.reports.phase_circle import MOST_POINTS, Look, draw_phase_circle, number_points
 from count_video.reports.theory_text import facts, plain, powers_table
 
+MOST_WRITTEN_OUT = 10**12
+"""Larger counts do not fit into the picture with all their digits."""
+LONGEST_FACT = 100
+"""Characters of a line of words."""
 MOST_NUMBERS = 45
 """From more points on only some are numbered, about this many."""
 
@@ -35,13 +42,12 @@ def write_theory_picture(
     UsageError
         If it cannot be written.
     """
-    path = folder / f"theory.{picture_format}"
     data = picture_bytes(theory_figure(*masses), picture_format)
+    outputs = open_outputs(folder)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
+        outputs.write(f"theory.{picture_format}", data)
     except OSError as error:
-        raise UsageError(f"cannot write {path}: {error.strerror}; give another folder") from error
+        raise UsageError(f"{folder}: cannot be written to: {error.strerror}") from error
 
 
 def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
@@ -60,7 +66,9 @@ def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
         circle.set_xlabel(r"$V_1 = \sqrt{M}\,v_1$")
         circle.set_title(f"m : M = 1 : {plain(heavy / light)}", fontsize=18)
         if count >= MOST_POINTS:
-            circle.text(0, -0.5, f"{count + 1} state points:\ntoo many to draw", ha="center")
+            circle.text(
+                0, -0.5, f"{_short(count + 1)} state points:\ntoo many to draw", ha="center"
+            )
         _draw_words(figure.add_subplot(columns[1]), heavy, light)
         return figure
 
@@ -91,12 +99,19 @@ def _name(axes: Axes, letter: str, place: tuple[float, float]) -> None:
     axes.text(*place, letter, fontsize=15, color=BLUE, ha="center", va="center", bbox=paper)
 
 
+def _short(count: int) -> str:
+    return str(count) if count < MOST_WRITTEN_OUT else f"{Decimal(count):.3e}"
+
+
 def _draw_words(axes: Axes, heavy: Fraction, light: Fraction) -> None:
     axes.set_axis_off()
     count = collision_count(heavy, light)
     place: Any = {"transform": axes.transAxes, "va": "top"}
-    axes.text(0, 0.98, f"{count} collisions", fontsize=34, weight="bold", **place)
-    words = "\n".join(f"{label}:  {value}" for label, value in facts(heavy, light)[2:])
+    axes.text(0, 0.98, f"{_short(count)} collisions", fontsize=34, weight="bold", **place)
+    words = "\n".join(
+        shorten(f"{label}:  {value}", LONGEST_FACT, placeholder=" …")
+        for label, value in facts(heavy, light)[2:]
+    )
     axes.text(0, 0.85, words, fontsize=11, linespacing=1.9, **place)
     axes.text(0, 0.56, "m : M = 1 : 100ⁿ", fontsize=14, weight="bold", **place)
     rows = [[str(n), str(number), f"{low} to {high}"] for n, number, low, high in powers_table()]

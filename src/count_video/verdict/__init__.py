@@ -3,10 +3,12 @@
 from count_video.verdict.blank import nothing_to_count, unread_result
 from count_video.verdict.fitted import inferred, knowledge, left_open, measured, sure_enough
 from count_video.verdict.impacts import impacts_counted, is_better, is_settled
+from count_video.verdict.missing import doubted_for_missing
 from count_video.verdict.resolved import counted, leaves_room, probabilities
 
 __all__ = [
     "counted",
+    "doubted_for_missing",
     "impacts_counted",
     "inferred",
     "is_better",

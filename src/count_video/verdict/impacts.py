@@ -9,6 +9,7 @@ import numpy as np
 from count_video.collisions.weighing import SeenImpacts
 from count_video.records import FootageInfo, FootageReport, Track, TrialResult
 from count_video.verdict.blank import nothing_to_count
+from count_video.verdict.missing import with_missing
 from count_video.verdict.timed import timed
 
 IMPACTS_PROBABILITY_AT_LEAST = 0.25
@@ -29,12 +30,13 @@ def impacts_counted(
 ) -> TrialResult:
     """Judge what was found in a clip of one body alone, or of two without a wall."""
     collisions = tuple(timed(collision, info.capture_fps) for collision in found.collisions)
-    chance = found.probability.get(len(collisions), 0.0)
-    likely = chance >= max(IMPACTS_PROBABILITY_AT_LEAST, *found.probability.values(), 0.0)
+    probability = with_missing(found.probability, len(collisions), report)
+    chance = probability.get(len(collisions), 0.0)
+    likely = chance >= max(IMPACTS_PROBABILITY_AT_LEAST, *probability.values(), 0.0)
     counts = likely and not found.shortcomings
     reasons = found.shortcomings or found.doubts
     if not (likely or found.shortcomings):
-        likelier = max(found.probability, key=found.probability.__getitem__)
+        likelier = max(probability, key=probability.__getitem__)
         reasons = (*reasons, f"{len(collisions)} impacts are seen, but {likelier} are likelier")
     return replace(
         nothing_to_count(info, report, ""),
@@ -43,7 +45,7 @@ def impacts_counted(
         count=len(collisions) if counts else None,
         seen=len(collisions),
         between_frames=0 if counts else None,
-        probability=found.probability if counts else {},
+        probability=probability if counts else {},
         count_after_burst=0,
         collisions=collisions,
         wall_side=track.wall_side if track.heavy is None else None,

@@ -178,7 +178,8 @@
 
   function save() {
     if (corrections.length === 0) return;
-    const stored = { corrections_version: 1, clip: data.clip, tool_count: data.count,
+    const stored = { corrections_version: 1, clip: data.clip,
+      clip_sha256: data.clip_sha256, tool_count: data.count,
       reviewed_count: reviewedCount(), corrections };
     const blob = new Blob([`${JSON.stringify(stored, null, 1)}\n`], { type: "application/json" });
     const address = URL.createObjectURL(blob);

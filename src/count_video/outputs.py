@@ -1,0 +1,260 @@
+"""Files that this program writes: each whole or not at all, and never over a file of somebody else.
+
+What was written into a folder stands in its record, ``.count-video/written``: a line of JSON for
+each file, with its name and the digest of the clip that it shows. The line is there before the file
+is, so a file without one is not ours: it is not replaced, and nothing that has one is taken for a
+clip. Lines are only ever added, in one write each, so that many processes may do so at once.
+
+A file is written beside its place under a name such as ``.0f3a….part.mp4``, flushed to the disk and
+renamed. Whoever writes it holds a lock on it; what nobody holds was left by a process that was
+killed, and goes when a folder is opened again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import stat
+import sys
+import uuid
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from count_video.errors import UsageError
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _take(descriptor: int) -> None:
+        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+else:
+    import fcntl
+
+    def _take(descriptor: int) -> None:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+HIDDEN = ".count-video"
+LONGEST_NAME_BYTES = 240
+"""File systems take 255; ``.collisions.csv`` is added to it."""
+_RECORD = "written"
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+_UNFINISHED = re.compile(r"\.[0-9a-f]{12}\.part(\..*)?")
+_SUFFIX_CHARACTERS = 40
+"""So much of a name's end is kept in the name of the unfinished file: it names the format."""
+_unfinished: set[Path] = set()
+"""Files that this process is writing."""
+
+
+class OutputFolder:
+    """A folder that results go to."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._written: dict[str, str] = {}
+        self._read_to = 0
+
+    @property
+    def hidden(self) -> Path:
+        """Where the folder keeps what only this program reads."""
+        return self.folder / HIDDEN
+
+    def written(self) -> Mapping[str, str]:
+        """Return what this program wrote here: digests of clips by the names of files."""
+        with suppress(OSError):  # nothing yet
+            flags = os.O_RDONLY | _NO_LINK | getattr(os, "O_NONBLOCK", 0)
+            with open(os.open(self.hidden / _RECORD, flags), "rb") as record:
+                record.seek(self._read_to)
+                lines, newline, _ = record.read().rpartition(b"\n")
+            self._read_to += len(lines + newline)
+            for line in lines.splitlines():
+                with suppress(ValueError, LookupError, TypeError):  # torn as the power went
+                    entry = json.loads(line)
+                    self._written[str(entry["name"])] = str(entry["clip"])
+        return self._written
+
+    def check(self, name: str) -> None:
+        """Raise UsageError if a file or folder of this name is there that we did not write."""
+        place = self.folder / name
+        if os.path.lexists(place) and (name not in self.written() or os.path.isdir(place)):
+            raise UsageError(
+                f"{place}: this was not written by this program; move it away, or give another "
+                "folder with -o"
+            )
+
+    def claim(self, name: str, clip: str = "") -> None:
+        """Put a file on record that is about to be written.
+
+        Parameters
+        ----------
+        name
+            Of the file, in this folder.
+        clip
+            Digest of the clip that it shows; empty where it shows none or many.
+
+        Raises
+        ------
+        UsageError
+            It would replace what this program did not write.
+        OSError
+            If the record cannot be written.
+        """
+        self.check(name)
+        if self.written().get(name) != clip:
+            line = json.dumps({"name": name, "clip": clip}).encode("ascii")
+            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | _NO_LINK
+            with open(os.open(self.hidden / _RECORD, flags, 0o666), "wb") as record:
+                record.write(b"\n" + line + b"\n")
+
+    def write(self, name: str, data: bytes, clip: str = "") -> None:
+        """Claim and write a file; raises as :meth:`claim` does."""
+        self.claim(name, clip)
+        write_whole(self.folder / name, data)
+
+
+def open_outputs(folder: Path) -> OutputFolder:
+    """Open a folder for results, made if needed, and clear away what killed processes left.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be made or read.
+    """
+    hidden = folder / HIDDEN
+    try:
+        hidden.mkdir(parents=True, exist_ok=True)
+        if not stat.S_ISDIR(hidden.lstat().st_mode):  # a link leads somewhere else
+            raise NotADirectoryError(0, f"{HIDDEN} in it is no folder")
+        clear_unfinished(folder)
+        clear_unfinished(hidden)
+    except OSError as error:
+        raise UsageError(f"{folder}: no folder for results ({error.strerror})") from error
+    return OutputFolder(folder)
+
+
+def output_name(wanted: str) -> str:
+    """Return the name of a clip's results: what is wanted, as far as every system can hold it.
+
+    It needs no escape in a table or a link, and the longest ending of a result still fits.
+    """
+    name = "".join(sign if sign.isprintable() and sign not in "/\\" else "_" for sign in wanted)
+    if name.startswith("."):
+        name = f"_{name[1:]}"
+    if len(name.encode("utf-8")) > LONGEST_NAME_BYTES:
+        mark = f"~{hashlib.sha256(wanted.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
+        name = name.encode("utf-8")[: LONGEST_NAME_BYTES - len(mark)].decode("utf-8", "ignore")
+        name += mark
+    return name
+
+
+def write_whole(target: Path, data: bytes) -> None:
+    """Write a file, whole or not at all.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    with appearing(target) as partial:
+        partial.write_bytes(data)
+
+
+@contextmanager
+def appearing(target: Path) -> Iterator[Path]:
+    """Yield a place to write to; what is there appears under its name when all went well.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be made or renamed.
+    """
+    kind = "".join(target.suffixes[-2:])[-_SUFFIX_CHARACTERS:]
+    partial = target.with_name(f".{uuid.uuid4().hex[:12]}.part{kind}")
+    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_LINK
+    _unfinished.add(partial)
+    descriptor = os.open(partial, flags, 0o666)
+    try:
+        with suppress(OSError):  # a file system without locks: then it stays if we are killed
+            _take(descriptor)
+        yield partial
+        os.fsync(descriptor)
+        os.replace(partial, target)
+        _flush_folder(target.parent)
+    finally:
+        os.close(descriptor)
+        partial.unlink(missing_ok=True)
+        _unfinished.discard(partial)
+
+
+def discard_unfinished() -> None:
+    """Take away what this process is writing, before it ends at once."""
+    for partial in list(_unfinished):
+        with suppress(OSError):
+            partial.unlink()
+
+
+def clear_unfinished(folder: Path) -> None:
+    """Take away unfinished files that nobody writes to any more.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be read.
+    """
+    for entry in folder.iterdir():
+        if _UNFINISHED.fullmatch(entry.name):
+            with suppress(OSError):  # somebody is at work on it, or has just finished
+                descriptor = os.open(entry, os.O_RDWR | _NO_LINK)
+                try:
+                    _take(descriptor)
+                    entry.unlink()
+                finally:
+                    os.close(descriptor)
+
+
+@contextmanager
+def held(file: Path) -> Iterator[None]:
+    """Hold the lock on a file (made if needed, and left there: only the lock itself counts).
+
+    The system lets go of the lock when the process ends, however it ends; workers do not inherit
+    it.
+
+    Raises
+    ------
+    UsageError
+        Somebody else holds it, or the file system cannot lock.
+    """
+    folder = file.parent.parent
+    try:
+        descriptor = os.open(file, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666)
+    except OSError as error:
+        raise UsageError(f"{folder}: no folder for results ({error.strerror})") from error
+    try:
+        try:
+            _take(descriptor)
+        except (BlockingIOError, PermissionError) as error:
+            raise UsageError(
+                f"{folder}: another run is at work in this folder; wait for its end, or give "
+                "another folder with -o"
+            ) from error
+        except OSError as error:
+            raise UsageError(
+                f"{folder}: this folder cannot be locked ({error.strerror}); give one on another "
+                "disk with -o"
+            ) from error
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _flush_folder(folder: Path) -> None:
+    """Make a renaming last through a power cut, where the system can."""
+    with suppress(OSError):  # Windows opens no folders, and needs this not
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

@@ -1,0 +1,157 @@
+"""Pages with hostile names, notes and corrections in a real browser: no script of theirs runs."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evidence_made import Made
+
+from count_video.campaign.statistics import summarise
+from count_video.records import Correction
+from count_video.reports.campaign_page import campaign_page
+from count_video.reports.campaign_rows import TrialRow
+from count_video.reports.page import Footage, clip_page
+
+sync_api = pytest.importorskip(
+    "playwright.sync_api", reason="needs Playwright: pip install 'count-video[browser]'"
+)
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
+if CHROMIUM is None:
+    pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
+
+RUN = "document.documentElement.dataset.hostile = 'ran'"
+HOSTILE = (
+    f'<img src=x onerror="{RUN}">',
+    f"<script>{RUN}</script>",
+    f"</script><script>{RUN}</script>",
+    f'"><svg onload="{RUN}">',
+    f"' onmouseover='{RUN}",
+    f"<!--<script>{RUN}</script>",
+    f"]]><script>{RUN}</script>",
+    f"javascript:{RUN}",
+    "<base href='https://example.invalid/'><meta http-equiv=refresh content='0;url=data:,'>",
+    f"${{{RUN}}}{{{{{RUN}}}}}",
+    "\u2028\u2029\u202e\udcff",
+)
+INJECTED = (
+    f"<script>{RUN}</script>",
+    f'<img src="data:,x" onerror="{RUN}">',
+    f'<svg onload="{RUN}"></svg>',
+    f'<iframe srcdoc="<script>parent.{RUN}</script>"></iframe>',
+    '<script src="other.js"></script>',
+)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[sync_api.Browser]:
+    root = hasattr(os, "geteuid") and os.geteuid() == 0
+    # Chromium refuses its sandbox to root, as in a container.
+    arguments = ["--disable-gpu", *(["--no-sandbox"] if root else [])]
+    with sync_api.sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
+        yield launched
+        launched.close()
+
+
+def opened(browser: sync_api.Browser, page: Path) -> tuple[sync_api.Page, list[str]]:
+    """Open a page; return it and what it asked for beyond itself."""
+    visit = browser.new_page()
+    asked: list[str] = []
+    visit.on("request", lambda request: asked.append(request.url))
+    visit.on("dialog", lambda dialog: dialog.dismiss())
+    visit.goto(page.as_uri())
+    visit.wait_for_timeout(300)
+    own = (page.as_uri(), "data:", "blob:")
+    return visit, [address for address in asked if not address.startswith(own)]
+
+
+def ran(visit: sync_api.Page) -> bool:
+    return bool(visit.evaluate("document.documentElement.dataset.hostile === 'ran'"))
+
+
+def page_of(made: Made, text: str) -> str:
+    """Make the page of a clip whose every text is hostile."""
+    corrections = (Correction("missed", text, 3.0, None, True),)  # type: ignore[arg-type]
+    result = replace(
+        made.result, clip=f"folder/{text}", reason=text, warnings=(text,), corrections=corrections
+    )
+    video = made.file("annotated.mp4").read_bytes()
+    return clip_page(result, Footage(video, np.arange(9.0), np.arange(9.0), {}, text), None)
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
+def test_hostile_text_on_a_clips_page_is_shown_and_does_nothing(
+    browser: sync_api.Browser, made: Made, tmp_path: Path, text: str
+) -> None:
+    page = tmp_path / "page.html"
+    page.write_text(page_of(made, text), "utf-8")
+    visit, asked = opened(browser, page)
+    assert not ran(visit)
+    assert asked == []
+    assert visit.locator("#list button").count() == len(made.result.collisions) + 1, "ours does run"
+    assert visit.evaluate("document.querySelectorAll('iframe, base, object, svg').length") == 0
+    visit.close()
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
+def test_hostile_text_on_a_campaigns_page_is_shown_and_does_nothing(
+    browser: sync_api.Browser, tmp_path: Path, text: str
+) -> None:
+    names = "count seen between_frames capture_fps mass_ratio theory pi_low pi_high"
+    names += " restitution_bodies restitution_wall energy_kept ending"
+    nothing = dict.fromkeys(names.split())
+    fields = {"name": "trial", "clip": text, "reason": text, "not_kept": text, "chances": {}}
+    row = TrialRow(status="not_counted", **fields, **nothing)  # type: ignore[arg-type]
+    page = tmp_path / "campaign.html"
+    page.write_text(campaign_page([row], summarise([row]), (b"", "image/png")), "utf-8")
+    visit, asked = opened(browser, page)
+    assert not ran(visit)
+    assert asked == []
+    assert visit.locator("li").count() == 1
+    visit.close()
+
+
+@pytest.mark.parametrize("markup", INJECTED, ids=range(len(INJECTED)))
+def test_the_policy_stops_what_an_escape_would_have_let_through(
+    browser: sync_api.Browser, made: Made, tmp_path: Path, markup: str
+) -> None:
+    text = made.file("html").read_text("utf-8")
+    (tmp_path / "other.js").write_text(RUN, "utf-8")
+    page = tmp_path / "page.html"
+    page.write_text(text.replace("<main>", f"<main>{markup}"), "utf-8")
+    visit, _ = opened(browser, page)
+    assert not ran(visit)
+    assert visit.locator("#list button").count() == len(made.result.collisions)
+    visit.close()
+
+
+def test_without_the_policy_the_same_markup_would_run(
+    browser: sync_api.Browser, made: Made, tmp_path: Path
+) -> None:
+    text = made.file("html").read_text("utf-8")
+    page = tmp_path / "page.html"
+    page.write_text(
+        text.replace("Content-Security-Policy", "x").replace("<main>", f"<main>{INJECTED[0]}"),
+        "utf-8",
+    )
+    visit, _ = opened(browser, page)
+    assert ran(visit), "else the tests above show nothing"
+    visit.close()
+
+
+def test_the_saved_corrections_name_the_clip_by_its_digest(
+    browser: sync_api.Browser, made: Made
+) -> None:
+    visit, _ = opened(browser, made.file("html"))
+    fields = json.loads(visit.locator("#data").text_content() or "")
+    assert len(fields["clip_sha256"]) == 64
+    visit.close()

@@ -1,0 +1,141 @@
+"""What reads files from outside, each with a sound file to begin from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from count_video.campaign.manifest import read_manifest
+from count_video.campaign.plan import Job
+from count_video.campaign.rows import row_of
+from count_video.campaign.store import ResultStore
+from count_video.corrections import reviewed
+from count_video.errors import CountVideoError
+from count_video.footage.reader import open_footage, pilot_frames
+from count_video.footage.writer import WriteOptions, write_clip
+from count_video.outputs import OutputFolder
+from count_video.planning.request import PlanRequest
+from count_video.planning.stored import PLAN_VERSION, read_request, request_object
+from count_video.reports.json_object import json_line
+from count_video.trial import TrialSettings
+from count_video.verdict import unread_result
+
+FRAMES = 12
+FRAMES_READ = 60
+
+
+@dataclass(frozen=True)
+class Reader:
+    """One way in."""
+
+    file: str
+    """Name that the file must have."""
+    sound: Callable[[Path], None]
+    """Writes a sound file."""
+    read: Callable[[Path], object]
+    """Reads a file; raises nothing but ``CountVideoError`` (or ValueError for a kept result)."""
+
+
+def _clip(codec: str, pixel_format: str) -> Callable[[Path], None]:
+    def write(path: Path) -> None:
+        ramp = np.add.outer(np.arange(48), np.arange(64))
+        pictures = ((ramp + 9 * k).astype(np.uint8) for k in range(FRAMES))
+        tags = {"com.android.capture.fps": "240.000000", "title": "a title"}
+        write_clip(
+            path, pictures, WriteOptions(codec=codec, pixel_format=pixel_format, metadata=tags)
+        )
+
+    return write
+
+
+def _read_clip(path: Path) -> None:
+    with open_footage(path) as footage:
+        for _ in islice(footage.frames(), FRAMES_READ):
+            pass
+        footage.report()
+    pilot_frames(path, budget=6, length=2)
+
+
+def _write_manifest(path: Path) -> None:
+    path.write_text(
+        "clip,name,region,masses,wall,capture_fps,start,end,ball_diameter_mm\n"
+        'a.mp4,first,"1,2,30,40",1050 10.5,left,960,3,9,20\n'
+        '"sub/b, c.mp4",,,,,,,,\n',
+        "utf-8",
+    )
+
+
+def _write_corrections(path: Path) -> None:
+    entry = {"action": "missed", "kind": "wall", "frame": 30, "number": None}
+    fields = {"corrections_version": 1, "clip": "clip.mp4", "tool_count": None}
+    path.write_text(json.dumps(fields | {"reviewed_count": 1, "corrections": [entry]}), "utf-8")
+
+
+def _read_corrections(path: Path) -> None:
+    reviewed(replace(unread_result("clip.mp4", "nothing moves"), frames_decoded=100), path)
+
+
+def _write_plan(path: Path) -> None:
+    request = request_object(PlanRequest(1050, 10.5, capture_fps=240.0))
+    path.write_text(json.dumps({"plan_version": PLAN_VERSION, "request": request}), "utf-8")
+
+
+def _write_result(path: Path) -> None:
+    path.write_text(json_line(unread_result("clip.mp4", "nothing moves")), "utf-8")
+
+
+def _read_result(path: Path) -> None:
+    try:
+        row_of(Job("clip", "clip.mp4", TrialSettings()), path.read_text("utf-8", "replace"))
+    except ValueError:  # what the store takes for no result
+        return
+
+
+def _write_record(path: Path) -> None:
+    lines = [{"name": "clip.html", "clip": "0" * 64}, {"name": "clip.png", "clip": "0" * 64}]
+    path.parent.mkdir(exist_ok=True)
+    path.write_text("\n".join(map(json.dumps, lines)) + "\n", "utf-8")
+
+
+def _read_record(path: Path) -> None:
+    OutputFolder(path.parents[1]).written()
+
+
+def _write_kept(path: Path) -> None:
+    path.parent.mkdir(exist_ok=True)
+    record = {"tool": "x", "options": "{}", "content": "0", "signature": [1], "result": "0"}
+    path.write_text(json.dumps(record | {"evidence": {"clip.html": [1, 2]}}), "utf-8")
+
+
+def _read_kept(path: Path) -> None:
+    ResultStore(path.parents[1], fresh=False).known(Job("clip", "clip.mp4", TrialSettings()))
+
+
+READERS: Mapping[str, Reader] = {
+    "mp4": Reader("clip.mp4", _clip("libx264", "yuv420p"), _read_clip),
+    "mov": Reader("clip.mov", _clip("mjpeg", "yuv420p"), _read_clip),
+    "mkv": Reader("clip.mkv", _clip("ffv1", "yuv420p"), _read_clip),
+    "avi": Reader("clip.avi", _clip("mjpeg", "yuv420p"), _read_clip),
+    "webm": Reader("clip.webm", _clip("libvpx", "yuv420p"), _read_clip),
+    "ts": Reader("clip.ts", _clip("libx264", "yuv420p"), _read_clip),
+    "manifest": Reader("clips.csv", _write_manifest, lambda p: read_manifest(p, TrialSettings())),
+    "corrections": Reader("clip.json", _write_corrections, _read_corrections),
+    "plan": Reader("plan.json", _write_plan, read_request),
+    "result": Reader("result.json", _write_result, _read_result),
+    "record": Reader(".count-video/written", _write_record, _read_record),
+    "kept": Reader(".count-video/clip.json", _write_kept, _read_kept),
+}
+
+
+def refusal(reader: Reader, path: Path) -> str:
+    """Read a file; return the one line that it is refused with, empty if it is not."""
+    try:
+        reader.read(path)
+    except CountVideoError as error:
+        return str(error)
+    return ""

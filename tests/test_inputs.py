@@ -1,0 +1,252 @@
+"""Numbers and text files from outside: whatever comes in is read, or refused in one short line."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from count_video import inputs
+from count_video.errors import UsageError
+from count_video.options import read_options
+
+MOST_BYTES = 1000
+LONGEST_LINE = 300
+"""What is echoed, 80 characters of up to four signs each when escaped, and the words about it."""
+READERS: dict[str, Callable[[str], object]] = {
+    reader: getattr(inputs, reader)
+    for reader in (
+        *("capture_rate", "ball_diameter", "frame", "clips_at_a_time"),
+        *("mass", "region", "address", "some_path"),
+        *("length", "share", "damping", "trials", "seed", "tolerance"),
+    )
+}
+ODD_NUMBERS = (
+    *("nan", "inf", "-inf", "-1", "1e308", "1e-300", "5e-324", "1e999999999", "9" * 6000),
+    *(
+        "٣",
+        "３",
+        "1_000",
+        " 5",
+        "5\n",
+        "0x10",
+        "1,5",
+        "",
+        ".",
+        "1e",
+        "--",
+        "½",
+        "\u202e5",
+        "\x1b[2J",
+    ),
+)
+
+
+def tried(read: Callable[[], object]) -> tuple[object, str]:
+    """Return what is read, and the refusal, of which one is empty."""
+    try:
+        return read(), ""
+    except UsageError as error:
+        return None, str(error)
+    except SystemExit as done:  # --help
+        return done.code, ""
+
+
+@pytest.mark.parametrize("reader", READERS)
+@given(text=st.text(max_size=200) | st.sampled_from(ODD_NUMBERS) | st.from_regex(r"[-+.,:eE0-9]+"))
+def test_any_text_is_a_value_or_refused_in_one_short_line(reader: str, text: str) -> None:
+    value, refusal = tried(lambda: READERS[reader](text))
+    if refusal:
+        assert len(refusal) <= LONGEST_LINE
+        assert refusal.isprintable()
+    else:
+        assert isinstance(value, Path) or text.isascii()
+        assert not isinstance(value, float) or math.isfinite(value)
+
+
+@pytest.mark.parametrize("text", ODD_NUMBERS)
+@pytest.mark.parametrize(
+    "reader",
+    [
+        *("capture_rate", "ball_diameter", "frame", "clips_at_a_time"),
+        *("length", "trials", "seed"),
+    ],
+)
+def test_what_is_no_number_of_physical_sense_is_refused(reader: str, text: str) -> None:
+    with pytest.raises(UsageError):
+        READERS[reader](text)
+
+
+@pytest.mark.parametrize("text", sorted({*ODD_NUMBERS} - {"1e-300", "5e-324"}))
+@pytest.mark.parametrize("reader", ["share", "damping"])
+def test_what_may_be_0_may_be_next_to_it_but_no_other_odd_number(reader: str, text: str) -> None:
+    assert READERS[reader]("1e-300") == 1e-300
+    with pytest.raises(UsageError):
+        READERS[reader](text)
+
+
+@given(st.floats(inputs.CAPTURE_RATE.low, inputs.CAPTURE_RATE.high))
+def test_every_number_in_the_range_is_read_as_it_is(rate: float) -> None:
+    assert inputs.capture_rate(repr(rate)) == rate
+
+
+@given(st.floats(allow_nan=False).filter(lambda rate: not 1 <= rate <= 1e7))
+def test_every_number_outside_of_the_range_is_refused(rate: float) -> None:
+    with pytest.raises(UsageError, match="from 1 to 1e\\+07 frames per second"):
+        inputs.capture_rate(repr(rate))
+
+
+def test_masses_are_exact_and_their_ratio_is_bounded() -> None:
+    assert inputs.mass("10.5") == Fraction(21, 2)
+    assert inputs.masses(Fraction(100), Fraction(1)) == (100, 1)
+    with pytest.raises(UsageError, match="ratio"):
+        inputs.masses(inputs.mass("1e99"), inputs.mass("1e-99"))
+
+
+@given(st.sampled_from(sorted(inputs.TOLERANCES)), st.floats(0, 1))
+def test_a_tolerance_is_a_field_and_a_number_in_its_range(name: str, value: float) -> None:
+    field, allowed = inputs.TOLERANCES[name]
+    assert inputs.tolerance(f"{name}={value!r}") == (field, value)
+    above = repr(2 * allowed.high)
+    for text in (
+        name,
+        f"{name}=",
+        f"{name}= {value!r}",
+        f"{name}=-1",
+        f"{name}={above}",
+        f"x{name}=1",
+    ):
+        with pytest.raises(UsageError):
+            inputs.tolerance(text)
+
+
+@given(st.recursive(st.none() | st.booleans() | st.floats() | st.integers() | st.text(), st.lists))
+@example(10**400)
+@example(-(10**400))
+def test_a_number_in_json_is_within_its_range_or_none(value: object) -> None:
+    number = inputs.stored_number(value, inputs.FRAME)
+    assert number is None or 0 <= number <= inputs.FRAME.high
+    assert number is None or number == value
+
+
+@given(st.text(max_size=500))
+def test_what_is_shown_of_a_text_is_short_and_printable(text: str) -> None:
+    shown = inputs.shown(text)
+    assert shown.isprintable()
+    assert len(shown) <= 10 * inputs.SHOWN_CHARACTERS + 2, "an escape takes up to ten characters"
+
+
+OPTIONS = (
+    "--capture-fps",
+    "--start",
+    "--end",
+    "--jobs",
+    "--region",
+    "--scheduler",
+    "-o",
+    "--masses",
+    "--plan",
+    "--plan-file",
+    "--gap",
+    "--trials",
+    "--tolerance",
+)
+
+
+@settings(max_examples=60)
+@given(
+    st.lists(
+        st.sampled_from((*OPTIONS, "--json", "--theory", "--", "a.mp4", "1", "100"))
+        | st.builds("{}={}".format, st.sampled_from(OPTIONS), st.text(max_size=300))
+        | st.text(max_size=300),
+        max_size=6,
+    )
+)
+@example(["--start=--", "a.mp4"])
+@example(["-o--", "a.mp4"])
+@example(["", "a.mp4"])
+@example(["-o", "", "a.mp4"])
+@example(["--json=" + "9" * 6000])
+@example(["--nothing=" + "a " * 3000])
+def test_any_command_line_is_read_or_refused_in_one_line(arguments: list[str]) -> None:
+    options, refusal = tried(lambda: read_options(arguments))
+    assert "\n" not in refusal
+    assert len(refusal) < 1000
+    if not refusal and options:
+        assert set(options.clips) <= set(map(Path, arguments)), "no clip is made up"
+
+
+def test_a_text_file_is_read_with_and_without_a_mark(tmp_path: Path) -> None:
+    file = tmp_path / "file.csv"
+    for content in ("clip\n", "\ufeffclip\n"):
+        file.write_text(content, "utf-8")
+        assert inputs.read_text(file, MOST_BYTES) == "clip\n"
+
+
+def make_pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def make_endless(path: Path) -> None:
+    path.symlink_to("/dev/zero")
+
+
+def make_large(path: Path) -> None:
+    path.write_bytes(b"a" * (MOST_BYTES + 1))
+
+
+def make_binary(path: Path) -> None:
+    path.write_bytes(b"\xff\xfe\x00")
+
+
+def make_folder(path: Path) -> None:
+    path.mkdir()
+
+
+def make_nothing(path: Path) -> None:
+    assert not path.exists()
+
+
+@pytest.mark.parametrize(
+    "make", [make_pipe, make_endless, make_large, make_binary, make_folder, make_nothing]
+)
+def test_what_is_no_bounded_text_file_is_refused_at_once(
+    make: Callable[[Path], None], tmp_path: Path
+) -> None:
+    make(tmp_path / "file.csv")
+    with pytest.raises(UsageError) as refused:
+        inputs.read_text(tmp_path / "file.csv", MOST_BYTES)
+    assert str(refused.value).startswith(f"{tmp_path / 'file.csv'}: ")
+    assert "\n" not in str(refused.value)
+
+
+@given(
+    st.text()
+    | st.recursive(st.floats() | st.integers() | st.text(), st.lists).map(json.dumps)
+    | st.integers(1, 100_000).map(lambda depth: "[" * depth)
+    | st.sampled_from(["9" * 5000, "[NaN]", '{"a": Infinity}', '{"a": 1e999}'])
+)
+def test_any_text_is_a_json_object_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, text: str
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "any.json"
+    file.write_bytes(text.encode("utf-8", "surrogatepass"))
+    stored, refusal = tried(lambda: inputs.read_json_object(file, 1_000_000))
+    assert isinstance(stored, dict) or refusal
+    assert "\n" not in refusal
+
+
+@pytest.mark.parametrize("make", [make_pipe, make_endless, make_folder])
+def test_what_is_no_regular_file_has_no_digest(
+    make: Callable[[Path], None], tmp_path: Path
+) -> None:
+    make(tmp_path / "clip.mp4")
+    with pytest.raises((UsageError, OSError)):
+        inputs.content_digest(tmp_path / "clip.mp4")

@@ -1,0 +1,193 @@
+"""Files that this program writes: whole, on record, and never over a file of somebody else."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import unicodedata
+from pathlib import Path
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from count_video.campaign.folder import clips_in
+from count_video.campaign.plan import jobs_of
+from count_video.errors import UsageError
+from count_video.evidence import shows_another_clip
+from count_video.outputs import (
+    HIDDEN,
+    LONGEST_NAME_BYTES,
+    OutputFolder,
+    appearing,
+    clear_unfinished,
+    held,
+    open_outputs,
+    output_name,
+    write_whole,
+)
+from count_video.trial import TrialSettings
+
+ANY_NAME = st.text(st.characters(exclude_characters="/\0"), min_size=1, max_size=300)
+WRITER = """
+import os, signal, sys
+from pathlib import Path
+from count_video.outputs import appearing
+with appearing(Path(sys.argv[1])) as partial:
+    partial.write_text("half")
+    print("begun", flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> OutputFolder:
+    return open_outputs(tmp_path / "results")
+
+
+def test_a_file_that_was_there_is_not_replaced(folder: OutputFolder) -> None:
+    mine = folder.folder / "a.html"
+    mine.write_text("mine")
+    with pytest.raises(UsageError, match="not written by this program"):
+        folder.write("a.html", b"theirs")
+    assert mine.read_text() == "mine"
+
+
+def test_a_file_that_this_program_wrote_is_replaced_by_any_later_run(folder: OutputFolder) -> None:
+    folder.write("a.html", b"first", "digest")
+    later = open_outputs(folder.folder)
+    assert later.written() == {"a.html": "digest"}
+    later.write("a.html", b"second", "other")
+    assert (folder.folder / "a.html").read_bytes() == b"second"
+    assert folder.written() == {"a.html": "other"}
+
+
+@pytest.mark.parametrize("name", ["a.html", f"{HIDDEN}/written", f"{HIDDEN}/lock"])
+def test_no_link_is_followed_out_of_the_folder(tmp_path: Path, name: str) -> None:
+    victim = tmp_path / "victim"
+    victim.write_text("precious")
+    folder = open_outputs(tmp_path / "results")
+    (folder.folder / name).symlink_to(victim)
+    with pytest.raises((UsageError, OSError)), held(folder.hidden / "lock"):
+        folder.write("a.html", b"data")
+    assert victim.read_text() == "precious"
+
+
+def test_a_hidden_folder_that_is_a_link_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / HIDDEN).symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(UsageError, match="no folder for results"):
+        open_outputs(tmp_path / "results")
+
+
+@given(st.binary(max_size=200), st.integers(0, 60))
+def test_a_torn_record_costs_its_last_line_alone(
+    tmp_path_factory: pytest.TempPathFactory, rubbish: bytes, cut: int
+) -> None:
+    folder = open_outputs(tmp_path_factory.mktemp("torn"))
+    folder.claim("a.html", "first")
+    record = folder.hidden / "written"
+    whole = record.read_bytes()
+    record.write_bytes(whole + rubbish.replace(b"\n", b"") + whole[:cut])
+    folder.claim("b.html", "second")
+    written = OutputFolder(folder.folder).written()
+    assert written["a.html"] == "first"
+    assert written["b.html"] == "second"
+
+
+def test_a_failure_leaves_neither_half_a_file_nor_the_loss_of_the_old_one(tmp_path: Path) -> None:
+    target = tmp_path / "a.mp4"
+    write_whole(target, b"old")
+
+    def fail_half_way() -> None:
+        with appearing(target) as partial:
+            partial.write_bytes(b"half")
+            assert target.read_bytes() == b"old"
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail_half_way()
+    assert [file.name for file in tmp_path.iterdir()] == ["a.mp4"]
+    assert target.read_bytes() == b"old"
+
+
+def test_what_a_killed_process_left_is_cleared_and_what_is_in_the_making_is_not(
+    tmp_path: Path,
+) -> None:
+    own = tmp_path / ".mine.part.mp4"
+    own.write_text("a file of somebody else that is called alike")
+    with subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(tmp_path / "a.annotated.mp4")],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    ) as writer:
+        assert writer.stdout is not None
+        assert writer.stdout.readline() == b"begun\n"
+        (partial,) = set(tmp_path.iterdir()) - {own}
+        clear_unfinished(tmp_path)
+        assert partial.exists(), "it is in the making"
+        writer.send_signal(signal.SIGKILL)
+        writer.wait()
+    assert partial.exists()
+    clear_unfinished(tmp_path)
+    assert set(tmp_path.iterdir()) == {own}
+
+
+@given(ANY_NAME)
+@example("a\u2028b")
+@example("\udcff latin")
+@example("..")
+@example("n" * 255)
+@example("é" * 127)
+def test_a_name_fits_every_table_link_and_file_system(wish: str) -> None:
+    name = output_name(wish)
+    assert 0 < len(name.encode("utf-8")) <= LONGEST_NAME_BYTES
+    assert name.isprintable()
+    assert not set(name) & set("/\\")
+    assert not name.startswith(".")
+    assert output_name(name) == name
+
+
+@pytest.mark.parametrize("name", ["trial 7", "a.b.c", "é😀", "100:1 (2)", "a'b\"c", "n" * 240])
+def test_an_ordinary_name_stays_as_it_is(name: str) -> None:
+    assert output_name(name) == name
+
+
+@given(st.lists(ANY_NAME | st.sampled_from(["a", "A", "é", "e\u0301", "a.mp4", "a-2"]), max_size=9))
+def test_no_two_clips_share_the_name_of_a_result(names: list[str]) -> None:
+    jobs = jobs_of([Path("clips", f"{name}.mp4") for name in names], TrialSettings())
+    alike = {unicodedata.normalize("NFC", job.name).casefold() for job in jobs}
+    assert len(alike) == len(names)
+    assert "campaign" not in alike
+
+
+def test_what_this_program_wrote_beside_clips_is_no_clip(folder: OutputFolder) -> None:
+    (folder.folder / "foo.mp4").write_bytes(b"a clip")
+    (folder.folder / "bar.annotated.mp4").write_bytes(b"a clip of this name")
+    folder.write("foo.annotated.mp4", b"ours")
+    assert [clip.name for clip in clips_in(folder.folder)] == ["bar.annotated.mp4", "foo.mp4"]
+
+
+def test_the_evidence_of_another_clip_is_told_from_that_of_this_one(folder: OutputFolder) -> None:
+    clip = folder.folder.parent / "trial.mp4"
+    clip.write_bytes(b"a clip")
+    assert not shows_another_clip(folder.folder, clip)
+    folder.write("trial.html", b"page", "digest of another")
+    assert shows_another_clip(folder.folder, clip)
+
+
+def test_a_record_of_another_kind_of_file_is_none(folder: OutputFolder) -> None:
+    os.mkfifo(folder.hidden / "written")
+    assert folder.written() == {}
+
+
+def test_the_record_is_one_json_object_a_line(folder: OutputFolder) -> None:
+    folder.claim("a\udcff\n.html", "digest")
+    lines = (folder.hidden / "written").read_text("ascii").split("\n")
+    assert [json.loads(line) for line in lines if line] == [
+        {"name": "a\udcff\n.html", "clip": "digest"}
+    ]
