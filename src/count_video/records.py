@@ -136,6 +136,9 @@ class Track:
     and the ball is the body at smaller positions."""
     by_silhouette: bool = False
     """Whether a body was followed by where it hides the backdrop, for its look changes."""
+    ball_is_round: bool | None = None
+    """Whether the ball's outline is a circle, or as high as one of its width; else the width may be
+    that of a part. None where that is not known."""
 
 
 @dataclass(frozen=True)

@@ -124,11 +124,14 @@ def _observed(
 
 
 def _certain(trial: Trial) -> bool:
-    """Whether two bodies were counted whose outlines meet where they touch.
+    """Whether two bodies were counted, one of them round, whose outlines meet where they touch.
 
-    Of a body whose outline is wrong, a part may have been followed that leaves the picture early.
+    Of a body whose outline is wrong, a part may have been followed that leaves the picture early,
+    and the scale would be wrong.
     """
     at_wall = trial.found is not None
+    if at_wall and (trial.track is None or not trial.track.ball_is_round):
+        return False
     if not verdict.is_settled(trial.result, at_wall=at_wall):
         return False
     return not at_wall or trial.result.millimetres_per_px is not None

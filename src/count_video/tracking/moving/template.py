@@ -38,6 +38,8 @@ have no more pixels than this."""
 NEIGHBOURHOOD_PX, COVERED_RATIO = 5, 1.5
 """A pixel moves with the body if the pieces differ from what lies behind it by this many times the
 variance that they have among each other, over a neighbourhood of this side."""
+ROUND_HEIGHT = 0.87, 1.15
+"""Height of the rows at least half as wide as a ball's outline, over its width."""
 ROUNDS = 3
 SIGHTINGS_AT_LEAST = 4
 AGREEMENT_AT_LEAST = 0.5
@@ -90,7 +92,7 @@ class Body:
     right_edge_px: float
     """Where the outline's outermost points are."""
     round_: bool
-    """Whether the outline is a circle."""
+    """Whether the outline is a circle, or as high as one of its width."""
     sightings: dict[int, Place]
     """Frame index -> (x, y) of the template's top left pixel, roughly where it was not learnt."""
     learnt: tuple[int, ...]
@@ -189,11 +191,25 @@ def _body(
         outline.sprite,
         outline.left_px,
         outline.right_px,
-        outline.round_,
+        outline.round_ or _as_high_as_wide(outline),
         sightings,
         tuple(sorted(places)),
         agreement,
     )
+
+
+def _as_high_as_wide(outline: Outline) -> bool:
+    """Whether the rows at least half as wide as the outline are as many as a circle has.
+
+    A circle's chords are longer than its radius over 0.87 of its diameter; the edge's blur, which
+    the template holds as well, adds some px. Threads are narrow and add none.
+    """
+    held = outline.sprite.weight > 0
+    last = held.shape[1] - np.argmax(held[:, ::-1], axis=1)
+    wide = np.where(held.any(axis=1), last - np.argmax(held, axis=1), 0)
+    width = outline.right_px - outline.left_px
+    high = float(np.count_nonzero(wide >= 0.5 * width))
+    return ROUND_HEIGHT[0] * width < high < ROUND_HEIGHT[1] * width
 
 
 def _plus(place: Place, corner: tuple[float, float]) -> Place:
