@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.physics.many import simulate_many
 from count_video.physics.theory import mass_ratio_interval
@@ -19,6 +20,7 @@ from count_video.planning.burst import planned_burst, planned_motion
 from count_video.planning.camera import rate_needed_fps
 from count_video.planning.request import MOST_RATIO, PlanRequest, most_collisions, setups_at
 from count_video.planning.tolerances import Spread, shares_of
+from count_video.records import Floats
 
 HOPELESS = 0.5
 """Where bodies come to rest on each other in more trials than this, it is for their losses."""
@@ -105,7 +107,8 @@ def _gaps(request: PlanRequest, theory: int) -> list[float]:
     whole = range(round(GAPS_M[0] / GAP_STEP_M), round(GAPS_M[1] / GAP_STEP_M) + 1)
     gaps = np.array([step * GAP_STEP_M for step in whole])
     gaps = gaps[gaps <= request.release_m]
-    return _giving(request, theory, gaps, np.full_like(gaps, request.release_m), request.gap_m)
+    good = gaps[_gives(request, theory, gaps, np.full_like(gaps, request.release_m))]
+    return _nearest_first(good, request.gap_m)
 
 
 def _releases(request: PlanRequest, theory: int) -> list[float]:
@@ -114,18 +117,20 @@ def _releases(request: PlanRequest, theory: int) -> list[float]:
     releases = np.array([step * RELEASE_STEP_M for step in whole])
     shortest_m = min(request.heavy_thread_m, request.light_thread_m)
     releases = releases[(releases >= request.gap_m) & (releases < shortest_m)]
-    gaps = np.full_like(releases, request.gap_m)
-    return _giving(request, theory, gaps, releases, request.release_m)
+    good = releases[_gives(request, theory, np.full_like(releases, request.gap_m), releases)]
+    return _nearest_first(good, request.release_m)
 
 
-def _giving(
-    request: PlanRequest, theory: int, gaps: np.ndarray, releases: np.ndarray, now_m: float
-) -> list[float]:
+def _gives(request: PlanRequest, theory: int, gaps: Floats, releases: Floats) -> NDArray[np.bool_]:
+    """Whether each gap with its release, shape (n,), gives the theory's count."""
     if not gaps.size:
-        return []
+        return np.zeros(0, dtype=bool)
     counts = simulate_many(setups_at(request, gaps, releases), most_collisions(theory)).count
-    varied = gaps if np.ptp(gaps) else releases
-    return sorted(varied[counts == theory].tolist(), key=lambda value: abs(value - now_m))
+    return np.asarray(counts == theory)
+
+
+def _nearest_first(values_m: Floats, now_m: float) -> list[float]:
+    return sorted(values_m.tolist(), key=lambda value: abs(value - now_m))
 
 
 def _masses(request: PlanRequest, theory: int) -> list[float]:
