@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.moving.corners import Trajectories, follow_corners
+from count_video.tracking.moving.corners import follow_corners
 from count_video.tracking.moving.following import Followed, follow
-from count_video.tracking.moving.regions import find_regions, moving_regions, region_of
-from count_video.tracking.moving.rigid import RigidGroup, rigid_groups, scene_path
+from count_video.tracking.moving.proposals import at_full_size, propose, roughly, turned
+from count_video.tracking.moving.rigid import scene_path
 from count_video.tracking.moving.samples import Samples, choose_samples, median_picture
 from count_video.tracking.moving.template import Background, Body, Box, Rough, learn, line_tilt_deg
 from count_video.tracking.steadying.camera import Camera, Motion
@@ -34,22 +34,6 @@ PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
 SMOOTHING_PX = 0.8
 FLICKER_AT_LEAST = 0.01
 """Smaller changes of brightness are left as they are."""
-OUTER_CORNERS = (0.03, 0.08)
-"""So many corners on each side, by x and by y, are left out of a body's box: a thread that moves
-with it has some as well."""
-PATTERNED_CORNERS = 20
-"""Bodies with so many corners have some near all their edges."""
-BEYOND_CORNERS_AT_MOST = 0.5
-"""A plain body's region reaches beyond its corners by up to this share of their height."""
-BEYOND_CORNERS = 0.2
-CORNER_MARGIN_PX = 4.0
-"""The outline lies within this share of the height of the corners, and so many px, beyond them."""
-FENCE_OVER_HEIGHT = 0.5
-"""And no further than this where there is no neighbour."""
-FENCE_MARGIN_PX = 3.0
-"""Corners lie so near to the edges they belong to."""
-NEIGHBOUR_CORNERS = 8
-"""A neighbour with fewer corners than this sets no bound to an outline."""
 UPRIGHT_DEG = 45.0
 LANDMARKS_OF = 16
 """What stands still is learnt from so many samples."""
@@ -60,7 +44,6 @@ SAME_BODY_PX = 1.0
 """Two templates whose distance varies by less than this are parts of one body."""
 BODIES_AT_MOST, BODIES_ENOUGH = 4, 2
 """So many bodies are followed that have many corners; others only if these are fewer than two."""
-REGIONS_AT_MOST = 5
 
 
 @dataclass(frozen=True)
@@ -99,13 +82,13 @@ def find_movers(
     small, scale = _levelled(pictures, samples)
     corners = follow_corners(small, samples.moved)
     scene = scene_path(corners)
-    proposals = [_at_full_size(one, scale) for one in _proposals(small, corners, scene)]
+    proposals = [at_full_size(one, scale) for one in propose(small, corners, scene)]
     if not proposals:
         return Movers([], 0.0, upright=False, motion=None)
     tilt = line_tilt_deg([one.path_px for one in proposals[:2]])
     upright = abs(tilt) > UPRIGHT_DEG
     if upright:
-        proposals = [_turned(one) for one in proposals]
+        proposals = [turned(one) for one in proposals]
         tilt = line_tilt_deg([one.path_px for one in proposals[:2]])
     roughs = roughly(proposals, frames[samples.chosen])
     motion = _camera_motion(pictures, samples, roughs, upright) if scene.any() else None
@@ -124,70 +107,6 @@ def find_movers(
     if motion is not None:
         followed = [_less_sure(seen, motion, upright) for seen in followed]
     return Movers(followed, tilt, upright, motion)
-
-
-@dataclass(frozen=True)
-class Proposal:
-    """What may be a body, in px of the pictures."""
-
-    path_px: Floats
-    """Path of a point that moves with it, shape (samples, 2); NaN where not known."""
-    corners_px: Floats
-    """Corners of it, from its path, shape (n, 2)."""
-    box_px: Box
-    """Around it, from its path."""
-    blurred: bool = False
-    """Whether the path is right to some px only."""
-
-
-def _proposals(small: Sequence[Luma], corners: Trajectories, scene_px: Floats) -> list[Proposal]:
-    """Bodies by their corners where there are many, then moving regions, then the other corners."""
-    groups = rigid_groups(corners, scene_px)
-    many = [group for group in groups if len(group.corners_px) >= NEIGHBOUR_CORNERS]
-    few = [group for group in groups if len(group.corners_px) < NEIGHBOUR_CORNERS]
-    regions = find_regions(small)
-    linked = moving_regions(regions)[:REGIONS_AT_MOST]
-    return [
-        *(_with_box(one, region_of(one, _without(many, one), regions)) for one in many),
-        *(replace(_with_box(group, None), blurred=True) for group in linked),
-        *(_with_box(one, region_of(one, many, regions)) for one in few),
-    ]
-
-
-def _without(groups: Sequence[RigidGroup], one: RigidGroup) -> list[RigidGroup]:
-    return [group for group in groups if group is not one]
-
-
-def _with_box(group: RigidGroup, region: Floats | None) -> Proposal:
-    """Box of a group: that of most of its corners, moved to that of its region where it is near."""
-    low, high = (
-        np.array([np.quantile(group.corners_px[:, k], part) for k, part in enumerate(parts)])
-        for parts in (OUTER_CORNERS, [1 - part for part in OUTER_CORNERS])
-    )
-    if region is not None:
-        plain = len(group.corners_px) < PATTERNED_CORNERS
-        reach = BEYOND_CORNERS_AT_MOST * float(high[1] - low[1]) if plain else 0.0
-        low, high = np.maximum(region[:2], low - reach), np.minimum(region[2:], high + reach)
-    margin = BEYOND_CORNERS * float(high[1] - low[1]) + CORNER_MARGIN_PX
-    box = (*(low - margin).tolist(), *(high + margin).tolist())
-    return Proposal(group.path_px, group.corners_px, box)
-
-
-def _at_full_size(one: Proposal, scale: int) -> Proposal:
-    left, top, right, bottom = (scale * side for side in one.box_px)
-    path = one.path_px * scale + (scale - 1) / 2
-    return replace(
-        one, path_px=path, corners_px=one.corners_px * scale, box_px=(left, top, right, bottom)
-    )
-
-
-def _turned(one: Proposal) -> Proposal:
-    """Swap x and y."""
-    left, top, right, bottom = one.box_px
-    box = top, left, bottom, right
-    return replace(
-        one, path_px=one.path_px[:, ::-1], corners_px=one.corners_px[:, ::-1], box_px=box
-    )
 
 
 class _Turned(Sequence[Luma]):
@@ -313,42 +232,6 @@ def _reduced(picture: Luma, scale: int) -> Luma:
         return picture
     size = picture.shape[1] // scale, picture.shape[0] // scale
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-
-
-def roughly(proposals: Sequence[Proposal], frames: NDArray[np.intp]) -> list[Rough]:
-    """Paths by frame, and where the neighbours' corners begin."""
-    roughs = []
-    for number, one in enumerate(proposals):
-        known = np.isfinite(one.path_px[:, 0])
-        path = zip(frames[known].tolist(), one.path_px[known].tolist(), strict=True)
-        places = {frame: (x, y) for frame, (x, y) in path}
-        patterned = not one.blurred and len(one.corners_px) >= NEIGHBOUR_CORNERS
-        roughs.append(Rough(places, one.box_px, _fence(proposals, number), one.blurred, patterned))
-    return roughs
-
-
-def _fence(groups: Sequence[Proposal], number: int) -> tuple[float, float]:
-    """Image x, from the path of a body, between which its outline lies."""
-    own = groups[number].corners_px
-    left, top, right, bottom = groups[number].box_px
-    height = bottom - top
-    begin, end = left - FENCE_OVER_HEIGHT * height, right + FENCE_OVER_HEIGHT * height
-    for other in groups:
-        apart = other.path_px - groups[number].path_px
-        known = np.isfinite(apart[:, 0])
-        if other is groups[number] or len(other.corners_px) < NEIGHBOUR_CORNERS or not known.any():
-            continue
-        typical = np.median(apart[known], axis=0)
-        above, below = other.corners_px[:, 1].min(), other.corners_px[:, 1].max()
-        if typical[1] + below < own[:, 1].min() or typical[1] + above > own[:, 1].max():
-            continue
-        if typical[0] + float(other.corners_px[:, 0].mean()) > (left + right) / 2:
-            nearest = float((apart[known, 0] + other.corners_px[:, 0].min()).min())
-            end = min(end, max(nearest, float(own[:, 0].max())) + FENCE_MARGIN_PX)
-        else:
-            nearest = float((apart[known, 0] + other.corners_px[:, 0].max()).max())
-            begin = max(begin, min(nearest, float(own[:, 0].min())) - FENCE_MARGIN_PX)
-    return begin, end
 
 
 def _camera_motion(
