@@ -10,19 +10,15 @@ from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, MotionLine, Track, WallSide
 from count_video.tracking.certainty import stated_sigmas
 from count_video.tracking.follow import Follower
+from count_video.tracking.moving.pairing import (
+    FRAMES_AT_LEAST,
+    UNSURE_FACTOR,
+    unseen_warning,
+    was_followed,
+)
 from count_video.tracking.pairs.bodies import Bodies
 from count_video.tracking.roles import wall_side
 from count_video.tracking.view import View
-
-FRAMES_AT_LEAST = 12
-"""Shorter clips show no motion to speak of."""
-SEEN_AT_LEAST = 0.5
-"""A body seen in a smaller share of the frames between its first and its last was not followed."""
-PRESENT_AT_LEAST = 0.2
-"""A body comes in and goes out again, but is there for this share of the clip."""
-UNSURE_FACTOR = 8.0
-"""A sighting with an uncertainty so many times the usual one is not believed: blur at full speed
-and a body half hidden double or treble it."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +69,7 @@ def track_of(
         raise TrackingError(f"only {len(frames)} different pictures: too few to show collisions")
     view, told = view_and_side
     left, right = _placed(bodies, frames, followers, view)
-    if not (_followed(left.x_px) and _followed(right.x_px)):
+    if not (was_followed(left.x_px) and was_followed(right.x_px)):
         raise TrackingError("the bodies cannot be followed through the clip: they are lost")
     found = told or wall_side(left.x_px + left.left_px, right.x_px + right.right_px)
     side: WallSide = found or "left"
@@ -85,7 +81,7 @@ def track_of(
         wall_side=side,
         ball_diameter_px=ball.right_px - ball.left_px,
         line=_line(bodies, ball.follower, view),
-        warnings=(*_unseen_warning("ball", ball), *_unseen_warning("cylinder", heavy)),
+        warnings=(*unseen_warning("ball", ball.x_px), *unseen_warning("cylinder", heavy.x_px)),
         wall_seen=found is not None,
     )
 
@@ -103,14 +99,6 @@ def _placed(
         _Placed(x, sigma, *edge, follower)
         for x, sigma, edge, follower in zip(x_px, sigma_px, edges, followers, strict=True)
     ]
-
-
-def _followed(x_px: Floats) -> bool:
-    """Whether a body is seen in most frames while it is in the picture, shape (n,)."""
-    seen = np.flatnonzero(np.isfinite(x_px))
-    if len(seen) < max(FRAMES_AT_LEAST, PRESENT_AT_LEAST * len(x_px)):
-        return False
-    return len(seen) >= SEEN_AT_LEAST * (int(seen[-1]) - int(seen[0]) + 1)
 
 
 def _sure_places(follower: Follower) -> Floats:
@@ -132,10 +120,3 @@ def _line(bodies: Bodies, ball: Follower, view: View) -> MotionLine:
     if bodies.upright:
         x, y = y, x
     return MotionLine(x, y, bodies.tilt_deg, bodies.upright)
-
-
-def _unseen_warning(name: str, body: _Placed) -> list[str]:
-    unseen = int(np.isnan(body.x_px).sum())
-    if unseen == 0:
-        return []
-    return [f"the {name} is not seen in {unseen} of {len(body.x_px)} frames"]
