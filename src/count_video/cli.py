@@ -1,4 +1,4 @@
-"""The command ``count-video``: options in, one answer a clip out, a thin skin over `campaign`.
+"""The command ``count-video``: options in, one answer a clip out, by the functions of `api`.
 
 Answers go to stdout and nothing else does; a clip without a count is one line on stderr.
 What takes time to import is imported once the options are known to be sound, so that ``--help``
@@ -13,18 +13,18 @@ import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from count_video.ending import before_the_end, end_well_on_signals
-from count_video.errors import UsageError
+from count_video.errors import CountVideoError, UsageError
 from count_video.options import is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.printable import printable
 
 if TYPE_CHECKING:
-    from count_video.campaign import Outcome
-    from count_video.campaign.one_by_one import Work
-    from count_video.trial import TrialSettings
+    from count_video.api import Result, Settings
+    from count_video.planning.request import PlanRequest
 
 PROGRAM = "count-video"
 EXIT_COUNTED = 0
@@ -117,25 +117,64 @@ def _answer(options: argparse.Namespace) -> int:
         return _answer_theory(options)
     if options.plan is not None:
         return _answer_plan(options)
+    from count_video import api
+
     if is_campaign(options):
         from count_video.campaign.cli import answer_campaign
 
-        return answer_campaign(options, _settings(options))
-    from count_video.campaign import count_clips
-
+        return answer_campaign(options, api.trial_settings(**_settings(options)))
+    plan = _plan_of(options)
     code = EXIT_COUNTED
     gap = ""
-    work = _work(options)
+    progress = _progress()
     replaces = _replaces_evidence(options)
-    for outcome in count_clips(options.clips, _settings(options), _progress(), work):
+    for path in options.clips:
+        try:
+            result, kept = _count(path, options, plan, progress)
+        except (CountVideoError, OSError) as error:
+            result, kept = api.refused(path, error), []
         if options.json:
-            _show_as_json(outcome)
-        elif _show_as_text(outcome, gap):
+            _show_as_json(result)
+        elif _show_as_text(result, gap, kept):
             gap = "\n"
-        code = max(code, _exit_code(outcome))
-        if replaces and outcome.error is None:
-            _complain(f"{outcome.result.clip}: replaced the evidence of another clip of this name")
+        code = max(code, _exit_code(result))
+        if replaces and result.error is None:
+            _complain(f"{result.clip}: replaced the evidence of another clip of this name")
     return code
+
+
+def _count(
+    path: Path, options: argparse.Namespace, plan: PlanRequest | None, progress: Progress
+) -> tuple[Result, list[Path]]:
+    """Count a clip, lay over it what was asked for, and keep its evidence; return its files."""
+    from count_video import api
+
+    kept = options.output is not None
+    if kept:
+        from count_video.evidence import EvidenceSettings, check_evidence
+
+        check_evidence(path, EvidenceSettings(options.output, options.picture_format))
+    result = api.count(path, **_settings(options), progress=progress)
+    if options.corrections is not None:
+        result = result.reviewed(options.corrections)
+    if plan is not None:
+        result = result.compared(plan)
+    if not kept:
+        return result, []
+    try:
+        picture_format = options.picture_format
+        return result, result.save(options.output, picture_format=picture_format, progress=progress)
+    finally:
+        progress.finish()
+
+
+def _plan_of(options: argparse.Namespace) -> PlanRequest | None:
+    """Read the plan to compare with, before a long count."""
+    if options.plan_file is None:
+        return None
+    from count_video.planning.stored import read_request
+
+    return read_request(options.plan_file)
 
 
 def _replaces_evidence(options: argparse.Namespace) -> bool:
@@ -195,47 +234,17 @@ def _answer_plan(options: argparse.Namespace) -> int:
     return EXIT_COUNTED
 
 
-def _work(options: argparse.Namespace) -> Work | None:
-    """Choose what is done with each clip; None for counting alone."""
-    if options.output is not None:
-        from count_video.evidence import EvidenceSettings, with_evidence
-
-        wanted = EvidenceSettings(
-            options.output,
-            options.picture_format,
-            options.corrections,
-            plan_file=options.plan_file,
-        )
-        return with_evidence(wanted)
-    if options.corrections is None and options.plan_file is None:
-        return None
-    from count_video.trial import count_clip
-
-    work: Work = count_clip
-    if options.corrections is not None:
-        from count_video.corrections import with_corrections
-
-        work = with_corrections(work, options.corrections)
-    if options.plan_file is not None:
-        from count_video.planning.comparison import with_plan
-
-        work = with_plan(work, options.plan_file)
-    return work
-
-
-def _settings(options: argparse.Namespace) -> TrialSettings:
-    from count_video.trial import TrialSettings
-
-    return TrialSettings(
-        capture_fps=options.capture_fps,
-        ball_diameter_mm=options.ball_diameter_mm,
-        wall_side=options.wall_side,
-        region=options.region,
-        start=options.start,
-        end=options.end,
-        masses=None if options.masses is None else tuple(options.masses),
-        seen_only=options.seen_only,
-    )
+def _settings(options: argparse.Namespace) -> Settings:
+    return {
+        "masses": options.masses,
+        "capture_fps": options.capture_fps,
+        "region": options.region,
+        "wall": options.wall_side,
+        "start": options.start,
+        "end": options.end,
+        "ball_diameter_mm": options.ball_diameter_mm,
+        "seen_only": options.seen_only,
+    }
 
 
 def _progress(unit: str = "frames") -> Progress:
@@ -248,45 +257,56 @@ def _progress(unit: str = "frames") -> Progress:
     return bar
 
 
-def _exit_code(outcome: Outcome) -> int:
-    if isinstance(outcome.error, UsageError):
+def _exit_code(result: Result) -> int:
+    if isinstance(result.error, UsageError):
         return EXIT_USAGE
-    return EXIT_NOT_COUNTED if _not_counted(outcome) else EXIT_COUNTED
+    return EXIT_NOT_COUNTED if _not_counted(result) else EXIT_COUNTED
 
 
-def _show_as_json(outcome: Outcome) -> None:
+def _show_as_json(result: Result) -> None:
     from count_video.reports.json_object import json_line
 
-    print(json_line(outcome.result), flush=True)
-    if _not_counted(outcome):
-        _complain_about(outcome)
+    print(json_line(result.answer), flush=True)
+    if _not_counted(result):
+        _complain_about(result)
 
 
-def _show_as_text(outcome: Outcome, gap: str) -> bool:
-    """Show an outcome below what came before it; true if that put anything on stdout."""
-    from count_video.reports.text import result_text
-
-    result = outcome.result
-    # A clip without count and without findings has its reason alone to tell: one line on stderr.
-    shown = not _not_counted(outcome) or bool(result.collisions or result.warnings)
+def _show_as_text(result: Result, gap: str, kept: Sequence[Path]) -> bool:
+    """Show a result below what came before it; true if that put anything on stdout."""
+    # A clip without count and without findings has its reason alone to say: one line on stderr.
+    shown = not _not_counted(result) or bool(result.collisions or result.answer.warnings)
     if shown:
-        print(gap, result_text(result), sep="", flush=True)
+        print(gap, result.text(), sep="", flush=True)
     # The text has the reason in it: on a terminal that is enough, from a file nobody sees it now.
-    if _not_counted(outcome) and not (shown and _on_terminal(sys.stdout)):
-        _complain_about(outcome)
+    if _not_counted(result) and not (shown and _on_terminal(sys.stdout)):
+        _complain_about(result)
+    _say_what_is_kept(kept)
     return shown
 
 
-def _not_counted(outcome: Outcome) -> bool:
-    return outcome.result.status == "not_counted"
+def _say_what_is_kept(files: Sequence[Path]) -> None:
+    """Name the files that were written, the page to open first."""
+    if not files:
+        return
+    pages = [file for file in files if file.suffix == ".html"]
+    others = [printable(file.name) for file in files if file not in pages]
+    also = f"; beside it {', '.join(others)}" if pages and others else ", ".join(others)
+    first = f"open {printable(str(pages[0]))} in a browser" if pages else ""
+    from count_video.reports.text import labelled
+
+    print("", *labelled("Written", first + also), sep="\n", flush=True)
+
+
+def _not_counted(result: Result) -> bool:
+    return result.count is None
 
 
 def _on_terminal(stream: TextIO | None) -> bool:
     return stream is not None and stream.isatty()
 
 
-def _complain_about(outcome: Outcome) -> None:
-    _complain(f"{outcome.result.clip}: {outcome.result.reason or 'not counted'}")
+def _complain_about(result: Result) -> None:
+    _complain(f"{result.clip}: {result.answer.reason or 'not counted'}")
 
 
 def _complain(message: str) -> None:
