@@ -129,9 +129,9 @@ class Result:
         """
         return track_array(self.track, self.answer)
 
-    def text(self) -> str:
-        """Return the text that ``count-video`` prints, without a line's end at its end."""
-        return result_text(self.answer)
+    def text(self, width: int = 80) -> str:
+        """Return the text that ``count-video`` prints, wrapped at ``width`` columns."""
+        return result_text(self.answer, width)
 
     def reviewed(self, corrections: AnyPath) -> Result:
         """Return the result with a person's corrections, saved from the page, laid over it.

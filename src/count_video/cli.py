@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import re
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from count_video.planning.request import PlanRequest
 
 PROGRAM = "count-video"
+NARROWEST, WIDEST = 40, 100
+"""Columns within which sentences stay readable, on whatever terminal."""
 EXIT_COUNTED = 0
 EXIT_NOT_COUNTED = 1
 EXIT_USAGE = 2
@@ -276,7 +279,7 @@ def _show_as_text(result: Result, gap: str, kept: Sequence[Path]) -> bool:
     # A clip without count and without findings has its reason alone to say: one line on stderr.
     shown = not _not_counted(result) or bool(result.collisions or result.answer.warnings)
     if shown:
-        print(gap, result.text(), sep="", flush=True)
+        print(gap, result.text(_columns()), sep="", flush=True)
     # The text has the reason in it: on a terminal that is enough, from a file nobody sees it now.
     if _not_counted(result) and not (shown and _on_terminal(sys.stdout)):
         _complain_about(result)
@@ -294,7 +297,18 @@ def _say_what_is_kept(files: Sequence[Path]) -> None:
     first = f"open {printable(str(pages[0]))} in a browser" if pages else ""
     from count_video.reports.text import labelled
 
-    print("", *labelled("Written", first + also), sep="\n", flush=True)
+    print("", *labelled("Written", first + also, _columns()), sep="\n", flush=True)
+
+
+def _columns() -> int:
+    """Columns for sentences: those that COLUMNS names, else the terminal's, else 80."""
+    named = os.environ.get("COLUMNS", "")
+    columns = int(named) if re.fullmatch("[0-9]{1,4}", named) else 0
+    with suppress(OSError, ValueError):
+        columns = columns or (
+            os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout else 0
+        )
+    return min(max(columns or 80, NARROWEST), WIDEST)
 
 
 def _not_counted(result: Result) -> bool:

@@ -42,6 +42,9 @@ class _Parser(argparse.ArgumentParser):
     """A parser that says what is wrong in one line, by raising it."""
 
     def error(self, message: str) -> NoReturn:
+        dashed = re.fullmatch("unrecognized arguments: (-.*)", message, re.DOTALL)
+        if dashed and os.path.exists(dashed[1]):
+            message = f"{shown(dashed[1])}: put -- before a file whose name begins with a dash"
         short = re.sub(r"\S{81,}", lambda long: shown(long[0]), message)
         raise UsageError(f"{short if len(short) < 400 else shown(short)} (see {self.prog} --help)")
 
