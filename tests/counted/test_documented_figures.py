@@ -1,4 +1,4 @@
-"""README.md's output, tables and figures against what the program does now."""
+"""The outputs, tables and figures of README.md and docs/ against what the program does now."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ import shlex
 
 import pytest
 from accuracy import errors_frames, resolved_clips
-from counting import FIXTURES, answer, truth_of
+from counting import answer, truth_of
 
 from count_video.cli import main
+from pages import TOP, blocks, page, section
 
-TOP = FIXTURES.parent
-README = (TOP / "README.md").read_text("utf-8")
 SAME_ERROR_FRAMES = 0.05
 """Another machine's rounding and another build's decoder move a time by less."""
 ACCURACY_ROW = re.compile(
@@ -22,24 +21,20 @@ ACCURACY_ROW = re.compile(
 )
 
 
-def shown_call() -> tuple[list[str], str]:
-    """Return the arguments of the call that README shows, and the output below it."""
-    block = re.search(r"```console\n\$ count-video (.*?)\n(.*?)```", README, re.S)
-    assert block is not None, "README shows a call and its output"
-    return shlex.split(block[1]), block[2]
-
-
 def without_digits(text: str) -> list[str]:
     """Return the lines with every number replaced, however many signs it takes."""
     return [" ".join(re.sub(r"-?\d+(\.\d+)?", "#", line).split()) for line in text.splitlines()]
 
 
+@pytest.mark.parametrize("name", ["README.md", "docs/result.md"])
 def test_the_output_shown_is_what_the_command_prints(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
     monkeypatch.chdir(TOP)
-    arguments, shown = shown_call()
-    assert main(arguments) == 0
+    monkeypatch.delenv("COLUMNS", raising=False)
+    (block,) = blocks(page(name), "console")
+    call, _, shown = block.partition("\n")
+    assert main(shlex.split(call)[2:]) == 0
     printed = capsys.readouterr().out
     # Counts and sentences stand as printed; measured places may differ in their last digits.
     exact = [line for line in shown.splitlines() if re.search("collisions|Kinds|Evidence", line)]
@@ -49,20 +44,8 @@ def test_the_output_shown_is_what_the_command_prints(
     assert set(without_digits(shown)) - {left_out} <= set(without_digits(printed))
 
 
-def test_every_picture_shown_is_there() -> None:
-    pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", README)
-    assert pictures
-    assert [picture for picture in pictures if not (TOP / picture).is_file()] == []
-
-
-def test_every_link_into_the_checkout_leads_somewhere() -> None:
-    links = re.findall(r"(?<!!)\[[^]]+\]\((?!https?:)([^)#]+)\)", README)
-    assert [link for link in links if not (TOP / link).exists()] == []
-    assert links
-
-
 def test_the_table_of_accuracy_promises_no_more_than_is_measured() -> None:
-    rows = {row["clip"]: row for row in ACCURACY_ROW.finditer(README)}
+    rows = {row["clip"]: row for row in ACCURACY_ROW.finditer(page("docs/accuracy.md"))}
     assert sorted(rows) == [clip.name for clip in resolved_clips()]
     for clip in resolved_clips():
         row = rows[clip.name]
@@ -75,7 +58,5 @@ def test_the_table_of_accuracy_promises_no_more_than_is_measured() -> None:
 
 def test_every_key_of_the_json_object_is_documented() -> None:
     said = answer(resolved_clips()[0])
-    section = re.search(r"^## The JSON object\n(.*?)^## ", README, re.S | re.M)
-    assert section is not None
-    documented = set(re.findall(r"`(\w+)`", section[1]))
+    documented = set(re.findall(r"`(\w+)`", section("docs/result.md", "The JSON object")))
     assert set(said) | set(said["collisions"][0]) <= documented
