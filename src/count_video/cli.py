@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, TextIO
 
 from count_video.ending import before_the_end, end_well_on_signals
 from count_video.errors import CountVideoError, UsageError
-from count_video.options import is_campaign, read_options
+from count_video.options import complete_options, is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.printable import printable
 
@@ -39,6 +39,8 @@ EXIT_BROKEN_PIPE = 141  # and for an end because nobody reads on
 
 def run() -> None:
     """Run the command and leave the interpreter with its exit code."""
+    if "_ARGCOMPLETE" in os.environ:  # the shell asks what may follow
+        complete_options()
     _leave_cores_to_the_decoder()
     _keep_libraries_off_the_streams()
     end_well_on_signals(_complain)

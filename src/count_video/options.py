@@ -7,6 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import takewhile
 from typing import NoReturn
 
@@ -97,6 +98,17 @@ def _check_what_is_wanted(options: argparse.Namespace) -> None:
     one_file = len(options.clips) == 1 and not os.path.isdir(options.clips[0])
     if options.corrections is not None and not one_file:
         raise UsageError("--corrections are those of one clip: give that clip alone")
+
+
+def complete_options() -> None:
+    """Answer the shell that asks how a line may go on, and leave; without argcomplete, do nothing.
+
+    The package ``argcomplete`` comes with the extra ``completion``.
+    """
+    with suppress(ImportError):
+        import argcomplete  # noqa: PLC0415 - an extra that is asked for by the shell alone
+
+        argcomplete.autocomplete(_parser())
 
 
 def is_campaign(options: argparse.Namespace) -> bool:
