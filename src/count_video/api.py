@@ -266,8 +266,10 @@ def count(  # noqa: PLR0913 - what a clip may need is many things, each by its n
     wall
         Side of the picture on which the wall stands, ``"left"`` or ``"right"`` (top or bottom
         where the bodies move up and down); None: found from the motion.
-    start, end
-        First frame to use and frame to stop before, counted from 0; None: the end of the clip.
+    start
+        First frame to use, counted from 0.
+    end
+        Frame to stop before; None: the end of the clip.
     ball_diameter_mm
         Diameter of the ball in millimetres, for the scale.
     seen_only
