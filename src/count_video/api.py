@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from count_video import inputs, trial
 from count_video.campaign.plan import Job, jobs_of
 from count_video.errors import CountVideoError, UsageError
+from count_video.outputs import CsvDialect
 from count_video.parallel import in_parallel
 from count_video.physics import theory as exact
 from count_video.progress import NO_PROGRESS, Progress
@@ -183,6 +184,7 @@ class Result:
         folder: AnyPath,
         *,
         picture_format: Literal["png", "svg"] = "png",
+        csv_dialect: CsvDialect = "comma",
         progress: Progress = NO_PROGRESS,
     ) -> list[Path]:
         """Write page, picture, annotated clip, tables and JSON object into a folder.
@@ -193,6 +195,8 @@ class Result:
             Made if it is not there. The files are named after the clip.
         picture_format
             Kind of the picture.
+        csv_dialect
+            ``"semicolon"`` for tables with semicolons and decimal commas.
         progress
             Told how far the drawing has come.
 
@@ -208,7 +212,7 @@ class Result:
         """
         from count_video.evidence import EvidenceSettings, keep_evidence  # noqa: PLC0415
 
-        wanted = EvidenceSettings(Path(folder), picture_format)
+        wanted = EvidenceSettings(Path(folder), picture_format, csv_dialect=csv_dialect)
         names = keep_evidence(self.trial, self.answer, wanted, progress)
         return [wanted.folder / name for name in names]
 

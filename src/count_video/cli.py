@@ -167,8 +167,12 @@ def _count(
     if not kept:
         return result, []
     try:
-        picture_format = options.picture_format
-        return result, result.save(options.output, picture_format=picture_format, progress=progress)
+        return result, result.save(
+            options.output,
+            picture_format=options.picture_format,
+            csv_dialect=options.csv_dialect,
+            progress=progress,
+        )
     finally:
         progress.finish()
 
@@ -223,6 +227,7 @@ def _answer_plan(options: argparse.Namespace) -> int:
         from count_video.reports.plan_files import open_folder, write_plan
 
         outputs = open_folder(options.output)
+        outputs.csv_dialect = options.csv_dialect
     wanted = kept or options.trials is not None
     progress = _progress("steps")
     plan = make_plan(request, with_table=wanted, with_chart=kept, progress=progress)

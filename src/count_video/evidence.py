@@ -21,7 +21,7 @@ from count_video.errors import UsageError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
-from count_video.outputs import OutputFolder, open_outputs, output_name, write_whole
+from count_video.outputs import CsvDialect, OutputFolder, open_outputs, output_name, write_whole
 from count_video.planning.comparison import compared
 from count_video.planning.stored import read_request
 from count_video.progress import NO_PROGRESS, Progress, counted_off
@@ -60,6 +60,8 @@ class EvidenceSettings:
     """File of the plan to hold the result against."""
     name: str | None = None
     """What the files are named after; None for the clip's name without its suffix."""
+    csv_dialect: CsvDialect = "comma"
+    """Of the tables."""
 
 
 def count_with_evidence(
@@ -172,6 +174,7 @@ def draw_trial(trial: Trial, result: TrialResult) -> Figure | None:
 def _files_of(path: Path, evidence: EvidenceSettings) -> _Files:
     """Open the folder for a clip; raise UsageError if a file in it is not this program's own."""
     outputs = open_outputs(evidence.folder)
+    outputs.csv_dialect = evidence.csv_dialect
     content = content_digest(path) if path.is_file() else ""
     files = _Files(outputs, evidence.name or output_name(path.stem), content)
     files.check((*_SUFFIXES, evidence.picture_format))
@@ -236,7 +239,7 @@ class _Files:
         """Let a file appear under its name when it is complete."""
         target = self.claim(suffix)
         try:
-            write_whole(target, data)
+            write_whole(target, self.outputs.as_written(target.name, data))
         except OSError as error:
             raise _unwritable(target, error) from error
 

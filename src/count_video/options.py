@@ -172,6 +172,13 @@ def _add_answer_options(parser: argparse.ArgumentParser) -> None:
         default="png",
         help="kind of the pictures in the output folder (default: png)",
     )
+    parser.add_argument(
+        "--csv-dialect",
+        choices=("comma", "semicolon"),
+        default="comma",
+        help="how tables in the output folder are written: comma, with decimal points, or "
+        "semicolon, with decimal commas (default: comma)",
+    )
 
 
 def _add_other_answers(parser: argparse.ArgumentParser) -> None:

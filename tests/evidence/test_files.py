@@ -143,3 +143,13 @@ def test_what_makes_no_sense_together_is_refused(
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.count("\n") == 1
+
+
+def test_tables_are_written_in_the_dialect_that_is_asked_for(tmp_path: Path) -> None:
+    clip = CLIP.with_name("ratio1-count3.mp4")
+    assert cli.main([str(clip), "-o", str(tmp_path), "--csv-dialect", "semicolon"]) == 0
+    text = (tmp_path / f"{clip.stem}.collisions.csv").read_text("utf-8")
+    rows = list(csv.DictReader(text.splitlines(), delimiter=";"))
+    assert tuple(rows[0]) == COLLISION_HEADINGS
+    assert [row["kind"] for row in rows] == ["bodies", "wall", "bodies"]
+    assert all("," in row["frame"] and "." not in row["frame"] for row in rows)
