@@ -198,7 +198,7 @@ class Result:
         csv_dialect
             ``"semicolon"`` for tables with semicolons and decimal commas.
         progress
-            Told how far the drawing has come.
+            Informed of how far the drawing has come; see ``count_video.progress.Progress``.
 
         Returns
         -------

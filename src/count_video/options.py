@@ -112,7 +112,7 @@ def complete_options() -> None:
 
 
 def is_campaign(options: argparse.Namespace) -> bool:
-    """Tell a campaign, which is summed up, from single clips, each of which speaks for itself."""
+    """Return whether clips make a campaign, which is summed up, or each is answered by itself."""
     manifest = any(path.suffix.lower() == ".csv" for path in options.clips)
     folder = any(os.path.isdir(path) for path in options.clips)
     kept = options.output is not None and len(options.clips) > 1
@@ -134,7 +134,7 @@ def _parser() -> _Parser:
         type=as_option(inputs.some_path),
         help="a video file, or a folder: then every video file in it, in natural order; or a "
         "manifest (.csv): then a clip a line, with options of its own (a folder's own manifest.csv "
-        "is heeded)",
+        "is read)",
     )
     _add_answer_options(parser)
     _add_other_answers(parser)
@@ -186,7 +186,7 @@ def _add_other_answers(parser: argparse.ArgumentParser) -> None:
         "--corrections",
         metavar="FILE",
         type=as_option(inputs.some_path),
-        help="a person's corrections, saved from the clip's page: the reviewed count is told "
+        help="a person's corrections, saved from the clip's page: the reviewed count is printed "
         "beside the tool's own (default: none)",
     )
     parser.add_argument(
@@ -194,14 +194,14 @@ def _add_other_answers(parser: argparse.ArgumentParser) -> None:
         metavar=("HEAVY", "LIGHT"),
         nargs=2,
         type=as_option(inputs.mass),
-        help="tell the exact count for two masses, with angles and bounds on pi, instead of "
+        help="print the exact count for two masses, with angles and bounds on pi, instead of "
         "counting a clip; with -o draw the phase circle (default: count)",
     )
     parser.add_argument(
         "--plan-file",
         metavar="FILE",
         type=as_option(inputs.some_path),
-        help="the plan.json of the set-up that was planned: what was set up otherwise is told "
+        help="the plan.json of the set-up that was planned: what was set up otherwise is printed "
         "beside the count (default: none)",
     )
 
@@ -219,7 +219,7 @@ def _add_footage_options(group: argparse._ArgumentGroup) -> None:
         metavar="FRAME",
         type=as_option(inputs.frame),
         default=0,
-        help="first frame to look at, counted from 0 (default: 0)",
+        help="first frame to use, counted from 0 (default: 0)",
     )
     group.add_argument(
         "--end",
@@ -231,7 +231,7 @@ def _add_footage_options(group: argparse._ArgumentGroup) -> None:
         "--region",
         metavar="X,Y,W,H",
         type=as_option(inputs.region),
-        help="part of the picture to look at, in pixels: left edge, top edge, width, height "
+        help="part of the picture to use, in pixels: left edge, top edge, width, height "
         "(default: the whole picture)",
     )
 

@@ -20,7 +20,7 @@ _LABEL_WIDTH = 13
 _SURE = 0.995
 """A probability from here on reads 100% when rounded and need not be spelt out."""
 _CLOSE_FRAMES = 2.5
-"""Collisions closer than this are told apart by fits on both sides, not by frames between them."""
+"""Collisions closer than this follow from fits on both sides, not from frames between them."""
 _LIKELY = 0.9
 """A count less probable than this does not stand in the first line without a word of doubt."""
 _ENDING_IN_WORDS = {
