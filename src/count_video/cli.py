@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 PROGRAM = "count-video"
 NARROWEST, WIDEST = 40, 100
 """Columns within which sentences stay readable, on whatever terminal."""
+CAMPAIGN_FILES = ("campaign.html", "trials.csv", "campaign.json")
+"""What a campaign writes beside the result of each clip."""
 EXIT_COUNTED = 0
 EXIT_NOT_COUNTED = 1
 EXIT_USAGE = 2
@@ -127,7 +129,10 @@ def _answer(options: argparse.Namespace) -> int:
     if is_campaign(options):
         from count_video.campaign.cli import answer_campaign
 
-        return answer_campaign(options, api.trial_settings(**_settings(options)))
+        code = answer_campaign(options, api.trial_settings(**_settings(options)))
+        if options.output is not None and not options.json:
+            _say_what_is_kept([options.output / name for name in CAMPAIGN_FILES])
+        return code
     plan = _plan_of(options)
     code = EXIT_COUNTED
     gap = ""
@@ -212,6 +217,7 @@ def _answer_theory(options: argparse.Namespace) -> int:
         from count_video.reports.theory_picture import write_theory_picture
 
         write_theory_picture(tuple(options.theory), options.output, options.picture_format)
+        _say_what_is_kept([options.output / f"theory.{options.picture_format}"])
     return EXIT_COUNTED
 
 
@@ -224,7 +230,7 @@ def _answer_plan(options: argparse.Namespace) -> int:
     request = PlanRequest(**plan_values(options), tolerances=tolerances)
     kept = options.output is not None
     if kept:
-        from count_video.reports.plan_files import open_folder, write_plan
+        from count_video.reports.plan_files import NAMES, open_folder, write_plan
 
         outputs = open_folder(options.output)
         outputs.csv_dialect = options.csv_dialect
@@ -241,6 +247,8 @@ def _answer_plan(options: argparse.Namespace) -> int:
         from count_video.reports.plan_text import plan_text
 
         print(plan_text(plan))
+        if kept:
+            _say_what_is_kept([options.output / name for name in NAMES])
     return EXIT_COUNTED
 
 
@@ -298,13 +306,13 @@ def _say_what_is_kept(files: Sequence[Path]) -> None:
     """Name the files that were written, the page to open first."""
     if not files:
         return
-    pages = [file for file in files if file.suffix == ".html"]
-    others = [printable(file.name) for file in files if file not in pages]
-    also = f"; beside it {', '.join(others)}" if pages and others else ", ".join(others)
-    first = f"open {printable(str(pages[0]))} in a browser" if pages else ""
+    first = next((file for file in files if file.suffix == ".html"), files[0])
+    others = ", ".join(printable(file.name) for file in files if file != first)
+    words = printable(str(first)) + (" (open it in a browser)" if first.suffix == ".html" else "")
+    words += f", and beside it {others}" if others else ""
     from count_video.reports.text import labelled
 
-    print("", *labelled("Written", first + also, _columns()), sep="\n", flush=True)
+    print("", *labelled("Written", words, _columns()), sep="\n", flush=True)
 
 
 def _columns() -> int:
