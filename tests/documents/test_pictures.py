@@ -29,7 +29,14 @@ def refresh() -> ModuleType:
 REFRESH = refresh()
 
 
-@pytest.mark.parametrize("name", REFRESH.PICTURES)
+NAMES = [
+    pytest.param(name, marks=pytest.mark.slow if call.startswith(REFRESH.CLIP) else ())
+    for name, call in REFRESH.PICTURES.items()
+]
+"""A clip's picture takes as long as all its evidence."""
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_a_picture_is_made_by_its_command(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -45,16 +45,16 @@ def test_the_example_of_one_clip_counts_it_and_keeps_its_tables(tmp_path: Path) 
 
 
 def test_the_example_of_thirty_trials_prints_the_papers_table(tmp_path: Path) -> None:
-    clips = [TOP / "fixtures" / f"{name}.mp4" for name in ("plain-table1", "black-cloth-31")]
+    clips = [TOP / "fixtures" / f"{name}.mp4" for name in ("ratio1-count3", "ratio16-count12")]
     for clip in clips:
         (tmp_path / clip.name).write_bytes(clip.read_bytes())
     printed = run(TOP / "examples/thirty_trials.py", str(tmp_path))
     rows = {line[:25].strip(): line[25:].split() for line in printed.splitlines()}
     assert rows["Number of trials"] == ["2", "30"]
-    assert rows["Maximum value"] == ["31", "31"]
-    assert rows["Minimum value"] == ["27", "28"]
-    assert rows["Mean value"] == ["29.00", "30.57"]
-    assert rows["Standard deviation"] == ["2.00", "0.80"]
+    assert rows["Maximum value"] == ["12", "31"]
+    assert rows["Minimum value"] == ["3", "28"]
+    assert rows["Mean value"] == ["7.50", "30.57"]
+    assert rows["Standard deviation"] == ["4.50", "0.80"]
 
 
 def test_the_notebook_runs_from_top_to_bottom() -> None:
