@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 from count_video.errors import CountVideoError, FootageError, UsageError
 
 if TYPE_CHECKING:
-    from count_video.api import Result, Theory, count, count_all, plan, theory
+    from count_video.api import Result, count, count_all, plan, theory
+    from count_video.physics.theory import Theory
 
 __version__ = "0.2.0"
 __all__ = [

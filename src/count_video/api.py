@@ -9,26 +9,26 @@ import base64
 import html
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
+from typing import TYPE_CHECKING, Literal, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video import inputs, trial
+from count_video import trial
 from count_video.campaign.plan import Job, jobs_of
 from count_video.errors import CountVideoError, UsageError
 from count_video.outputs import CsvDialect
 from count_video.parallel import in_parallel
-from count_video.physics import theory as exact
+from count_video.physics.theory import Mass, Theory, theory_of
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Collision, Estimate, Track, TrialResult, WallSide
 from count_video.reports.arrays import collisions_array, track_array
 from count_video.reports.json_object import json_object
 from count_video.reports.text import headline, result_text
+from count_video.settings import Settings, exact_mass, trial_settings
 from count_video.verdict import unread_result
 
 if TYPE_CHECKING:
@@ -38,20 +38,6 @@ if TYPE_CHECKING:
     from count_video.planning.whole import Plan
 
 AnyPath = str | PathLike[str]
-Mass = exact.Mass
-
-
-class Settings(TypedDict, total=False):
-    """What may be said about a clip; see :func:`count`."""
-
-    masses: tuple[Mass, Mass] | None
-    capture_fps: float | None
-    region: tuple[int, int, int, int] | None
-    wall: WallSide | None
-    start: int
-    end: int | None
-    ball_diameter_mm: float
-    seen_only: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,22 +328,6 @@ def count_all(
     yield from in_parallel(_count_job, wanted, jobs, _died)
 
 
-@dataclass(frozen=True)
-class Theory:
-    """What the theory says of two bodies that move freely and lose nothing."""
-
-    mass_ratio: float
-    """Heavy over light."""
-    count: int
-    """Exact number of collisions."""
-    theta_rad: float
-    """arctan of the root of the light over the heavy mass, in radians."""
-    pi_bounds: tuple[float, float]
-    """``count`` and ``count`` + 1 times ``theta_rad``; pi lies between them."""
-    same_count: tuple[float, float]
-    """Mass ratios above the first and up to the second have the same count."""
-
-
 def theory(heavy: Mass, light: Mass = 1) -> Theory:
     """Return the exact count for two masses in any one unit (Galperin's billiard).
 
@@ -368,16 +338,7 @@ def theory(heavy: Mass, light: Mass = 1) -> Theory:
     UsageError
         If a mass is not a finite number greater than 0.
     """
-    large, small = _mass(heavy), _mass(light)
-    number = exact.collision_count(large, small)
-    bounds, ratios = exact.pi_bounds(number, large, small), exact.mass_ratio_interval(number)
-    return Theory(
-        mass_ratio=float(exact.exact_ratio(large, small)),
-        count=number,
-        theta_rad=exact.theta_rad(large, small),
-        pi_bounds=(bounds.low, bounds.high),
-        same_count=(ratios.low, ratios.high),
-    )
+    return theory_of(exact_mass(heavy), exact_mass(light))
 
 
 def plan(heavy: Mass, light: Mass, *, chart: bool = True, **details: Unpack[PlanDetails]) -> Plan:
@@ -412,64 +373,6 @@ def refused(path: AnyPath, error: CountVideoError | OSError) -> Result:
     plain_words = error.strerror if isinstance(error, OSError) else None
     reason = plain_words or str(error).removeprefix(f"{path}: ") or type(error).__name__
     return Result(unread_result(fspath(path), reason), error=error)
-
-
-def trial_settings(**settings: Unpack[Settings]) -> trial.TrialSettings:
-    """Check what was said about a clip, as the command line does.
-
-    Raises
-    ------
-    UsageError
-        A value makes no sense; the message names it.
-    """
-    unknown = settings.keys() - Settings.__annotations__.keys()
-    if unknown:
-        raise UsageError(f"there is no setting {', '.join(sorted(unknown))}")
-    end, fps = settings.get("end"), settings.get("capture_fps")
-    start = _read("start", inputs.frame, settings.get("start", 0))
-    if end is not None and start >= _read("end", inputs.frame, end):
-        raise UsageError(f"start {start} leaves no frame before end {end}: give a start below it")
-    region, wall = settings.get("region"), settings.get("wall")
-    if region is not None:
-        region = _read("region", inputs.region, ",".join(str(edge) for edge in region))
-    if wall not in (None, "left", "right"):
-        raise UsageError(f"wall is {inputs.shown(str(wall))}; it must be 'left' or 'right'")
-    masses = settings.get("masses")
-    return trial.TrialSettings(
-        capture_fps=None if fps is None else _read("capture_fps", inputs.capture_rate, fps),
-        ball_diameter_mm=_read(
-            "ball_diameter_mm", inputs.ball_diameter, settings.get("ball_diameter_mm", 40.0)
-        ),
-        wall_side=wall,
-        region=region,
-        start=start,
-        end=end,
-        masses=None if masses is None else _masses(*masses),
-        seen_only=bool(settings.get("seen_only", False)),
-    )
-
-
-def _read(name: str, read: Any, value: object) -> Any:
-    """Read a value with the reader of the command line, which has the ranges."""
-    try:
-        return read(str(value))
-    except UsageError as error:
-        raise UsageError(f"{name}: {error}") from error
-
-
-def _masses(heavy: Mass, light: Mass) -> tuple[Fraction, Fraction]:
-    return inputs.masses(_mass(heavy), _mass(light))
-
-
-def _mass(value: Mass) -> Fraction:
-    """Take a mass at its exact value, a float at the number it is written as: 1.05 is 105/100."""
-    try:
-        mass = Fraction(str(value))
-    except ValueError as error:
-        raise UsageError(f"a mass is {value!r}; it must be a number greater than 0") from error
-    if not inputs.MASS.holds(mass):
-        raise UsageError(f"a mass is {value!r}; it must be a number {inputs.MASS}")
-    return mass
 
 
 def _count_job(job: Job) -> Result:

@@ -24,8 +24,9 @@ from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.printable import printable
 
 if TYPE_CHECKING:
-    from count_video.api import Result, Settings
+    from count_video.api import Result
     from count_video.planning.request import PlanRequest
+    from count_video.settings import Settings
 
 PROGRAM = "count-video"
 NARROWEST, WIDEST = 40, 100
@@ -128,8 +129,9 @@ def _answer(options: argparse.Namespace) -> int:
 
     if is_campaign(options):
         from count_video.campaign.cli import answer_campaign
+        from count_video.settings import trial_settings
 
-        code = answer_campaign(options, api.trial_settings(**_settings(options)))
+        code = answer_campaign(options, trial_settings(**_settings(options)))
         if options.output is not None and not options.json:
             _say_what_is_kept([options.output / name for name in CAMPAIGN_FILES])
         return code

@@ -16,8 +16,8 @@ import pytest
 
 import count_video
 from count_video import CountVideoError, FootageError, Result, UsageError, cli
-from count_video.api import trial_settings
 from count_video.progress import Progress
+from count_video.settings import trial_settings
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 CLIP = FIXTURES / "ratio1-count3.mp4"
@@ -147,6 +147,7 @@ def test_a_file_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
     [
         ({"masses": (1, 100)}, "cylinder first"),
         ({"masses": (100, 0)}, "a mass is 0"),
+        ({"masses": (100,)}, "give two"),
         ({"masses": ("heavy", 1)}, "a mass is 'heavy'"),
         ({"capture_fps": math.nan}, "capture_fps: 'nan'"),
         ({"region": (1, 2, 3)}, "region: '1,2,3'"),
