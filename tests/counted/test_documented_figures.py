@@ -1,16 +1,13 @@
-"""The outputs, tables and figures of README.md and docs/ against what the program does now."""
+"""The tables and figures of docs/ against what the program does now."""
 
 from __future__ import annotations
 
 import re
-import shlex
 
-import pytest
 from accuracy import errors_frames, resolved_clips
 from counting import answer, truth_of
 
-from count_video.cli import main
-from pages import TOP, blocks, page, section
+from pages import page, section
 
 SAME_ERROR_FRAMES = 0.05
 """Another machine's rounding and another build's decoder move a time by less."""
@@ -19,29 +16,6 @@ ACCURACY_ROW = re.compile(
     r"\| (?P<largest>[\d.]+) frames \|$",
     re.MULTILINE,
 )
-
-
-def without_digits(text: str) -> list[str]:
-    """Return the lines with every number replaced, however many signs it takes."""
-    return [" ".join(re.sub(r"-?\d+(\.\d+)?", "#", line).split()) for line in text.splitlines()]
-
-
-@pytest.mark.parametrize("name", ["README.md", "docs/result.md"])
-def test_the_output_shown_is_what_the_command_prints(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str
-) -> None:
-    monkeypatch.chdir(TOP)
-    monkeypatch.delenv("COLUMNS", raising=False)
-    (block,) = blocks(page(name), "console")
-    call, _, shown = block.partition("\n")
-    assert main(shlex.split(call)[2:]) == 0
-    printed = capsys.readouterr().out
-    # Counts and sentences stand as printed; measured places may differ in their last digits.
-    exact = [line for line in shown.splitlines() if re.search("collisions|Kinds|Evidence", line)]
-    assert len(exact) == 3
-    assert set(exact) <= set(printed.splitlines())
-    left_out = "..."
-    assert set(without_digits(shown)) - {left_out} <= set(without_digits(printed))
 
 
 def test_the_table_of_accuracy_promises_no_more_than_is_measured() -> None:

@@ -28,12 +28,6 @@ def shown_plan() -> tuple[list[str], str]:
     return shlex.split(call)[2:], shown
 
 
-def test_the_plan_shown_is_what_the_command_prints(capsys: pytest.CaptureFixture[str]) -> None:
-    arguments, shown = shown_plan()
-    assert main(arguments) == 0
-    assert capsys.readouterr().out == shown
-
-
 def test_the_rates_to_film_at_are_planned() -> None:
     rows = list(RATE_ROW.finditer(FILMING))
     assert len(rows) >= 5
