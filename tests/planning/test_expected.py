@@ -81,6 +81,21 @@ def test_threads_that_lower_the_count_are_named() -> None:
     assert said.endswith("the threads drive the cylinder back sooner, and make it 27")
 
 
+def test_losses_that_have_no_end_lead_to_no_count() -> None:
+    # Half of the speed is lost at each bounce: the ball comes to rest between cylinder and wall.
+    rattling = replace(SETUP, heavy_mass_kg=10_000, restitution_bodies=0.5, restitution_wall=0.5)
+    result = replace(
+        found(SETUP),
+        mass_ratio=1e4,
+        restitution_bodies=Estimate(0.5, 0.01),
+        restitution_wall=Estimate(0.5, 0.01),
+    )
+    assert simulate(rattling).count > 1000
+    expected = expected_counts(result)
+    assert expected is not None
+    assert (expected.free, expected.with_losses) == ((314, 314), None)
+
+
 def test_where_nothing_differs_nothing_is_explained() -> None:
     said = notes(result_text(found(SETUP)))["Expected"]
     assert said == "31, for free bodies without losses and on these threads with these gaps alike"
