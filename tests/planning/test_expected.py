@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -138,3 +139,21 @@ def test_a_fit_in_which_no_threads_show_leaves_free_bodies() -> None:
     expected = expected_counts(replace(result, setup=endless))
     assert expected is not None
     assert (expected.free, expected.hanging, expected.with_losses) == ((31, 31), None, None)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"mass_ratio": math.nan},
+        {"mass_ratio": math.inf},
+        {"mass_ratio_sigma": math.nan},
+        {"mass_ratio_sigma": math.inf},
+        {"restitution_wall": Estimate(math.nan, math.nan)},
+        {"restitution_bodies": None},
+    ],
+)
+def test_what_is_not_known_leads_to_no_count_and_no_error(changes: dict[str, object]) -> None:
+    result = found(SETUP, **changes)
+    expected = expected_counts(result)
+    assert expected is None or expected.hanging in (31, None)
+    assert result_text(result).startswith("trial.mp4: 31 collisions")

@@ -11,7 +11,7 @@ from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.physics.theory import collision_count
 from count_video.planning.request import most_collisions
-from count_video.records import Estimate, FittedSetup, TrialResult
+from count_video.records import FittedSetup, TrialResult
 
 SIGMAS = 2.0
 """A mass ratio lies this many standard uncertainties about its value with a chance of 95 %."""
@@ -36,20 +36,15 @@ class Expected:
 
 def expected_counts(result: TrialResult) -> Expected | None:
     """Return what the result's own physics says of its count; None without a mass ratio."""
-    if result.mass_ratio is None or not result.mass_ratio > 0:
+    ratio = result.mass_ratio
+    if ratio is None or not (math.isfinite(ratio) and ratio > 0):
         return None
     low, high = ratio_range(result)
     free = (collision_count(low), collision_count(high))
     if result.setup is None:
         return Expected(free, None, None)
-    hung = _as_fitted(result.setup, result.mass_ratio)
-    lossy = None
-    if hung is not None and result.restitution_bodies and result.restitution_wall:
-        lossy = replace(
-            hung,
-            restitution_bodies=_share(result.restitution_bodies),
-            restitution_wall=_share(result.restitution_wall),
-        )
+    hung = _as_fitted(result.setup, ratio)
+    lossy = None if hung is None else _with_losses(hung, result)
     most = most_collisions(max(free))
     with_losses = None if lossy is None or _is_endless(lossy, most) else _count(lossy)
     if with_losses is not None and with_losses > most:
@@ -60,7 +55,8 @@ def expected_counts(result: TrialResult) -> Expected | None:
 def ratio_range(result: TrialResult) -> tuple[float, float]:
     """Return the mass ratios that are likely, low and high; both alike where it was given."""
     ratio, sigma = result.mass_ratio or math.nan, result.mass_ratio_sigma or 0.0
-    reach = min(SIGMAS * sigma, 0.5 * ratio)  # a ratio stays above 0, however little is known
+    # A ratio stays above 0, however little is known of it.
+    reach = min(SIGMAS * sigma, 0.5 * ratio) if math.isfinite(sigma) else 0.5 * ratio
     return ratio - reach, ratio + reach
 
 
@@ -117,6 +113,13 @@ def _count(setup: Setup | None) -> int | None:
         return None
 
 
-def _share(restitution: Estimate) -> float:
-    """Return a restitution as the simulator takes it: a measured one may exceed 1 a little."""
-    return min(max(restitution.value, 0.0), 1.0)
+def _with_losses(lossless: Setup, result: TrialResult) -> Setup | None:
+    """Return a set-up with the restitutions of a result; None where these are not known."""
+    shares = [
+        min(max(one.value, 0.0), 1.0)  # a measured one may exceed 1 a little
+        for one in (result.restitution_bodies, result.restitution_wall)
+        if one is not None and math.isfinite(one.value)
+    ]
+    if len(shares) < 2:
+        return None
+    return replace(lossless, restitution_bodies=shares[0], restitution_wall=shares[1])
