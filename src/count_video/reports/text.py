@@ -174,7 +174,7 @@ def _mass_ratio(result: TrialResult) -> str:
     ratio, sigma = result.mass_ratio, result.mass_ratio_sigma
     if ratio is None:
         return ""
-    if not sigma:
+    if not sigma or not math.isfinite(sigma):
         return f"{ratio:.4g}" if ratio < 1e4 else f"{ratio:.0f}"  # never with an exponent
     # Two digits of the uncertainty, and no digit of the value beyond them.
     digits = max(0, 1 - math.floor(math.log10(sigma)))
