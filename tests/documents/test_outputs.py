@@ -8,7 +8,7 @@ import shlex
 import pytest
 
 from count_video.cli import main
-from pages import TOP, blocks, page
+from pages import TOP, blocks, page, section
 
 
 def shown(name: str) -> tuple[list[str], str]:
@@ -47,3 +47,16 @@ def test_the_output_of_a_plan_is_what_the_command_prints(
     arguments, output = shown("docs/filming.md")
     assert main(arguments) == 0
     assert capsys.readouterr().out == output
+
+
+def test_the_figures_of_the_readme_are_those_of_the_table() -> None:
+    table = section("docs/accuracy.md", "As people really film")
+    (row,) = [line for line in table.splitlines() if line.startswith("| all |")]
+    _, _, clips, exact, left, wrong, *_, median, _, _, _ = row.strip("| ").split("|")
+    said = " ".join(section("README.md", "How accurate it is").split())
+    assert f"On {int(clips)} rendered clips" in said
+    assert f"{int(exact)} counts were exact" in said
+    numbers = {"no": 0, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5}
+    words = re.findall(r"exact, (\w+) clips? w\w+ not counted, and (\w+) counts? w\w+ wrong", said)
+    assert [int(numbers.get(word, word)) for word in words[0]] == [int(left), int(wrong)]
+    assert f"time was {float(median):.3f} frames" in said
