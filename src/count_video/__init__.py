@@ -1,41 +1,48 @@
-"""Count the collisions in slow-motion footage of the "pi by collisions" experiment."""
+"""Count the collisions in slow-motion footage of the "pi by collisions" experiment.
+
+>>> import count_video
+>>> result = count_video.count("trial.mp4", masses=(1050, 10.5))
+>>> result.count
+31
+
+:func:`count` counts one clip, :func:`count_all` many at the same time, :func:`theory` is the exact
+count of two masses, and :func:`plan` what a set-up will count before it is filmed. Everything that
+takes time to import is imported when one of them is first used.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from count_video.errors import CountVideoError, FootageError, UsageError
+
 if TYPE_CHECKING:
-    from typing import Unpack
+    from count_video.api import Result, count, count_all, plan, theory
+    from count_video.physics.theory import Theory
 
-    from count_video.physics.theory import Mass
-    from count_video.planning.request import PlanDetails
-    from count_video.planning.whole import Plan
+__version__ = "0.2.0"
+__all__ = [
+    "CountVideoError",
+    "FootageError",
+    "Result",
+    "Theory",
+    "UsageError",
+    "__version__",
+    "count",
+    "count_all",
+    "plan",
+    "theory",
+]
 
-__version__ = "0.1.0"
+
+def __getattr__(name: str) -> object:
+    """Import the public functions and classes when one of them is first asked for."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from count_video import api  # noqa: PLC0415 - NumPy and the video library take time
+
+    return getattr(api, name)
 
 
-def plan(heavy: Mass, light: Mass, *, chart: bool = True, **details: Unpack[PlanDetails]) -> Plan:
-    """Say what a set-up will count before it is filmed, as ``count-video --plan`` does.
-
-    Parameters
-    ----------
-    heavy, light
-        The two masses in any one unit.
-    chart
-        Work out the map as well.
-    details
-        ``gap_m``, ``release_m``, ``heavy_thread_m``, ``light_thread_m`` and ``ball_diameter_m`` in
-        metres, ``capture_fps``, ``restitution``, ``damping_per_s``, ``tolerances`` (a record
-        ``count_video.planning.request.Tolerances``), ``trials`` and ``seed``: the fields of
-        ``count_video.planning.request.PlanRequest``, which has their defaults.
-
-    Raises
-    ------
-    UsageError
-        If a value makes no sense; the message is one line.
-    """
-    # Imported here because whoever imports the package need not want a plan.
-    from count_video.planning.request import PlanRequest  # noqa: PLC0415
-    from count_video.planning.whole import make_plan  # noqa: PLC0415
-
-    return make_plan(PlanRequest(heavy, light, **details), with_chart=chart)
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

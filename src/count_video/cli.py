@@ -1,4 +1,4 @@
-"""The command ``count-video``: options in, one answer a clip out, a thin skin over `campaign`.
+"""The command ``count-video``: options in, one answer a clip out, by the functions of `api`.
 
 Answers go to stdout and nothing else does; a clip without a count is one line on stderr.
 What takes time to import is imported once the options are known to be sound, so that ``--help``
@@ -10,23 +10,29 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import re
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from count_video.ending import before_the_end, end_well_on_signals
-from count_video.errors import UsageError
-from count_video.options import is_campaign, read_options
+from count_video.errors import CountVideoError, UsageError
+from count_video.options import complete_options, is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.printable import printable
 
 if TYPE_CHECKING:
-    from count_video.campaign import Outcome
-    from count_video.campaign.one_by_one import Work
-    from count_video.trial import TrialSettings
+    from count_video.api import Result
+    from count_video.planning.request import PlanRequest
+    from count_video.settings import Settings
 
 PROGRAM = "count-video"
+NARROWEST, WIDEST = 40, 100
+"""Columns within which sentences stay readable, on whatever terminal."""
+CAMPAIGN_FILES = ("campaign.html", "trials.csv", "campaign.json")
+"""What a campaign writes beside the result of each clip."""
 EXIT_COUNTED = 0
 EXIT_NOT_COUNTED = 1
 EXIT_USAGE = 2
@@ -36,6 +42,8 @@ EXIT_BROKEN_PIPE = 141  # and for an end because nobody reads on
 
 def run() -> None:
     """Run the command and leave the interpreter with its exit code."""
+    if "_ARGCOMPLETE" in os.environ:  # the shell asks what may follow
+        complete_options()
     _leave_cores_to_the_decoder()
     _keep_libraries_off_the_streams()
     end_well_on_signals(_complain)
@@ -117,25 +125,72 @@ def _answer(options: argparse.Namespace) -> int:
         return _answer_theory(options)
     if options.plan is not None:
         return _answer_plan(options)
+    from count_video import api
+
     if is_campaign(options):
         from count_video.campaign.cli import answer_campaign
+        from count_video.settings import trial_settings
 
-        return answer_campaign(options, _settings(options))
-    from count_video.campaign import count_clips
-
+        code = answer_campaign(options, trial_settings(**_settings(options)))
+        if options.output is not None and not options.json:
+            _say_what_is_kept([options.output / name for name in CAMPAIGN_FILES])
+        return code
+    plan = _plan_of(options)
     code = EXIT_COUNTED
     gap = ""
-    work = _work(options)
+    progress = _progress()
     replaces = _replaces_evidence(options)
-    for outcome in count_clips(options.clips, _settings(options), _progress(), work):
+    for path in options.clips:
+        try:
+            result, kept = _count(path, options, plan, progress)
+        except (CountVideoError, OSError) as error:
+            result, kept = api.refused(path, error), []
         if options.json:
-            _show_as_json(outcome)
-        elif _show_as_text(outcome, gap):
+            _show_as_json(result)
+        elif _show_as_text(result, gap, kept):
             gap = "\n"
-        code = max(code, _exit_code(outcome))
-        if replaces and outcome.error is None:
-            _complain(f"{outcome.result.clip}: replaced the evidence of another clip of this name")
+        code = max(code, _exit_code(result))
+        if replaces and result.error is None:
+            _complain(f"{result.clip}: replaced the evidence of another clip of this name")
     return code
+
+
+def _count(
+    path: Path, options: argparse.Namespace, plan: PlanRequest | None, progress: Progress
+) -> tuple[Result, list[Path]]:
+    """Count a clip, lay over it what was asked for, and keep its evidence; return its files."""
+    from count_video import api
+
+    kept = options.output is not None
+    if kept:
+        from count_video.evidence import EvidenceSettings, check_evidence
+
+        check_evidence(path, EvidenceSettings(options.output, options.picture_format))
+    result = api.count(path, **_settings(options), progress=progress)
+    if options.corrections is not None:
+        result = result.reviewed(options.corrections)
+    if plan is not None:
+        result = result.compared(plan)
+    if not kept:
+        return result, []
+    try:
+        return result, result.save(
+            options.output,
+            picture_format=options.picture_format,
+            csv_dialect=options.csv_dialect,
+            progress=progress,
+        )
+    finally:
+        progress.finish()
+
+
+def _plan_of(options: argparse.Namespace) -> PlanRequest | None:
+    """Read the plan to compare with, before a long count."""
+    if options.plan_file is None:
+        return None
+    from count_video.planning.stored import read_request
+
+    return read_request(options.plan_file)
 
 
 def _replaces_evidence(options: argparse.Namespace) -> bool:
@@ -164,6 +219,7 @@ def _answer_theory(options: argparse.Namespace) -> int:
         from count_video.reports.theory_picture import write_theory_picture
 
         write_theory_picture(tuple(options.theory), options.output, options.picture_format)
+        _say_what_is_kept([options.output / f"theory.{options.picture_format}"])
     return EXIT_COUNTED
 
 
@@ -176,9 +232,10 @@ def _answer_plan(options: argparse.Namespace) -> int:
     request = PlanRequest(**plan_values(options), tolerances=tolerances)
     kept = options.output is not None
     if kept:
-        from count_video.reports.plan_files import open_folder, write_plan
+        from count_video.reports.plan_files import NAMES, open_folder, write_plan
 
         outputs = open_folder(options.output)
+        outputs.csv_dialect = options.csv_dialect
     wanted = kept or options.trials is not None
     progress = _progress("steps")
     plan = make_plan(request, with_table=wanted, with_chart=kept, progress=progress)
@@ -192,50 +249,22 @@ def _answer_plan(options: argparse.Namespace) -> int:
         from count_video.reports.plan_text import plan_text
 
         print(plan_text(plan))
+        if kept:
+            _say_what_is_kept([options.output / name for name in NAMES])
     return EXIT_COUNTED
 
 
-def _work(options: argparse.Namespace) -> Work | None:
-    """Choose what is done with each clip; None for counting alone."""
-    if options.output is not None:
-        from count_video.evidence import EvidenceSettings, with_evidence
-
-        wanted = EvidenceSettings(
-            options.output,
-            options.picture_format,
-            options.corrections,
-            plan_file=options.plan_file,
-        )
-        return with_evidence(wanted)
-    if options.corrections is None and options.plan_file is None:
-        return None
-    from count_video.trial import count_clip
-
-    work: Work = count_clip
-    if options.corrections is not None:
-        from count_video.corrections import with_corrections
-
-        work = with_corrections(work, options.corrections)
-    if options.plan_file is not None:
-        from count_video.planning.comparison import with_plan
-
-        work = with_plan(work, options.plan_file)
-    return work
-
-
-def _settings(options: argparse.Namespace) -> TrialSettings:
-    from count_video.trial import TrialSettings
-
-    return TrialSettings(
-        capture_fps=options.capture_fps,
-        ball_diameter_mm=options.ball_diameter_mm,
-        wall_side=options.wall_side,
-        region=options.region,
-        start=options.start,
-        end=options.end,
-        masses=None if options.masses is None else tuple(options.masses),
-        seen_only=options.seen_only,
-    )
+def _settings(options: argparse.Namespace) -> Settings:
+    return {
+        "masses": options.masses,
+        "capture_fps": options.capture_fps,
+        "region": options.region,
+        "wall": options.wall_side,
+        "start": options.start,
+        "end": options.end,
+        "ball_diameter_mm": options.ball_diameter_mm,
+        "seen_only": options.seen_only,
+    }
 
 
 def _progress(unit: str = "frames") -> Progress:
@@ -248,45 +277,67 @@ def _progress(unit: str = "frames") -> Progress:
     return bar
 
 
-def _exit_code(outcome: Outcome) -> int:
-    if isinstance(outcome.error, UsageError):
+def _exit_code(result: Result) -> int:
+    if isinstance(result.error, UsageError):
         return EXIT_USAGE
-    return EXIT_NOT_COUNTED if _not_counted(outcome) else EXIT_COUNTED
+    return EXIT_NOT_COUNTED if _not_counted(result) else EXIT_COUNTED
 
 
-def _show_as_json(outcome: Outcome) -> None:
+def _show_as_json(result: Result) -> None:
     from count_video.reports.json_object import json_line
 
-    print(json_line(outcome.result), flush=True)
-    if _not_counted(outcome):
-        _complain_about(outcome)
+    print(json_line(result.answer), flush=True)
+    if _not_counted(result):
+        _complain_about(result)
 
 
-def _show_as_text(outcome: Outcome, gap: str) -> bool:
-    """Show an outcome below what came before it; true if that put anything on stdout."""
-    from count_video.reports.text import result_text
-
-    result = outcome.result
-    # A clip without count and without findings has its reason alone to tell: one line on stderr.
-    shown = not _not_counted(outcome) or bool(result.collisions or result.warnings)
+def _show_as_text(result: Result, gap: str, kept: Sequence[Path]) -> bool:
+    """Show a result below what came before it; true if that put anything on stdout."""
+    # A clip without count and without findings has its reason alone to say: one line on stderr.
+    shown = not _not_counted(result) or bool(result.collisions or result.answer.warnings)
     if shown:
-        print(gap, result_text(result), sep="", flush=True)
+        print(gap, result.text(_columns()), sep="", flush=True)
     # The text has the reason in it: on a terminal that is enough, from a file nobody sees it now.
-    if _not_counted(outcome) and not (shown and _on_terminal(sys.stdout)):
-        _complain_about(outcome)
+    if _not_counted(result) and not (shown and _on_terminal(sys.stdout)):
+        _complain_about(result)
+    _say_what_is_kept(kept)
     return shown
 
 
-def _not_counted(outcome: Outcome) -> bool:
-    return outcome.result.status == "not_counted"
+def _say_what_is_kept(files: Sequence[Path]) -> None:
+    """Name the files that were written, the page to open first."""
+    if not files:
+        return
+    first = next((file for file in files if file.suffix == ".html"), files[0])
+    others = ", ".join(printable(file.name) for file in files if file != first)
+    words = printable(str(first)) + (" (open it in a browser)" if first.suffix == ".html" else "")
+    words += f", and beside it {others}" if others else ""
+    from count_video.reports.text import labelled
+
+    print("", *labelled("Written", words, _columns()), sep="\n", flush=True)
+
+
+def _columns() -> int:
+    """Columns for sentences: those that COLUMNS names, else the terminal's, else 80."""
+    named = os.environ.get("COLUMNS", "")
+    columns = int(named) if re.fullmatch("[0-9]{1,4}", named) else 0
+    with suppress(OSError, ValueError):
+        columns = columns or (
+            os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout else 0
+        )
+    return min(max(columns or 80, NARROWEST), WIDEST)
+
+
+def _not_counted(result: Result) -> bool:
+    return result.count is None
 
 
 def _on_terminal(stream: TextIO | None) -> bool:
     return stream is not None and stream.isatty()
 
 
-def _complain_about(outcome: Outcome) -> None:
-    _complain(f"{outcome.result.clip}: {outcome.result.reason or 'not counted'}")
+def _complain_about(result: Result) -> None:
+    _complain(f"{result.clip}: {result.answer.reason or 'not counted'}")
 
 
 def _complain(message: str) -> None:

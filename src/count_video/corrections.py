@@ -9,10 +9,9 @@ and ``corrections``, a list of objects with ``action`` (``wrong`` or ``missed``)
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import ParamSpec
 
 from count_video.errors import UsageError
 from count_video.inputs import (
@@ -30,19 +29,6 @@ CORRECTIONS_VERSION = 1
 SAME_COLLISION_FRAMES = 1.0
 """A collision is the one meant if it has the kind and lies this close: another version of the tool
 may place it a little differently, and give it another number."""
-
-_Request = ParamSpec("_Request")
-
-
-def with_corrections(
-    count: Callable[_Request, TrialResult], path: Path
-) -> Callable[_Request, TrialResult]:
-    """Let a function that counts a clip lay the corrections of a file over its result."""
-
-    def count_reviewed(*args: _Request.args, **kwargs: _Request.kwargs) -> TrialResult:
-        return reviewed(count(*args, **kwargs), path)
-
-    return count_reviewed
 
 
 def reviewed(result: TrialResult, path: Path) -> TrialResult:

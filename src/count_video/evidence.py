@@ -6,13 +6,14 @@ clip and leaves its line in the space-time image and its cut-outs at the contact
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from count_video.collisions.swing import Swing
 from count_video.corrections import reviewed
@@ -20,7 +21,7 @@ from count_video.errors import UsageError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
-from count_video.outputs import OutputFolder, open_outputs, output_name, write_whole
+from count_video.outputs import CsvDialect, OutputFolder, open_outputs, output_name, write_whole
 from count_video.planning.comparison import compared
 from count_video.planning.stored import read_request
 from count_video.progress import NO_PROGRESS, Progress, counted_off
@@ -28,6 +29,7 @@ from count_video.records import Floats, Track, TrialResult
 from count_video.reports.annotated_clip import AnnotatedClip
 from count_video.reports.csv_files import collisions_csv, track_csv
 from count_video.reports.drawing import picture_bytes
+from count_video.reports.json_object import json_line
 from count_video.reports.levelling import FRAMES_ENOUGH, levelled
 from count_video.reports.material import Material, Pendulum
 from count_video.reports.pace import frame_times_s
@@ -58,6 +60,8 @@ class EvidenceSettings:
     """File of the plan to hold the result against."""
     name: str | None = None
     """What the files are named after; None for the clip's name without its suffix."""
+    csv_dialect: CsvDialect = "comma"
+    """Of the tables."""
 
 
 def count_with_evidence(
@@ -101,22 +105,94 @@ def make_evidence(
 ) -> Evidence:
     """Do what :func:`count_with_evidence` does, and say which files there are."""
     plan = None if evidence.plan_file is None else read_request(evidence.plan_file)
-    outputs = open_outputs(evidence.folder)
-    content = content_digest(path) if path.is_file() else ""
-    files = _Files(outputs, evidence.name or output_name(path.stem), content)
-    files.check((*_SUFFIXES, evidence.picture_format))
+    files = _files_of(path, evidence)
     trial = work_through(path, settings, progress)
     result = trial.result
     if evidence.corrections is not None:
         result = reviewed(result, evidence.corrections)
     if plan is not None:
         result = compared(result, plan)
-    if trial.track is None:
-        files.write("html", clip_page(result, None, None).encode("utf-8"))
-    else:
-        track = _shown_track(trial.info.path, trial.track, result)
-        _write_all(trial, track, result, (files, evidence.picture_format), progress)
+    _write_evidence(trial, result, (files, evidence.picture_format), progress)
     return Evidence(result, tuple(files.written))
+
+
+def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
+    """Make the folder if needed and refuse it before a long count if files are in the way.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be made, or a file in it was not written by this program.
+    """
+    _files_of(path, evidence).check(["json"])
+
+
+def keep_evidence(
+    trial: Trial | None,
+    result: TrialResult,
+    evidence: EvidenceSettings,
+    progress: Progress = NO_PROGRESS,
+) -> tuple[str, ...]:
+    """Write the evidence of a clip that has been counted, and its JSON object beside it.
+
+    Parameters
+    ----------
+    trial
+        What the count rests on; None for a clip that could not be read, which has a page alone.
+    result
+        The answer to show: that of the trial, or one that was reviewed or compared.
+
+    Returns
+    -------
+    tuple
+        The names of the files written, in the folder.
+
+    Raises
+    ------
+    UsageError
+        The evidence cannot be written.
+    """
+    files = _files_of(Path(result.clip), evidence)
+    files.write("json", f"{json_line(result)}\n".encode("ascii"))
+    _write_evidence(trial, result, (files, evidence.picture_format), progress)
+    return tuple(files.written)
+
+
+def draw_trial(trial: Trial, result: TrialResult) -> Figure | None:
+    """Draw the picture of a counted clip, which is decoded once more; None if nothing moved."""
+    if trial.track is None:
+        return None
+    track = _shown_track(trial.info.path, trial.track, result)
+    clip = AnnotatedClip(result, track, (trial.info.height_px, trial.info.width_px))
+    first, last = int(track.frame[0]), int(track.frame[-1])
+    with open_footage(trial.info.path) as footage:
+        for _ in clip.pictures(footage.frames(first, last + 1)):
+            pass  # each frame leaves its line in the space-time image
+    return trial_figure(_material(trial, track, result, clip))
+
+
+def _files_of(path: Path, evidence: EvidenceSettings) -> _Files:
+    """Open the folder for a clip; raise UsageError if a file in it is not this program's own."""
+    outputs = open_outputs(evidence.folder)
+    outputs.csv_dialect = evidence.csv_dialect
+    content = content_digest(path) if path.is_file() else ""
+    files = _Files(outputs, evidence.name or output_name(path.stem), content)
+    files.check((*_SUFFIXES, evidence.picture_format))
+    return files
+
+
+def _write_evidence(
+    trial: Trial | None,
+    result: TrialResult,
+    into: tuple[_Files, PictureFormat],
+    progress: Progress,
+) -> None:
+    """Write all that there is to show; where no bodies could be followed that is the page alone."""
+    if trial is None or trial.track is None:
+        into[0].write("html", clip_page(result, None, None).encode("utf-8"))
+        return
+    track = _shown_track(trial.info.path, trial.track, result)
+    _write_all(trial, track, result, into, progress)
 
 
 def shows_another_clip(folder: Path, path: Path) -> bool:
@@ -130,17 +206,6 @@ def shows_another_clip(folder: Path, path: Path) -> bool:
     page = f"{output_name(path.stem)}.html"
     clip = OutputFolder(folder).written().get(page)
     return bool(clip) and (folder / page).exists() and clip != content_digest(path)
-
-
-def with_evidence(
-    evidence: EvidenceSettings,
-) -> Callable[[Path, TrialSettings, Progress], TrialResult]:
-    """Make a function that counts a clip and writes its evidence."""
-
-    def count(path: Path, settings: TrialSettings, progress: Progress) -> TrialResult:
-        return count_with_evidence(path, settings, evidence, progress)
-
-    return count
 
 
 @dataclass(frozen=True)
@@ -174,7 +239,7 @@ class _Files:
         """Let a file appear under its name when it is complete."""
         target = self.claim(suffix)
         try:
-            write_whole(target, data)
+            write_whole(target, self.outputs.as_written(target.name, data))
         except OSError as error:
             raise _unwritable(target, error) from error
 

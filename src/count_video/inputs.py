@@ -110,8 +110,13 @@ def masses(heavy: Fraction, light: Fraction) -> tuple[Fraction, Fraction]:
     Raises
     ------
     UsageError
-        No experiment has such a ratio.
+        No experiment has such a ratio, or the lighter mass comes first.
     """
+    if heavy < light:
+        raise UsageError(
+            f"the heavy mass is {float(heavy / light):.4g} of the light one; give the mass of the "
+            "cylinder first and that of the ball after it"
+        )
     if not MASS_RATIO.holds(heavy / light):
         raise UsageError(f"the ratio of the masses must be {MASS_RATIO}")
     return heavy, light

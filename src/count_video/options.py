@@ -7,6 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import takewhile
 from typing import NoReturn
 
@@ -42,6 +43,9 @@ class _Parser(argparse.ArgumentParser):
     """A parser that says what is wrong in one line, by raising it."""
 
     def error(self, message: str) -> NoReturn:
+        dashed = re.fullmatch("unrecognized arguments: (-.*)", message, re.DOTALL)
+        if dashed and os.path.exists(dashed[1]):
+            message = f"{shown(dashed[1])}: put -- before a file whose name begins with a dash"
         short = re.sub(r"\S{81,}", lambda long: shown(long[0]), message)
         raise UsageError(f"{short if len(short) < 400 else shown(short)} (see {self.prog} --help)")
 
@@ -96,8 +100,19 @@ def _check_what_is_wanted(options: argparse.Namespace) -> None:
         raise UsageError("--corrections are those of one clip: give that clip alone")
 
 
+def complete_options() -> None:
+    """Answer the shell that asks how a line may go on, and leave; without argcomplete, do nothing.
+
+    The package ``argcomplete`` comes with the extra ``completion``.
+    """
+    with suppress(ImportError):
+        import argcomplete  # noqa: PLC0415 - an extra that is asked for by the shell alone
+
+        argcomplete.autocomplete(_parser())
+
+
 def is_campaign(options: argparse.Namespace) -> bool:
-    """Tell a campaign, which is summed up, from single clips, each of which speaks for itself."""
+    """Return whether clips make a campaign, which is summed up, or each is answered by itself."""
     manifest = any(path.suffix.lower() == ".csv" for path in options.clips)
     folder = any(os.path.isdir(path) for path in options.clips)
     kept = options.output is not None and len(options.clips) > 1
@@ -119,7 +134,7 @@ def _parser() -> _Parser:
         type=as_option(inputs.some_path),
         help="a video file, or a folder: then every video file in it, in natural order; or a "
         "manifest (.csv): then a clip a line, with options of its own (a folder's own manifest.csv "
-        "is heeded)",
+        "is read)",
     )
     _add_answer_options(parser)
     _add_other_answers(parser)
@@ -157,6 +172,13 @@ def _add_answer_options(parser: argparse.ArgumentParser) -> None:
         default="png",
         help="kind of the pictures in the output folder (default: png)",
     )
+    parser.add_argument(
+        "--csv-dialect",
+        choices=("comma", "semicolon"),
+        default="comma",
+        help="how tables in the output folder are written: comma, with decimal points, or "
+        "semicolon, with decimal commas (default: comma)",
+    )
 
 
 def _add_other_answers(parser: argparse.ArgumentParser) -> None:
@@ -164,7 +186,7 @@ def _add_other_answers(parser: argparse.ArgumentParser) -> None:
         "--corrections",
         metavar="FILE",
         type=as_option(inputs.some_path),
-        help="a person's corrections, saved from the clip's page: the reviewed count is told "
+        help="a person's corrections, saved from the clip's page: the reviewed count is printed "
         "beside the tool's own (default: none)",
     )
     parser.add_argument(
@@ -172,14 +194,14 @@ def _add_other_answers(parser: argparse.ArgumentParser) -> None:
         metavar=("HEAVY", "LIGHT"),
         nargs=2,
         type=as_option(inputs.mass),
-        help="tell the exact count for two masses, with angles and bounds on pi, instead of "
+        help="print the exact count for two masses, with angles and bounds on pi, instead of "
         "counting a clip; with -o draw the phase circle (default: count)",
     )
     parser.add_argument(
         "--plan-file",
         metavar="FILE",
         type=as_option(inputs.some_path),
-        help="the plan.json of the set-up that was planned: what was set up otherwise is told "
+        help="the plan.json of the set-up that was planned: what was set up otherwise is printed "
         "beside the count (default: none)",
     )
 
@@ -197,7 +219,7 @@ def _add_footage_options(group: argparse._ArgumentGroup) -> None:
         metavar="FRAME",
         type=as_option(inputs.frame),
         default=0,
-        help="first frame to look at, counted from 0 (default: 0)",
+        help="first frame to use, counted from 0 (default: 0)",
     )
     group.add_argument(
         "--end",
@@ -209,7 +231,7 @@ def _add_footage_options(group: argparse._ArgumentGroup) -> None:
         "--region",
         metavar="X,Y,W,H",
         type=as_option(inputs.region),
-        help="part of the picture to look at, in pixels: left edge, top edge, width, height "
+        help="part of the picture to use, in pixels: left edge, top edge, width, height "
         "(default: the whole picture)",
     )
 

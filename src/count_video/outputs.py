@@ -12,7 +12,9 @@ killed, and goes when a folder is opened again.
 
 from __future__ import annotations
 
+import csv
 import hashlib
+import io
 import json
 import os
 import re
@@ -22,6 +24,7 @@ import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Literal
 
 from count_video.errors import UsageError
 
@@ -38,6 +41,10 @@ else:
 
 
 HIDDEN = ".count-video"
+CsvDialect = Literal["comma", "semicolon"]
+"""How tables are written: cells between commas with decimal points, or cells between semicolons
+with decimal commas, as spreadsheets in many countries read them."""
+_POINTED = re.compile(r"-?[0-9]+\.[0-9]+(e[+-]?[0-9]+)?")
 LONGEST_NAME_BYTES = 240
 """File systems take 255; ``.collisions.csv`` is added to it."""
 _RECORD = "written"
@@ -54,6 +61,8 @@ class OutputFolder:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self.csv_dialect: CsvDialect = "comma"
+        """Of the tables that are written from now on."""
         self._written: dict[str, str] = {}
         self._read_to = 0
 
@@ -112,7 +121,24 @@ class OutputFolder:
     def write(self, name: str, data: bytes, clip: str = "") -> None:
         """Claim and write a file; raises as :meth:`claim` does."""
         self.claim(name, clip)
-        write_whole(self.folder / name, data)
+        write_whole(self.folder / name, self.as_written(name, data))
+
+    def as_written(self, name: str, data: bytes) -> bytes:
+        """Return what a file of this name holds: a table in the folder's dialect, else ``data``."""
+        if not name.endswith(".csv") or self.csv_dialect == "comma":
+            return data
+        return _with_semicolons(data.decode("utf-8")).encode("utf-8")
+
+
+def _with_semicolons(table: str) -> str:
+    """Put semicolons between the cells of a table, and commas into its decimal numbers."""
+    target = io.StringIO()
+    writer = csv.writer(target, delimiter=";", lineterminator="\n")
+    for row in csv.reader(io.StringIO(table, newline="")):
+        writer.writerow(
+            cell.replace(".", ",") if _POINTED.fullmatch(cell) else cell for cell in row
+        )
+    return target.getvalue()
 
 
 def open_outputs(folder: Path) -> OutputFolder:

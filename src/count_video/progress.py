@@ -1,4 +1,4 @@
-"""How far a long job has come: told by the library, shown (or not) by whoever called it.
+"""How far a long job has come: reported by the library, shown (or not) by whoever called it.
 
 Library code calls the three methods and never asks whether anybody watches; ``NO_PROGRESS``
 is the listener that does nothing.
@@ -13,7 +13,7 @@ _Item = TypeVar("_Item")
 
 
 class Progress(Protocol):
-    """A listener that is told how many frames of a stage are done."""
+    """A listener that learns how many frames of a stage are done."""
 
     def start(self, total: int | None, label: str) -> None:
         """Begin a stage of ``total`` frames (None: not known), ending the one before it."""
@@ -42,7 +42,7 @@ NO_PROGRESS: Progress = _NoProgress()
 
 
 def counted_off(frames: Iterable[_Item], progress: Progress) -> Iterator[_Item]:
-    """Pass frames on and tell of each once it is done with."""
+    """Pass frames on and report each once it is done with."""
     for frame in frames:
         yield frame
         progress.advance(1)

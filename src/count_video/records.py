@@ -1,4 +1,4 @@
-"""The nouns that every room of the house shares, and the conventions, stated once.
+"""The records that all stages share, and the conventions, stated once.
 
 Conventions
 -----------

@@ -1,4 +1,4 @@
-"""Film random trials near 1:100, count them with the whole command, and write the README's tables.
+"""Film random trials near 1:100, count them with the whole command, and print the tables.
 
 ``python tests/between/filmed_study.py 42 clips/`` renders 42 clips of the plain scene into a folder
 (clips that are there already are kept) and compares counts, mass ratios and restitutions with the

@@ -1,4 +1,4 @@
-"""Count random trials between the frames and write the tables of the README.
+"""Count random trials between the frames and write the tables of docs/accuracy.md.
 
 ``python tests/between/study.py 60`` films 60 random trials near 1:100 at each of four rates (no
 pictures: tracks as a good tracker gives them), counts them and prints the tables. It takes about

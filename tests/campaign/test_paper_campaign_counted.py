@@ -1,9 +1,8 @@
-"""The paper's campaign, rendered and counted by the commands that README.md shows."""
+"""The paper's campaign, rendered and counted by the commands that docs/campaigns.md shows."""
 
 from __future__ import annotations
 
 import json
-import re
 import shlex
 from pathlib import Path
 
@@ -12,22 +11,21 @@ import pytest
 from count_video import cli as count_cli
 from count_video.campaign.statistics import summarise
 from count_video.reports.campaign_json import campaign_json
+from pages import blocks, page, section
 from synth_video import cli as synth_cli
 from synth_video.campaign.filming import film, takes_of, write_lists
 from synth_video.campaign.search import CAMPAIGNS
 
-README = Path(__file__).parents[2] / "README.md"
+CAMPAIGNS_PAGE = "docs/campaigns.md"
 PAPER = CAMPAIGNS["paper-30"]
 SHORT = (0, 2, 9, 22)
 """Trials that make short clips: two of a phone's, two with wide gaps; counts 28, 29 and 31."""
 
 
-def readme_example() -> tuple[list[list[str]], list[str]]:
+def documented_example() -> tuple[list[list[str]], list[str]]:
     """Return the commands of the campaign's example, and the lines that it shows."""
-    section = README.read_text("utf-8").partition("## A campaign of thirty trials\n")[2]
-    block = re.search(r"```console\n(.*?)```", section, re.S)
-    assert block is not None
-    lines = block[1].splitlines()
+    (block,) = blocks(page(CAMPAIGNS_PAGE), "console")
+    lines = block.splitlines()
     commands = [shlex.split(line[2:]) for line in lines if line.startswith("$ ")]
     return commands, [line for line in lines if line and not line.startswith(("$ ", "..."))]
 
@@ -61,7 +59,7 @@ def test_the_readmes_campaign_runs_as_printed_and_gives_the_papers_table(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    commands, shown = readme_example()
+    commands, shown = documented_example()
     mains = {"synth-video": synth_cli.main, "count-video": count_cli.main}
     for program, *arguments in commands:
         capsys.readouterr()
@@ -75,7 +73,7 @@ def test_the_readmes_campaign_runs_as_printed_and_gives_the_papers_table(
         assert told[key] == pytest.approx(truth[key], rel=1e-12)
 
 
-def test_the_readme_names_every_key_of_the_campaigns_json() -> None:
-    section = README.read_text("utf-8").partition("## A campaign of thirty trials\n")[2]
+def test_the_page_names_every_key_of_the_campaigns_json() -> None:
+    documented = section(CAMPAIGNS_PAGE, "campaign.json")
     keys = json.loads(campaign_json([], summarise([])))
-    assert [key for key in keys if f"`{key}`" not in section] == []
+    assert [key for key in keys if f"`{key}`" not in documented] == []

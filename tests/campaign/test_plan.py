@@ -94,8 +94,12 @@ def test_a_manifest_may_cut_one_clip_into_trials(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["clip;masses\r\na.mp4;1050 10.5\r\n", "\ufeffClip , masses\na.mp4, 1050   10.5\n"],
-    ids=["semicolons", "a spreadsheet's mark, capitals and blanks"],
+    [
+        "clip;masses\r\na.mp4;1050 10.5\r\n",
+        "clip;masses\r\na.mp4;1050 10,5\r\n",
+        "\ufeffClip , masses\na.mp4, 1050   10.5\n",
+    ],
+    ids=["semicolons", "decimal commas", "a spreadsheet's mark, capitals and blanks"],
 )
 def test_a_manifest_is_read_as_spreadsheets_write_it(tmp_path: Path, text: str) -> None:
     (job,) = jobs_of([manifest(tmp_path, text)], PLAIN)

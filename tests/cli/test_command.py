@@ -205,3 +205,34 @@ def test_a_clip_that_cannot_be_named_in_the_terminals_encoding_is_answered(
         monkeypatch.setattr("sys.stdout", ascii_only)
         assert main(["Körper.mp4"]) == 0
     assert file.read_text("ascii").splitlines()[0] == "K\\xf6rper.mp4: 1 collision"
+
+
+@pytest.mark.parametrize(("columns", "widest"), [("50", 50), ("7", 40), ("900", 100), ("no", 80)])
+def test_sentences_keep_to_the_columns_of_the_terminal(
+    command: StandIn,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    columns: str,
+    widest: int,
+) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    command.answers["a.mp4"] = lambda path: replace(
+        counted(path), collisions=(), warnings=(" ".join(["word"] * 60),)
+    )
+    assert main(["a.mp4"]) == 0
+    longest = max(map(len, capsys.readouterr().out.splitlines()))
+    assert widest - len(" words") < longest <= widest
+
+
+def test_a_file_whose_name_begins_with_a_dash_is_explained(
+    command: StandIn,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("-a.mp4").touch()
+    assert main(["-a.mp4"]) == 2
+    assert "put -- before" in capsys.readouterr().err
+    assert main(["--", "-a.mp4"]) == 0
+    assert command.asked[-1][0] == Path("-a.mp4")

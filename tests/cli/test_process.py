@@ -16,17 +16,19 @@ HEAVY = {"av", "cv2", "numpy", "scipy", "mpmath", "rich", "matplotlib"}
 STAND_IN = """
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 from count_video import trial
 from count_video.verdict import unread_result
 from count_video.cli import run
 
-def count_clip(path, settings, progress):
+def work_through(path, settings, progress):
     if "wait" in path.name:
         print("begun", flush=True)
         time.sleep(600)
-    return replace(unread_result(str(path), ""), status="counted", reason=None, count=0)
+    result = replace(unread_result(str(path), ""), status="counted", reason=None, count=0)
+    return SimpleNamespace(result=result, track=None)
 
-trial.count_clip = count_clip
+trial.work_through = work_through
 run()
 """
 
@@ -94,3 +96,13 @@ def test_an_answer_that_cannot_be_written_is_told() -> None:
         _, complaint = process.communicate()
     assert process.returncode == 1
     assert complaint == "count-video: cannot write the result: No space left on device\n"
+
+
+def test_the_shell_is_answered_how_an_option_may_go_on(tmp_path: Path) -> None:
+    pytest.importorskip("argcomplete", reason="comes with the extra 'completion'")
+    answer = tmp_path / "answer"
+    line = "count-video a.mp4 --see"
+    asked = {"_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line))}
+    asked |= {"_ARGCOMPLETE_STDOUT_FILENAME": str(answer), "_ARGCOMPLETE_SHELL": "bash"}
+    subprocess.run([sys.executable, "-m", "count_video"], env={**os.environ, **asked}, check=True)
+    assert answer.read_text("utf-8").split() == ["--seed", "--seen-only"]

@@ -1,4 +1,4 @@
-"""README.md's table of accuracy: run this file to print it anew.
+"""docs/accuracy.md's table of accuracy: run this file to print it anew.
 
 python tests/counted/accuracy.py
 """

@@ -1,4 +1,4 @@
-"""README.md's table of collision times over the shutter: run this file to print it anew.
+"""docs/accuracy.md's table of collision times over the shutter: run this file to print it anew.
 
 ``python tests/counted/shutter_study.py 10`` renders ten clean, resolved trials three times over,
 with the shutter open for next to nothing, for half and for all of the time between two frames, and

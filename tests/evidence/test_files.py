@@ -143,3 +143,27 @@ def test_what_makes_no_sense_together_is_refused(
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.count("\n") == 1
+
+
+def test_tables_are_written_in_the_dialect_that_is_asked_for(tmp_path: Path) -> None:
+    clip = CLIP.with_name("ratio1-count3.mp4")
+    assert cli.main([str(clip), "-o", str(tmp_path), "--csv-dialect", "semicolon"]) == 0
+    text = (tmp_path / f"{clip.stem}.collisions.csv").read_text("utf-8")
+    rows = list(csv.DictReader(text.splitlines(), delimiter=";"))
+    assert tuple(rows[0]) == COLLISION_HEADINGS
+    assert [row["kind"] for row in rows] == ["bodies", "wall", "bodies"]
+    assert all("," in row["frame"] and "." not in row["frame"] for row in rows)
+
+
+def test_the_command_says_where_the_page_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["--theory", "100", "1", "-o", str(tmp_path)]) == 0
+    said = " ".join(capsys.readouterr().out.partition("Written")[2].split())
+    assert said.replace(" ", "") == str(tmp_path / "theory.png").replace(" ", "")
+    clip = CLIP.with_name("ratio1-count3.mp4")
+    assert cli.main([str(clip), "-o", str(tmp_path)]) == 0
+    said = "".join(capsys.readouterr().out.partition("Written")[2].split())
+    assert said.startswith(f"{tmp_path}/{clip.stem}.html")
+    for file in visible(tmp_path):
+        assert file.name in said or file.name.startswith("theory")

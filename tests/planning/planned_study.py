@@ -1,4 +1,4 @@
-"""Plan set-ups, render them, count them with the whole command, and write the README's tables.
+"""Plan set-ups, render them, count them with the whole command, and print the tables.
 
 ``python tests/planning/planned_study.py 40 clips/`` plans forty set-ups, renders each to a clip in
 a folder by ``synth-video --set ...`` (clips that are there already are kept), counts it and

@@ -13,7 +13,7 @@ import pytest
 from count_video.errors import UsageError
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
-from count_video.planning.comparison import compared, with_plan
+from count_video.planning.comparison import compared
 from count_video.planning.request import PlanRequest, Tolerances
 from count_video.planning.stored import PLAN_VERSION, read_request, request_object
 from count_video.records import Estimate, FittedSetup, TrialResult
@@ -209,7 +209,7 @@ def test_a_file_that_holds_no_plan_is_refused_in_one_line_that_names_it(
     sound = {"plan_version": PLAN_VERSION, "request": request_object(PLANNED)}
     path = write(tmp_path / "plan.json", breaks(sound))
     with pytest.raises(UsageError) as refusal:
-        with_plan(lambda: found(PLANNED.setup()), path)
+        read_request(path)
     assert str(path) in str(refusal.value)
     assert str(refusal.value).splitlines() == [str(refusal.value)]
 

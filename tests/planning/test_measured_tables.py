@@ -1,23 +1,19 @@
-"""The chances that a plan names are those of the README's tables."""
+"""The chances that a plan names are those of the tables of docs/accuracy.md."""
 
 from __future__ import annotations
-
-import re
-from pathlib import Path
 
 import pytest
 
 from count_video.planning import measured
 from count_video.planning.measured import Measured, most_like
+from pages import page, section
 
-README = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
+ACCURACY = "docs/accuracy.md"
 
 
-def rows(section: str) -> list[list[str]]:
-    """Return the cells of all table rows of a section of the README."""
-    found = re.search(rf"^###? {section}\n(.*?)(?=^##)", README, re.M | re.S)
-    assert found is not None, section
-    lines = [line for line in found[1].splitlines() if line.startswith("|")]
+def rows(heading: str) -> list[list[str]]:
+    """Return the cells of all table rows of a section of the page."""
+    lines = [line for line in section(ACCURACY, heading).splitlines() if line.startswith("|")]
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
 
 
@@ -44,7 +40,7 @@ def test_long_bursts_are_those_with_the_masses_given() -> None:
     exact = sum(int(row[2]) for row in table)
     silent, wrong = (sum(int(row[column]) for row in table) for column in (3, 4))
     # Ten tracks in the table, ten rendered clips in the text below it.
-    assert "all came out exactly with their masses given" in " ".join(README.split())
+    assert "all came out exactly with their masses given" in " ".join(page(ACCURACY).split())
     assert (exact + silent + wrong + 10, exact + 10, silent, wrong) == numbers(measured.LONG)
 
 

@@ -106,10 +106,21 @@ def test_an_inferred_collision_is_marked() -> None:
     assert "1 seen in the frames, 1 inferred between them" in text
 
 
-def test_where_all_was_seen_no_mark_is_explained() -> None:
-    text = result_text(made_result(2))
-    assert "all seen in the frames" in text
+@pytest.mark.parametrize(
+    ("apart", "words"), [(2.5, "all seen in the frames"), (0.9, "0.9 frames at the closest")]
+)
+def test_where_all_was_seen_no_mark_is_explained(apart: float, words: str) -> None:
+    later = made_collision(2, frame=101.0 + apart)
+    text = result_text(made_result(2, collisions=(made_collision(1), later)))
+    assert words in " ".join(text.split())
     assert "*" not in text
+
+
+@pytest.mark.parametrize("width", [40, 60, 100])
+def test_sentences_are_as_wide_as_is_asked_for(width: int) -> None:
+    result = made_result(2, warnings=(" ".join(["word"] * 60),), collisions=())
+    longest = max(map(len, result_text(result, width).splitlines()))
+    assert width - len(" words") < longest <= width
 
 
 def test_without_a_capture_rate_no_time_is_shown_and_the_option_is_named() -> None:

@@ -1,9 +1,10 @@
-"""How near the tracker comes to what noisy pictures can tell: README.md's table and picture.
+"""How near the tracker comes to what noisy pictures can show: its table and picture.
 
-``python tests/tracking/noise_sweep.py fixtures/noise-sweep.png`` renders clips with white noise of
-0.5 to 12 grey levels and nothing else that disturbs (an even backdrop, no file compression), tracks
-them as the command would, prints the errors beside the bound of ``pixel_bound`` as a Markdown
-table, and draws them. It takes a minute or two; without a path nothing is drawn.
+``python tests/tracking/noise_sweep.py docs/pictures/noise-sweep.png`` renders clips with white
+noise of 0.5 to 12 grey levels and nothing else that disturbs (an even backdrop, no file
+compression), tracks them as the command would, prints the errors beside the bound of
+``pixel_bound`` as a Markdown table, and draws them. It takes a minute or two; without a path
+nothing is drawn.
 """
 
 from __future__ import annotations

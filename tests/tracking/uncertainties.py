@@ -1,4 +1,4 @@
-"""Are stated uncertainties true? README.md's figures, on clips with their truth.
+"""Are stated uncertainties true? docs/accuracy.md's figures, on clips with their truth.
 
 ``python tests/tracking/uncertainties.py suite/clean-*.mp4`` tracks clips that ``synth-video suite``
 has rendered, as the command would, and prints for each condition how many bodies there were, how

@@ -11,7 +11,12 @@ import pytest
 
 from count_video.records import Estimate, TrialResult
 from count_video.verdict.blank import unread_result
-from count_video.verdict.masses import RELATIVE_SIGMA_AT_MOST, with_mass_ratio, with_masses
+from count_video.verdict.masses import (
+    RELATIVE_SIGMA_AT_MOST,
+    contradiction,
+    with_mass_ratio,
+    with_masses,
+)
 
 COUNTED = replace(unread_result(str(Path("a.mp4")), ""), status="counted", count=31)
 ROUNDING = 1e-9
@@ -55,3 +60,20 @@ def test_without_a_count_nothing_bounds_pi() -> None:
     open_still = with_mass_ratio(replace(COUNTED, count=None), Estimate(100.0, 0.3))
     assert told(open_still) == (100.0, 0.3)
     assert open_still.pi_low is open_still.pi_high is None
+
+
+@pytest.mark.parametrize(
+    ("given", "measured", "clash"),
+    [
+        (100.0, Estimate(100.5, 0.2), False),
+        (10.0, Estimate(15.9, 0.1), True),
+        (100.0, Estimate(103.0, 0.1), False),  # within what scales and tape leave
+        (10.0, Estimate(15.9, 4.0), False),  # the motion hardly shows it
+    ],
+)
+def test_masses_that_contradict_the_motion_are_named(
+    given: float, measured: Estimate, clash: bool
+) -> None:
+    said = contradiction(given, measured)
+    assert len(said) == clash
+    assert all("--masses" in sentence for sentence in said)

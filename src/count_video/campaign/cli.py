@@ -36,7 +36,9 @@ def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int
     OSError
         The tables cannot be written; the trials are done and printed by then.
     """
-    pages = Pages(options.output, options.picture_format) if options.pages else None
+    pages = None
+    if options.pages:
+        pages = Pages(options.output, options.picture_format, options.csv_dialect)
     jobs = jobs_of(options.clips, settings, pages)
     rows: list[TrialRow] = []
     with ExitStack() as stack:
@@ -45,6 +47,7 @@ def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int
             own = (TABLE, SUMMARY, f"campaign.{options.picture_format}", "campaign.html")
             _spare_what_is_read(options, own)
             store = stack.enter_context(open_store(options.output, own, fresh=options.fresh))
+            store.outputs.csv_dialect = options.csv_dialect
             _name_what_is_replaced(jobs, store)
         progress, aside = _progress()
         if not options.json:

@@ -19,6 +19,8 @@ from count_video.inputs import shown
 from count_video.trial import TrialSettings
 
 MANIFEST_SUFFIX = ".csv"
+WITH_DECIMALS = frozenset({"masses", "capture_fps", "ball_diameter_mm"})
+"""Columns whose numbers may have decimals."""
 
 
 def _masses(cell: str) -> object:
@@ -95,7 +97,14 @@ def _cells(path: Path, text: str) -> Iterator[tuple[str, dict[str, str]]]:
         where = f"{path}, line {reader.line_num}"
         if None in row:
             raise UsageError(f"{where}: more cells than columns; quote a cell with a comma")
-        yield where, {column: (cell or "").strip() for column, cell in row.items()}
+        yield where, {column: _cell(column, cell, delimiter) for column, cell in row.items()}
+
+
+def _cell(column: str, cell: str | None, delimiter: str) -> str:
+    """Return a cell; where semicolons stand between cells, a number may have a decimal comma."""
+    text = (cell or "").strip()
+    decimal_commas = delimiter == ";" and column in WITH_DECIMALS
+    return text.replace(",", ".") if decimal_commas else text
 
 
 def _line(

@@ -13,7 +13,7 @@ from typing import Literal
 from count_video.campaign.folder import clips_in
 from count_video.campaign.manifest import MANIFEST_SUFFIX, read_manifest
 from count_video.errors import FootageError
-from count_video.outputs import output_name
+from count_video.outputs import CsvDialect, output_name
 from count_video.trial import TrialSettings
 
 RESERVED_NAMES = frozenset({"campaign"})
@@ -28,6 +28,7 @@ class Pages:
 
     folder: Path
     picture_format: Literal["png", "svg"] = "png"
+    csv_dialect: CsvDialect = "comma"
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,10 @@ def _counted(job: Job) -> tuple[TrialResult, tuple[str, ...]]:
     from count_video.evidence import EvidenceSettings, make_evidence  # noqa: PLC0415
 
     folder = Path(job.start, job.pages.folder)
-    wanted = EvidenceSettings(folder, job.pages.picture_format, name=job.name)
+    pages = job.pages
+    wanted = EvidenceSettings(
+        folder, pages.picture_format, name=job.name, csv_dialect=pages.csv_dialect
+    )
     made = make_evidence(job.file, job.settings, wanted)
     return made.result, made.files
 

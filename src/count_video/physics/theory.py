@@ -7,6 +7,7 @@ right place, and the count is ⌈π/θ⌉ − 1 (Galperin; section 2 of the pape
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -116,6 +117,40 @@ def mass_ratio_interval(count: int) -> MassRatioInterval:
     if count < 2:
         raise UsageError(f"no mass ratio gives {count} collisions; the fewest are 2")
     return MassRatioInterval(_squared_cotangent(count), _squared_cotangent(count + 1))
+
+
+@dataclass(frozen=True)
+class Theory:
+    """What the theory says of two bodies that move freely and lose nothing."""
+
+    mass_ratio: float
+    """Heavy over light."""
+    count: int
+    """Exact number of collisions."""
+    theta_rad: float
+    """arctan of the root of the light over the heavy mass, in radians."""
+    pi_bounds: PiBounds
+    """``count`` and ``count`` + 1 times ``theta_rad``; pi lies between them."""
+    same_count: MassRatioInterval
+    """Mass ratios above the first and up to the second have the same count."""
+
+
+def theory_of(heavy: Mass, light: Mass = 1) -> Theory:
+    """Collect what follows from two masses.
+
+    Raises
+    ------
+    UsageError
+        If a mass is unusable, or the ratio has no place in a float.
+    """
+    count = collision_count(heavy, light)
+    return Theory(
+        mass_ratio=float(exact_ratio(heavy, light)),
+        count=count,
+        theta_rad=theta_rad(heavy, light),
+        pi_bounds=pi_bounds(count, heavy, light),
+        same_count=mass_ratio_interval(count),
+    )
 
 
 def _squared_cotangent(parts: int) -> float:

@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import NamedTuple, ParamSpec
+from typing import NamedTuple
 
 from count_video.errors import UsageError
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.physics.theory import collision_count
 from count_video.planning.request import PlanRequest
-from count_video.planning.stored import read_request
 from count_video.records import (
     ComparedQuantity,
     Estimate,
@@ -25,26 +23,6 @@ from count_video.records import (
 DIAMETER_SIGMA_PX = 0.3
 """Standard uncertainty of the ball's width in the picture, which is the scale: on sixty rendered
 clips of known truth the errors have a root mean square of 0.24 px."""
-
-_Request = ParamSpec("_Request")
-
-
-def with_plan(
-    count: Callable[_Request, TrialResult], path: Path
-) -> Callable[_Request, TrialResult]:
-    """Let a function that counts a clip hold the result against a stored plan.
-
-    Raises
-    ------
-    UsageError
-        At once, if the file holds no plan.
-    """
-    request = read_request(path)
-
-    def count_compared(*args: _Request.args, **kwargs: _Request.kwargs) -> TrialResult:
-        return compared(count(*args, **kwargs), request)
-
-    return count_compared
 
 
 def compared(result: TrialResult, request: PlanRequest) -> TrialResult:

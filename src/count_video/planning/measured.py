@@ -1,4 +1,4 @@
-"""How often clips of known truth were counted exactly: the tables of the README, for a plan.
+"""How often clips of known truth were counted exactly: the tables of docs/accuracy.md.
 
 A plan's chance is that of the clips that were most like it, by how many frames lie from one
 collision to the next and by how many collisions there are. Where no such clips were measured

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 import textwrap
+from itertools import pairwise
 from pathlib import Path
 
+from count_video.physics.theory import pi_bounds
+from count_video.planning.expected import Expected, expected_counts, ratio_range
 from count_video.records import Collision, Correction, Ending, TrialResult
 from count_video.reports.comparison_text import comparison_lines, comparison_sentence
 from count_video.reports.printable import printable
@@ -16,6 +19,8 @@ WIDTH = 80
 _LABEL_WIDTH = 13
 _SURE = 0.995
 """A probability from here on reads 100% when rounded and need not be spelt out."""
+_CLOSE_FRAMES = 2.5
+"""Collisions closer than this follow from fits on both sides, not from frames between them."""
 _LIKELY = 0.9
 """A count less probable than this does not stand in the first line without a word of doubt."""
 _ENDING_IN_WORDS = {
@@ -26,11 +31,14 @@ _ENDING_IN_WORDS = {
 _KIND_IN_WORDS = {"bodies": "between the bodies", "wall": "with the wall"}
 
 
-def result_text(result: TrialResult) -> str:
-    """Write the result as plain text of at most 80 columns, without a line's end at its end."""
+def result_text(result: TrialResult, width: int = WIDTH) -> str:
+    """Write the result as plain text, without a line's end at its end.
+
+    Sentences are wrapped at ``width`` columns; the table of collisions takes 80.
+    """
     lines = [headline(result), ""]
     for label, sentence in _notes(result):
-        lines += labelled(label, printable(sentence))
+        lines += labelled(label, printable(sentence), width)
     if result.comparison is not None and result.comparison.quantities:
         lines += ["", *comparison_lines(result.comparison)]
     if result.collisions:
@@ -71,6 +79,7 @@ def _notes(result: TrialResult) -> list[tuple[str, str]]:
         ("Probability", _probability(result)),
         ("Afterwards", _afterwards(result)),
         ("Mass ratio", _mass_ratio(result)),
+        ("Expected", _expected(result)),
         ("Pi", _pi(result)),
         ("Restitution", _restitution(result)),
         ("Ending", _ending(result.ending)),
@@ -81,11 +90,11 @@ def _notes(result: TrialResult) -> list[tuple[str, str]]:
     return [(label, sentence) for label, sentence in notes if sentence]
 
 
-def labelled(label: str, sentence: str) -> list[str]:
-    """Write a label and, beside it, a sentence in lines of at most ``WIDTH`` columns."""
+def labelled(label: str, sentence: str, width: int = WIDTH) -> list[str]:
+    """Write a label and, beside it, a sentence in lines of at most ``width`` columns."""
     return textwrap.wrap(
         sentence,
-        WIDTH,
+        width,
         initial_indent=f"  {label:<{_LABEL_WIDTH}}",
         subsequent_indent=" " * (2 + _LABEL_WIDTH),
     )
@@ -135,9 +144,16 @@ def _evidence(result: TrialResult) -> str:
     if not result.count or result.seen is None:
         return ""
     between = result.between_frames or 0
-    if not between:
+    if between:
+        return f"{result.seen} seen in the frames, {between} inferred between them"
+    frames = [collision.frame for collision in _burst(result)]
+    closest = min((later - earlier for earlier, later in pairwise(frames)), default=math.inf)
+    if closest >= _CLOSE_FRAMES:
         return "all seen in the frames"
-    return f"{result.seen} seen in the frames, {between} inferred between them"
+    return (
+        f"all followed from the motion in the frames; some are too close to see one by one, "
+        f"{closest:.1f} frames at the closest"
+    )
 
 
 def _probability(result: TrialResult) -> str:
@@ -158,18 +174,55 @@ def _mass_ratio(result: TrialResult) -> str:
     ratio, sigma = result.mass_ratio, result.mass_ratio_sigma
     if ratio is None:
         return ""
-    if not sigma:
+    if not sigma or not math.isfinite(sigma):
         return f"{ratio:.4g}" if ratio < 1e4 else f"{ratio:.0f}"  # never with an exponent
     # Two digits of the uncertainty, and no digit of the value beyond them.
     digits = max(0, 1 - math.floor(math.log10(sigma)))
     return f"{ratio:.{digits}f} +- {sigma:.{digits}f}"
 
 
+def _expected(result: TrialResult) -> str:
+    """Say which counts the masses, the threads and the losses lead to, beside the counted one."""
+    expected = expected_counts(result)
+    if expected is None or not result.count:
+        return ""
+    low, high = expected.free
+    free = str(low) if low == high else f"{low} {'or' if high == low + 1 else 'to'} {high}"
+    if low == high == expected.hanging and expected.with_losses in (None, low):
+        return f"{free}, for free bodies without losses and on these threads with these gaps alike"
+    parts = [f"{free} for free bodies without losses"]
+    if expected.hanging is not None:
+        parts.append(f"{expected.hanging} on these threads with these gaps")
+    if expected.with_losses not in (None, expected.hanging):
+        parts.append(f"{expected.with_losses} with these losses as well")
+    return f"{', '.join(parts)}{_explained(expected, result.count)}"
+
+
+def _explained(expected: Expected, count: int) -> str:
+    """Say what makes the count another than that of free bodies; empty if it is none."""
+    low, high = expected.free
+    if low <= count <= high:
+        return ""
+    if count == expected.hanging:
+        how = "drive the cylinder back sooner" if count < low else "bring the bodies together again"
+        return f"; the threads {how}, and make it {count}"
+    if count == expected.with_losses:
+        return f"; threads and losses make it {count}"
+    return "" if expected.hanging is None else f"; neither explains the {count} counted"
+
+
 def _pi(result: TrialResult) -> str:
     low, high = result.pi_low, result.pi_high
     if low is None or high is None:
         return ""
-    held = "pi lies inside" if low <= math.pi <= high else "pi lies outside"
+    lightest, heaviest = ratio_range(result)
+    count = result.count or 0
+    if low <= math.pi <= high:
+        held = "pi lies inside"
+    elif pi_bounds(count, heaviest).low <= math.pi <= pi_bounds(count, lightest).high:
+        held = "within the uncertainty of the mass ratio pi lies inside"
+    else:
+        held = "pi lies outside"
     return f"between {low:.5g} and {high:.5g} by the count and the mass ratio; {held}"
 
 

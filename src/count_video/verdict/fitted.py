@@ -82,12 +82,13 @@ def left_open(between: Between, mass_ratio: float | None) -> str:
     likely = {n: p for n, p in between.probability.items() if p > LIKELY_ABOVE}
     if len(likely) > RANGED_AT_MOST:
         about = round(sum(likely) / len(likely), -1)
-        which = f"a model of the motion tells no more than that there are about {about:.0f}"
+        which = f"a model of the motion leaves open how many there are, about {about:.0f}"
     elif len(likely) > LISTED_AT_MOST:
-        which = f"a model of the motion only tells that it is one of {min(likely)} to {max(likely)}"
+        which = f"a model of the motion allows every count from {min(likely)} to {max(likely)}"
     else:
-        listed = ", ".join(f"{n} ({p:.0%})" for n, p in likely.items())
-        which = f"a model of the motion leaves open which of {listed} it is"
+        *others, last = (f"{n} ({p:.0%})" for n, p in likely.items())
+        listed = f"{', '.join(others)} or {last}" if others else last
+        which = f"by a model of the motion the count is {listed}"
     return which if mass_ratio else f"{which}; the masses, given with --masses, narrow it down"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from fractions import Fraction
 
@@ -10,11 +11,27 @@ from count_video.records import Estimate, TrialResult
 
 RELATIVE_SIGMA_AT_MOST = 0.1
 """A measured mass ratio is told only if it is known to this share."""
+WEIGHED_SHARE = 0.01
+"""Standard uncertainty of a mass ratio that somebody gives: kitchen scales, tape on the ball."""
+CONTRADICTING_SIGMAS = 4.0
+"""Given masses contradict the motion beyond this many standard uncertainties of both."""
 
 
 def with_masses(result: TrialResult, heavy: Fraction, light: Fraction) -> TrialResult:
     """Complete an answer by masses that the user gave, exact and in any one unit."""
     return _bounded(replace(result, mass_ratio=float(heavy / light)), heavy, light)
+
+
+def contradiction(given: float, measured: Estimate) -> tuple[str, ...]:
+    """Say that a given mass ratio contradicts the motion, as a sentence; empty if it does not."""
+    sigma = math.hypot(WEIGHED_SHARE * given, measured.sigma)
+    known = measured.sigma <= RELATIVE_SIGMA_AT_MOST * measured.value
+    if not known or abs(given - measured.value) <= CONTRADICTING_SIGMAS * sigma:
+        return ()
+    return (
+        f"the masses given have the ratio {given:.4g}, the motion shows {measured.value:.4g} +- "
+        f"{measured.sigma:.2g}: check --masses, the cylinder's first",
+    )
 
 
 def with_mass_ratio(result: TrialResult, measured: Estimate) -> TrialResult:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -11,7 +12,7 @@ from count_video.collisions.seen import SeenCollisions
 from count_video.collisions.swing import Swing
 from count_video.records import Estimate, FootageInfo, FootageReport, Track, TrialResult
 from count_video.verdict.blank import nothing_to_count
-from count_video.verdict.masses import with_mass_ratio, with_masses
+from count_video.verdict.masses import contradiction, with_mass_ratio, with_masses
 from count_video.verdict.timed import timed
 
 PROBABILITY_RESOLVED = 0.98
@@ -109,9 +110,10 @@ def _weighed(
     result: TrialResult, swing: Swing | None, masses: tuple[Fraction, Fraction] | None
 ) -> TrialResult:
     """Complete an answer by the masses, or else by what the heavy body's path tells of them."""
+    ratio = math.nan if swing is None else float(swing.mass_ratio)
+    measured = None if swing is None else Estimate(ratio, ratio * swing.mass_ratio_relative_sigma)
     if masses is not None:
-        return with_masses(result, *masses)
-    if swing is None:
-        return result
-    ratio = float(swing.mass_ratio)
-    return with_mass_ratio(result, Estimate(ratio, ratio * swing.mass_ratio_relative_sigma))
+        given = with_masses(result, *masses)
+        clash = () if measured is None else contradiction(float(masses[0] / masses[1]), measured)
+        return replace(given, warnings=(*given.warnings, *clash))
+    return result if measured is None else with_mass_ratio(result, measured)

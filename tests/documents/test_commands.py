@@ -1,4 +1,4 @@
-"""What README.md promises: its commands run, and it knows every option."""
+"""What README.md and docs/ promise: their commands run, and they know every option."""
 
 from __future__ import annotations
 
@@ -11,25 +11,20 @@ from pathlib import Path
 import pytest
 
 from count_video import cli as count_cli
+from pages import PAGES, TOP, blocks, section
 from synth_video import cli as synth_cli
 
-TOP = Path(__file__).parents[2]
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 COMMANDS: dict[str, Callable[[list[str]], int]] = {
     "count-video": count_cli.main,
     "synth-video": synth_cli.main,
 }
-
-
-def readme() -> str:
-    return (TOP / "README.md").read_text("utf-8")
+SUBCOMMANDS = {"count-video": (), "synth-video": ("campaign", "suite", "score")}
 
 
 def quick_start() -> list[str]:
-    """Return the shell blocks of README.md's "Quick start"."""
-    section = re.search(r"^## Quick start\n(.*?)(?=^## |\Z)", readme(), re.M | re.S)
-    assert section is not None, "README.md has a section Quick start"
-    return re.findall(r"^```sh\n(.*?)^```$", section[1], re.M | re.S)
+    """Return the shell blocks of README.md's "Quick start" that make an environment."""
+    return [block for block in blocks(section("README.md", "Quick start"), "sh") if "venv" in block]
 
 
 def calls(text: str, command: str) -> list[list[str]]:
@@ -38,9 +33,14 @@ def calls(text: str, command: str) -> list[list[str]]:
     return [words[1:] for words in lines if words and Path(words[0]).name == command]
 
 
-def options_in_help(command: str, capsys: pytest.CaptureFixture[str]) -> set[str]:
+def documents() -> list[tuple[str, str]]:
+    """Return the pages for users with their names."""
+    return [(str(path.relative_to(TOP)), path.read_text("utf-8")) for path in PAGES]
+
+
+def options_in_help(command: str, capsys: pytest.CaptureFixture[str], *part: str) -> set[str]:
     with suppress(SystemExit):  # argparse leaves that way
-        COMMANDS[command](["--help"])
+        COMMANDS[command]([*part, "--help"])
     return set(OPTION.findall(capsys.readouterr().out))
 
 
@@ -64,7 +64,7 @@ def test_the_first_block_counts_what_it_says(
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_option_is_documented(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    documented = set(OPTION.findall(readme()))
+    documented = set(OPTION.findall("".join(text for _, text in documents())))
     assert options_in_help(command, capsys) - documented - {"--help"} == set()
 
 
@@ -73,14 +73,17 @@ def test_every_option_in_an_example_exists(
     command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     existing = options_in_help(command, capsys)
-    blocks = re.findall(r"^```(?:sh|console|text)?\n(.*?)^```$", readme(), re.M | re.S)
+    for part in SUBCOMMANDS[command]:
+        existing |= options_in_help(command, capsys, part)
     used = {
         word.partition("=")[0]
-        for block in blocks
+        for _, text in documents()
+        for block in blocks(text, "sh", "console", "text", "")
         for arguments in example_calls(block, command)
         for word in arguments
         if OPTION.match(word)
     }
+    assert used
     assert used - existing == set()
 
 

@@ -1,0 +1,391 @@
+"""The functions for Python programs and notebooks; ``import count_video`` offers them by name.
+
+The command line calls them too, so that a program gets the same answer as a person at a terminal.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video import trial
+from count_video.campaign.plan import Job, jobs_of
+from count_video.errors import CountVideoError, UsageError
+from count_video.outputs import CsvDialect
+from count_video.parallel import in_parallel
+from count_video.physics.theory import Mass, Theory, theory_of
+from count_video.progress import NO_PROGRESS, Progress
+from count_video.records import Collision, Estimate, Track, TrialResult, WallSide
+from count_video.reports.arrays import collisions_array, track_array
+from count_video.reports.json_object import json_object
+from count_video.reports.text import headline, result_text
+from count_video.settings import Settings, exact_mass, trial_settings
+from count_video.verdict import unread_result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from count_video.planning.request import PlanDetails, PlanRequest
+    from count_video.planning.whole import Plan
+
+AnyPath = str | PathLike[str]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The answer for one clip, and what it rests on.
+
+    In a notebook it shows itself: the count, the text and the picture.
+    """
+
+    answer: TrialResult
+    """Everything that was found, as one frozen record with a unit on every field."""
+    trial: trial.Trial | None = None
+    """What the answer rests on; None for a clip that could not be read."""
+    error: CountVideoError | OSError | None = None
+    """Why the clip could not be read; None for every other clip, counted or not."""
+
+    @property
+    def clip(self) -> str:
+        """The clip's path as it was given."""
+        return self.answer.clip
+
+    @property
+    def count(self) -> int | None:
+        """Collisions from the first touch until the cylinder turns back; None if not counted."""
+        return self.answer.count
+
+    @property
+    def probability(self) -> dict[int, float]:
+        """Probability of each count that comes into question; empty if not counted."""
+        return dict(self.answer.probability)
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Why the clip is not counted, or what is doubtful about the count; then the warnings."""
+        why = () if self.answer.reason is None else (self.answer.reason,)
+        return (*why, *self.answer.warnings)
+
+    @property
+    def collisions(self) -> tuple[Collision, ...]:
+        """All collisions found, in order of time; those of the count come first."""
+        return self.answer.collisions
+
+    @property
+    def track(self) -> Track | None:
+        """Where the bodies were in every frame, in px; None where none could be followed."""
+        return None if self.trial is None else self.trial.track
+
+    @property
+    def mass_ratio(self) -> Estimate | None:
+        """Heavy over light mass, with an uncertainty of 0 if the masses were given."""
+        ratio = self.answer.mass_ratio
+        return None if ratio is None else Estimate(ratio, self.answer.mass_ratio_sigma or 0.0)
+
+    @property
+    def pi_bounds(self) -> tuple[float, float] | None:
+        """Lower and upper bound on pi by the count and the mass ratio; None where not known."""
+        low, high = self.answer.pi_low, self.answer.pi_high
+        return None if low is None or high is None else (low, high)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the JSON object that ``count-video --json`` prints."""
+        return json_object(self.answer)
+
+    def collisions_table(self) -> NDArray[np.void]:
+        """Return a structured array, shape (collisions,), with the columns of ``collisions.csv``.
+
+        ``pandas.DataFrame(result.collisions_table())`` takes it. What is not known is NaN.
+        """
+        return collisions_array(self.answer)
+
+    def track_table(self) -> NDArray[np.void]:
+        """Return a structured array, shape (frames,), with the columns of ``track.csv``.
+
+        Empty where no bodies could be followed. The file puts the cylinder's face where the ball is
+        seen to touch it, as the picture does; here it is a fixed distance from there, as tracked.
+        """
+        return track_array(self.track, self.answer)
+
+    def text(self, width: int = 80) -> str:
+        """Return the text that ``count-video`` prints, wrapped at ``width`` columns."""
+        return result_text(self.answer, width)
+
+    def reviewed(self, corrections: AnyPath) -> Result:
+        """Return the result with a person's corrections, saved from the page, laid over it.
+
+        Raises
+        ------
+        UsageError
+            If the file cannot be read, belongs to another clip, or corrects what is not there.
+        """
+        from count_video.corrections import reviewed  # noqa: PLC0415
+
+        return replace(self, answer=reviewed(self.answer, Path(corrections)))
+
+    def compared(self, planned: Plan | PlanRequest | AnyPath) -> Result:
+        """Return the result with a comparison with a plan, or with the ``plan.json`` of one.
+
+        Raises
+        ------
+        UsageError
+            If the file holds no plan.
+        """
+        from count_video.planning.comparison import compared  # noqa: PLC0415
+        from count_video.planning.request import PlanRequest  # noqa: PLC0415
+        from count_video.planning.stored import read_request  # noqa: PLC0415
+
+        if isinstance(planned, str | PathLike):
+            request = read_request(Path(planned))
+        else:
+            request = planned if isinstance(planned, PlanRequest) else planned.request
+        return replace(self, answer=compared(self.answer, request))
+
+    def figure(self) -> Figure:
+        """Draw the picture of the trial; the clip is read once more for it.
+
+        Raises
+        ------
+        CountVideoError
+            If no bodies could be followed, so that there is nothing to draw.
+        """
+        from count_video.evidence import draw_trial  # noqa: PLC0415
+
+        drawn = None if self.trial is None else draw_trial(self.trial, self.answer)
+        if drawn is None:
+            raise CountVideoError(f"{self.clip}: nothing to draw: {'; '.join(self.reasons)}")
+        return drawn
+
+    def save(
+        self,
+        folder: AnyPath,
+        *,
+        picture_format: Literal["png", "svg"] = "png",
+        csv_dialect: CsvDialect = "comma",
+        progress: Progress = NO_PROGRESS,
+    ) -> list[Path]:
+        """Write page, picture, annotated clip, tables and JSON object into a folder.
+
+        Parameters
+        ----------
+        folder
+            Made if it is not there. The files are named after the clip.
+        picture_format
+            Kind of the picture.
+        csv_dialect
+            ``"semicolon"`` for tables with semicolons and decimal commas.
+        progress
+            Informed of how far the drawing has come; see ``count_video.progress.Progress``.
+
+        Returns
+        -------
+        list
+            The files written, the page among them.
+
+        Raises
+        ------
+        UsageError
+            If a file cannot be written, or would replace one that this program did not write.
+        """
+        from count_video.evidence import EvidenceSettings, keep_evidence  # noqa: PLC0415
+
+        wanted = EvidenceSettings(Path(folder), picture_format, csv_dialect=csv_dialect)
+        names = keep_evidence(self.trial, self.answer, wanted, progress)
+        return [wanted.folder / name for name in names]
+
+    def __repr__(self) -> str:
+        """One line: the clip and its count."""
+        return f"<count_video.Result {headline(self.answer)}>"
+
+    def _repr_html_(self) -> str:
+        """Show the count, the picture and the text in a notebook."""
+        parts = [f"<strong>{html.escape(headline(self.answer))}</strong>"]
+        if self._png is not None:
+            data = base64.b64encode(self._png).decode("ascii")
+            parts.append(
+                f'<img alt="Picture of the trial" style="max-width: 100%" '
+                f'src="data:image/png;base64,{data}">'
+            )
+        parts.append(f"<pre>{html.escape(self.text())}</pre>")
+        return "\n".join(parts)
+
+    @cached_property
+    def _png(self) -> bytes | None:
+        if self.track is None:
+            return None
+        from count_video.reports.drawing import picture_bytes  # noqa: PLC0415
+
+        return picture_bytes(self.figure(), "png")
+
+
+def count(  # noqa: PLR0913 - what a clip may need is many things, each by its name
+    path: AnyPath,
+    *,
+    masses: tuple[Mass, Mass] | None = None,
+    capture_fps: float | None = None,
+    region: tuple[int, int, int, int] | None = None,
+    wall: WallSide | None = None,
+    start: int = 0,
+    end: int | None = None,
+    ball_diameter_mm: float = 40.0,
+    seen_only: bool = False,
+    progress: Progress = NO_PROGRESS,
+) -> Result:
+    """Count the collisions in one clip.
+
+    Parameters
+    ----------
+    path
+        The video file.
+    masses
+        Heavy and light mass in any one unit, for the bounds on pi; measured from the motion where
+        they are not given. A float is taken at the decimal number it is written as.
+    capture_fps
+        Rate of the camera in frames per second of real time; None: what the clip's metadata say.
+    region
+        Part of the picture to use, in px: left edge, top edge, width, height.
+    wall
+        Side of the picture on which the wall stands, ``"left"`` or ``"right"`` (top or bottom
+        where the bodies move up and down); None: found from the motion.
+    start
+        First frame to use, counted from 0.
+    end
+        Frame to stop before; None: the end of the clip.
+    ball_diameter_mm
+        Diameter of the ball in millimetres, for the scale.
+    seen_only
+        Count only what the frames show and infer nothing between them.
+    progress
+        Informed of how far the work has come; see ``count_video.progress.Progress``.
+
+    Returns
+    -------
+    Result
+        The answer. ``Result.count`` is None for a clip that does not support a count, and
+        ``Result.reasons`` say why.
+
+    Raises
+    ------
+    FootageError
+        If the file cannot be read as footage.
+    UsageError
+        If a value makes no sense, or does not fit the clip.
+    """
+    settings = trial_settings(
+        masses=masses,
+        capture_fps=capture_fps,
+        region=region,
+        wall=wall,
+        start=start,
+        end=end,
+        ball_diameter_mm=ball_diameter_mm,
+        seen_only=seen_only,
+    )
+    try:
+        worked = trial.work_through(Path(path), settings, progress)
+    finally:
+        progress.finish()
+    return Result(worked.result, worked)
+
+
+def count_all(
+    paths: AnyPath | Iterable[AnyPath],
+    *,
+    jobs: int | None = None,
+    **settings: Unpack[Settings],
+) -> Iterator[Result]:
+    """Count many clips at the same time and yield each result as it comes.
+
+    A clip that cannot be read is a result as well, with its ``error``; it stops no other. In a
+    script the call must stand below ``if __name__ == "__main__":``, because the processes that do
+    the work import the script. Leave the loop early and the clips not yet begun are not counted.
+
+    Parameters
+    ----------
+    paths
+        Video files, folders (every video file in them) and manifests (``.csv``), or one of them.
+    jobs
+        How many clips to count at the same time; None: one for every core.
+    settings
+        As :func:`count` takes them, for all clips.
+
+    Raises
+    ------
+    UsageError
+        At the first step, if a setting or a manifest makes no sense.
+    """
+    given = [paths] if isinstance(paths, str | PathLike) else paths
+    wanted = jobs_of([Path(path) for path in given], trial_settings(**settings))
+    yield from in_parallel(_count_job, wanted, jobs, _died)
+
+
+def theory(heavy: Mass, light: Mass = 1) -> Theory:
+    """Return the exact count for two masses in any one unit (Galperin's billiard).
+
+    A float is taken at the decimal number it is written as.
+
+    Raises
+    ------
+    UsageError
+        If a mass is not a finite number greater than 0.
+    """
+    return theory_of(exact_mass(heavy), exact_mass(light))
+
+
+def plan(heavy: Mass, light: Mass, *, chart: bool = True, **details: Unpack[PlanDetails]) -> Plan:
+    """Say what a set-up will count before it is filmed, as ``count-video --plan`` does.
+
+    Parameters
+    ----------
+    heavy, light
+        The two masses in any one unit.
+    chart
+        Work out the map as well.
+    details
+        ``gap_m``, ``release_m``, ``heavy_thread_m``, ``light_thread_m`` and ``ball_diameter_m`` in
+        metres, ``capture_fps``, ``restitution``, ``damping_per_s``, ``tolerances`` (a record
+        ``count_video.planning.request.Tolerances``), ``trials`` and ``seed``: the fields of
+        ``count_video.planning.request.PlanRequest``, which has their defaults.
+
+    Raises
+    ------
+    UsageError
+        If a value makes no sense; the message is one line.
+    """
+    from count_video.planning.request import PlanRequest  # noqa: PLC0415
+    from count_video.planning.whole import make_plan  # noqa: PLC0415
+
+    return make_plan(PlanRequest(heavy, light, **details), with_chart=chart)
+
+
+def refused(path: AnyPath, error: CountVideoError | OSError) -> Result:
+    """Make the result of a clip that could not be worked on."""
+    # An OSError's own text repeats number and path; its plain words are enough.
+    plain_words = error.strerror if isinstance(error, OSError) else None
+    reason = plain_words or str(error).removeprefix(f"{path}: ") or type(error).__name__
+    return Result(unread_result(fspath(path), reason), error=error)
+
+
+def _count_job(job: Job) -> Result:
+    """Count one clip in a process of its own."""
+    if job.problem is not None:
+        return refused(job.clip, UsageError(job.problem))
+    path = Path(job.clip)
+    try:
+        worked = trial.work_through(path, job.settings)
+    except (CountVideoError, OSError) as error:
+        return refused(path, error)
+    return Result(worked.result, worked)
+
+
+def _died(job: Job) -> Result:
+    return refused(job.clip, CountVideoError("the process died on this clip, twice"))

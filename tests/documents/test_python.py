@@ -1,0 +1,69 @@
+"""The Python in the pages and in examples/ runs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pages import PAGES, TOP, blocks
+
+EXAMPLES = [
+    pytest.param(code, id=f"{path.name}-{number}")
+    for path in PAGES
+    for number, code in enumerate(blocks(path.read_text("utf-8"), "python"), 1)
+]
+
+
+def run(file: Path, *arguments: str, folder: Path = TOP) -> str:
+    done = subprocess.run(
+        [sys.executable, str(file), *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+def test_code_in_a_page_runs_and_prints(code: str, tmp_path: Path) -> None:
+    script = tmp_path / "example.py"
+    script.write_text(code, "utf-8")
+    assert run(script) != ""
+
+
+def test_the_example_of_one_clip_counts_it_and_keeps_its_tables(tmp_path: Path) -> None:
+    clip = TOP / "fixtures/ratio16-count12.mp4"
+    printed = run(TOP / "examples/one_clip.py", str(clip), "16", "1", folder=tmp_path)
+    assert "12 collisions" in printed
+    assert "theory: 12" in printed
+    assert (tmp_path / f"{clip.stem}.html").is_file()
+
+
+def test_the_example_of_thirty_trials_prints_the_papers_table(tmp_path: Path) -> None:
+    clips = [TOP / "fixtures" / f"{name}.mp4" for name in ("ratio1-count3", "ratio16-count12")]
+    for clip in clips:
+        (tmp_path / clip.name).write_bytes(clip.read_bytes())
+    printed = run(TOP / "examples/thirty_trials.py", str(tmp_path))
+    rows = {line[:25].strip(): line[25:].split() for line in printed.splitlines()}
+    assert rows["Number of trials"] == ["2", "30"]
+    assert rows["Maximum value"] == ["12", "31"]
+    assert rows["Minimum value"] == ["3", "28"]
+    assert rows["Mean value"] == ["7.50", "30.57"]
+    assert rows["Standard deviation"] == ["4.50", "0.80"]
+
+
+def test_the_notebook_runs_from_top_to_bottom() -> None:
+    nbformat = pytest.importorskip("nbformat", reason="comes with the extra 'notebook'")
+    client = pytest.importorskip("nbclient", reason="comes with the extra 'notebook'")
+    pytest.importorskip("ipykernel", reason="comes with the extra 'notebook'")
+    notebook = nbformat.read(TOP / "examples/one_clip.ipynb", as_version=4)
+    client.NotebookClient(notebook, resources={"metadata": {"path": TOP / "examples"}}).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
+    shown = "".join(str(output.get("data", "")) for output in outputs)
+    assert "12 collisions" in shown
+    assert "image/png" in shown
