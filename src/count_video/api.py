@@ -18,15 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video import trial
-from count_video.campaign.plan import Job, jobs_of
+from count_video.batch.manifest import Job, jobs_of
 from count_video.errors import CountVideoError, UsageError
 from count_video.outputs import CsvDialect
 from count_video.parallel import in_parallel
 from count_video.physics.theory import Mass, Theory, theory_of
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Collision, Estimate, Track, TrialResult, WallSide
-from count_video.reports.arrays import collisions_array, track_array
 from count_video.reports.json_object import json_object
+from count_video.reports.tables import collisions_array, track_array
 from count_video.reports.text import headline, result_text
 from count_video.settings import Settings, exact_mass, trial_settings
 from count_video.verdict import unread_result

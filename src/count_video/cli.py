@@ -128,7 +128,7 @@ def _answer(options: argparse.Namespace) -> int:
     from count_video import api
 
     if is_campaign(options):
-        from count_video.campaign.cli import answer_campaign
+        from count_video.batch.cli import answer_campaign
         from count_video.settings import trial_settings
 
         code = answer_campaign(options, trial_settings(**_settings(options)))
@@ -242,7 +242,7 @@ def _answer_plan(options: argparse.Namespace) -> int:
     if kept:
         write_plan(plan, outputs, progress)
     if options.json:
-        from count_video.reports.plan_json import plan_line
+        from count_video.reports.json_object import plan_line
 
         print(plan_line(plan))
     else:

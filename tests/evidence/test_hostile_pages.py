@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from evidence_made import Made
 
-from count_video.campaign.statistics import summarise
+from count_video.batch.summary import summarise
 from count_video.records import Correction
 from count_video.reports.campaign_page import campaign_page
-from count_video.reports.campaign_rows import TrialRow
 from count_video.reports.page import Footage, clip_page
+from table_rows import row
 
 sync_api = pytest.importorskip(
     "playwright.sync_api", reason="needs Playwright: pip install 'count-video[browser]'"
@@ -106,17 +106,14 @@ def test_hostile_text_on_a_clips_page_is_shown_and_does_nothing(
 def test_hostile_text_on_a_campaigns_page_is_shown_and_does_nothing(
     browser: sync_api.Browser, tmp_path: Path, text: str
 ) -> None:
-    names = "count seen between_frames capture_fps mass_ratio theory pi_low pi_high"
-    names += " restitution_bodies restitution_wall energy_kept ending"
-    nothing = dict.fromkeys(names.split())
-    fields = {"name": "trial", "clip": text, "reason": text, "not_kept": text, "chances": {}}
-    row = TrialRow(status="not_counted", **fields, **nothing)  # type: ignore[arg-type]
+    files = frozenset({"trial.html", "trial.strip.jpg"})
+    one = row("trial", None, clip=text, reason=text, not_kept=text, files=files)
     page = tmp_path / "campaign.html"
-    page.write_text(campaign_page([row], summarise([row]), (b"", "image/png")), "utf-8")
+    page.write_text(campaign_page([one], summarise([one]), (b"", "image/png")), "utf-8")
     visit, asked = opened(browser, page)
     assert not ran(visit)
-    assert asked == []
-    assert visit.locator("li").count() == 1
+    assert asked == [(tmp_path / "trial.strip.jpg").as_uri()], "our own picture alone"
+    assert visit.locator("#trials tbody tr").count() == 1
     visit.close()
 
 

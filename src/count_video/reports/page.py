@@ -13,10 +13,13 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from count_video.records import Collision, Correction, Floats, TrialResult
-from count_video.reports.contact_frames import ContactFrame
+from count_video.records import Collision, Floats, TrialResult
+from count_video.reports.frame_samples import ContactFrame
+from count_video.reports.material import burst_size
 from count_video.reports.printable import printable, storable
 from count_video.reports.text import plural, result_text
+
+MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,8 @@ class Picture:
 def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | None) -> str:
     """Write the page; without footage (no bodies were followed) it holds the answer alone."""
     name = Path(result.clip).name
-    page = environment().get_template("clip.html")
-    return page.render(
+    return render(
+        "clip",
         clip=printable(name),
         command=_command(name),
         answer=_answer(result),
@@ -57,13 +60,14 @@ def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | N
         picture=None if picture is None else _base64(picture.data),
         picture_type=None if picture is None else picture.media_type,
         data=None if footage is None else _data(result, footage),
-        style=own_file("clip.css"),
-        script=own_file("clip.js"),
     )
 
 
-def environment() -> Environment:
-    """Templates of this package, with everything that is filled in escaped."""
+def render(name: str, **values: object) -> str:
+    """Fill in a template of this package, with the style and the scripts that are called like it.
+
+    Everything that is filled in is escaped; ``own`` reads a file of the package as it is.
+    """
     made = Environment(
         loader=PackageLoader("count_video.reports"),
         autoescape=True,
@@ -72,7 +76,8 @@ def environment() -> Environment:
         lstrip_blocks=True,
     )
     made.filters["digest"] = _digest
-    return made
+    made.globals["own"] = _own_file
+    return made.get_template(f"{name}.html").render(**values)
 
 
 def _digest(own_text: str) -> str:
@@ -81,9 +86,10 @@ def _digest(own_text: str) -> str:
     return f"sha256-{base64.b64encode(digest).decode('ascii')}"
 
 
-def own_file(name: str) -> Markup:
-    """Style or script of this package, which goes into a page as it is."""
-    return Markup((Path(__file__).parent / "templates" / name).read_text("utf-8"))
+def _own_file(*names: str) -> Markup:
+    """Styles or scripts of this package, which go into a page as they are."""
+    folder = Path(__file__).parent / "templates"
+    return Markup("".join((folder / name).read_text("utf-8") for name in names))
 
 
 def _command(name: str) -> str:
@@ -102,7 +108,7 @@ def _base64(data: bytes) -> str:
 def _data(result: TrialResult, footage: Footage) -> dict[str, object]:
     """Collect what the script works with; jinja2 escapes it so that no name can end the script."""
     name = storable(Path(result.clip).name)
-    size = result.count if result.count is not None else result.seen or 0
+    size = burst_size(result)
     beyond = [c.frame for c in result.collisions if c.number > size]
     return {
         "clip": name,
@@ -113,7 +119,10 @@ def _data(result: TrialResult, footage: Footage) -> dict[str, object]:
         "frames": [int(frame) for frame in footage.frame],
         "times": [round(float(time), 5) for time in footage.shown_s],
         "collisions": [_entry(c, size, footage.cuts.get(c.number, ())) for c in result.collisions],
-        "corrections": [_correction(correction) for correction in result.corrections],
+        "corrections": [
+            {key: getattr(correction, key) for key in ("action", "kind", "frame", "number")}
+            for correction in result.corrections
+        ],
     }
 
 
@@ -128,13 +137,4 @@ def _entry(collision: Collision, size: int, cuts: Sequence[ContactFrame]) -> dic
             {"frame": cut.frame, "picture": f"data:image/jpeg;base64,{_base64(cut.jpeg)}"}
             for cut in cuts
         ],
-    }
-
-
-def _correction(correction: Correction) -> dict[str, object]:
-    return {
-        "action": correction.action,
-        "kind": correction.kind,
-        "frame": correction.frame,
-        "number": correction.number,
     }

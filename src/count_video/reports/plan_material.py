@@ -25,8 +25,7 @@ from count_video.records import (
     TrialResult,
     Velocities,
 )
-from count_video.reports.material import Material, Pendulum
-from count_video.reports.space_time import Luma, SpaceTime
+from count_video.reports.material import Luma, Material, Pendulum, SpaceTime
 
 IMAGE_PX = PICTURE_WIDTH_PX + 500
 """Length of the line of motion that is drawn: somewhat more than a picture holds."""
