@@ -28,7 +28,13 @@ from count_video.progress import NO_PROGRESS, Progress, counted_off
 from count_video.records import Track, TrialResult
 from count_video.reports.annotated_clip import AnnotatedClip, frame_times_s
 from count_video.reports.drawing import picture_bytes
-from count_video.reports.figure import PANELS, panel_figures, thumbnail_jpeg, trial_figure
+from count_video.reports.figure import (
+    PANELS,
+    panel_figures,
+    thumbnail_jpeg,
+    time_panels,
+    trial_figure,
+)
 from count_video.reports.json_object import json_line
 from count_video.reports.material import FRAMES_ENOUGH, Material, levelled, touching
 from count_video.reports.page import MEDIA_TYPES, Footage, Picture, clip_page
@@ -284,7 +290,8 @@ def _write_all(
         clip.contact_frames.found,
         files.clip,
     )
-    page = clip_page(result, shown, Picture(picture, MEDIA_TYPES[picture_format]))
+    drawn = Picture(picture, MEDIA_TYPES[picture_format], time_panels(sheet))
+    page = clip_page(result, shown, drawn)
     files.write("html", page.encode("utf-8"))
 
 

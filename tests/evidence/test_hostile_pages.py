@@ -117,6 +117,31 @@ def test_hostile_text_on_a_campaigns_page_is_shown_and_does_nothing(
     visit.close()
 
 
+def test_the_trials_of_a_campaign_can_be_sorted_by_every_column(
+    browser: sync_api.Browser, tmp_path: Path
+) -> None:
+    rows = [row("b10", 31, 0.95), row("b9", 29, 0.99), row("a", None)]
+    page = tmp_path / "campaign.html"
+    page.write_text(campaign_page(rows, summarise(rows), (b"", "image/png")), "utf-8")
+    visit, _ = opened(browser, page)
+
+    def names() -> list[str]:
+        return [text.strip() for text in visit.locator("#trials tbody th").all_inner_texts()]
+
+    assert names() == ["a.mp4", "b10.mp4", "b9.mp4"], "who needs a person comes first"
+    orders = {
+        "Trial": ["a.mp4", "b9.mp4", "b10.mp4"],
+        "Count": ["a.mp4", "b9.mp4", "b10.mp4"],
+        "Probability": ["a.mp4", "b10.mp4", "b9.mp4"],
+    }
+    for heading, order in orders.items():
+        for direction in ("ascending", "descending"):
+            visit.get_by_role("button", name=heading, exact=True).press("Enter")
+            assert names() == (order if direction == "ascending" else order[::-1])
+            assert visit.locator(f"th[aria-sort={direction}]").inner_text() == heading
+    visit.close()
+
+
 @pytest.mark.parametrize("markup", INJECTED, ids=range(len(INJECTED)))
 def test_the_policy_stops_what_an_escape_would_have_let_through(
     browser: sync_api.Browser, made: Made, tmp_path: Path, markup: str

@@ -55,6 +55,8 @@ ROW_PX = 3
 """Height of one frame in the strip: a contact every 2.5 frames still has a mark of its own."""
 ROWS = 72
 STRIP_PX = ROW_PX * ROWS
+UNFILLED = 60
+"""Brightness of the strip where no frame has been yet."""
 STRIP_MARK_PX = 7.0
 NUMBER_PX = 15
 
@@ -158,6 +160,8 @@ class AnnotatedClip:
         self.shown_s = shown_s
         self._result = result
         self._lasts_s = np.diff(shown_s, append=shown_s[-1:] + 1.0 / FASTEST_FPS)
+        unhurried = self._lasts_s[self._lasts_s > 1.5 / FORWARD_FPS]
+        self._usual_s = float(unhurried.min(initial=1.0 / FASTEST_FPS))
         self._sampler = SpaceTimeSampler(track.line, track.ball_diameter_px, shape)
         self._rows: list[Pixels] = []
 
@@ -220,11 +224,11 @@ class AnnotatedClip:
         self._draw_time_line(canvas, row, (end, canvas.shape[1] - _MARGIN))
 
     def _pace(self, row: int) -> str:
-        """Say how fast the clip plays at a frame, beside the rate of most of it."""
-        factor = float(np.median(self._lasts_s) / self._lasts_s[row])
-        if factor > 1.5:
-            return f"▶▶ fast forward, {factor:.0f} times"
-        return f"slowed {1 / factor:.0f} times" if factor < 0.67 else ""
+        """Say how fast the clip plays at a frame, beside its own rate."""
+        slower = self._lasts_s[row] / self._usual_s
+        if slower < 0.67:
+            return f"▶▶ fast forward, {1 / slower:.0f} times"
+        return f"slowed {slower:.0f} times" if slower > 1.5 else ""
 
     def _draw_time_line(self, canvas: Pixels, row: int, ends: tuple[int, int]) -> None:
         """Draw a line on which time runs evenly, with the collisions and where this frame is."""
@@ -275,6 +279,7 @@ class AnnotatedClip:
         image = np.array(self._rows[oldest : newest + 1])[::-1]
         size = (canvas.shape[1], ROW_PX * len(image))
         shown = cv2.resize(image, size, interpolation=cv2.INTER_NEAREST)
+        canvas[:] = UNFILLED
         cv2.cvtColor(shown, cv2.COLOR_GRAY2RGB, dst=canvas[: size[1]])
         scale = canvas.shape[1] / image.shape[1]
         lines = [(line, BALL) for line in ball_edges_px(self.track)]

@@ -17,6 +17,7 @@ from count_video.physics.theory import collision_count
 from count_video.records import Estimate
 from count_video.reports.json_object import FIGURE, SCHEMA_VERSION, plain
 from count_video.reports.printable import printable
+from count_video.reports.text import counts_words, ratio_words
 
 SURE = 0.9
 """A count less probable than this needs a person."""
@@ -168,15 +169,7 @@ def theory_words(summary: Summary) -> str:
     counts = summary.theories
     if not counts:
         return "-"
-    low, high = counts[0], counts[-1]
-    return str(low) if low == high else f"{low}{' or ' if high == low + 1 else ' to '}{high}"
-
-
-def ratio_words(ratio: Estimate | None) -> str:
-    """Write a mass ratio with its uncertainty."""
-    if ratio is None:
-        return "not known"
-    return f"{ratio.value:.4g}" + (f" ± {ratio.sigma:.2g}" if ratio.sigma else "")
+    return counts_words(counts[0], counts[-1])
 
 
 # ---- text -------------------------------------------------------------------------------------

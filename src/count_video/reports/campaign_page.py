@@ -20,12 +20,12 @@ from count_video.reports.campaign import (
     Summary,
     TrialRow,
     advice,
-    ratio_words,
     theory_words,
 )
 from count_video.reports.drawing import SKY_BLUE, VERMILION, picture_bytes, styled
 from count_video.reports.page import MEDIA_TYPES, render
 from count_video.reports.printable import printable
+from count_video.reports.text import plural, ratio_words
 
 
 def campaign_files(
@@ -47,7 +47,7 @@ def campaign_figure(summary: CampaignSummary) -> Figure:
             figure.subplots(len(groups), squeeze=False).flat, groups, strict=True
         ):
             ratio = f", mass ratio {ratio_words(group.mass_ratio)}" if len(groups) > 1 else ""
-            axes.set_title(f"Counts of {group.counted} trials{ratio}")
+            axes.set_title(f"Counts of {plural(group.counted, 'trial')}{ratio}")
             _draw_histogram(axes, group)
         return figure
 
@@ -119,7 +119,9 @@ def _table(one: Summary) -> list[tuple[str, str]]:
 
 
 def _trial(row: TrialRow) -> dict[str, object]:
-    doubt = ". ".join(filter(None, (row.not_kept or row.result["reason"], advice(row))))
+    what_to_do = advice(row)
+    sentences = (row.not_kept or row.result["reason"], what_to_do[:1].upper() + what_to_do[1:])
+    doubt = ". ".join(filter(None, sentences))
     ratio = row.mass_ratio
     return {
         "clip": printable(Path(row.result["clip"]).name),

@@ -19,6 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
 from count_video.physics.theory import collision_count
+from count_video.planning.expected import expected_counts
 from count_video.records import Collision, Floats
 from count_video.reports.drawing import (
     BALL,
@@ -45,11 +46,13 @@ from count_video.reports.material import (
     scale_of,
 )
 from count_video.reports.numbering import number_marks, place_numbers
-from count_video.reports.text import plural
+from count_video.reports.text import counts_words, plural
 from count_video.reports.theory_picture import draw_phase_circle
 
 PANELS = ("space-time", "enlarged", "velocities", "phase-circle", "energy")
 """Names of the panels that may get files of their own."""
+TIME = "time"
+"""Group of the panels in which time runs to the right."""
 SIZE_INCHES = (16.0, 10.5)
 PANEL_INCHES = (10.0, 6.0)
 THUMBNAIL_PX = (480, 130)
@@ -93,6 +96,21 @@ def trial_figure(material: Material) -> Figure:
         legend.get_title().set_parse_math(False)
         place_numbers(figure)
         return figure
+
+
+def time_panels(figure: Figure) -> list[dict[str, list[float]]]:
+    """Return where on the picture of a trial time runs to the right, and which frames it shows.
+
+    ``box`` is left, top, right and bottom as shares of the picture's width and height; ``frames``
+    the frame coordinates at its left and right.
+    """
+    panels = []
+    for axes in figure.axes:
+        if axes.get_gid() == TIME:
+            (left, bottom), (right, top) = axes.get_position().get_points()
+            box = [float(share) for share in (left, 1 - top, right, 1 - bottom)]
+            panels.append({"box": box, "frames": [float(end) for end in axes.get_xlim()]})
+    return panels
 
 
 def panel_figures(material: Material) -> dict[str, Figure]:
@@ -252,6 +270,7 @@ def _label(axes: Axes, material: Material) -> None:
 
     The wall side of the ball's path is 0.
     """
+    axes.set_gid(TIME)
     axes.set_ylabel("position along the line (px)")
     axes.set_xlabel("frame")
     scale = scale_of(material.result)
@@ -319,6 +338,7 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
     values = np.concatenate(known) if np.concatenate(known).size else np.array([-1.0, 1.0])
     beside = 0.12 * float(np.ptp(values)) or 1.0
+    axes.set_gid(TIME)
     axes.set_xlim(*frames)
     axes.set_ylim(float(values.min()) - beside, float(values.max()) + beside)
     axes.set_xlabel("frame")
@@ -343,7 +363,8 @@ def draw_states(axes: Axes, material: Material) -> None:
     """Draw the phase circle: theory and measurement; a sentence where the ratio is not known."""
     axes.set_title("Phase circle: theory (lines) and measured states")
     states, ratio = measured_states(material), material.result.mass_ratio
-    if states is None or ratio is None:
+    expected = expected_counts(material.result)
+    if states is None or ratio is None or expected is None:
         _say_instead(axes, material)
         return
     count = collision_count(ratio)
@@ -354,9 +375,9 @@ def draw_states(axes: Axes, material: Material) -> None:
     length = np.maximum(np.hypot(*points.T), 1e-9)[:, None]
     texts = [f"{k:.0f}" if k % step == 0 else "" for k in states.number]
     number_marks(axes, points, texts, points / length, size=9)
-    words = f"M : m = {ratio:.4g} : 1\ntheory counts {_counts(material, ratio)}"
+    words = f"M : m = {ratio:.4g} : 1\ntheory counts {counts_words(*expected.free)}"
     axes.text(0.0, 0.06, words, ha="center", va="bottom", fontsize=11, bbox=PAPER)
-    axes.text(0.97, -0.03, "stops here", ha="right", va="top", fontsize=9, color=BLUE)
+    axes.text(0.5, -0.03, "stops here", ha="center", va="top", fontsize=9, color=BLUE)
     if float(states.swing_energy.max()) > SWING_WORTH_A_WORD:
         words = "inside the circle: the swing\nholds part of the energy"
         axes.text(0.0, -0.12, words, ha="center", va="top", fontsize=9, bbox=PAPER)
@@ -370,15 +391,6 @@ def _draw_points(axes: Axes, material: Material, points: Floats) -> None:
         if len(chosen):
             looks: Any = {"color": mark.colour, "markeredgecolor": WHITE, "markersize": 7}
             axes.plot(*chosen.T, mark.shape, gid="state", zorder=4, **looks)
-
-
-def _counts(material: Material, ratio: float) -> str:
-    """Say the counts of the theory within two standard uncertainties of the mass ratio."""
-    spread = 1 + 2 * (material.result.mass_ratio_sigma or 0.0) / ratio
-    low, high = collision_count(ratio / spread), collision_count(ratio * spread)
-    if low == high:
-        return str(low)
-    return f"{low} or {high}" if high == low + 1 else f"{low} to {high}"
 
 
 def _say_instead(axes: Axes, material: Material) -> None:

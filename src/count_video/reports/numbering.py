@@ -16,6 +16,8 @@ from count_video.reports.drawing import HALO
 GID = "number"
 DIGIT_WIDTH = 0.68
 """Width of a bold digit over the size of the type."""
+APART = 1.5
+"""Points to the left and right of a number, so that two do not read as one."""
 STEPS = (1.0, 1.9, 2.8, 3.7)
 """Distances from the mark that are tried, in sizes of the type."""
 TURNS_DEG = (0, -35, 35, -70, 70)
@@ -75,7 +77,7 @@ def place_numbers(figure: Figure) -> None:
             if label.get_gid() != GID:
                 continue
             size = float(label.get_fontsize())
-            half = (DIGIT_WIDTH * size * len(label.get_text()) / 2, size / 2)
+            half = (DIGIT_WIDTH * size * len(label.get_text()) / 2 + APART, size / 2)
             wanted = np.array(label.xyann) / np.hypot(*label.xyann)
             for step, turn in product(STEPS, TURNS_DEG):
                 angle = np.radians(turn) + np.arctan2(wanted[1], wanted[0])

@@ -13,11 +13,12 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from count_video.records import Collision, Floats, TrialResult
+from count_video.planning.expected import expected_counts
+from count_video.records import Collision, Estimate, Floats, TrialResult
 from count_video.reports.frame_samples import ContactFrame
 from count_video.reports.material import burst_size
 from count_video.reports.printable import printable, storable
-from count_video.reports.text import plural, result_text
+from count_video.reports.text import counts_words, plural, ratio_words, result_text
 
 MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 
@@ -44,6 +45,8 @@ class Picture:
     data: bytes
     media_type: str
     """``image/png`` or ``image/svg+xml``."""
+    panels: Sequence[Mapping[str, object]] = ()
+    """Where on it time runs to the right, as ``figure.time_panels`` says."""
 
 
 def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | None) -> str:
@@ -55,11 +58,12 @@ def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | N
         command=_command(name),
         answer=_answer(result),
         doubt=printable(result.reason or ""),
+        facts=_facts(result),
         text=result_text(result),
         video=None if footage is None else _base64(footage.mp4),
         picture=None if picture is None else _base64(picture.data),
         picture_type=None if picture is None else picture.media_type,
-        data=None if footage is None else _data(result, footage),
+        data=None if footage is None else _data(result, footage, picture),
     )
 
 
@@ -101,11 +105,26 @@ def _answer(result: TrialResult) -> str:
     return "not counted" if result.count is None else plural(result.count, "collision")
 
 
+def _facts(result: TrialResult) -> list[tuple[str, str]]:
+    """List what stands beside the count at the top; what is not known is left out."""
+    chance = None if result.count is None else result.probability.get(result.count)
+    ratio, expected = result.mass_ratio, expected_counts(result)
+    measured = None if ratio is None else Estimate(ratio, result.mass_ratio_sigma or 0.0)
+    facts = [
+        ("Probability", None if chance is None else f"{chance:.0%}"),
+        ("Theory", None if expected is None else counts_words(*expected.free)),
+        ("Mass ratio", None if measured is None else f"{ratio_words(measured)} : 1"),
+    ]
+    if result.pi_low is not None and result.pi_high is not None:
+        facts.append(("π lies between", f"{result.pi_low:.5g} and {result.pi_high:.5g}"))
+    return [(label, value) for label, value in facts if value is not None]
+
+
 def _base64(data: bytes) -> str:
     return base64.b64encode(data).decode("ascii")
 
 
-def _data(result: TrialResult, footage: Footage) -> dict[str, object]:
+def _data(result: TrialResult, footage: Footage, picture: Picture | None) -> dict[str, object]:
     """Collect what the script works with; jinja2 escapes it so that no name can end the script."""
     name = storable(Path(result.clip).name)
     size = burst_size(result)
@@ -115,6 +134,8 @@ def _data(result: TrialResult, footage: Footage) -> dict[str, object]:
         "clip_sha256": footage.clip_sha256,
         "save_as": f"{Path(name).stem}.corrections.json",
         "count": result.count,
+        "ms_a_frame": None if not result.capture_fps else 1000 / result.capture_fps,
+        "panels": [] if picture is None else list(picture.panels),
         "burst_ends": min(beyond, default=1e300),
         "frames": [int(frame) for frame in footage.frame],
         "times": [round(float(time), 5) for time in footage.shown_s],
