@@ -171,6 +171,7 @@ class Result:
         *,
         picture_format: Literal["png", "svg"] = "png",
         csv_dialect: CsvDialect = "comma",
+        presenter: Literal["wide", "upright"] | None = None,
         progress: Progress = NO_PROGRESS,
     ) -> list[Path]:
         """Write page, picture, annotated clip, tables and JSON object into a folder.
@@ -183,6 +184,8 @@ class Result:
             Kind of the picture.
         csv_dialect
             ``"semicolon"`` for tables with semicolons and decimal commas.
+        presenter
+            Shape of a clip for a talk, in full HD with a big counter, and its GIF; None: none.
         progress
             Informed of how far the drawing has come; see ``count_video.progress.Progress``.
 
@@ -198,7 +201,9 @@ class Result:
         """
         from count_video.evidence import EvidenceSettings, keep_evidence  # noqa: PLC0415
 
-        wanted = EvidenceSettings(Path(folder), picture_format, csv_dialect=csv_dialect)
+        wanted = EvidenceSettings(
+            Path(folder), picture_format, csv_dialect=csv_dialect, presenter=presenter
+        )
         names = keep_evidence(self.trial, self.answer, wanted, progress)
         return [wanted.folder / name for name in names]
 

@@ -165,7 +165,10 @@ def _count(
     if kept:
         from count_video.evidence import EvidenceSettings, check_evidence
 
-        check_evidence(path, EvidenceSettings(options.output, options.picture_format))
+        wanted = EvidenceSettings(
+            options.output, options.picture_format, presenter=options.presenter
+        )
+        check_evidence(path, wanted)
     result = api.count(path, **_settings(options), progress=progress)
     if options.corrections is not None:
         result = result.reviewed(options.corrections)
@@ -178,6 +181,7 @@ def _count(
             options.output,
             picture_format=options.picture_format,
             csv_dialect=options.csv_dialect,
+            presenter=options.presenter,
             progress=progress,
         )
     finally:

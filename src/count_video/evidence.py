@@ -38,11 +38,13 @@ from count_video.reports.figure import (
 from count_video.reports.json_object import json_line
 from count_video.reports.material import FRAMES_ENOUGH, Material, levelled, touching
 from count_video.reports.page import MEDIA_TYPES, Footage, Picture, clip_page
+from count_video.reports.presenter import PresenterClip, Shape
 from count_video.reports.printable import printable
 from count_video.reports.tables import collisions_array, table_csv, track_array
 from count_video.trial import Trial, TrialSettings, work_through
 
 PictureFormat = Literal["png", "svg"]
+_PRESENTER = ("presenter.mp4", "presenter.gif")
 _SUFFIXES = ("html", "annotated.mp4", "strip.jpg", "track.csv", "collisions.csv")
 CRF = 23
 """Quality of the annotated clip: lines and letters stay clean, a page holds it easily."""
@@ -63,6 +65,8 @@ class EvidenceSettings:
     """What the files are named after; None for the clip's name without its suffix."""
     csv_dialect: CsvDialect = "comma"
     """Of the tables."""
+    presenter: Shape | None = None
+    """Shape of a clip for a talk, with its GIF; None for none."""
 
 
 def count_with_evidence(
@@ -172,6 +176,8 @@ def draw_evidence(
         files.write("html", clip_page(found.result, None, None).encode("utf-8"))
     else:
         _write_all(path, found, found.track, (files, evidence.picture_format), progress)
+        if evidence.presenter is not None:
+            _write_presenter(path, found, found.track, (files, evidence.presenter), progress)
     return Evidence(found.result, tuple(files.written))
 
 
@@ -194,6 +200,7 @@ def _files_of(path: Path, evidence: EvidenceSettings) -> _Files:
     content = content_digest(path) if path.is_file() else ""
     files = _Files(outputs, evidence.name or output_name(path.stem), content)
     files.check((*_SUFFIXES, *_pictures(evidence.picture_format)))
+    files.check(_PRESENTER if evidence.presenter else ())
     return files
 
 
@@ -270,12 +277,7 @@ def _write_all(
     files.write("track.csv", track_csv.encode("ascii"))
     files.write("collisions.csv", table_csv(collisions_array(result)).encode("ascii"))
     annotated = files.claim("annotated.mp4")
-    first, end = _ends(clip.track)
-    progress.start(end - first, "drawing")
-    options = WriteOptions(frame_times_s=clip.shown_s.tolist(), crf=CRF)
-    with open_footage(path) as footage:
-        frames = counted_off(footage.frames(first, end), progress)
-        write_clip(annotated, clip.pictures(frames), options)
+    _write_clip(path, annotated, clip, progress)
     material = _material(found, measured, clip)
     sheet = trial_figure(material)
     picture = picture_bytes(sheet, picture_format)
@@ -293,6 +295,32 @@ def _write_all(
     drawn = Picture(picture, MEDIA_TYPES[picture_format], time_panels(sheet))
     page = clip_page(result, shown, drawn)
     files.write("html", page.encode("utf-8"))
+
+
+def _write_presenter(
+    path: Path,
+    found: Followed,
+    measured: Track,
+    into: tuple[_Files, Shape],
+    progress: Progress,
+) -> None:
+    files, shape = into
+    plain = _prepared(path, found, measured)
+    with open_footage(path) as footage:
+        size = (footage.info.height_px, footage.info.width_px)
+    clip = PresenterClip(found.result, plain.track, size, plain.shown_s, shape)
+    _write_clip(path, files.claim("presenter.mp4"), clip, progress)
+    files.write("presenter.gif", clip.gif())
+
+
+def _write_clip(path: Path, target: Path, clip: AnnotatedClip, progress: Progress) -> None:
+    """Draw a clip while its footage is decoded."""
+    first, end = _ends(clip.track)
+    progress.start(end - first, "drawing")
+    options = WriteOptions(frame_times_s=clip.shown_s.tolist(), crf=CRF)
+    with open_footage(path) as footage:
+        frames = counted_off(footage.frames(first, end), progress)
+        write_clip(target, clip.pictures(frames), options)
 
 
 def _prepared(path: Path, found: Followed, measured: Track) -> AnnotatedClip:

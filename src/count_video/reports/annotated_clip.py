@@ -15,7 +15,7 @@ from itertools import pairwise
 import cv2
 import numpy as np
 
-from count_video.records import Floats, Frame, Track, TrialResult
+from count_video.records import Collision, Floats, Frame, Track, TrialResult
 from count_video.reports.drawing import (
     BALL,
     HEAVY,
@@ -116,16 +116,32 @@ class ClipLayout:
     """Where things are in a picture of the annotated clip."""
 
     scale: float
-    """Pixels of the annotated clip a pixel of the footage."""
+    """Pixels of the picture a pixel of the footage."""
     width_px: int
-    footage_height_px: int
     height_px: int
-    """All of it: header, footage, strip; sides are even."""
+    """All of the picture; its sides are even."""
+    footage_width_px: int
+    footage_height_px: int
+    left_px: int
+    top_px: int
+    """From the picture's edges to the footage."""
 
     def place(self, point: Point) -> Point:
         """Where an image point of the footage is; an integer is the centre of a pixel in both."""
         x, y = ((v + 0.5) * self.scale - 0.5 for v in point)
-        return x, y + HEADER_PX
+        return x + self.left_px, y + self.top_px
+
+    def put(self, canvas: Pixels, luma: Pixels) -> Pixels:
+        """Put footage into its place, and return that part of the picture."""
+        size = (self.footage_width_px, self.footage_height_px)
+        if luma.shape != size[::-1]:
+            smooth = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_LINEAR
+            luma = np.asarray(
+                cv2.resize(np.ascontiguousarray(luma), size, interpolation=smooth), np.uint8
+            )
+        rows = slice(self.top_px, self.top_px + size[1])
+        canvas[rows, self.left_px : self.left_px + size[0]] = luma[:, :, None]
+        return canvas[: rows.stop]
 
 
 def layout_of(width_px: int, height_px: int) -> ClipLayout:
@@ -135,7 +151,8 @@ def layout_of(width_px: int, height_px: int) -> ClipLayout:
         scale = NARROWEST_PX / width_px
     width = 2 * round(width_px * scale / 2)
     footage = 2 * round(height_px * width / width_px / 2)
-    return ClipLayout(width / width_px, width, footage, HEADER_PX + footage + STRIP_PX)
+    height = HEADER_PX + footage + STRIP_PX
+    return ClipLayout(width / width_px, width, height, width, footage, 0, HEADER_PX)
 
 
 class AnnotatedClip:
@@ -183,28 +200,17 @@ class AnnotatedClip:
         layout = self.layout
         canvas = np.zeros((layout.height_px, layout.width_px, 3), np.uint8)
         self._draw_header(canvas, frame.index, row)
-        end = HEADER_PX + layout.footage_height_px
-        size = (layout.width_px, layout.footage_height_px)
-        luma = frame.luma
-        if luma.shape != size[::-1]:
-            luma = np.ascontiguousarray(luma)
-            smooth = cv2.INTER_AREA if layout.scale < 1 else cv2.INTER_LINEAR
-            luma = np.asarray(cv2.resize(luma, size, interpolation=smooth), np.uint8)
-        cv2.cvtColor(luma, cv2.COLOR_GRAY2RGB, dst=canvas[HEADER_PX:end])
-        self._draw_bodies(canvas[:end], row)
-        for collision in self._result.collisions:
-            if -0.5 <= frame.index - collision.frame < FLASH_FRAMES - 0.5:
-                contact = layout.place(self._point(contact_px(collision, self.track), row))
-                mark(canvas[:end], collision.kind, contact, MARK_PX, seen=collision.seen)
-        self._draw_strip(canvas[end:], row)
+        footage = layout.put(canvas, frame.luma)
+        self._draw_bodies(footage, row)
+        self._draw_contacts(footage, frame.index, row, MARK_PX)
+        self._draw_strip(canvas[len(footage) :], row)
         return canvas
 
     # ---- header: the running count, the last collision, the frame, and the pace ----------------
 
     def _draw_header(self, canvas: Pixels, index: int, row: int) -> None:
         """Write what has happened up to and with frame ``index`` into the top rows."""
-        past = [c for c in self._result.collisions if c.frame < index + 0.5]
-        count = min(len(past), burst_size(self._result))
+        past, count = self._happened(index)
         end = write(canvas, str(count), (_MARGIN, 4), _LARGE, _BRIGHT)
         end = max(end, text_width("00", _LARGE) + _MARGIN) + _MARGIN
         beyond = f", {len(past) - count} more after the burst" if len(past) > count else ""
@@ -221,7 +227,12 @@ class AnnotatedClip:
         for place, line in enumerate(lines):
             x = canvas.shape[1] - _MARGIN - text_width(line, _SMALL)
             write(canvas, line, (x, 8 + 28 * place), _SMALL, _PALE)
-        self._draw_time_line(canvas, row, (end, canvas.shape[1] - _MARGIN))
+        self._draw_time_line(canvas, row, (end, canvas.shape[1] - _MARGIN, HEADER_PX - 5))
+
+    def _happened(self, index: int) -> tuple[list[Collision], int]:
+        """Return the collisions up to and with a frame, and how many of them count."""
+        past = [c for c in self._result.collisions if c.frame < index + 0.5]
+        return past, min(len(past), burst_size(self._result))
 
     def _pace(self, row: int) -> str:
         """Say how fast the clip plays at a frame, beside its own rate."""
@@ -230,10 +241,13 @@ class AnnotatedClip:
             return f"▶▶ fast forward, {1 / slower:.0f} times"
         return f"slowed {slower:.0f} times" if slower > 1.5 else ""
 
-    def _draw_time_line(self, canvas: Pixels, row: int, ends: tuple[int, int]) -> None:
-        """Draw a line on which time runs evenly, with the collisions and where this frame is."""
+    def _draw_time_line(self, canvas: Pixels, row: int, ends: tuple[int, int, int]) -> None:
+        """Draw a line on which time runs evenly, with the collisions and where this frame is.
+
+        ``ends`` are its left and right in px, and its height.
+        """
         frame = self.track.frame
-        y = HEADER_PX - 5
+        y = ends[2]
 
         def place(at: float) -> int:
             share = (at - frame[0]) / max(frame[-1] - frame[0], 1.0)
@@ -246,6 +260,13 @@ class AnnotatedClip:
         cv2.circle(canvas, (place(float(frame[row])), y), 4, _BRIGHT, -1, cv2.LINE_AA)
 
     # ---- footage --------------------------------------------------------------------------------
+
+    def _draw_contacts(self, canvas: Pixels, index: int, row: int, size: float) -> None:
+        """Mark the collisions that have just happened."""
+        for collision in self._result.collisions:
+            if -0.5 <= index - collision.frame < FLASH_FRAMES - 0.5:
+                contact = self.layout.place(self._point(contact_px(collision, self.track), row))
+                mark(canvas, collision.kind, contact, size, seen=collision.seen)
 
     def _draw_bodies(self, canvas: Pixels, row: int) -> None:
         track = self.track

@@ -10,9 +10,8 @@ from pathlib import Path
 from count_video.physics.theory import pi_bounds
 from count_video.planning.expected import Expected, expected_counts, ratio_range
 from count_video.records import Collision, Correction, Ending, Estimate, TrialResult
-from count_video.reports.comparison_text import comparison_lines, comparison_sentence
 from count_video.reports.printable import printable
-from count_video.reports.table import collision_lines
+from count_video.reports.text_tables import collision_lines, comparison_lines, comparison_sentence
 
 WIDTH = 80
 """Columns that a terminal has at the least."""

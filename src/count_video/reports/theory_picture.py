@@ -26,10 +26,11 @@ from count_video.reports.drawing import (
     PAPER,
     SKY_BLUE,
     VERMILION,
+    number_marks,
     picture_bytes,
+    place_numbers,
     styled,
 )
-from count_video.reports.numbering import number_marks, place_numbers
 from count_video.reports.theory_text import facts, plain, powers_table
 
 MOST_POINTS = 700
