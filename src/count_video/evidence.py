@@ -52,7 +52,7 @@ CRF = 23
 
 @dataclass(frozen=True)
 class EvidenceSettings:
-    """Where the evidence goes and what it looks like."""
+    """Where the evidence goes, and in which formats."""
 
     folder: Path
     """Made if it is not there."""

@@ -68,7 +68,7 @@ class Processes:
 
     def __init__(self, workers: int | None = None) -> None:
         """Have ``workers`` at the most (None: one for every core); each starts when needed."""
-        self._strangers = set(multiprocessing.active_children())
+        self._others = set(multiprocessing.active_children())
         self._own = threading.local()
         self._pools: list[ProcessPoolExecutor] = []
         self._ended = False
@@ -113,7 +113,7 @@ class Processes:
     def kill(self) -> None:
         """End the processes at once and wait until they are gone."""
         self._ended = True
-        processes = set(multiprocessing.active_children()) - self._strangers
+        processes = set(multiprocessing.active_children()) - self._others
         for process in processes:
             process.kill()
         for process in processes:

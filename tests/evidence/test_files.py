@@ -161,7 +161,7 @@ def test_tables_are_written_in_the_dialect_that_is_asked_for(tmp_path: Path) -> 
     assert cli.main([str(clip), "-o", str(tmp_path), "--csv-dialect", "semicolon"]) == 0
     text = (tmp_path / f"{clip.stem}.collisions.csv").read_text("utf-8")
     rows = list(csv.DictReader(text.splitlines(), delimiter=";"))
-    assert tuple(rows[0]) == COLLISION_HEADINGS
+    assert tuple(rows[0]) == COLLISION_COLUMNS.names
     assert [row["kind"] for row in rows] == ["bodies", "wall", "bodies"]
     assert all("," in row["frame"] and "." not in row["frame"] for row in rows)
 

@@ -13,6 +13,7 @@ import pytest
 from evidence_made import CLIP, Made
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
 from PIL import Image
 
 from count_video.batch.summary import summarise
@@ -65,7 +66,9 @@ def marks(axes: Axes, gid: str = "collision") -> Iterator[tuple[float, float]]:
 
 
 def numbers(axes: Axes) -> list[str]:
-    return [text.get_text() for text in axes.texts if text.get_gid() == "number"]
+    return [
+        text.get_text() for text in axes.texts if text.get_gid() == "number" and text.get_visible()
+    ]
 
 
 def test_the_whole_picture_has_a_mark_for_every_collision(
@@ -103,14 +106,24 @@ def test_the_enlarged_part_numbers_every_collision_that_it_shows(
     assert axes.get_xlim() == (low, high)
 
 
-def test_no_number_lies_on_another(figure: Figure) -> None:
+@pytest.mark.parametrize("crowding", [1.0, 0.3])
+def test_no_number_lies_on_another_and_each_is_nearest_to_its_own_mark(
+    material: Material, crowding: float
+) -> None:
+    closer = tuple(
+        replace(c, frame=120.0 + crowding * (c.frame - 120.0)) for c in material.result.collisions
+    )
+    figure = trial_figure(replace(material, result=replace(material.result, collisions=closer)))
     for axes in figure.axes:
-        boxes = [
-            text.get_window_extent()
-            for text in axes.texts
-            if text.get_gid() == "number" and text.get_visible()
-        ]
+        shown = [text for text in axes.texts if isinstance(text, Annotation)]
+        places = axes.transData.transform([text.xy for text in shown]) if shown else np.empty(0)
+        numbered = [text for text in shown if text.get_gid() == "number" and text.get_visible()]
+        boxes = [text.get_window_extent() for text in numbered]
         assert not any(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))
+        for text, box in zip(numbered, boxes, strict=True):
+            middle = (box.get_points()[0] + box.get_points()[1]) / 2
+            nearest = shown[int(np.argmin(np.hypot(*(places - middle).T)))]
+            assert nearest.xy == text.xy
 
 
 def test_a_trial_without_a_crowded_part_is_not_enlarged(material: Material) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,7 @@ def test_a_clip_for_a_talk_is_full_hd_and_counts_to_the_answer(
         counters = [frame.luma[corner].astype(int) for frame in footage.frames()]
     with open_footage(SMALL) as plain:
         assert len(counters) == sum(1 for _ in plain.frames())
-    steps = [np.abs(b - a).max() for a, b in zip(counters, counters[1:], strict=False)]
+    steps = [np.abs(b - a).max() for a, b in pairwise(counters)]
     assert sum(step > 150 for step in steps) == 3
     with Image.open(tmp_path / "ratio1-count3.presenter.gif") as gif:
         assert getattr(gif, "n_frames", 1) > 20

@@ -163,7 +163,7 @@ def _answer(job: Job, future: Future[Answer]) -> Answer:
         return _let_go(job)
     error = future.exception()
     if isinstance(error, BrokenExecutor):
-        return failure(job, "the worker died on this clip, twice; look at the clip")
+        return failure(job, "the worker died on this clip, twice; play the clip, or convert it")
     if error is not None:
         # Not the clip's error but the program's (or the cluster's): the others are not to suffer.
         words = " ".join(f"{type(error).__name__}: {error}".split())
@@ -177,7 +177,7 @@ def _answer(job: Job, future: Future[Answer]) -> Answer:
 
 
 def _let_go(job: Job) -> Answer:
-    return failure(job, "the cluster let the clip go; look at its scheduler and start again")
+    return failure(job, "the cluster let the clip go; check its scheduler and start again")
 
 
 class LocalWorkers:

@@ -119,7 +119,7 @@ class ResultStore:
         Raises
         ------
         OSError
-            If it cannot be written, for want of room for example.
+            If it cannot be written, for want of space for example.
         UsageError
             If it would replace a file that this program did not write.
         """

@@ -129,7 +129,7 @@ def _kept(job: Job, answer: Answer, seen: Signature, store: ResultStore) -> str 
     try:
         store.keep(job, answer, seen)
     except OSError as error:
-        return f"the result could not be written ({error.strerror}); make room and start again"
+        return f"the result could not be written ({error.strerror}); free space and start again"
     except UsageError as error:
         return f"the result could not be written ({error})"
     return None

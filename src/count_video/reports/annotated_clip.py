@@ -61,7 +61,7 @@ STRIP_MARK_PX = 7.0
 NUMBER_PX = 15
 
 FASTEST_FPS = 30.0
-"""Clips that play faster (their container tells the capture rate) are slowed to this."""
+"""Clips that play faster (their container has the capture rate) are slowed to this."""
 BETWEEN_COLLISIONS_S = 0.7
 """From one collision to the next at least this long; about what it takes to say a number."""
 LONGEST_FRAME_S = 0.2

@@ -1,7 +1,7 @@
 """What all pictures share: colours and marks, type, the file they end in, and drawing on footage.
 
-The colours are those of Okabe and Ito, which people with any kind of colour blindness can tell
-apart; the kinds of collision differ in shape as well.
+The colours are those of Okabe and Ito, which differ for people with any kind of colour
+blindness; the kinds of collision differ in shape as well.
 """
 
 from __future__ import annotations
@@ -127,9 +127,11 @@ DIGIT_WIDTH = 0.68
 """Width of a bold digit over the size of the type."""
 APART = 1.5
 """Points to the left and right of a number, so that two do not read as one."""
+BEYOND = 5.0
+"""Points by which a number may stick out of its panel."""
 STEPS = (1.0, 1.9, 2.8, 3.7)
 """Distances from the mark that are tried, in sizes of the type."""
-TURNS_DEG = (0, -35, 35, -70, 70)
+TURNS_DEG = (0, -35, 35, -80, 80, 180)
 """Directions that are tried, from the wanted one."""
 
 
@@ -169,7 +171,8 @@ def number_marks(
 def place_numbers(figure: Figure) -> None:
     """Move the numbers of all panels off each other and off the marks, nearest places first.
 
-    A number for which there is no space is left out: the marks beside it say which it is.
+    A number stands nearer to its own mark than to any other. One for which there is no such place
+    is left out: the numbers beside it say which it is.
     """
     figure.draw_without_rendering()  # lays out the panels, so that data have a place in points
     for axes in figure.axes:
@@ -181,6 +184,7 @@ def place_numbers(figure: Figure) -> None:
         if not labels:
             continue
         marks = axes.transData.transform([label.xy for label in labels]) * 72 / figure.dpi
+        low, high = axes.bbox.get_points() * 72 / figure.dpi
         taken: list[tuple[float, float, float, float]] = []
         for place, label in zip(marks, labels, strict=True):
             if label.get_gid() != GID:
@@ -192,7 +196,10 @@ def place_numbers(figure: Figure) -> None:
                 angle = np.radians(turn) + np.arctan2(wanted[1], wanted[0])
                 offset = step * size * np.array([np.cos(angle), np.sin(angle)])
                 box = _box(place + offset, half)
-                if not _meets(box, taken) and not _covers(box, marks):
+                nearest = np.hypot(*(marks - place - offset).T).min()
+                inside = min(*(box[:2] - low), *(high - box[2:])) > -BEYOND
+                free = inside and not _meets(box, taken) and not _covers(box, marks)
+                if free and nearest >= np.hypot(*offset) - 1e-6:
                     taken.append(box)
                     label.set_position((float(offset[0]), float(offset[1])))
                     break

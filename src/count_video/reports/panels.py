@@ -65,14 +65,13 @@ def draw_whole(axes: Axes, material: Material) -> None:
     draw_space_time(axes, material, material.shown_frames)
     _label(axes, material)
     axes.set_title("Space and time, the wall at the bottom")
-    shown = material.result.collisions
+    inside: Sequence[int] = ()
     if worth_enlarging(material):
         low, high = material.crowded_frames
         axes.axvspan(low, high, fill=False, edgecolor=YELLOW, linewidth=2.0)
         axes.set_title("Space and time, the wall at the bottom; the framed part is enlarged")
-        inside = [c.number for c in material.burst if low <= c.frame <= high]
-        shown = tuple(c for c in shown if not inside[0] < c.number < inside[-1])
-    _number(axes, material, shown, size=9)
+        inside = [c.number for c in material.burst if low <= c.frame <= high][1:-1]
+    _number(axes, material, material.result.collisions, size=9, but=inside)
 
 
 def draw_enlarged(axes: Axes, material: Material) -> None:
@@ -82,7 +81,8 @@ def draw_enlarged(axes: Axes, material: Material) -> None:
     _label(axes, material)
     shown = [c for c in material.result.collisions if low <= c.frame <= high]
     step = -(-len(shown) // MOST_NUMBERS)
-    _number(axes, material, shown[::step], size=10)
+    few = [c.number for place, c in enumerate(shown) if place % step]
+    _number(axes, material, shown, size=10, but=few)
     axes.set_title(f"Enlarged: collisions {shown[0].number} to {shown[-1].number}")
 
 
@@ -144,13 +144,23 @@ def _mark(axes: Axes, material: Material, collision: Collision, size: float) -> 
     )
 
 
-def _number(axes: Axes, material: Material, shown: Sequence[Collision], *, size: float) -> None:
-    # Contacts of the bodies are numbered towards the heavy body, those with the wall towards it.
+def _number(
+    axes: Axes,
+    material: Material,
+    shown: Sequence[Collision],
+    *,
+    size: float,
+    but: Sequence[int],
+) -> None:
+    """Write the numbers of the collisions shown, but for some.
+
+    Contacts of the bodies are numbered towards the heavy body, those with the wall towards it.
+    """
     two = material.track.heavy is not None
     number_marks(
         axes,
         np.array([(c.frame, contact_px(c, material.track)) for c in shown]).reshape(-1, 2),
-        [str(c.number) for c in shown],
+        ["" if c.number in but else str(c.number) for c in shown],
         np.array([(0.0, 1.0 if (c.kind == "bodies") == two else -1.0) for c in shown]),
         size=size,
     )
@@ -197,9 +207,9 @@ def legend_handles(material: Material) -> list[Line2D]:
     if len(collisions) > len(material.burst):
         marks.append(("o", GREY, "after the burst", True))
     for shape, colour, label, filled in marks:
-        looks: Any = {"mfc": colour if filled else WHITE, "mec": WHITE if filled else colour}
+        style: Any = {"mfc": colour if filled else WHITE, "mec": WHITE if filled else colour}
         width = 1.0 if filled else 2.0
-        handles.append(Line2D([], [], ls="", marker=shape, ms=8, mew=width, label=label, **looks))
+        handles.append(Line2D([], [], ls="", marker=shape, ms=8, mew=width, label=label, **style))
     return handles
 
 
@@ -280,8 +290,8 @@ def _draw_points(axes: Axes, material: Material, points: Floats) -> None:
     for kind, mark in MARKS.items():
         chosen = points[kinds == kind]
         if len(chosen):
-            looks: Any = {"color": mark.colour, "markeredgecolor": WHITE, "markersize": 7}
-            axes.plot(*chosen.T, mark.shape, gid="state", zorder=4, **looks)
+            style: Any = {"color": mark.colour, "markeredgecolor": WHITE, "markersize": 7}
+            axes.plot(*chosen.T, mark.shape, gid="state", zorder=4, **style)
 
 
 def _say_instead(axes: Axes, material: Material) -> None:

@@ -122,8 +122,8 @@ def _sliders(planned: Mapping[str, float]) -> list[dict[str, object]]:
                 math.log10(ends[2]),
             ]
         least, most, value = ends
-        looks = {"name": name, "label": label, "step": step or 0.002}
-        sliders.append({**looks, "least": least, "most": most, "value": value})
+        style = {"name": name, "label": label, "step": step or 0.002}
+        sliders.append({**style, "least": least, "most": most, "value": value})
     return sliders
 
 

@@ -135,9 +135,9 @@ def _draw_rates(axes: Axes, gap_cm: Floats, release_cm: Floats, chart: Chart) ->
     levels = [rate for rate in RATES_FPS if low < rate < high]
     if not levels:
         return
-    looks: Any = {"colors": BLACK, "linewidths": 0.9, "linestyles": "dashed", "zorder": 2}
+    style: Any = {"colors": BLACK, "linewidths": 0.9, "linestyles": "dashed", "zorder": 2}
     shown = np.ma.masked_invalid(needed)
-    lines = axes.contour(gap_cm, release_cm, shown, levels=levels, **looks)
+    lines = axes.contour(gap_cm, release_cm, shown, levels=levels, **style)
     for label in axes.clabel(lines, fmt=lambda rate: f"{rate:g}/s", fontsize=9):
         label.set_path_effects(list(HALO))
 
@@ -169,8 +169,8 @@ def _draw_setup(axes: Axes, plan: Plan) -> None:
     request, off = plan.request, plan.request.tolerances
     place = (100 * request.gap_m, 100 * request.release_m)
     size = (200 * ELLIPSE_SIGMAS * off.gap_m, 200 * ELLIPSE_SIGMAS * off.release_m)
-    looks: Any = {"facecolor": "none", "edgecolor": VERMILION, "linewidth": 2.0, "zorder": 4}
-    axes.add_patch(Ellipse(place, *size, gid="tolerance", **looks))
+    style: Any = {"facecolor": "none", "edgecolor": VERMILION, "linewidth": 2.0, "zorder": 4}
+    axes.add_patch(Ellipse(place, *size, gid="tolerance", **style))
     axes.plot(*place, "o", color=VERMILION, markeredgecolor="white", markersize=9, zorder=5)
     for proposal in plan.proposals:
         if proposal.change != "heavy mass":

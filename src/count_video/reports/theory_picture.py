@@ -77,11 +77,11 @@ def draw_phase_circle(
     states = state_points(heavy, light) if count < MOST_POINTS else np.empty((0, 2))
     for step in range(1, len(states)):
         # Momentum lines slant (odd steps), mirrors at the wall are upright and dashed (even ones).
-        gid, colour, style = (
+        gid, colour, dashes = (
             ("momentum", lines[0], "-") if step % 2 else ("mirror", GREY, (0, (3, 2)))
         )
-        looks: Any = {"color": colour, "linestyle": style, "linewidth": 1.0, "alpha": lines[1]}
-        axes.plot(*states[step - 1 : step + 1].T, zorder=1, gid=gid, **looks)
+        style: Any = {"color": colour, "linestyle": dashes, "linewidth": 1.0, "alpha": lines[1]}
+        axes.plot(*states[step - 1 : step + 1].T, zorder=1, gid=gid, **style)
     if points and len(states):
         axes.plot(*states.T, "o", color=BLACK, markersize=5, gid="state points")
     axes.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH), aspect="equal")
