@@ -7,6 +7,7 @@ import io
 import json
 import os
 import pty
+import select
 from fractions import Fraction
 
 import pytest
@@ -168,7 +169,10 @@ def test_the_bar_tells_clips_done_and_gives_way_to_a_line(monkeypatch: pytest.Mo
             terminal.write("a line\n")
             terminal.flush()
         bar.finish()
-        shown = os.read(reader, 1 << 16).decode()
+        shown = ""
+        while "a line" not in shown:  # what is written may arrive in pieces
+            assert select.select([reader], [], [], 60.0)[0]
+            shown += os.read(reader, 1 << 16).decode()
     os.close(reader)
     assert "12/30" in shown
     assert "/min" in shown
