@@ -102,6 +102,8 @@
         make("span", { class: "note" }, remarks(c))),
       make("span", {}, placed(c)));
     button.setAttribute("aria-current", key(c) === key(chosen) ? "true" : "false");
+    // One stop of the tab key for the whole list; arrow keys go through it.
+    button.tabIndex = key(c) === key(chosen ?? entries()[0]) ? 0 : -1;
     button.addEventListener("click", () => choose(c));
     return make("li", {}, button);
   }
