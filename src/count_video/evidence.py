@@ -15,15 +15,12 @@ from typing import Literal
 import numpy as np
 from matplotlib.figure import Figure
 
-from count_video.corrections import reviewed
 from count_video.errors import UsageError
 from count_video.followed import Followed, followed
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
 from count_video.outputs import CsvDialect, OutputFolder, open_outputs, output_name, write_whole
-from count_video.planning.comparison import compared
-from count_video.planning.stored import read_request
 from count_video.progress import NO_PROGRESS, Progress, counted_off
 from count_video.records import Track, TrialResult
 from count_video.reports.annotated_clip import AnnotatedClip, frame_times_s
@@ -41,7 +38,7 @@ from count_video.reports.page import MEDIA_TYPES, Footage, Picture, clip_page
 from count_video.reports.presenter import PresenterClip, Shape
 from count_video.reports.printable import printable
 from count_video.reports.tables import collisions_array, table_csv, track_array
-from count_video.trial import Trial, TrialSettings, work_through
+from count_video.trial import Trial
 
 PictureFormat = Literal["png", "svg"]
 _PRESENTER = ("presenter.mp4", "presenter.gif")
@@ -57,40 +54,12 @@ class EvidenceSettings:
     folder: Path
     """Made if it is not there."""
     picture_format: PictureFormat = "png"
-    corrections: Path | None = None
-    """File of a person's corrections to lay over the result."""
-    plan_file: Path | None = None
-    """File of the plan to hold the result against."""
     name: str | None = None
     """What the files are named after; None for the clip's name without its suffix."""
     csv_dialect: CsvDialect = "comma"
     """Of the tables."""
     presenter: Shape | None = None
     """Shape of a clip for a talk, with its GIF; None for none."""
-
-
-def count_with_evidence(
-    path: Path,
-    settings: TrialSettings,
-    evidence: EvidenceSettings,
-    progress: Progress = NO_PROGRESS,
-) -> TrialResult:
-    """Count a clip as ``trial.count_clip`` does and write its evidence beside the answer.
-
-    Files are named after the clip: for ``trial7.mp4`` they are ``trial7.html``, ``trial7.png``
-    (or ``.svg``), ``trial7.strip.jpg``, ``trial7.annotated.mp4``, ``trial7.track.csv`` and
-    ``trial7.collisions.csv``. Where no bodies could be followed there is the page alone. Each
-    appears when it is complete.
-
-    Raises
-    ------
-    FootageError
-        If the file cannot be read as footage.
-    UsageError
-        If a setting does not fit the clip, the corrections are not for it, or the evidence cannot
-        be written.
-    """
-    return make_evidence(path, settings, evidence, progress).result
 
 
 @dataclass(frozen=True)
@@ -100,24 +69,6 @@ class Evidence:
     result: TrialResult
     files: tuple[str, ...]
     """Names of the files that show it, in the folder of the evidence."""
-
-
-def make_evidence(
-    path: Path,
-    settings: TrialSettings,
-    evidence: EvidenceSettings,
-    progress: Progress = NO_PROGRESS,
-) -> Evidence:
-    """Do what :func:`count_with_evidence` does, and say which files there are."""
-    plan = None if evidence.plan_file is None else read_request(evidence.plan_file)
-    check_evidence(path, evidence)
-    found = followed(work_through(path, settings, progress))
-    result = found.result
-    if evidence.corrections is not None:
-        result = reviewed(result, evidence.corrections)
-    if plan is not None:
-        result = compared(result, plan)
-    return draw_evidence(path, replace(found, result=result), evidence, progress)
 
 
 def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
@@ -167,9 +118,19 @@ def keep_evidence(
 def draw_evidence(
     path: Path, found: Followed, evidence: EvidenceSettings, progress: Progress = NO_PROGRESS
 ) -> Evidence:
-    """Write the evidence of a clip that was counted; raises as :func:`count_with_evidence` does.
+    """Write the evidence of a clip that was counted.
 
-    Where no bodies could be followed that is the page alone.
+    Files are named after the clip: for ``trial7.mp4`` they are ``trial7.html``, ``trial7.png``
+    (or ``.svg``) and one for each of its panels, ``trial7.strip.jpg``, ``trial7.annotated.mp4``,
+    ``trial7.track.csv`` and ``trial7.collisions.csv``. Where no bodies could be followed there is
+    the page alone. Each appears when it is complete.
+
+    Raises
+    ------
+    FootageError
+        If the file cannot be read as footage any more.
+    UsageError
+        If the evidence cannot be written.
     """
     files = _files_of(path, evidence)
     if found.track is None:

@@ -9,11 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from evidence_made import CLIP, Made
+from evidence_made import CLIP, Made, count_with_evidence
 
 from count_video import cli
 from count_video.errors import UsageError
-from count_video.evidence import EvidenceSettings, count_with_evidence
+from count_video.evidence import EvidenceSettings
 from count_video.outputs import HIDDEN
 from count_video.reports.tables import (
     COLLISION_COLUMNS,

@@ -11,11 +11,11 @@ from urllib.parse import unquote
 
 import numpy as np
 import pytest
-from evidence_made import FIXTURES, Made
+from evidence_made import FIXTURES, Made, count_with_evidence
 
 from count_video import cli
 from count_video.batch.summary import summarise
-from count_video.evidence import EvidenceSettings, count_with_evidence
+from count_video.evidence import EvidenceSettings
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import write_clip
 from count_video.reports.campaign_page import campaign_page

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from evidence_made import count_with_evidence
 from outlines import OUTLINE_WITHIN_PX, drawn_shift
 
-from count_video.evidence import EvidenceSettings, count_with_evidence
+from count_video.evidence import EvidenceSettings
 from count_video.footage.reader import open_footage
 from count_video.records import Floats
 from count_video.reports.annotated_clip import HEADER_PX
