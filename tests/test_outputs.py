@@ -15,8 +15,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from count_video.campaign.folder import clips_in
-from count_video.campaign.plan import jobs_of
+from count_video.batch.manifest import clips_in, jobs_of
 from count_video.errors import UsageError
 from count_video.evidence import shows_another_clip
 from count_video.outputs import (

@@ -18,15 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video import trial
-from count_video.campaign.plan import Job, jobs_of
+from count_video.batch.manifest import Job, jobs_of
 from count_video.errors import CountVideoError, UsageError
 from count_video.outputs import CsvDialect
 from count_video.parallel import in_parallel
 from count_video.physics.theory import Mass, Theory, theory_of
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Collision, Estimate, Track, TrialResult, WallSide
-from count_video.reports.arrays import collisions_array, track_array
 from count_video.reports.json_object import json_object
+from count_video.reports.tables import collisions_array, track_array
 from count_video.reports.text import headline, result_text
 from count_video.settings import Settings, exact_mass, trial_settings
 from count_video.verdict import unread_result
@@ -171,6 +171,7 @@ class Result:
         *,
         picture_format: Literal["png", "svg"] = "png",
         csv_dialect: CsvDialect = "comma",
+        presenter: Literal["wide", "upright"] | None = None,
         progress: Progress = NO_PROGRESS,
     ) -> list[Path]:
         """Write page, picture, annotated clip, tables and JSON object into a folder.
@@ -183,6 +184,8 @@ class Result:
             Kind of the picture.
         csv_dialect
             ``"semicolon"`` for tables with semicolons and decimal commas.
+        presenter
+            Shape of a clip for a talk, in full HD with a big counter, and its GIF; None: none.
         progress
             Informed of how far the drawing has come; see ``count_video.progress.Progress``.
 
@@ -198,7 +201,9 @@ class Result:
         """
         from count_video.evidence import EvidenceSettings, keep_evidence  # noqa: PLC0415
 
-        wanted = EvidenceSettings(Path(folder), picture_format, csv_dialect=csv_dialect)
+        wanted = EvidenceSettings(
+            Path(folder), picture_format, csv_dialect=csv_dialect, presenter=presenter
+        )
         names = keep_evidence(self.trial, self.answer, wanted, progress)
         return [wanted.folder / name for name in names]
 

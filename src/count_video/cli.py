@@ -128,7 +128,7 @@ def _answer(options: argparse.Namespace) -> int:
     from count_video import api
 
     if is_campaign(options):
-        from count_video.campaign.cli import answer_campaign
+        from count_video.batch.cli import answer_campaign
         from count_video.settings import trial_settings
 
         code = answer_campaign(options, trial_settings(**_settings(options)))
@@ -165,7 +165,10 @@ def _count(
     if kept:
         from count_video.evidence import EvidenceSettings, check_evidence
 
-        check_evidence(path, EvidenceSettings(options.output, options.picture_format))
+        wanted = EvidenceSettings(
+            options.output, options.picture_format, presenter=options.presenter
+        )
+        check_evidence(path, wanted)
     result = api.count(path, **_settings(options), progress=progress)
     if options.corrections is not None:
         result = result.reviewed(options.corrections)
@@ -178,6 +181,7 @@ def _count(
             options.output,
             picture_format=options.picture_format,
             csv_dialect=options.csv_dialect,
+            presenter=options.presenter,
             progress=progress,
         )
     finally:
@@ -242,7 +246,7 @@ def _answer_plan(options: argparse.Namespace) -> int:
     if kept:
         write_plan(plan, outputs, progress)
     if options.json:
-        from count_video.reports.plan_json import plan_line
+        from count_video.reports.json_object import plan_line
 
         print(plan_line(plan))
     else:

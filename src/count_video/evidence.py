@@ -7,7 +7,7 @@ clip and leaves its line in the space-time image and its cut-outs at the contact
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
 from typing import Literal
@@ -15,33 +15,33 @@ from typing import Literal
 import numpy as np
 from matplotlib.figure import Figure
 
-from count_video.collisions.swing import Swing
-from count_video.corrections import reviewed
 from count_video.errors import UsageError
+from count_video.followed import Followed, followed
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
 from count_video.outputs import CsvDialect, OutputFolder, open_outputs, output_name, write_whole
-from count_video.planning.comparison import compared
-from count_video.planning.stored import read_request
 from count_video.progress import NO_PROGRESS, Progress, counted_off
-from count_video.records import Floats, Track, TrialResult
-from count_video.reports.annotated_clip import AnnotatedClip
-from count_video.reports.csv_files import collisions_csv, track_csv
+from count_video.records import Track, TrialResult
+from count_video.reports.annotated_clip import AnnotatedClip, frame_times_s
 from count_video.reports.drawing import picture_bytes
+from count_video.reports.figure import (
+    PANELS,
+    panel_figures,
+    thumbnail_jpeg,
+    time_panels,
+    trial_figure,
+)
 from count_video.reports.json_object import json_line
-from count_video.reports.levelling import FRAMES_ENOUGH, levelled
-from count_video.reports.material import Material, Pendulum
-from count_video.reports.pace import frame_times_s
-from count_video.reports.page import Footage, Picture, clip_page
-from count_video.reports.picture import trial_figure
+from count_video.reports.material import FRAMES_ENOUGH, Material, levelled, touching
+from count_video.reports.page import MEDIA_TYPES, Footage, Picture, clip_page
+from count_video.reports.presenter import PresenterClip, Shape
 from count_video.reports.printable import printable
-from count_video.reports.thumbnail import thumbnail_jpeg
-from count_video.reports.touching import touching
-from count_video.trial import Trial, TrialSettings, work_through
+from count_video.reports.tables import collisions_array, table_csv, track_array
+from count_video.trial import Trial
 
 PictureFormat = Literal["png", "svg"]
-MEDIA_TYPES: dict[PictureFormat, str] = {"png": "image/png", "svg": "image/svg+xml"}
+_PRESENTER = ("presenter.mp4", "presenter.gif")
 _SUFFIXES = ("html", "annotated.mp4", "strip.jpg", "track.csv", "collisions.csv")
 CRF = 23
 """Quality of the annotated clip: lines and letters stay clean, a page holds it easily."""
@@ -49,43 +49,17 @@ CRF = 23
 
 @dataclass(frozen=True)
 class EvidenceSettings:
-    """Where the evidence goes and what it looks like."""
+    """Where the evidence goes, and in which formats."""
 
     folder: Path
     """Made if it is not there."""
     picture_format: PictureFormat = "png"
-    corrections: Path | None = None
-    """File of a person's corrections to lay over the result."""
-    plan_file: Path | None = None
-    """File of the plan to hold the result against."""
     name: str | None = None
     """What the files are named after; None for the clip's name without its suffix."""
     csv_dialect: CsvDialect = "comma"
     """Of the tables."""
-
-
-def count_with_evidence(
-    path: Path,
-    settings: TrialSettings,
-    evidence: EvidenceSettings,
-    progress: Progress = NO_PROGRESS,
-) -> TrialResult:
-    """Count a clip as ``trial.count_clip`` does and write its evidence beside the answer.
-
-    Files are named after the clip: for ``trial7.mp4`` they are ``trial7.html``, ``trial7.png``
-    (or ``.svg``), ``trial7.strip.jpg``, ``trial7.annotated.mp4``, ``trial7.track.csv`` and
-    ``trial7.collisions.csv``. Where no bodies could be followed there is the page alone. Each
-    appears when it is complete.
-
-    Raises
-    ------
-    FootageError
-        If the file cannot be read as footage.
-    UsageError
-        If a setting does not fit the clip, the corrections are not for it, or the evidence cannot
-        be written.
-    """
-    return make_evidence(path, settings, evidence, progress).result
+    presenter: Shape | None = None
+    """Shape of a clip for a talk, with its GIF; None for none."""
 
 
 @dataclass(frozen=True)
@@ -95,25 +69,6 @@ class Evidence:
     result: TrialResult
     files: tuple[str, ...]
     """Names of the files that show it, in the folder of the evidence."""
-
-
-def make_evidence(
-    path: Path,
-    settings: TrialSettings,
-    evidence: EvidenceSettings,
-    progress: Progress = NO_PROGRESS,
-) -> Evidence:
-    """Do what :func:`count_with_evidence` does, and say which files there are."""
-    plan = None if evidence.plan_file is None else read_request(evidence.plan_file)
-    files = _files_of(path, evidence)
-    trial = work_through(path, settings, progress)
-    result = trial.result
-    if evidence.corrections is not None:
-        result = reviewed(result, evidence.corrections)
-    if plan is not None:
-        result = compared(result, plan)
-    _write_evidence(trial, result, (files, evidence.picture_format), progress)
-    return Evidence(result, tuple(files.written))
 
 
 def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
@@ -152,23 +107,51 @@ def keep_evidence(
     UsageError
         The evidence cannot be written.
     """
-    files = _files_of(Path(result.clip), evidence)
+    path = Path(result.clip)
+    files = _files_of(path, evidence)
     files.write("json", f"{json_line(result)}\n".encode("ascii"))
-    _write_evidence(trial, result, (files, evidence.picture_format), progress)
-    return tuple(files.written)
+    found = Followed(result, None, None) if trial is None else followed(trial)
+    drawn = draw_evidence(path, replace(found, result=result), evidence, progress)
+    return (*files.written, *drawn.files)
+
+
+def draw_evidence(
+    path: Path, found: Followed, evidence: EvidenceSettings, progress: Progress = NO_PROGRESS
+) -> Evidence:
+    """Write the evidence of a clip that was counted.
+
+    Files are named after the clip: for ``trial7.mp4`` they are ``trial7.html``, ``trial7.png``
+    (or ``.svg``) and one for each of its panels, ``trial7.strip.jpg``, ``trial7.annotated.mp4``,
+    ``trial7.track.csv`` and ``trial7.collisions.csv``. Where no bodies could be followed there is
+    the page alone. Each appears when it is complete.
+
+    Raises
+    ------
+    FootageError
+        If the file cannot be read as footage any more.
+    UsageError
+        If the evidence cannot be written.
+    """
+    files = _files_of(path, evidence)
+    if found.track is None:
+        files.write("html", clip_page(found.result, None, None).encode("utf-8"))
+    else:
+        _write_all(path, found, found.track, (files, evidence.picture_format), progress)
+        if evidence.presenter is not None:
+            _write_presenter(path, found, found.track, (files, evidence.presenter), progress)
+    return Evidence(found.result, tuple(files.written))
 
 
 def draw_trial(trial: Trial, result: TrialResult) -> Figure | None:
     """Draw the picture of a counted clip, which is decoded once more; None if nothing moved."""
     if trial.track is None:
         return None
-    track = _shown_track(trial.info.path, trial.track, result)
-    clip = AnnotatedClip(result, track, (trial.info.height_px, trial.info.width_px))
-    first, last = int(track.frame[0]), int(track.frame[-1])
-    with open_footage(trial.info.path) as footage:
-        for _ in clip.pictures(footage.frames(first, last + 1)):
+    found, path = replace(followed(trial), result=result), trial.info.path
+    clip = _prepared(path, found, trial.track)
+    with open_footage(path) as footage:
+        for _ in clip.pictures(footage.frames(*_ends(clip.track))):
             pass  # each frame leaves its line in the space-time image
-    return trial_figure(_material(trial, track, result, clip))
+    return trial_figure(_material(found, trial.track, clip))
 
 
 def _files_of(path: Path, evidence: EvidenceSettings) -> _Files:
@@ -177,22 +160,14 @@ def _files_of(path: Path, evidence: EvidenceSettings) -> _Files:
     outputs.csv_dialect = evidence.csv_dialect
     content = content_digest(path) if path.is_file() else ""
     files = _Files(outputs, evidence.name or output_name(path.stem), content)
-    files.check((*_SUFFIXES, evidence.picture_format))
+    files.check((*_SUFFIXES, *_pictures(evidence.picture_format)))
+    files.check(_PRESENTER if evidence.presenter else ())
     return files
 
 
-def _write_evidence(
-    trial: Trial | None,
-    result: TrialResult,
-    into: tuple[_Files, PictureFormat],
-    progress: Progress,
-) -> None:
-    """Write all that there is to show; where no bodies could be followed that is the page alone."""
-    if trial is None or trial.track is None:
-        into[0].write("html", clip_page(result, None, None).encode("utf-8"))
-        return
-    track = _shown_track(trial.info.path, trial.track, result)
-    _write_all(trial, track, result, into, progress)
+def _pictures(picture_format: PictureFormat) -> list[str]:
+    """List the endings of the pictures: all panels on a sheet, and each alone."""
+    return [picture_format, *(f"{name}.{picture_format}" for name in PANELS)]
 
 
 def shows_another_clip(folder: Path, path: Path) -> bool:
@@ -250,68 +225,86 @@ def _unwritable(path: Path, error: OSError) -> UsageError:
 
 
 def _write_all(
-    trial: Trial,
-    track: Track,
-    result: TrialResult,
+    path: Path,
+    found: Followed,
+    measured: Track,
     into: tuple[_Files, PictureFormat],
     progress: Progress,
 ) -> None:
     files, picture_format = into
-    files.write("track.csv", track_csv(track, result).encode("utf-8"))
-    files.write("collisions.csv", collisions_csv(result).encode("utf-8"))
-    clip = AnnotatedClip(result, track, (trial.info.height_px, trial.info.width_px))
-    shown_s = frame_times_s(
-        track.frame, [c.frame for c in result.collisions], trial.info.container_fps
-    )
+    result = found.result
+    clip = _prepared(path, found, measured)
+    track_csv = table_csv(track_array(clip.track, result), frame=0, ball_px=4)
+    files.write("track.csv", track_csv.encode("ascii"))
+    files.write("collisions.csv", table_csv(collisions_array(result)).encode("ascii"))
     annotated = files.claim("annotated.mp4")
-    _write_clip(annotated, trial, clip, shown_s, progress)
-    material = _material(trial, track, result, clip)
-    picture = picture_bytes(trial_figure(material), picture_format)
+    _write_clip(path, annotated, clip, progress)
+    material = _material(found, measured, clip)
+    sheet = trial_figure(material)
+    picture = picture_bytes(sheet, picture_format)
     files.write(picture_format, picture)
+    for name, figure in panel_figures(material).items():
+        files.write(f"{name}.{picture_format}", picture_bytes(figure, picture_format))
     files.write("strip.jpg", thumbnail_jpeg(material))
-    cuts = clip.contact_frames.found
-    footage = Footage(annotated.read_bytes(), track.frame, shown_s, cuts, files.clip)
-    page = clip_page(result, footage, Picture(picture, MEDIA_TYPES[picture_format]))
+    shown = Footage(
+        annotated.read_bytes(),
+        clip.track.frame,
+        clip.shown_s,
+        clip.contact_frames.found,
+        files.clip,
+    )
+    drawn = Picture(picture, MEDIA_TYPES[picture_format], time_panels(sheet))
+    page = clip_page(result, shown, drawn)
     files.write("html", page.encode("utf-8"))
 
 
-def _shown_track(path: Path, track: Track, result: TrialResult) -> Track:
-    """Put the outlines where they are seen to be; the motion is that of the track."""
-    with open_footage(path) as footage:
-        frames = list(islice(footage.frames(int(track.frame[0])), FRAMES_ENOUGH))
-    return levelled(touching(track, result.collisions), frames)
-
-
-def _write_clip(
-    path: Path, trial: Trial, clip: AnnotatedClip, shown_s: Floats, progress: Progress
+def _write_presenter(
+    path: Path,
+    found: Followed,
+    measured: Track,
+    into: tuple[_Files, Shape],
+    progress: Progress,
 ) -> None:
-    first, last = int(clip.track.frame[0]), int(clip.track.frame[-1])
-    progress.start(last + 1 - first, "drawing")
-    options = WriteOptions(frame_times_s=shown_s.tolist(), crf=CRF)
-    with open_footage(trial.info.path) as footage:
-        frames = counted_off(footage.frames(first, last + 1), progress)
-        write_clip(path, clip.pictures(frames), options)
+    files, shape = into
+    plain = _prepared(path, found, measured)
+    with open_footage(path) as footage:
+        size = (footage.info.height_px, footage.info.width_px)
+    clip = PresenterClip(found.result, plain.track, size, plain.shown_s, shape)
+    _write_clip(path, files.claim("presenter.mp4"), clip, progress)
+    files.write("presenter.gif", clip.gif())
 
 
-def _material(
-    trial: Trial,
-    track: Track,
-    result: TrialResult,
-    clip: AnnotatedClip,
-) -> Material:
-    swing = None if trial.found is None else trial.found.swing
-    return Material(
-        result=result,
-        track=track,
-        space_time=clip.space_time(),
-        pendulum=None if swing is None else _pendulum(swing, trial.track, track),
-    )
+def _write_clip(path: Path, target: Path, clip: AnnotatedClip, progress: Progress) -> None:
+    """Draw a clip while its footage is decoded."""
+    first, end = _ends(clip.track)
+    progress.start(end - first, "drawing")
+    options = WriteOptions(frame_times_s=clip.shown_s.tolist(), crf=CRF)
+    with open_footage(path) as footage:
+        frames = counted_off(footage.frames(first, end), progress)
+        write_clip(target, clip.pictures(frames), options)
 
 
-def _pendulum(swing: Swing, measured: Track | None, shown: Track) -> Pendulum | None:
-    """Give the swing of the heavy body's face as it is shown: shifted as the face is."""
-    if measured is None or measured.heavy is None or shown.heavy is None:
-        return None
-    shift = float(np.nanmedian(shown.heavy.position_px - measured.heavy.position_px))
-    outward = 1 if shown.wall_side == "left" else -1
-    return Pendulum(swing.rate_squared, swing.centre_px + outward * shift)
+def _prepared(path: Path, found: Followed, measured: Track) -> AnnotatedClip:
+    """Prepare the drawing of a clip, with outlines where the bodies are seen to be."""
+    result = found.result
+    with open_footage(path) as footage:
+        info = footage.info
+        frames = list(islice(footage.frames(int(measured.frame[0])), FRAMES_ENOUGH))
+    track = levelled(touching(measured, result.collisions), frames)
+    shown_s = frame_times_s(track.frame, [c.frame for c in result.collisions], info.container_fps)
+    return AnnotatedClip(result, track, (info.height_px, info.width_px), shown_s)
+
+
+def _ends(track: Track) -> tuple[int, int]:
+    """First frame of a track, and the one after its last."""
+    return int(track.frame[0]), int(track.frame[-1]) + 1
+
+
+def _material(found: Followed, measured: Track, clip: AnnotatedClip) -> Material:
+    """Put together what pictures are drawn from; the swing is shifted as the face is."""
+    pendulum, shown = found.pendulum, clip.track
+    if pendulum is not None and measured.heavy is not None and shown.heavy is not None:
+        shift = float(np.nanmedian(shown.heavy.position_px - measured.heavy.position_px))
+        outward = 1 if shown.wall_side == "left" else -1
+        pendulum = replace(pendulum, centre_px=pendulum.centre_px + outward * shift)
+    return Material(found.result, shown, clip.space_time(), pendulum)

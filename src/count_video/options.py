@@ -91,6 +91,8 @@ def _check_what_is_wanted(options: argparse.Namespace) -> None:
     beside = (options.corrections, options.plan_file)
     if options.theory is not None and (options.json or beside != (None, None)):
         raise UsageError("--theory goes with -o and --format alone")
+    if options.presenter is not None and (options.output is None or is_campaign(options)):
+        raise UsageError("--presenter goes with one clip and a folder to write to: add -o DIR")
     if options.pages and options.output is None:
         raise UsageError("--pages need a folder to go to: give one with -o")
     if options.plan_file is not None and is_campaign(options):
@@ -178,6 +180,12 @@ def _add_answer_options(parser: argparse.ArgumentParser) -> None:
         default="comma",
         help="how tables in the output folder are written: comma, with decimal points, or "
         "semicolon, with decimal commas (default: comma)",
+    )
+    parser.add_argument(
+        "--presenter",
+        choices=("wide", "upright"),
+        help="with -o write a clip for a talk as well, in full HD with a big counter, and a GIF of "
+        "it (default: none)",
     )
 
 

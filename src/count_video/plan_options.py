@@ -16,7 +16,7 @@ from count_video.inputs import as_option
 _OF_A_PLAN = ("gap", "release", "thread", "restitution", "damping", "trials", "tolerance", "seed")
 _OF_A_COUNT = (
     *("clips", "start", "end", "region", "wall_side", "masses", "seen_only", "corrections"),
-    *("theory", "plan_file", "jobs", "fresh", "pages", "scheduler"),
+    *("theory", "plan_file", "jobs", "fresh", "pages", "scheduler", "presenter"),
 )
 
 

@@ -95,7 +95,9 @@ def test_a_table_has_the_columns_and_the_values_of_its_file(
 
 def test_the_files_are_saved_beside_each_other_and_named(saved: list[Path]) -> None:
     suffixes = ("annotated.mp4", "collisions.csv", "html", "json", "png", "strip.jpg", "track.csv")
-    assert sorted(file.name for file in saved) == [f"{CLIP.stem}.{end}" for end in suffixes]
+    panels = ("energy", "phase-circle", "space-time", "velocities")
+    names = sorted([*suffixes, *(f"{panel}.png" for panel in panels)])
+    assert sorted(file.name for file in saved) == [f"{CLIP.stem}.{end}" for end in names]
     assert all(file.stat().st_size for file in saved)
 
 

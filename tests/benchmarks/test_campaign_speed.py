@@ -38,7 +38,7 @@ MOST_OVERHEAD = 0.05
 RESULTS = 1000
 MOST_RESUME_TO_IMPORTS = 2.0
 """Asked for were 2 s on a machine where the imports of the command take 1 s when it is idle."""
-STUB = Path(__file__).parents[1] / "campaign" / "stub_command.py"
+STUB = Path(__file__).parents[1] / "batch" / "stub_command.py"
 
 BARE = """
 import sys
@@ -51,7 +51,7 @@ for clip in sorted(Path(sys.argv[1]).glob("*.mp4")):
 """
 IMPORTS = """
 import count_video.trial
-import count_video.campaign.cli
+import count_video.batch.cli
 import count_video.reports.campaign_page
 """
 

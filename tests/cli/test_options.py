@@ -112,7 +112,7 @@ def test_the_help_gives_every_value_its_default(capsys: pytest.CaptureFixture[st
     # An entry starts with an option and runs to the next entry or heading.
     entries = re.split(r"\n(?=  -|\w|\n)", text.partition("options:")[2])
     with_value = [entry for entry in entries if re.match(r"  --[a-z-]+ [A-Z{]", entry)]
-    assert len(with_value) == 23
+    assert len(with_value) == 24
     assert all("(default: " in " ".join(entry.split()) for entry in with_value)
 
 

@@ -6,9 +6,9 @@ import json
 
 import numpy as np
 import pytest
-from evidence_made import CLIP, FIXTURES, Made, Truth
+from evidence_made import CLIP, FIXTURES, Made, Truth, count_with_evidence
 
-from count_video.evidence import EvidenceSettings, count_with_evidence
+from count_video.evidence import EvidenceSettings
 from count_video.footage.reader import open_footage
 from count_video.records import Floats
 from count_video.trial import TrialSettings

@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from count_video.evidence import EvidenceSettings, draw_evidence
+from count_video.followed import followed
 from count_video.records import Floats, TrialResult
+from count_video.trial import TrialSettings, work_through
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 CLIP = FIXTURES / "ratio16-count12.mp4"
@@ -31,3 +34,10 @@ class Made:
 
     def file(self, suffix: str) -> Path:
         return self.folder / f"{self.clip.stem}.{suffix}"
+
+
+def count_with_evidence(
+    path: Path, settings: TrialSettings, evidence: EvidenceSettings
+) -> TrialResult:
+    """Count a clip and write its evidence."""
+    return draw_evidence(path, followed(work_through(path, settings)), evidence).result

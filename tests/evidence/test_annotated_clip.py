@@ -8,9 +8,14 @@ from evidence_made import CLIP, Made, Truth
 from outlines import OUTLINE_WITHIN_PX, drawn_shift
 
 from count_video.footage.reader import open_footage
-from count_video.reports.annotated_clip import layout_of
-from count_video.reports.clip_header import HEADER_PX
-from count_video.reports.pace import BETWEEN_COLLISIONS_S, frame_times_s
+from count_video.reports.annotated_clip import (
+    BETWEEN_COLLISIONS_S,
+    FORWARD_FPS,
+    HEADER_PX,
+    UNHURRIED_S,
+    frame_times_s,
+    layout_of,
+)
 
 
 def test_the_annotated_clip_has_a_picture_for_every_frame_of_the_track(made: Made) -> None:
@@ -68,17 +73,17 @@ def test_the_header_counts_up_to_the_result(made: Made, annotated: list[np.ndarr
 
 
 def test_large_footage_is_reduced_and_small_footage_enlarged() -> None:
-    assert layout_of(3840, 2160, 216).width_px == 1280
-    assert layout_of(1080, 1920, 216).footage_height_px == 1280
-    assert layout_of(321, 121, 216).width_px == 640
-    assert layout_of(1280, 720, 216).scale == 1.0
+    assert layout_of(3840, 2160).width_px == 1280
+    assert layout_of(1080, 1920).footage_height_px == 1280
+    assert layout_of(321, 121).width_px == 640
+    assert layout_of(1280, 720).scale == 1.0
     for width, height in ((3840, 2160), (321, 121), (1281, 721), (100, 999)):
-        layout = layout_of(width, height, 216)
+        layout = layout_of(width, height)
         assert layout.width_px % 2 == layout.height_px % 2 == 0
 
 
 def test_a_picture_point_keeps_its_place_when_footage_is_reduced() -> None:
-    layout = layout_of(2560, 1440, 216)
+    layout = layout_of(2560, 1440)
     # The corner between four pixels stays the corner between four pixels.
     assert layout.place((1.5, 3.5)) == (0.5, 1.5 + HEADER_PX)
 
@@ -103,3 +108,14 @@ def test_frame_times_only_go_up() -> None:
         frame = np.cumsum(rng.integers(1, 4, 120)).astype(float)
         collisions = np.sort(rng.uniform(frame[0], frame[-1], 30))
         assert np.diff(frame_times_s(frame, list(collisions), 30.0)).min() > 0
+
+
+def test_long_stretches_without_a_collision_are_played_fast_in_their_middle() -> None:
+    frame = np.arange(2000.0)
+    collisions = [400.0, 420.0, 1900.0]
+    lasts_s = np.diff(frame_times_s(frame, collisions, 30.0))
+    assert lasts_s[1000] == pytest.approx(1 / FORWARD_FPS)
+    for collision in collisions:
+        near = np.abs(frame[:-1] - collision) < 30.0 * UNHURRIED_S
+        assert lasts_s[near].min() >= 1 / 30.0 - 1e-12
+    assert frame_times_s(frame, collisions, 30.0)[-1] < 0.35 * 2000 / 30.0

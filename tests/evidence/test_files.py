@@ -9,16 +9,27 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from evidence_made import CLIP, Made
+from evidence_made import CLIP, Made, count_with_evidence
 
 from count_video import cli
 from count_video.errors import UsageError
-from count_video.evidence import EvidenceSettings, count_with_evidence
+from count_video.evidence import EvidenceSettings
 from count_video.outputs import HIDDEN
-from count_video.reports.csv_files import COLLISION_HEADINGS, TRACK_HEADINGS, collisions_csv
+from count_video.reports.tables import (
+    COLLISION_COLUMNS,
+    TRACK_COLUMNS,
+    collisions_array,
+    table_csv,
+)
 from count_video.trial import TrialSettings, count_clip
 
-SUFFIXES = ("annotated.mp4", "collisions.csv", "html", "png", "strip.jpg", "track.csv")
+PANELS = ("energy", "enlarged", "phase-circle", "space-time", "velocities")
+SUFFIXES = sorted(
+    [
+        *("annotated.mp4", "collisions.csv", "html", "png", "strip.jpg", "track.csv"),
+        *(f"{panel}.png" for panel in PANELS),
+    ]
+)
 
 
 def read_csv(path: Path) -> list[dict[str, str]]:
@@ -42,7 +53,7 @@ def test_the_answer_is_the_same_with_evidence_and_without(made: Made) -> None:
 
 def test_the_track_table_has_a_row_a_frame_in_px_and_mm(made: Made) -> None:
     rows = read_csv(made.file("track.csv"))
-    assert tuple(rows[0]) == TRACK_HEADINGS
+    assert tuple(rows[0]) == TRACK_COLUMNS.names
     assert [int(row["frame"]) for row in rows] == list(range(made.result.frames_decoded or 0))
     assert made.result.millimetres_per_px is not None
     for row in rows:
@@ -55,7 +66,7 @@ def test_the_track_table_has_a_row_a_frame_in_px_and_mm(made: Made) -> None:
 
 def test_the_collision_table_has_a_row_a_collision(made: Made) -> None:
     rows = read_csv(made.file("collisions.csv"))
-    assert tuple(rows[0]) == COLLISION_HEADINGS
+    assert tuple(rows[0]) == COLLISION_COLUMNS.names
     assert [int(row["number"]) for row in rows] == list(range(1, 13))
     assert {row["in_burst"] for row in rows} == {"yes"}
     kinds = [collision.kind for collision in made.result.collisions]
@@ -64,7 +75,7 @@ def test_the_collision_table_has_a_row_a_collision(made: Made) -> None:
 
 def test_what_is_not_known_is_an_empty_cell(made: Made) -> None:
     first = replace(made.result.collisions[0], time_s=None)
-    text = collisions_csv(replace(made.result, collisions=(first,)))
+    text = table_csv(collisions_array(replace(made.result, collisions=(first,))))
     (row,) = csv.DictReader(text.splitlines())
     assert row["time_s"] == ""
 
@@ -150,7 +161,7 @@ def test_tables_are_written_in_the_dialect_that_is_asked_for(tmp_path: Path) -> 
     assert cli.main([str(clip), "-o", str(tmp_path), "--csv-dialect", "semicolon"]) == 0
     text = (tmp_path / f"{clip.stem}.collisions.csv").read_text("utf-8")
     rows = list(csv.DictReader(text.splitlines(), delimiter=";"))
-    assert tuple(rows[0]) == COLLISION_HEADINGS
+    assert tuple(rows[0]) == COLLISION_COLUMNS.names
     assert [row["kind"] for row in rows] == ["bodies", "wall", "bodies"]
     assert all("," in row["frame"] and "." not in row["frame"] for row in rows)
 

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from evidence_made import Made
 
-from count_video.campaign.statistics import summarise
+from count_video.batch.summary import summarise
 from count_video.records import Correction
 from count_video.reports.campaign_page import campaign_page
-from count_video.reports.campaign_rows import TrialRow
 from count_video.reports.page import Footage, clip_page
+from table_rows import row
 
 sync_api = pytest.importorskip(
     "playwright.sync_api", reason="needs Playwright: pip install 'count-video[browser]'"
@@ -106,17 +106,39 @@ def test_hostile_text_on_a_clips_page_is_shown_and_does_nothing(
 def test_hostile_text_on_a_campaigns_page_is_shown_and_does_nothing(
     browser: sync_api.Browser, tmp_path: Path, text: str
 ) -> None:
-    names = "count seen between_frames capture_fps mass_ratio theory pi_low pi_high"
-    names += " restitution_bodies restitution_wall energy_kept ending"
-    nothing = dict.fromkeys(names.split())
-    fields = {"name": "trial", "clip": text, "reason": text, "not_kept": text, "chances": {}}
-    row = TrialRow(status="not_counted", **fields, **nothing)  # type: ignore[arg-type]
+    files = frozenset({"trial.html", "trial.strip.jpg"})
+    one = row("trial", None, clip=text, reason=text, not_kept=text, files=files)
     page = tmp_path / "campaign.html"
-    page.write_text(campaign_page([row], summarise([row]), (b"", "image/png")), "utf-8")
+    page.write_text(campaign_page([one], summarise([one]), (b"", "image/png")), "utf-8")
     visit, asked = opened(browser, page)
     assert not ran(visit)
-    assert asked == []
-    assert visit.locator("li").count() == 1
+    assert asked == [(tmp_path / "trial.strip.jpg").as_uri()], "our own picture alone"
+    assert visit.locator("#trials tbody tr").count() == 1
+    visit.close()
+
+
+def test_the_trials_of_a_campaign_can_be_sorted_by_every_column(
+    browser: sync_api.Browser, tmp_path: Path
+) -> None:
+    rows = [row("b10", 31, 0.95), row("b9", 29, 0.99), row("a", None)]
+    page = tmp_path / "campaign.html"
+    page.write_text(campaign_page(rows, summarise(rows), (b"", "image/png")), "utf-8")
+    visit, _ = opened(browser, page)
+
+    def names() -> list[str]:
+        return [text.strip() for text in visit.locator("#trials tbody th").all_inner_texts()]
+
+    assert names() == ["a.mp4", "b10.mp4", "b9.mp4"], "who needs a person comes first"
+    orders = {
+        "Trial": ["a.mp4", "b9.mp4", "b10.mp4"],
+        "Count": ["a.mp4", "b9.mp4", "b10.mp4"],
+        "Probability": ["a.mp4", "b10.mp4", "b9.mp4"],
+    }
+    for heading, order in orders.items():
+        for direction in ("ascending", "descending"):
+            visit.get_by_role("button", name=heading, exact=True).press("Enter")
+            assert names() == (order if direction == "ascending" else order[::-1])
+            assert visit.locator(f"th[aria-sort={direction}]").inner_text() == heading
     visit.close()
 
 

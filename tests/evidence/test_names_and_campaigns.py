@@ -7,19 +7,21 @@ import shutil
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
-from evidence_made import FIXTURES, Made
+from evidence_made import FIXTURES, Made, count_with_evidence
 
 from count_video import cli
-from count_video.evidence import EvidenceSettings, count_with_evidence
+from count_video.batch.summary import summarise
+from count_video.evidence import EvidenceSettings
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import write_clip
 from count_video.reports.campaign_page import campaign_page
-from count_video.reports.campaign_rows import CampaignSummary, TrialRow
 from count_video.reports.page import Footage, clip_page
 from count_video.trial import TrialSettings
+from table_rows import row
 
 SMALL = FIXTURES / "ratio1-count3.mp4"
 NAMES = (
@@ -64,32 +66,9 @@ def test_a_clips_name_is_text_and_never_markup(made: Made, name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_in_a_campaign_too_a_clips_name_is_text(name: str) -> None:
-    summary = CampaignSummary(
-        *(1, 0, None, None, None, None, None, None, None, {}, None, None, None, None, None, None)
-    )
-
     def page(clip: str) -> str:
-        row = TrialRow(
-            name=clip,
-            clip=clip,
-            status="not_counted",
-            count=None,
-            chances={},
-            reason=clip,
-            not_kept=None,
-            seen=None,
-            between_frames=None,
-            capture_fps=None,
-            mass_ratio=None,
-            theory=None,
-            pi_low=None,
-            pi_high=None,
-            restitution_bodies=None,
-            restitution_wall=None,
-            energy_kept=None,
-            ending=None,
-        )
-        return campaign_page([row], summary, (b"", "image/png"))
+        one = row(clip, None, clip=clip, reason=clip)
+        return campaign_page([one], summarise([one]), (b"", "image/png"))
 
     assert tags(page(name)) == tags(page("plain.mp4"))
 
@@ -100,11 +79,8 @@ def test_a_clip_that_moves_up_and_down_has_its_evidence(tmp_path: Path) -> None:
         write_clip(turned, (np.ascontiguousarray(frame.luma.T) for frame in footage.frames()))
     result = count_with_evidence(turned, TrialSettings(), EvidenceSettings(tmp_path / "out", "svg"))
     assert result.count == 3
-    files = sorted(file.name for file in (tmp_path / "out").glob("[!.]*"))
-    assert files == [
-        f"turned.{end}"
-        for end in ("annotated.mp4", "collisions.csv", "html", "strip.jpg", "svg", "track.csv")
-    ]
+    kept = {file.name.removeprefix("turned.") for file in (tmp_path / "out").glob("[!.]*")}
+    assert kept >= {"annotated.mp4", "collisions.csv", "html", "strip.jpg", "svg", "track.csv"}
     assert "data:image/svg+xml;base64," in (tmp_path / "out" / "turned.html").read_text("utf-8")
 
 
@@ -125,7 +101,8 @@ def test_a_campaign_with_pages_links_each_trial_to_its_page(
     assert cli.main([str(clips), "-o", str(results), "--pages", "--jobs", "1"]) == 1
     page = (results / "campaign.html").read_text("utf-8")
     links = re.findall(r'(?:href|src)="((?!data:)[^"]+)"', page)
-    assert links == ["one%20%26%20only.html", "one%20%26%20only.strip.jpg"]
+    assert set(links) >= {"trials.csv", "one%20%26%20only.html", "one%20%26%20only.strip.jpg"}
+    assert [link for link in links if not (results / unquote(link)).is_file()] == []
     assert (results / "one & only.html").is_file()
     assert page.index("broken.mp4") < page.index("one &amp; only.mp4"), "the doubtful come first"
     assert "2 trials" in page

@@ -26,6 +26,16 @@ if CHROMIUM is None:
 
 PHONE = {"width": 390, "height": 844}
 DESK = {"width": 1280, "height": 900}
+CONTRAST = """(element) => {
+  // Contrast of the letters to their ground, by the formula of WCAG 2.
+  const channel = (v) => (v <= 10 ? v / 3295 : ((v / 255 + 0.055) / 1.055) ** 2.4);
+  const light = (colour) => { const [r, g, b] = colour.match(/[\\d.]+/g).map(Number);
+    return 0.2126 * channel(r) + 0.7152 * channel(g) + 0.0722 * channel(b); };
+  let ground = element;
+  const paper = (e) => getComputedStyle(e).backgroundColor;
+  while (/(, 0\\)|transparent)$/.test(paper(ground))) ground = ground.parentElement;
+  const [a, b] = [light(getComputedStyle(element).color), light(paper(ground))];
+  return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05); }"""
 PATIENCE = 200
 """Looks at 50 ms each: what should happen at once may take long on a busy machine."""
 
@@ -119,6 +129,55 @@ def test_the_video_plays(visit: Visit) -> None:
     assert visit.complaints == []
 
 
+def test_the_top_says_count_probability_masses_theory_and_pi(visit: Visit, made: Made) -> None:
+    facts = visit.page.locator(".facts").inner_text().split("\n")
+    assert dict(zip(facts[::2], facts[1::2], strict=True)).keys() == {
+        "Probability",
+        "Theory",
+        "Mass ratio",
+        "π lies between",
+    }
+    assert facts[facts.index("Theory") + 1] == "12"
+
+
+def test_the_contact_frames_are_in_sight_on_a_desk_and_the_page_opens_with_the_first(
+    visit: Visit, made: Made
+) -> None:
+    assert visit.text("contact-title").startswith("Collision 1 between the bodies")
+    visit.wait_for_frame(round(made.result.collisions[0].frame))
+    for number in (1, 12):
+        visit.page.locator("#list button").nth(number - 1).click()
+        for part in ("#cuts", "#video", "#play"):
+            box = visit.page.locator(part).bounding_box()
+            assert box is not None
+            assert box["y"] >= 0
+            assert box["y"] + box["height"] <= DESK["height"], part
+
+
+def test_times_stand_beside_the_frames_where_a_rate_is_known(visit: Visit, made: Made) -> None:
+    for collision, entry in zip(made.result.collisions, visit.entries(), strict=True):
+        frame, time = entry.splitlines()[-1].removesuffix(" ms").split(" · ")
+        assert collision.time_s is not None
+        assert abs(float(frame) - collision.frame) <= 0.051  # as rounded
+        assert abs(float(time) - 1000 * collision.time_s) <= 0.051
+    assert visit.text("unit") == "frame · time"
+
+
+def test_a_click_into_the_picture_goes_to_the_nearest_collision(visit: Visit, made: Made) -> None:
+    panels = json.loads(visit.page.locator("#data").text_content() or "")["panels"]
+    assert len(panels) == 3, "space and time whole and enlarged, and velocities"
+    (left, top, right, bottom), (low, high) = panels[0]["box"], panels[0]["frames"]
+    for number in (2, 11):
+        wanted = made.result.collisions[number - 1]
+        share = left + (right - left) * (wanted.frame - low) / (high - low)
+        box = visit.page.locator("#picture").bounding_box()
+        assert box is not None
+        place = {"x": share * box["width"], "y": (top + bottom) / 2 * box["height"]}
+        visit.page.locator("#picture").click(position=place)
+        visit.wait_for_frame(round(wanted.frame))
+        assert visit.text("contact-title").startswith(f"Collision {number} ")
+
+
 def test_a_click_on_a_collision_goes_to_its_frame_and_shows_it_enlarged(
     visit: Visit, made: Made
 ) -> None:
@@ -160,10 +219,13 @@ def header_of(made: Made, index: int) -> list[int]:
 
 
 def test_keys_go_through_the_collisions_and_the_frames(visit: Visit, made: Made) -> None:
-    first, second = (round(c.frame) for c in made.result.collisions[:2])
-    visit.page.keyboard.press("ArrowDown")
+    first, second, third = (round(c.frame) for c in made.result.collisions[:3])
     visit.wait_for_frame(first)
+    visit.page.keyboard.press("ArrowDown")
+    visit.wait_for_frame(second)
     visit.page.keyboard.press("ArrowRight")
+    visit.wait_for_frame(third)
+    visit.page.keyboard.press("ArrowLeft")
     visit.wait_for_frame(second)
     visit.page.keyboard.press("ArrowUp")
     visit.wait_for_frame(first)
@@ -179,13 +241,15 @@ def test_everything_can_be_reached_by_the_tab_key(visit: Visit) -> None:
     visit.page.keyboard.press("ArrowDown")
     visit.page.keyboard.press("x")  # so that no button is switched off
     reached = set()
-    for _ in range(40):
+    for _ in range(20):
         visit.page.keyboard.press("Tab")
         name = visit.page.evaluate(
             "document.activeElement.id || document.activeElement.dataset?.key || ''"
         )
         reached.add(name)
-    assert {"play", "seek", "back", "forth", "wrong", "add-bodies", "undo", "save"} <= reached
+    buttons = {"play", "seek", "back", "forth", "wrong", "add-bodies", "undo", "save", "enlarge"}
+    assert buttons | {"note", "load", "sheet"} <= reached
+    assert len({name for name in reached if "/" in name}) == 1, "the list is one stop"
 
 
 def test_marking_wrong_changes_the_reviewed_count_and_marking_again_takes_it_back(
@@ -196,8 +260,12 @@ def test_marking_wrong_changes_the_reviewed_count_and_marking_again_takes_it_bac
     visit.page.locator("#wrong").click()
     assert visit.text("reviewed") == "Reviewed count: 11 (1 marked wrong, 0 added)"
     assert "marked wrong" in visit.entries()[2]
-    visit.page.keyboard.press("x")
+    assert visit.text("wrong").startswith("Mark right")
+    struck = visit.page.locator("#list button").nth(2).locator(".removed").all_inner_texts()
+    assert struck == ["bodies"], "the note beside it can be read"
+    visit.page.keyboard.press("X")  # as with the capitals locked
     assert visit.text("reviewed") == ""
+    assert visit.text("wrong").startswith("Mark wrong")
 
 
 def test_a_missed_collision_is_added_at_the_frame_on_screen_and_can_be_taken_away(
@@ -246,6 +314,97 @@ def test_saved_corrections_change_the_reviewed_count_of_the_tool(
     assert (result.count, result.reviewed_count) == (12, 11)
     assert [c.number for c in result.corrections] == [3, 4, None]
     assert visit.complaints == []
+
+
+def test_after_saving_nothing_is_unsaved(visit: Visit, tmp_path: Path) -> None:
+    visit.page.keyboard.press("x")
+    assert visit.text("state").startswith("Not saved to a file yet")
+    visit.save(tmp_path)
+    assert visit.text("state") == "Saved to a file"
+    asked = []
+    visit.page.on("dialog", lambda dialog: (asked.append(dialog.type), dialog.accept()))
+    visit.page.reload()
+    visit.wait_until("document.getElementById('video').readyState >= 2")
+    assert asked == []
+
+
+def test_changes_and_notes_are_there_again_when_the_page_is_opened_again(visit: Visit) -> None:
+    visit.page.keyboard.press("x")
+    visit.page.locator("#note").fill("a shadow passes")
+    visit.page.locator("#note").blur()
+    visit.page.on("dialog", lambda dialog: dialog.accept())
+    visit.page.reload()
+    visit.wait_until("document.getElementById('video').readyState >= 2")
+    assert visit.text("reviewed").startswith("Reviewed count: 11")
+    assert visit.page.locator("#note").input_value() == "a shadow passes"
+    assert "note" in visit.entries()[0]
+    visit.page.locator("#undo").click()
+    assert visit.text("reviewed") == "", "what was there at first is one step back"
+
+
+def test_keys_typed_into_a_note_are_letters_of_the_note(visit: Visit) -> None:
+    visit.page.locator("#note").click()
+    visit.page.keyboard.type("box x u s")
+    assert visit.page.locator("#note").input_value() == "box x u s"
+    assert visit.text("reviewed") == ""
+
+
+def test_a_saved_file_can_be_gone_on_from_and_notes_are_in_it(
+    visit: Visit, made: Made, tmp_path: Path
+) -> None:
+    visit.page.locator("#list button").nth(3).click()
+    visit.page.keyboard.press("x")
+    visit.page.locator("#note").fill("no touch to be seen")
+    visit.page.locator("#note").blur()
+    path = visit.save(tmp_path)
+    assert list(json.loads(path.read_text("utf-8"))["notes"].values()) == ["no touch to be seen"]
+    assert reviewed(made.result, path).reviewed_count == 11
+    visit.page.locator("#undo").click()
+    visit.page.locator("#undo").click()
+    assert visit.text("reviewed") == ""
+    visit.page.locator("#load").set_input_files(path)
+    visit.wait_until("document.getElementById('reviewed').textContent.startsWith('Reviewed')")
+    assert "note" in visit.entries()[3]
+
+
+@pytest.mark.parametrize("content", ["{", "[]", '{"clip": "other.mp4", "corrections": []}'])
+def test_a_file_that_is_none_of_this_clips_corrections_changes_nothing(
+    visit: Visit, tmp_path: Path, content: str
+) -> None:
+    wrong = tmp_path / "wrong.json"
+    wrong.write_text(content, "utf-8")
+    visit.page.locator("#load").set_input_files(wrong)
+    visit.wait_until("document.getElementById('state').textContent.includes('no corrections')")
+    assert visit.text("reviewed") == ""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_words_can_be_read_by_day_and_by_night(
+    browser: sync_api.Browser, made: Made, scheme: str
+) -> None:
+    context = browser.new_context(viewport=DESK, color_scheme=scheme)
+    page = context.new_page()
+    page.goto(made.file("html").as_uri())
+    page.wait_for_timeout(300)
+    for part in ("h1", ".facts dt", "#list button span:nth-child(3)", "#wrong", ".hint", "pre"):
+        assert page.locator(part).first.evaluate(CONTRAST) >= 4.5, part
+    dark = page.locator("section").first.evaluate(
+        "(e) => Number(getComputedStyle(e).backgroundColor.match(/\\d+/)[0]) < 128"
+    )
+    assert dark == (scheme == "dark")
+    context.close()
+
+
+def test_the_picture_can_be_enlarged_on_a_phone(browser: sync_api.Browser, made: Made) -> None:
+    opened = open_page(browser, made.file("html"), PHONE)
+    width = "document.getElementById('picture').getBoundingClientRect().width"
+    small = opened.page.evaluate(width)
+    opened.page.locator("#enlarge").click()
+    assert opened.page.evaluate(width) >= 3 * small
+    assert opened.page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+    assert not opened.page.locator(".keys").is_visible(), "no word of keys where there are none"
+    assert opened.page.locator(".touch").is_visible()
+    opened.page.close()
 
 
 def test_a_page_made_with_corrections_starts_from_them(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import itertools
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -11,18 +13,19 @@ import pytest
 from evidence_made import CLIP, Made
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
+from PIL import Image
 
+from count_video.batch.summary import summarise
 from count_video.footage.reader import open_footage
 from count_video.reports.campaign_page import campaign_figure
-from count_video.reports.campaign_rows import CampaignSummary
-from count_video.reports.drawing import drawable, picture_bytes
-from count_video.reports.material import Material, Pendulum
-from count_video.reports.palette import MARKS, rgb
-from count_video.reports.picture import trial_figure
-from count_video.reports.space_time import SpaceTime, SpaceTimeSampler
-from count_video.reports.stretch import crowded_frames, shown_frames
+from count_video.reports.drawing import MARKS, drawable, picture_bytes, rgb
+from count_video.reports.figure import panel_figures, thumbnail_jpeg, trial_figure
+from count_video.reports.frame_samples import SpaceTimeSampler
+from count_video.reports.material import Material, Pendulum, SpaceTime
 from count_video.reports.theory_picture import theory_figure
 from count_video.trial import TrialSettings, work_through
+from table_rows import row, rows_of
 
 PNG, SVG = b"\x89PNG\r\n\x1a\n", b"<?xml"
 
@@ -63,7 +66,9 @@ def marks(axes: Axes, gid: str = "collision") -> Iterator[tuple[float, float]]:
 
 
 def numbers(axes: Axes) -> list[str]:
-    return [text.get_text() for text in axes.texts if text.get_gid() == "number"]
+    return [
+        text.get_text() for text in axes.texts if text.get_gid() == "number" and text.get_visible()
+    ]
 
 
 def test_the_whole_picture_has_a_mark_for_every_collision(
@@ -90,23 +95,73 @@ def test_inferred_collisions_are_hollow(material: Material) -> None:
     assert sum(len(c.get_offsets()) for c in hollow) == 1
 
 
-def test_the_crowd_numbers_every_collision_that_it_shows(
+def test_the_enlarged_part_numbers_every_collision_that_it_shows(
     figure: Figure, material: Material
 ) -> None:
-    axes = panel(figure, "The crowded middle")
-    low, high = crowded_frames(material)
+    axes = panel(figure, "Enlarged")
+    low, high = material.crowded_frames
     inside = [str(c.number) for c in material.result.collisions if low <= c.frame <= high]
     assert numbers(axes) == inside
     assert len(inside) >= round(0.6 * len(material.result.collisions))
     assert axes.get_xlim() == (low, high)
 
 
+@pytest.mark.parametrize("crowding", [1.0, 0.3])
+def test_no_number_lies_on_another_and_each_is_nearest_to_its_own_mark(
+    material: Material, crowding: float
+) -> None:
+    closer = tuple(
+        replace(c, frame=120.0 + crowding * (c.frame - 120.0)) for c in material.result.collisions
+    )
+    figure = trial_figure(replace(material, result=replace(material.result, collisions=closer)))
+    for axes in figure.axes:
+        shown = [text for text in axes.texts if isinstance(text, Annotation)]
+        places = axes.transData.transform([text.xy for text in shown]) if shown else np.empty(0)
+        numbered = [text for text in shown if text.get_gid() == "number" and text.get_visible()]
+        boxes = [text.get_window_extent() for text in numbered]
+        assert not any(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))
+        for text, box in zip(numbered, boxes, strict=True):
+            middle = (box.get_points()[0] + box.get_points()[1]) / 2
+            nearest = shown[int(np.argmin(np.hypot(*(places - middle).T)))]
+            assert nearest.xy == text.xy
+
+
+def test_a_trial_without_a_crowded_part_is_not_enlarged(material: Material) -> None:
+    three = material.result.collisions[:3]
+    frames = (40.0, 120.0, 200.0)
+    spread = tuple(replace(c, frame=frame) for c, frame in zip(three, frames, strict=True))
+    result = replace(material.result, collisions=spread, count=3)
+    titles = [
+        axes.get_title(loc="left") for axes in trial_figure(replace(material, result=result)).axes
+    ]
+    assert not any(title.startswith("Enlarged") for title in titles)
+    assert "enlarged" not in panel_figures(replace(material, result=result))
+
+
+def test_each_panel_is_a_picture_of_its_own(material: Material) -> None:
+    panels = panel_figures(material)
+    assert list(panels) == ["space-time", "enlarged", "velocities", "phase-circle", "energy"]
+    for figure in panels.values():
+        assert picture_bytes(figure, "png").startswith(PNG)
+
+
+def test_the_title_is_the_answer_and_the_clips_name_stands_below(figure: Figure) -> None:
+    assert figure.get_suptitle().startswith("12 collisions")
+    assert CLIP.name not in figure.get_suptitle()
+    assert [legend.get_title().get_text() for legend in figure.legends] == [CLIP.name]
+
+
+def test_letters_of_an_svg_are_letters(figure: Figure) -> None:
+    assert "12 collisions" in picture_bytes(figure, "svg").decode("utf-8")
+
+
 def test_axes_say_what_they_show_and_in_which_unit(figure: Figure) -> None:
-    whole, crowd = panel(figure, "Space and time"), panel(figure, "The crowded middle")
+    whole, crowd = panel(figure, "Space and time"), panel(figure, "Enlarged")
     assert "(px)" in whole.get_ylabel()
     assert "(px)" in crowd.get_ylabel()
     assert "(m/s)" in panel(figure, "Velocities").get_ylabel()
-    assert panel(figure, "Velocities").get_xlabel() == "frame"
+    for axes in (whole, crowd, panel(figure, "Velocities")):
+        assert axes.get_xlabel() == "frame"
     assert "V_1" in panel(figure, "Phase circle").get_xlabel()
     assert "(%" in panel(figure, "Energy").get_ylabel()
     units = [axis.get_ylabel() for axis in whole.child_axes]
@@ -121,7 +176,7 @@ def test_the_picture_shows_all_collisions_and_not_much_more(
     low, high = panel(figure, "Space and time").get_xlim()
     frames = [c.frame for c in material.result.collisions]
     assert low <= frames[0] < frames[-1] <= high
-    assert (low, high) == shown_frames(material)
+    assert (low, high) == material.shown_frames
     assert high - low <= 1.3 * (frames[-1] - frames[0]) + 20
 
 
@@ -180,6 +235,11 @@ def test_the_evidence_is_a_png_unless_an_svg_is_asked_for(made: Made) -> None:
     assert made.file("strip.jpg").read_bytes().startswith(b"\xff\xd8")
 
 
+def test_the_small_picture_is_as_large_as_lists_show_it(material: Material) -> None:
+    with Image.open(io.BytesIO(thumbnail_jpeg(material))) as picture:
+        assert (picture.format, picture.size) == ("JPEG", (480, 130))
+
+
 @pytest.mark.parametrize(("heavy", "count"), [(1, 3), (100, 31)])
 def test_the_theory_numbers_every_state_point_as_the_paper_does(heavy: int, count: int) -> None:
     axes = theory_figure(Fraction(heavy), Fraction(1)).axes[0]
@@ -207,27 +267,17 @@ def test_a_theory_with_too_many_points_says_so() -> None:
 
 def test_the_histogram_has_a_bar_a_count_and_the_theory() -> None:
     histogram = {28: 1, 29: 3, 30: 4, 31: 22}
-    summary = CampaignSummary(
-        30,
-        30,
-        31,
-        28,
-        30.57,
-        0.80,
-        0.82,
-        0.1,
-        30.5,
-        histogram,
-        31,
-        "masses",
-        None,
-        None,
-        None,
-        None,
-    )
-    axes = campaign_figure(summary).axes[0]
+    axes = campaign_figure(summarise(rows_of(histogram))).axes[0]
     heights = {round(bar.get_x() + bar.get_width() / 2): bar.get_height() for bar in axes.patches}
     assert heights == histogram
     assert "theory: 31" in [line.get_label() for line in axes.lines]
-    empty = replace(summary, histogram={}, theory=None, mean=None)
-    assert picture_bytes(campaign_figure(empty), "png").startswith(PNG)
+    assert picture_bytes(campaign_figure(summarise([])), "png").startswith(PNG)
+
+
+def test_bodies_of_different_masses_have_a_histogram_each() -> None:
+    rows = [row("a", 31, mass_ratio=100.0), row("b", 12, mass_ratio=16.0, mass_ratio_sigma=0.1)]
+    titles = [axes.get_title(loc="left") for axes in campaign_figure(summarise(rows)).axes]
+    assert titles == [
+        "Counts of 1 trial, mass ratio 16 ± 0.1",
+        "Counts of 1 trial, mass ratio 100 ± 1",
+    ]

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from evidence_made import count_with_evidence
 from outlines import OUTLINE_WITHIN_PX, drawn_shift
 
-from count_video.evidence import EvidenceSettings, count_with_evidence
+from count_video.evidence import EvidenceSettings
 from count_video.footage.reader import open_footage
 from count_video.records import Floats
-from count_video.reports.clip_header import HEADER_PX
+from count_video.reports.annotated_clip import HEADER_PX
 from count_video.trial import TrialSettings, work_through
 from synth_video.scene_file import load_scene
 from synth_video.trial import render_trial

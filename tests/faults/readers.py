@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
-from count_video.campaign.manifest import read_manifest
-from count_video.campaign.plan import Job
-from count_video.campaign.rows import row_of
-from count_video.campaign.store import ResultStore
+from count_video.batch.executor import tool_version
+from count_video.batch.manifest import Job, Pages, read_manifest
+from count_video.batch.store import ResultStore
+from count_video.batch.summary import row_of
 from count_video.corrections import reviewed
 from count_video.errors import CountVideoError
+from count_video.followed import Followed, packed, unpacked
 from count_video.footage.reader import open_footage, pilot_frames
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.outputs import OutputFolder
@@ -108,12 +109,31 @@ def _read_record(path: Path) -> None:
 
 def _write_kept(path: Path) -> None:
     path.parent.mkdir(exist_ok=True)
-    record = {"tool": "x", "options": "{}", "content": "0", "signature": [1], "result": "0"}
-    path.write_text(json.dumps(record | {"evidence": {"clip.html": [1, 2]}}), "utf-8")
+    (path.parents[1] / "clip.json").write_text("{}", "utf-8")
+    job = Job("clip", "clip.mp4", TrialSettings())
+    entry = {"name": "clip.json", "clip": "0", "tool": tool_version(), "signature": [1]}
+    entry |= {"options": json.dumps(asdict(job.settings), default=str, sort_keys=True)}
+    entry |= {"result": "0", "evidence": {"clip.html": [1, 2]}, "followed": "0"}
+    path.write_text(f"{json.dumps(entry)}\n", "utf-8")
 
 
 def _read_kept(path: Path) -> None:
-    ResultStore(path.parents[1], fresh=False).known(Job("clip", "clip.mp4", TrialSettings()))
+    job = Job("clip", "clip.mp4", TrialSettings(), pages=Pages(path.parents[1]))
+    store = ResultStore(path.parents[1], fresh=False)
+    store.known(job)
+    store.has_pages(job)
+    store.followed(job)
+
+
+def _write_followed(path: Path) -> None:
+    path.write_text(packed(Followed(unread_result("clip.mp4", "nothing moves"), None, None)))
+
+
+def _read_followed(path: Path) -> None:
+    try:
+        unpacked(path.read_text("utf-8", "replace"))
+    except ValueError:  # then the clip is counted again
+        return
 
 
 READERS: Mapping[str, Reader] = {
@@ -128,7 +148,8 @@ READERS: Mapping[str, Reader] = {
     "plan": Reader("plan.json", _write_plan, read_request),
     "result": Reader("result.json", _write_result, _read_result),
     "record": Reader(".count-video/written", _write_record, _read_record),
-    "kept": Reader(".count-video/clip.json", _write_kept, _read_kept),
+    "kept": Reader(".count-video/written", _write_kept, _read_kept),
+    "followed": Reader("followed.json", _write_followed, _read_followed),
 }
 
 

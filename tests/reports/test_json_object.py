@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from count_video.records import Collision, Ending, Estimate, TrialResult, Velocities
-from count_video.reports.json_object import json_line, json_object
+from count_video.reports.json_object import SIGNIFICANT_DIGITS, json_line, json_object
 
 KEYS = [
     "schema_version",
@@ -109,8 +109,9 @@ def test_what_is_known_is_told_unchanged_and_the_rest_is_null(result: TrialResul
         value = getattr(result, field.name)
         if field.name in TOLD_DIFFERENTLY:
             continue
-        unknown = isinstance(value, float) and not math.isfinite(value)
-        assert parsed[field.name] == (None if unknown else value)
+        if isinstance(value, float):
+            value = float(f"{value:.{SIGNIFICANT_DIGITS}g}") if math.isfinite(value) else None
+        assert parsed[field.name] == value
 
 
 @given(any_result)
@@ -138,6 +139,12 @@ def test_a_velocity_that_was_not_seen_is_null() -> None:
 def test_the_probabilities_are_keyed_by_the_count_as_text() -> None:
     parsed = strict(json_line(replace(MADE, probability={31: 0.75, 30: 0.25})))
     assert parsed["probability"] == {"30": 0.25, "31": 0.75}
+
+
+def test_no_number_shows_the_rounding_of_a_sum() -> None:
+    assert '{"30": 0.01, "31": 0.99}' in json_line(
+        replace(MADE, probability={31: 0.99, 30: 1 - 0.99})
+    )
 
 
 def test_numbers_of_numpy_are_written_like_those_of_python() -> None:

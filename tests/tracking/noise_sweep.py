@@ -22,7 +22,7 @@ from pixel_bound import bounds_px
 
 from count_video.footage.reader import open_footage
 from count_video.records import BodyTrack, Floats, Track
-from count_video.reports import palette
+from count_video.reports import drawing
 from count_video.reports.drawing import picture_bytes, styled
 from count_video.tracking.track import TrackSettings, track_clip
 from synth_video.scene import Scene
@@ -141,14 +141,14 @@ def figure_of(rows: Sequence[tuple[Point, Point]]) -> Figure:
         figure = Figure(figsize=(9, 4.2), layout="constrained")
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for body, (panel, colour) in enumerate(
-            zip(panels, (palette.BALL, palette.HEAVY), strict=True)
+            zip(panels, (drawing.BALL, drawing.HEAVY), strict=True)
         ):
             bound = np.array([row[body].bound_px for row in rows])
-            panel.fill_between(noise, bound, 2 * bound, color=palette.GREY, alpha=0.2, lw=0)
-            panel.plot(noise, bound, color=palette.BLACK, label="bound of Cramér and Rao")
-            panel.plot(noise, 2 * bound, color=palette.GREY, ls="--", label="twice the bound")
+            panel.fill_between(noise, bound, 2 * bound, color=drawing.GREY, alpha=0.2, lw=0)
+            panel.plot(noise, bound, color=drawing.BLACK, label="bound of Cramér and Rao")
+            panel.plot(noise, 2 * bound, color=drawing.GREY, ls="--", label="twice the bound")
             errors = [row[body].rms_px for row in rows]
-            panel.plot(noise, errors, "o", color=colour, mec=palette.BLACK, label="count-video")
+            panel.plot(noise, errors, "o", color=colour, mec=drawing.BLACK, label="count-video")
             panel.set(xscale="log", yscale="log", title=NAMES[body], xlabel="noise, grey levels")
             panel.set_xticks([0.5, 1, 2, 4, 8], ["0.5", "1", "2", "4", "8"])
             panel.minorticks_off()

@@ -1,4 +1,4 @@
-"""The page and the picture of a campaign: the table, the histogram, every trial with its picture.
+"""The page and the picture of a campaign: tables, histograms, every trial with its picture.
 
 The page links to what lies beside it in the folder: ``NAME.html`` and ``NAME.strip.jpg`` of each
 trial, as far as they are there.
@@ -15,14 +15,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from count_video.reports.campaign_rows import CampaignSummary, TrialRow
-from count_video.reports.campaign_text import advice
-from count_video.reports.drawing import picture_bytes, styled
-from count_video.reports.page import environment, own_file
-from count_video.reports.palette import SKY_BLUE, VERMILION
+from count_video.reports.campaign import (
+    CampaignSummary,
+    Summary,
+    TrialRow,
+    advice,
+    theory_words,
+)
+from count_video.reports.drawing import SKY_BLUE, VERMILION, picture_bytes, styled
+from count_video.reports.page import MEDIA_TYPES, render
 from count_video.reports.printable import printable
-
-MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
+from count_video.reports.text import plural, ratio_words
 
 
 def campaign_files(
@@ -35,15 +38,43 @@ def campaign_files(
 
 
 def campaign_figure(summary: CampaignSummary) -> Figure:
-    """Draw the histogram of the counts against the theory."""
+    """Draw the histogram of the counts of each mass ratio against the theory."""
     with styled():
-        figure = Figure(figsize=(9.0, 5.0))
+        groups = summary.groups
+        figure = Figure(figsize=(9.0, 5.0 * len(groups)))
         figure.set_layout_engine("constrained", w_pad=0.15, h_pad=0.15)
-        axes = figure.add_subplot()
-        _draw_histogram(axes, summary)
-        if axes.get_legend_handles_labels()[0]:
-            figure.legend(loc="outside lower center", ncols=3)
+        for axes, group in zip(
+            figure.subplots(len(groups), squeeze=False).flat, groups, strict=True
+        ):
+            ratio = f", mass ratio {ratio_words(group.mass_ratio)}" if len(groups) > 1 else ""
+            axes.set_title(f"Counts of {plural(group.counted, 'trial')}{ratio}")
+            _draw_histogram(axes, group)
         return figure
+
+
+def _draw_histogram(axes: Axes, group: Summary) -> None:
+    theories = group.theories
+    shown = [*group.histogram, *({theories[0], theories[-1]} if theories else ())]
+    axes.set_xlabel("collisions counted")
+    axes.set_ylabel("trials")
+    if not shown:
+        return
+    span = range(min(shown), max(shown) + 1)
+    trials = [group.histogram.get(count, 0) for count in span]
+    bars = axes.bar(list(span), trials, color=SKY_BLUE, label="trials", gid="bar")
+    labels = [str(number) if number else "" for number in trials]
+    axes.bar_label(bars, labels=labels, backgroundcolor="white", padding=3)
+    for count in {theories[0], theories[-1]} if theories else ():
+        label = f"theory: {theory_words(group)}" if count == theories[0] else None
+        axes.axvline(count, color=VERMILION, linestyle="--", linewidth=2, label=label)
+    if group.mean is not None:
+        label = f"mean: {group.mean:.2f}"
+        axes.axvline(group.mean, color="black", linestyle=":", linewidth=2, label=label)
+    axes.set_xlim(span[0] - 1.5, span[-1] + 1.5)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_ylim(0, 1.15 * max(*trials, 1))
+    axes.legend(loc="upper left")
 
 
 def campaign_page(
@@ -51,82 +82,55 @@ def campaign_page(
 ) -> str:
     """Write the page; those that need a person come first."""
     ordered = sorted(rows, key=lambda row: not row.needs_a_person)
-    return (
-        environment()
-        .get_template("campaign.html")
-        .render(
-            summary=summary,
-            table=_table(summary),
-            trials=[_trial(row) for row in ordered],
-            doubtful=sum(row.needs_a_person for row in rows),
-            picture=base64.b64encode(picture[0]).decode("ascii"),
-            picture_type=picture[1],
-            style=own_file("clip.css") + own_file("campaign.css"),
-        )
+    return render(
+        "campaign",
+        summary=summary.whole,
+        groups=[(ratio_words(group.mass_ratio), _table(group)) for group in summary.groups],
+        trials=[_trial(row) for row in ordered],
+        doubtful=sum(row.needs_a_person for row in rows),
+        picture=base64.b64encode(picture[0]).decode("ascii"),
+        picture_type=picture[1],
     )
 
 
-def _draw_histogram(axes: Axes, summary: CampaignSummary) -> None:
-    counts = list(summary.histogram)
-    theory = summary.theory
-    shown = [*counts, *([] if theory is None else [theory])]
-    axes.set_title(f"Counts of {summary.counted} trials")
-    axes.set_xlabel("collisions counted")
-    axes.set_ylabel("trials")
-    if not shown:
-        return
-    span = range(min(shown), max(shown) + 1)
-    trials = [summary.histogram.get(count, 0) for count in span]
-    bars = axes.bar(list(span), trials, color=SKY_BLUE, label="trials", gid="bar")
-    labels = [str(number) if number else "" for number in trials]
-    axes.bar_label(bars, labels=labels, backgroundcolor="white", padding=3)
-    if theory is not None:
-        label = f"theory: {theory}"
-        axes.axvline(theory, color=VERMILION, linestyle="--", linewidth=2, label=label)
-    if summary.mean is not None:
-        label = f"mean: {summary.mean:.2f}"
-        axes.axvline(summary.mean, color="black", linestyle=":", linewidth=2, label=label)
-    axes.set_xlim(span[0] - 1.5, span[-1] + 1.5)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylim(0, 1.15 * max(*trials, 1))
-
-
-def _table(summary: CampaignSummary) -> list[tuple[str, str]]:
+def _table(one: Summary) -> list[tuple[str, str]]:
     """Rows of the paper's table and what goes with it; what is not known is left out."""
     decimals = [
-        ("Mean", summary.mean),
-        ("Standard deviation", summary.sd_population),
-        ("Sample standard deviation", summary.sd_sample),
-        ("Uncertainty of the mean", summary.mean_uncertainty),
+        ("Mean", one.mean),
+        ("Standard deviation", one.sd_population),
+        ("Sample standard deviation", one.sd_sample),
+        ("Uncertainty of the mean", one.mean_uncertainty),
     ]
-    rows: list[tuple[str, str]] = [
-        (label, str(value))
-        for label, value in (("Maximum", summary.maximum), ("Minimum", summary.minimum))
-        if value is not None
-    ]
-    rows += [(label, f"{value:.2f}") for label, value in decimals if value is not None]
-    rows.append(("Number of trials", f"{summary.trials}, {summary.counted} counted"))
-    if summary.theory is not None:
-        rows.append(("Theory", str(summary.theory)))
     spreads = [
-        ("Restitution, bodies", summary.restitution_bodies),
-        ("Restitution, wall", summary.restitution_wall),
-        ("Energy kept", summary.energy_kept),
+        ("Restitution, bodies", one.restitution_bodies),
+        ("Restitution, wall", one.restitution_wall),
+        ("Energy kept", one.energy_kept),
     ]
-    rows += [(label, f"{s.mean:.3f} ± {s.sd:.3f}") for label, s in spreads if s is not None]
-    if summary.geometric_share is not None:
-        rows.append(("Geometric endings", f"{summary.geometric_share:.0%}"))
-    return rows
+    rows = [(label, value) for label, value in (("Maximum", one.maximum), ("Minimum", one.minimum))]
+    lines = [(label, str(value)) for label, value in rows if value is not None]
+    lines += [(label, f"{value:.2f}") for label, value in decimals if value is not None]
+    lines.append(("Number of trials", f"{one.trials}, {one.counted} counted"))
+    if one.theories:
+        lines.append(("Theory", theory_words(one)))
+    lines += [(label, f"{s.mean:.3f} ± {s.sd:.3f}") for label, s in spreads if s is not None]
+    if one.geometric_share is not None:
+        lines.append(("Geometric endings", f"{one.geometric_share:.0%}"))
+    return lines
 
 
 def _trial(row: TrialRow) -> dict[str, object]:
-    doubt = ". ".join(filter(None, (row.not_kept or row.reason, advice(row))))
+    what_to_do = advice(row)
+    sentences = (row.not_kept or row.result["reason"], what_to_do[:1].upper() + what_to_do[1:])
+    doubt = ". ".join(filter(None, sentences))
+    ratio = row.mass_ratio
     return {
-        "clip": printable(Path(row.clip).name),
+        "clip": printable(Path(row.result["clip"]).name),
         "answer": "not counted" if row.count is None else str(row.count),
-        "probability": None if row.probability is None else f"{row.probability:.0%}",
-        "doubt": printable(doubt or ""),
+        "count": -1 if row.count is None else row.count,
+        "probability": row.probability,
+        "ratio": None if ratio is None else ratio.value,
+        "ratio_words": "" if ratio is None else ratio_words(ratio),
+        "doubt": printable(doubt),
         "needs_a_person": row.needs_a_person,
         "page": _link(row, "html"),
         "strip": _link(row, "strip.jpg"),

@@ -1,19 +1,42 @@
-"""What all pictures share: type sizes, the file they end in, and names that fonts can show."""
+"""What all pictures share: colours and marks, type, the file they end in, and drawing on footage.
+
+The colours are those of Okabe and Ito, which differ for people with any kind of colour
+blindness; the kinds of collision differ in shape as well.
+"""
 
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from itertools import product
 from typing import Any
 
+import cv2
 import matplotlib as mpl
 import matplotlib.patheffects as effects
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont
 from matplotlib.ft2font import FT2Font
+from matplotlib.text import Annotation
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
 
+from count_video.records import CollisionKind, Floats
 from count_video.reports.printable import printable
+
+Pixels = NDArray[np.uint8]
+Point = tuple[float, float]
+Colour = tuple[int, int, int]
+
+BLACK, GREY, WHITE = "#000000", "#666666", "#FFFFFF"
+ORANGE, SKY_BLUE, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
+BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
+BALL, HEAVY = SKY_BLUE, ORANGE
 
 FONT = "DejaVu Sans"
 """Comes with matplotlib, so that pictures are the same on every machine."""
@@ -31,11 +54,39 @@ STYLE: Any = {
     "xtick.labelsize": 10,
     "ytick.labelsize": 10,
     "svg.hashsalt": "count-video",  # the same picture gives the same file
-    "svg.fonttype": "path",
+    "svg.fonttype": "none",  # letters stay letters, which can be searched and edited
 }
 DOTS_PER_INCH = 110
 HALO = (effects.withStroke(linewidth=2.5, foreground="white"),)
 """A white rim that keeps numbers readable on footage."""
+PAPER = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 2}
+"""A white ground that keeps words readable on lines."""
+_FINE = 4
+"""Bits of a fraction of a pixel that the drawing routines take."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """How one kind of collision is drawn."""
+
+    colour: str
+    shape: str
+    """Marker of matplotlib: ``o`` is a disc, ``s`` a square."""
+    words: str
+
+
+MARKS: dict[CollisionKind, Mark] = {
+    "bodies": Mark(VERMILION, "o", "between the bodies"),
+    "wall": Mark(BLUE, "s", "with the wall"),
+}
+
+
+def rgb(colour: str) -> Colour:
+    """Red, green and blue of ``#RRGGBB``, each 0 to 255."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+# ---- figures ----------------------------------------------------------------------------------
 
 
 def styled() -> AbstractContextManager[None]:
@@ -45,9 +96,9 @@ def styled() -> AbstractContextManager[None]:
 
 
 def picture_bytes(figure: Figure, picture_format: str) -> bytes:
-    """Write a figure as PNG or SVG; the same figure gives the same bytes."""
+    """Write a figure as PNG, SVG or JPEG; the same figure gives the same bytes."""
     target = io.BytesIO()
-    metadata = {"Date": None} if picture_format == "svg" else {"Software": "count-video"}
+    metadata = {"svg": {"Date": None}, "png": {"Software": "count-video"}}.get(picture_format)
     with styled():
         figure.savefig(target, format=picture_format, dpi=DOTS_PER_INCH, metadata=metadata)
     return target.getvalue()
@@ -60,10 +111,186 @@ def drawable(text: str) -> str:
 
 @cache
 def _signs() -> frozenset[int]:
-    return frozenset(FT2Font(font_path()).get_charmap())
+    return frozenset(FT2Font(_font_path()).get_charmap())
 
 
 @cache
-def font_path() -> str:
+def _font_path() -> str:
     """File of the font that everything is lettered in."""
     return str(findfont(FONT))
+
+
+# ---- numbers beside marks, placed so that none hides another or a mark -------------------------
+
+GID = "number"
+DIGIT_WIDTH = 0.68
+"""Width of a bold digit over the size of the type."""
+APART = 1.5
+"""Points to the left and right of a number, so that two do not read as one."""
+BEYOND = 5.0
+"""Points by which a number may stick out of its panel."""
+STEPS = (1.0, 1.9, 2.8, 3.7)
+"""Distances from the mark that are tried, in sizes of the type."""
+TURNS_DEG = (0, -35, 35, -80, 80, 180)
+"""Directions that are tried, from the wanted one."""
+
+
+def number_marks(
+    axes: Axes, places: Floats, texts: Sequence[str], away: Floats, *, size: float = 10
+) -> None:
+    """Ask for numbers beside marks; ``place_numbers`` puts them where there is space.
+
+    Parameters
+    ----------
+    places
+        Of the marks, in data coordinates, shape (n, 2).
+    texts
+        What to write; an empty text is a mark without a number.
+    away
+        Directions in which the numbers stand, x to the right and y up, shape (n, 2).
+    """
+    for (x, y), text, (right, up) in zip(places, texts, away, strict=True):
+        if np.isfinite([x, y]).all():
+            label = axes.annotate(
+                text,
+                (x, y),
+                xytext=(right, up),
+                textcoords="offset points",
+                ha="center",
+                va="center",
+                fontsize=size,
+                weight="bold",
+                path_effects=list(HALO),
+                zorder=5,
+                gid=GID if text else "no number",
+                annotation_clip=True,
+            )
+            label.set_in_layout(False)
+
+
+def place_numbers(figure: Figure) -> None:
+    """Move the numbers of all panels off each other and off the marks, nearest places first.
+
+    A number stands nearer to its own mark than to any other. One for which there is no such place
+    is left out: the numbers beside it say which it is.
+    """
+    figure.draw_without_rendering()  # lays out the panels, so that data have a place in points
+    for axes in figure.axes:
+        labels = [
+            text
+            for text in axes.texts
+            if isinstance(text, Annotation) and text.get_gid() in (GID, "no number")
+        ]
+        if not labels:
+            continue
+        marks = axes.transData.transform([label.xy for label in labels]) * 72 / figure.dpi
+        low, high = axes.bbox.get_points() * 72 / figure.dpi
+        taken: list[tuple[float, float, float, float]] = []
+        for place, label in zip(marks, labels, strict=True):
+            if label.get_gid() != GID:
+                continue
+            size = float(label.get_fontsize())
+            half = (DIGIT_WIDTH * size * len(label.get_text()) / 2 + APART, size / 2)
+            wanted = np.array(label.xyann) / np.hypot(*label.xyann)
+            for step, turn in product(STEPS, TURNS_DEG):
+                angle = np.radians(turn) + np.arctan2(wanted[1], wanted[0])
+                offset = step * size * np.array([np.cos(angle), np.sin(angle)])
+                box = _box(place + offset, half)
+                nearest = np.hypot(*(marks - place - offset).T).min()
+                inside = min(*(box[:2] - low), *(high - box[2:])) > -BEYOND
+                free = inside and not _meets(box, taken) and not _covers(box, marks)
+                if free and nearest >= np.hypot(*offset) - 1e-6:
+                    taken.append(box)
+                    label.set_position((float(offset[0]), float(offset[1])))
+                    break
+            else:
+                label.set_visible(False)
+
+
+def _box(middle: Floats, half: tuple[float, float]) -> tuple[float, float, float, float]:
+    x, y = float(middle[0]), float(middle[1])
+    return x - half[0], y - half[1], x + half[0], y + half[1]
+
+
+def _meets(
+    box: tuple[float, float, float, float], taken: Sequence[tuple[float, float, float, float]]
+) -> bool:
+    return any(
+        box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]
+        for other in taken
+    )
+
+
+def _covers(box: tuple[float, float, float, float], marks: Floats) -> bool:
+    margin = 3.0  # points, the radius of most of a mark
+    inside = (marks > np.array(box[:2]) - margin) & (marks < np.array(box[2:]) + margin)
+    return bool(inside.all(axis=1).any())
+
+
+# ---- footage ----------------------------------------------------------------------------------
+
+
+def ring(canvas: Pixels, centre: Point, radius: float, colour: Colour) -> None:
+    """Draw a circle, placed to a fraction of a pixel."""
+    cv2.circle(canvas, _fixed(centre), _length(radius), colour, 2, cv2.LINE_AA, _FINE)
+
+
+def path(canvas: Pixels, points: Sequence[Point], colour: Colour) -> None:
+    """Draw a line through points."""
+    fixed = np.array([_fixed(point) for point in points], np.int32)
+    cv2.polylines(canvas, [fixed], False, colour, 2, cv2.LINE_AA, _FINE)
+
+
+def mark(canvas: Pixels, kind: CollisionKind, at: Point, size: float, *, seen: bool = True) -> None:
+    """Draw the mark of a collision: a disc between the bodies, a square at the wall.
+
+    What is inferred between frames is hollow: white with a thick rim of the colour.
+    """
+    colour = rgb(MARKS[kind].colour)
+    rim, inside = (rgb(WHITE), colour) if seen else (colour, rgb(WHITE))
+    for extent, fill in ((size, rim), (size * (0.75 if seen else 0.5), inside)):
+        if MARKS[kind].shape == "o":
+            cv2.circle(canvas, _fixed(at), _length(extent), fill, -1, cv2.LINE_AA, _FINE)
+        else:
+            low, high = (at[0] - extent, at[1] - extent), (at[0] + extent, at[1] + extent)
+            cv2.rectangle(canvas, _fixed(low), _fixed(high), fill, -1, cv2.LINE_AA, _FINE)
+
+
+def _fixed(point: Point) -> tuple[int, int]:
+    return round(point[0] * 2**_FINE), round(point[1] * 2**_FINE)
+
+
+def _length(length: float) -> int:
+    return max(1, int(length * 2**_FINE + 0.5))
+
+
+def write(canvas: Pixels, text: str, at: tuple[int, int], size_px: int, colour: Colour) -> int:
+    """Write a line of text with its left top corner at (x, y); what sticks out is cut off.
+
+    Returns the x at which the text ends.
+    """
+    cover = _cover(drawable(text), size_px)
+    x, y = at
+    left, top = max(0, -x), max(0, -y)
+    height = min(cover.shape[0], canvas.shape[0] - y)
+    width = min(cover.shape[1], canvas.shape[1] - x)
+    if height > top and width > left:
+        piece = cover[top:height, left:width, None]
+        under = canvas[y + top : y + height, x + left : x + width]
+        under[...] = (under * (1 - piece) + piece * np.array(colour)).astype(np.uint8)
+    return int(x + cover.shape[1])
+
+
+def text_width(text: str, size_px: int) -> int:
+    """Width of a line of text in px."""
+    return int(_cover(drawable(text), size_px).shape[1])
+
+
+@lru_cache(maxsize=512)
+def _cover(text: str, size_px: int) -> NDArray[np.float32]:
+    """How much of each pixel the text covers, 0 to 1, shape (height, width)."""
+    font = ImageFont.truetype(_font_path(), size_px)
+    width = max(1, round(font.getlength(text)))
+    image = Image.new("L", (width, round(1.3 * size_px)))
+    ImageDraw.Draw(image).text((0, 0), text, fill=255, font=font)
+    return np.asarray(image, np.float32) / np.float32(255)

@@ -1,4 +1,4 @@
-"""The result for a program: one JSON object on one line, with stable keys.
+"""Results, plans and campaigns for a program: JSON objects with stable keys.
 
 What is not known is ``null``; NaN and infinity, which JSON does not have, become ``null`` too.
 A key is never left out, whatever became of the clip. Keys may be added; when one is renamed,
@@ -9,21 +9,59 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import fields
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
-from count_video.records import (
-    Collision,
-    Correction,
-    Ending,
-    Estimate,
-    FittedSetup,
-    TrialResult,
-    Velocities,
-)
-from count_video.reports.plan_json import comparison_object
+import numpy as np
+
+from count_video.inputs import Range, stored_number
+from count_video.planning.stored import PLAN_VERSION, request_object
+from count_video.records import PlanComparison, TrialResult
 from count_video.reports.printable import storable
 
+if TYPE_CHECKING:
+    from count_video.planning.camera import CameraView
+    from count_video.planning.whole import Plan
+
 SCHEMA_VERSION = 1
+SIGNIFICANT_DIGITS = 12
+"""More than any measurement has, and fewer than rounding errors show in."""
+_NAMES = {
+    "setup": "fitted_setup",
+    "velocity_before": "velocity_before_px_frame",
+    "velocity_after": "velocity_after_px_frame",
+    "ball_px_frame": "ball",
+    "heavy_px_frame": "heavy",
+}
+"""Keys that are not called as the field of the record is."""
+_KEYS = (
+    *("schema_version", "clip", "status", "reason", "count", "seen", "between_frames"),
+    *("probability", "count_after_burst", "collisions", "capture_fps", "capture_fps_source"),
+    *("frames_decoded", "frames_promised", "wall_side", "ball_diameter_px", "millimetres_per_px"),
+    *("pi_low", "pi_high", "mass_ratio", "mass_ratio_sigma", "energy_kept", "restitution"),
+    *("ending", "fitted_setup", "warnings", "reviewed_count", "corrections", "plan"),
+)
+"""In the order in which one reads."""
+_COUNT, _CHANCE, FIGURE = Range(0, 1e9, ""), Range(0, 1.001, ""), Range(-1e50, 1e50, "")
+"""What numbers of a stored result make sense."""
+
+
+def plain(value: Any) -> Any:
+    """Turn records, arrays and mappings into what ``json.dumps`` takes."""
+    if is_dataclass(value):
+        return {_NAMES.get(f.name, f.name): plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(value[key]) for key in sorted(value)}
+    if isinstance(value, tuple | list):
+        return [plain(one) for one in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float | Fraction):
+        number = float(value)
+        return float(f"{number:.{SIGNIFICANT_DIGITS}g}") if math.isfinite(number) else None
+    return storable(value) if isinstance(value, str) else value
 
 
 def json_line(result: TrialResult) -> str:
@@ -33,106 +71,80 @@ def json_line(result: TrialResult) -> str:
 
 def json_object(result: TrialResult) -> dict[str, object]:
     """Turn the result into what ``json.dumps`` takes; the keys are in reading order."""
-    return {
+    values = plain(result)
+    restitution = {kind: values[f"restitution_{kind}"] for kind in ("bodies", "wall")}
+    values |= {
         "schema_version": SCHEMA_VERSION,
-        "clip": storable(result.clip),
-        "status": result.status,
-        "reason": None if result.reason is None else storable(result.reason),
-        "count": _whole(result.count),
-        "seen": _whole(result.seen),
-        "between_frames": _whole(result.between_frames),
-        "probability": {
-            str(count): _number(chance) for count, chance in sorted(result.probability.items())
-        },
-        "count_after_burst": _whole(result.count_after_burst),
-        "collisions": [_collision(collision) for collision in result.collisions],
-        "capture_fps": _number(result.capture_fps),
-        "capture_fps_source": result.capture_fps_source,
-        "frames_decoded": _whole(result.frames_decoded),
-        "frames_promised": _whole(result.frames_promised),
-        "wall_side": result.wall_side,
-        "ball_diameter_px": _number(result.ball_diameter_px),
-        "millimetres_per_px": _number(result.millimetres_per_px),
-        "pi_low": _number(result.pi_low),
-        "pi_high": _number(result.pi_high),
-        "mass_ratio": _number(result.mass_ratio),
-        "mass_ratio_sigma": _number(result.mass_ratio_sigma),
-        "energy_kept": [_number(share) for share in result.energy_kept] or None,
-        "restitution": _restitution(result),
-        "ending": _ending(result.ending),
-        "fitted_setup": _setup(result.setup),
-        "warnings": [storable(warning) for warning in result.warnings],
-        "reviewed_count": _whole(result.reviewed_count),
-        "corrections": [_correction(correction) for correction in result.corrections],
+        "energy_kept": values["energy_kept"] or None,
+        "restitution": restitution if any(restitution.values()) else None,
         "plan": comparison_object(result.comparison),
     }
+    return {key: values[key] for key in _KEYS}
 
 
-def _collision(collision: Collision) -> dict[str, object]:
+def read_result(text: str) -> dict[str, Any]:
+    """Parse a result's JSON text, and check what tables need of it.
+
+    Raises
+    ------
+    ValueError
+        It is no result of this program: a file may have been edited, or be of another program.
+    """
+    try:
+        result = json.loads(text)
+    except RecursionError as error:
+        raise ValueError("nested too deeply") from error
+    if not isinstance(result, dict) or not result.keys() >= set(_KEYS):
+        raise ValueError("no result")
+    status, count, chances = result["status"], result["count"], result["probability"]
+    if (
+        not isinstance(result["clip"], str)
+        or not isinstance(result["reason"], str | None)
+        or not isinstance(chances, dict)
+        or (status, count is None) not in (("counted", False), ("not_counted", True))
+        or not all(_is_count(result[key]) for key in ("count", "seen", "between_frames"))
+        or not all(stored_number(chance, _CHANCE) is not None for chance in chances.values())
+        or not all(counted.isascii() and counted.isdecimal() for counted in chances)
+    ):
+        raise ValueError("a value that no result has")
+    return result
+
+
+def _is_count(value: object) -> bool:
+    whole = isinstance(value, int) and stored_number(value, _COUNT) is not None
+    return value is None or whole
+
+
+def comparison_object(comparison: PlanComparison | None) -> dict[str, object] | None:
+    """Turn the comparison of a clip with its plan into what ``json.dumps`` takes."""
+    if comparison is None:
+        return None
+    values: dict[str, Any] = plain(comparison)
+    for one in values["quantities"]:
+        found = one.pop("found")
+        one |= {"found": found["value"], "sigma": found["sigma"]}
+    return values
+
+
+def plan_line(plan: Plan) -> str:
+    """Write the plan as one line of JSON, without the line's end."""
+    return json.dumps(plan_object(plan), allow_nan=False)
+
+
+def plan_object(plan: Plan) -> dict[str, object]:
+    """Turn a plan into what ``json.dumps`` takes; the map is in its own table."""
     return {
-        "number": int(collision.number),
-        "kind": collision.kind,
-        "frame": _number(collision.frame),
-        "frame_sigma": _number(collision.frame_sigma),
-        "time_s": _number(collision.time_s),
-        "seen": bool(collision.seen),
-        "position_px": _number(collision.position_px),
-        "velocity_before_px_frame": _velocities(collision.velocity_before),
-        "velocity_after_px_frame": _velocities(collision.velocity_after),
+        "plan_version": PLAN_VERSION,
+        "request": request_object(plan.request),
+        **plain(plan.burst),
+        **plain(plan.framing),
+        "camera": None if plan.camera is None else _camera(plan.camera),
+        "spread": plain(plan.spread),
+        "proposals": plain(plan.proposals),
+        "table": plain(plan.table),
     }
 
 
-def _restitution(result: TrialResult) -> dict[str, object] | None:
-    parts = {"bodies": result.restitution_bodies, "wall": result.restitution_wall}
-    if all(part is None for part in parts.values()):
-        return None
-    return {contact: _estimate(part) for contact, part in parts.items()}
-
-
-def _estimate(estimate: Estimate | None) -> dict[str, object] | None:
-    if estimate is None:
-        return None
-    return {"value": _number(estimate.value), "sigma": _number(estimate.sigma)}
-
-
-def _ending(ending: Ending | None) -> dict[str, object] | None:
-    if ending is None:
-        return None
-    return {
-        "kind": ending.kind,
-        "energy_kept": _number(ending.energy_kept),
-        "heavy_speed": _number(ending.heavy_speed),
-        "ball_speed": _number(ending.ball_speed),
-    }
-
-
-def _setup(setup: FittedSetup | None) -> dict[str, object] | None:
-    if setup is None:
-        return None
-    return {field.name: _estimate(getattr(setup, field.name)) for field in fields(setup)}
-
-
-def _correction(correction: Correction) -> dict[str, object]:
-    return {
-        "action": correction.action,
-        "kind": correction.kind,
-        "frame": _number(correction.frame),
-        "number": _whole(correction.number),
-        "changes_count": bool(correction.changes_count),
-    }
-
-
-def _velocities(velocities: Velocities) -> dict[str, object]:
-    return {
-        "ball": _number(velocities.ball_px_frame),
-        "heavy": _number(velocities.heavy_px_frame),
-    }
-
-
-def _number(value: float | None) -> float | None:
-    # float() also turns NumPy's numbers, which json does not know, into Python's.
-    return None if value is None or not math.isfinite(value) else float(value)
-
-
-def _whole(value: int | None) -> int | None:
-    return None if value is None else int(value)
+def _camera(camera: CameraView) -> dict[str, object]:
+    chance = None if camera.measured is None else camera.measured.chance
+    return {**plain(camera), "chance": plain(chance)}

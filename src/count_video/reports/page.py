@@ -13,10 +13,14 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from count_video.records import Collision, Correction, Floats, TrialResult
-from count_video.reports.contact_frames import ContactFrame
+from count_video.planning.expected import expected_counts
+from count_video.records import Collision, Estimate, Floats, TrialResult
+from count_video.reports.frame_samples import ContactFrame
+from count_video.reports.material import burst_size
 from count_video.reports.printable import printable, storable
-from count_video.reports.text import plural, result_text
+from count_video.reports.text import counts_words, plural, ratio_words, result_text
+
+MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 
 
 @dataclass(frozen=True)
@@ -41,29 +45,33 @@ class Picture:
     data: bytes
     media_type: str
     """``image/png`` or ``image/svg+xml``."""
+    panels: Sequence[Mapping[str, object]] = ()
+    """Where on it time runs to the right, as ``figure.time_panels`` says."""
 
 
 def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | None) -> str:
     """Write the page; without footage (no bodies were followed) it holds the answer alone."""
     name = Path(result.clip).name
-    page = environment().get_template("clip.html")
-    return page.render(
+    return render(
+        "clip",
         clip=printable(name),
         command=_command(name),
         answer=_answer(result),
         doubt=printable(result.reason or ""),
+        facts=_facts(result),
         text=result_text(result),
         video=None if footage is None else _base64(footage.mp4),
         picture=None if picture is None else _base64(picture.data),
         picture_type=None if picture is None else picture.media_type,
-        data=None if footage is None else _data(result, footage),
-        style=own_file("clip.css"),
-        script=own_file("clip.js"),
+        data=None if footage is None else _data(result, footage, picture),
     )
 
 
-def environment() -> Environment:
-    """Templates of this package, with everything that is filled in escaped."""
+def render(name: str, **values: object) -> str:
+    """Fill in a template of this package, with the style and the scripts that are called like it.
+
+    Everything that is filled in is escaped; ``own`` reads a file of the package as it is.
+    """
     made = Environment(
         loader=PackageLoader("count_video.reports"),
         autoescape=True,
@@ -72,7 +80,8 @@ def environment() -> Environment:
         lstrip_blocks=True,
     )
     made.filters["digest"] = _digest
-    return made
+    made.globals["own"] = _own_file
+    return made.get_template(f"{name}.html").render(**values)
 
 
 def _digest(own_text: str) -> str:
@@ -81,9 +90,10 @@ def _digest(own_text: str) -> str:
     return f"sha256-{base64.b64encode(digest).decode('ascii')}"
 
 
-def own_file(name: str) -> Markup:
-    """Style or script of this package, which goes into a page as it is."""
-    return Markup((Path(__file__).parent / "templates" / name).read_text("utf-8"))
+def _own_file(*names: str) -> Markup:
+    """Styles or scripts of this package, which go into a page as they are."""
+    folder = Path(__file__).parent / "templates"
+    return Markup("".join((folder / name).read_text("utf-8") for name in names))
 
 
 def _command(name: str) -> str:
@@ -95,25 +105,45 @@ def _answer(result: TrialResult) -> str:
     return "not counted" if result.count is None else plural(result.count, "collision")
 
 
+def _facts(result: TrialResult) -> list[tuple[str, str]]:
+    """List what stands beside the count at the top; what is not known is left out."""
+    chance = None if result.count is None else result.probability.get(result.count)
+    ratio, expected = result.mass_ratio, expected_counts(result)
+    measured = None if ratio is None else Estimate(ratio, result.mass_ratio_sigma or 0.0)
+    facts = [
+        ("Probability", None if chance is None else f"{chance:.0%}"),
+        ("Theory", None if expected is None else counts_words(*expected.free)),
+        ("Mass ratio", None if measured is None else f"{ratio_words(measured)} : 1"),
+    ]
+    if result.pi_low is not None and result.pi_high is not None:
+        facts.append(("π lies between", f"{result.pi_low:.5g} and {result.pi_high:.5g}"))
+    return [(label, value) for label, value in facts if value is not None]
+
+
 def _base64(data: bytes) -> str:
     return base64.b64encode(data).decode("ascii")
 
 
-def _data(result: TrialResult, footage: Footage) -> dict[str, object]:
+def _data(result: TrialResult, footage: Footage, picture: Picture | None) -> dict[str, object]:
     """Collect what the script works with; jinja2 escapes it so that no name can end the script."""
     name = storable(Path(result.clip).name)
-    size = result.count if result.count is not None else result.seen or 0
+    size = burst_size(result)
     beyond = [c.frame for c in result.collisions if c.number > size]
     return {
         "clip": name,
         "clip_sha256": footage.clip_sha256,
         "save_as": f"{Path(name).stem}.corrections.json",
         "count": result.count,
+        "ms_a_frame": None if not result.capture_fps else 1000 / result.capture_fps,
+        "panels": [] if picture is None else list(picture.panels),
         "burst_ends": min(beyond, default=1e300),
         "frames": [int(frame) for frame in footage.frame],
         "times": [round(float(time), 5) for time in footage.shown_s],
         "collisions": [_entry(c, size, footage.cuts.get(c.number, ())) for c in result.collisions],
-        "corrections": [_correction(correction) for correction in result.corrections],
+        "corrections": [
+            {key: getattr(correction, key) for key in ("action", "kind", "frame", "number")}
+            for correction in result.corrections
+        ],
     }
 
 
@@ -128,13 +158,4 @@ def _entry(collision: Collision, size: int, cuts: Sequence[ContactFrame]) -> dic
             {"frame": cut.frame, "picture": f"data:image/jpeg;base64,{_base64(cut.jpeg)}"}
             for cut in cuts
         ],
-    }
-
-
-def _correction(correction: Correction) -> dict[str, object]:
-    return {
-        "action": correction.action,
-        "kind": correction.kind,
-        "frame": correction.frame,
-        "number": correction.number,
     }

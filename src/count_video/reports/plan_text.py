@@ -15,7 +15,7 @@ from count_video.planning.measured import RESOLVED_FRAMES
 from count_video.planning.request import PlanRequest
 from count_video.planning.tolerances import Spread, TrialTable, restitution_range
 from count_video.planning.whole import Plan
-from count_video.reports.campaign_text import entry, histogram_lines
+from count_video.reports.campaign import deviation_lines, entry, histogram_lines, paper_lines
 from count_video.reports.text import labelled, plural
 
 LISTED_AT_MOST = 5
@@ -69,13 +69,10 @@ def table_lines(table: TrialTable) -> list[str]:
     return [
         entry("Number of trials", str(table.trials)),
         entry("  of these with a count", str(len(table.counts))),
-        entry("Maximum value", _number(table.maximum)),
-        entry("Minimum value", _number(table.minimum)),
-        entry("Mean value", _number(table.mean, 2)),
-        entry("Standard deviation", _number(table.sd_population, 2), "(population)"),
-        entry("  of a sample", _number(table.sd_sample, 2), "(divided by n - 1)"),
+        *paper_lines(table.maximum, table.minimum, table.mean),
+        *deviation_lines(table.sd_population, table.sd_sample),
         entry("Theory", str(table.theory)),
-        *histogram_lines(table.histogram, table.theory),
+        *histogram_lines(table.histogram, [table.theory]),
     ]
 
 
@@ -248,7 +245,3 @@ def _mm(length_m: float) -> str:
 
 def _plain(mass: Mass) -> str:
     return f"{float(mass):.10g}"
-
-
-def _number(value: float | None, decimals: int = 0) -> str:
-    return "-" if value is None else f"{value:.{decimals}f}"

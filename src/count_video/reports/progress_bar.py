@@ -1,15 +1,18 @@
-"""The progress bar, for a person at a terminal."""
+"""Progress bars for a person at a terminal, wiped away at their end: the result stands alone."""
 
 from __future__ import annotations
 
-from typing import TextIO
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, TextIO
 
 from rich import progress
 from rich.console import Console
+from rich.text import Text
 
 
 class TerminalBar:
-    """A bar on a terminal that is wiped away at its end, so that the result stands alone."""
+    """What advances in a clip, on one line."""
 
     def __init__(self, stream: TextIO, unit: str = "frames") -> None:
         """Show on a stream what advances, counted in ``unit``, a plural."""
@@ -20,7 +23,7 @@ class TerminalBar:
     def start(self, total: int | None, label: str) -> None:
         """Draw an empty bar; without a total it only shows that something happens."""
         self.finish()
-        self._bar = _drawn_on(self._stream, self._unit)
+        self._bar = self._drawn()
         self._bar.add_task(label, total=total or None)
         self._bar.start()
 
@@ -35,17 +38,50 @@ class TerminalBar:
             self._bar.stop()
             self._bar = None
 
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """Take the bar away while something else is written on the same terminal."""
+        if self._bar is None:
+            yield
+            return
+        self._bar.stop()
+        try:
+            yield
+        finally:
+            self._bar.start()
 
-def _drawn_on(stream: TextIO, unit: str) -> progress.Progress:
-    return progress.Progress(
-        # Labels carry file names, in which square brackets are no mark-up.
-        progress.TextColumn("{task.description}", markup=False),
-        progress.BarColumn(bar_width=24),  # leaves room on the line for the "^C" of a person
-        progress.MofNCompleteColumn(),
-        progress.TextColumn(unit),
-        progress.TimeRemainingColumn(),
-        console=Console(file=stream),
-        transient=True,
-        redirect_stdout=False,
-        redirect_stderr=False,
-    )
+    def _drawn(self, *columns: progress.ProgressColumn, **more: Any) -> progress.Progress:
+        return progress.Progress(
+            # Labels carry file names, in which square brackets are no mark-up.
+            progress.TextColumn("{task.description}", markup=False),
+            progress.BarColumn(bar_width=24),  # leaves space on the line for the "^C" of a person
+            progress.MofNCompleteColumn(),
+            progress.TextColumn(self._unit),
+            *columns,
+            progress.TimeRemainingColumn(),
+            console=Console(file=self._stream),
+            transient=True,
+            redirect_stdout=False,
+            redirect_stderr=False,
+            **more,
+        )
+
+
+class CampaignBar(TerminalBar):
+    """Clips done, clips a minute and time left."""
+
+    def __init__(self, stream: TextIO) -> None:
+        super().__init__(stream, "clips")
+
+    def _drawn(self, *columns: progress.ProgressColumn, **more: Any) -> progress.Progress:
+        # A clip takes seconds, so a short memory would hold none.
+        return super()._drawn(_Rate(), *columns, speed_estimate_period=600, **more)
+
+
+class _Rate(progress.ProgressColumn):
+    """Clips a minute at the present pace."""
+
+    def render(self, task: progress.Task) -> Text:
+        """Write the rate; a dash until it is known."""
+        speed = task.finished_speed or task.speed
+        return Text("-/min" if not speed else f"{speed * 60:.3g}/min", style="progress.data.speed")

@@ -9,10 +9,9 @@ from pathlib import Path
 
 from count_video.physics.theory import pi_bounds
 from count_video.planning.expected import Expected, expected_counts, ratio_range
-from count_video.records import Collision, Correction, Ending, TrialResult
-from count_video.reports.comparison_text import comparison_lines, comparison_sentence
+from count_video.records import Collision, Correction, Ending, Estimate, TrialResult
 from count_video.reports.printable import printable
-from count_video.reports.table import collision_lines
+from count_video.reports.text_tables import collision_lines, comparison_lines, comparison_sentence
 
 WIDTH = 80
 """Columns that a terminal has at the least."""
@@ -51,6 +50,18 @@ def plural(number: int, noun: str) -> str:
     if number == 0:
         return f"no {noun}"
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def counts_words(low: int, high: int) -> str:
+    """Write a range of counts: ``31``, ``3 or 4``, ``29 to 31``."""
+    return str(low) if low == high else f"{low}{' or ' if high == low + 1 else ' to '}{high}"
+
+
+def ratio_words(ratio: Estimate | None) -> str:
+    """Write a mass ratio with its uncertainty, which is 0 where it was given."""
+    if ratio is None:
+        return "not known"
+    return f"{ratio.value:.4g}" + (f" ± {ratio.sigma:.2g}" if ratio.sigma else "")
 
 
 def headline(result: TrialResult) -> str:
@@ -187,7 +198,7 @@ def _expected(result: TrialResult) -> str:
     if expected is None or not result.count:
         return ""
     low, high = expected.free
-    free = str(low) if low == high else f"{low} {'or' if high == low + 1 else 'to'} {high}"
+    free = counts_words(low, high)
     if low == high == expected.hanging and expected.with_losses in (None, low):
         return f"{free}, for free bodies without losses and on these threads with these gaps alike"
     parts = [f"{free} for free bodies without losses"]

@@ -28,7 +28,7 @@ def theory_text(heavy: Fraction, light: Fraction) -> str:
 
 
 def facts(heavy: Fraction, light: Fraction) -> list[tuple[str, str]]:
-    """Label and words of all that is told of two masses."""
+    """Label and words of all that the theory says of two masses."""
     theta, count = theta_rad(heavy, light), collision_count(heavy, light)
     bounds, ratios = pi_bounds(count, heavy, light), mass_ratio_interval(count)
     return [

@@ -5,10 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import json
-import multiprocessing
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -17,6 +16,8 @@ from statistics import fmean, pstdev
 import numpy as np
 
 from count_video.errors import UsageError
+from count_video.outputs import clear_unfinished
+from count_video.parallel import Processes
 from count_video.physics.simulator import Motion, simulate
 from synth_video.campaign.search import Target
 from synth_video.scene import Scene
@@ -62,16 +63,25 @@ def takes_of(target: Target, seed: int, overrides: Iterable[str] = ()) -> list[T
 def film(takes: Sequence[Take], folder: Path, workers: int) -> Iterator[Take]:
     """Render the clips in several processes; yield each when it and those before are there.
 
+    Whoever leaves the loop early ends the processes; clips that are complete stay.
+
     Raises
     ------
     UsageError
         A clip cannot be written.
     """
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, context) as pool:
-        clips = [folder / f"{take.name}.mp4" for take in takes]
-        for take, _ in zip(takes, pool.map(_render, takes, clips), strict=True):
+    processes = Processes(workers)
+    at_once = True
+    try:
+        running = [processes.submit(_render, (take, folder)) for take in takes]
+        for take, rendered in zip(takes, running, strict=True):
+            rendered.result()
             yield take
+        at_once = False
+    finally:
+        processes.close(at_once=at_once)
+        with suppress(OSError):
+            clear_unfinished(folder)
 
 
 def write_lists(takes: Sequence[Take], seed: int, folder: Path) -> None:
@@ -124,8 +134,9 @@ def _rate(motion: Motion, rng: np.random.Generator) -> float:
     return enough[0] if enough else HIGH_SPEED_RATES[-1]
 
 
-def _render(take: Take, clip: Path) -> None:
-    render_trial(take.scene, take.seed, clip)
+def _render(wanted: tuple[Take, Path]) -> None:
+    take, folder = wanted
+    render_trial(take.scene, take.seed, folder / f"{take.name}.mp4")
 
 
 def _manifest(takes: Sequence[Take]) -> str:

@@ -4,7 +4,8 @@
   const element = (id) => document.getElementById(id);
   const video = element("video");
   const words = { bodies: "between the bodies", wall: "with the wall" };
-  let corrections = data.corrections;
+  // What a person changed; each change replaces it as a whole, so that undo is the one before.
+  let review = { corrections: data.corrections, notes: {} };
   const before = [];
   let chosen = null;
 
@@ -43,7 +44,7 @@
 
   const row = () => rowAt(video.currentTime);
 
-  function tellFrame() {
+  function showFrame() {
     element("frame").textContent = data.frames[row()];
     element("seek").value = row();
     element("play").textContent = video.paused ? "Play" : "Stop";
@@ -53,10 +54,11 @@
   const playOrStop = () => (video.paused ? video.play() : video.pause());
 
   // ---- what is there, with the corrections laid over it -----------------------------------
-  const isWrong = (c) => corrections.some((k) => k.action === "wrong" && k.number === c.number);
+  const isWrong = (c) => review.corrections
+    .some((k) => k.action === "wrong" && k.number === c.number);
 
   function entries() {
-    const missed = corrections.filter((k) => k.action === "missed")
+    const missed = review.corrections.filter((k) => k.action === "missed")
       .map((k) => ({ ...k, number: null, seen: true, in_burst: k.frame < data.burst_ends }));
     return [...data.collisions, ...missed].sort((a, b) => a.frame - b.frame);
   }
@@ -65,7 +67,9 @@
     return entries().filter((c) => c.in_burst && !(c.number !== null && isWrong(c))).length;
   }
 
-  const key = (c) => (c === null ? null : `${c.number ?? "+"}/${c.kind}/${c.frame}`);
+  const key = (c) => (c === null ? "" : `${c.number ?? "+"}/${c.kind}/${c.frame}`);
+  const nameOf = (c) => (c === null ? "the clip"
+    : c.number === null ? "the added collision" : `collision ${c.number}`);
 
   // ---- drawing ----------------------------------------------------------------------------
   function make(tag, attributes, ...children) {
@@ -75,39 +79,54 @@
     return made;
   }
 
-  function notes(c) {
-    const told = [];
-    if (c.number === null) told.push("added");
-    else if (isWrong(c)) told.push("marked wrong");
-    if (!c.seen) told.push("inferred");
-    if (!c.in_burst) told.push("after the burst");
-    return told.join(", ");
+  function remarks(c) {
+    const said = [];
+    if (c.number === null) said.push("added");
+    else if (isWrong(c)) said.push("marked wrong");
+    if (!c.seen) said.push("inferred");
+    if (!c.in_burst) said.push("after the burst");
+    if (review.notes[key(c)]) said.push("note");
+    return said.join(", ");
   }
+
+  const placed = (c) => (data.ms_a_frame === null
+    ? (c.number === null ? String(c.frame) : c.frame.toFixed(1))
+    : `${c.frame.toFixed(1)} · ${(c.frame * data.ms_a_frame).toFixed(1)} ms`);
 
   function listItem(c) {
     const removed = c.number !== null && isWrong(c);
     const button = make("button", { type: "button", "data-key": key(c) },
       make("span", {}, c.number === null ? "+" : String(c.number)),
       make("span", { class: `mark ${c.kind}${c.seen ? "" : " inferred"}`, "aria-hidden": "true" }),
-      make("span", { class: removed ? "removed" : "" }, words[c.kind], " ",
-        make("span", { class: "note" }, notes(c))),
-      make("span", {}, c.number === null ? String(c.frame) : c.frame.toFixed(1)));
+      make("span", {}, make("span", { class: removed ? "removed" : "" }, c.kind), " ",
+        make("span", { class: "note" }, remarks(c))),
+      make("span", {}, placed(c)));
     button.setAttribute("aria-current", key(c) === key(chosen) ? "true" : "false");
+    // One stop of the tab key for the whole list; arrow keys go through it.
+    button.tabIndex = key(c) === key(chosen ?? entries()[0]) ? 0 : -1;
     button.addEventListener("click", () => choose(c));
     return make("li", {}, button);
   }
 
   function draw() {
     const focused = document.activeElement?.dataset?.key;
+    const scrolled = element("list").scrollTop;
     element("list").replaceChildren(...entries().map(listItem));
+    element("list").scrollTop = scrolled;
     if (focused !== undefined) focusOn(focused);
+    const { corrections } = review;
     element("undo").disabled = before.length === 0;
-    element("save").disabled = corrections.length === 0;
+    element("save").disabled = corrections.length === 0 && Object.keys(review.notes).length === 0;
     element("wrong").disabled = chosen === null;
+    element("wrong").firstChild.textContent = chosen === null || chosen.number === null
+      ? (chosen === null ? "Mark wrong " : "Take away ") : isWrong(chosen) ? "Mark right " : "Mark wrong ";
     const wrong = corrections.filter((k) => k.action === "wrong").length;
     const changes = `${wrong} marked wrong, ${corrections.length - wrong} added`;
     element("reviewed").textContent =
       corrections.length ? `Reviewed count: ${reviewedCount()} (${changes})` : "";
+    element("note-on").textContent = nameOf(chosen);
+    if (document.activeElement !== element("note")) element("note").value = review.notes[key(chosen)] ?? "";
+    drawState();
   }
 
   function focusOn(wanted) {
@@ -118,11 +137,96 @@
 
   function drawContact(c) {
     const name = c.number === null ? "Added collision" : `Collision ${c.number}`;
-    element("contact-title").textContent = `${name} ${words[c.kind]}, frame ${c.frame.toFixed(1)}`;
+    element("contact-title").textContent = `${name} ${words[c.kind]}, frame ${placed(c)}`;
     const cuts = (c.cuts ?? []).map((cut) => make("figure", {},
       make("img", { src: cut.picture, alt: `frame ${cut.frame}, enlarged at the contact` }),
       make("figcaption", {}, `frame ${cut.frame}`)));
     element("cuts").replaceChildren(...cuts);
+  }
+
+  // ---- keeping: in this browser at every change, and as a file ------------------------------
+  const shelf = `count-video ${data.clip_sha256 || data.clip}`;
+  const asText = (one) => JSON.stringify([one.corrections, one.notes]);
+  const opened = asText(review);
+  let saved = opened;
+
+  function drawState() {
+    const dirty = asText(review) !== saved;
+    const kept = dirty && remember();
+    element("state").className = dirty ? "state" : "state saved";
+    element("state").textContent = dirty
+      ? `Not saved to a file yet${kept ? "; kept in this browser" : ""}`
+      : saved === opened ? "" : "Saved to a file";
+  }
+
+  function remember() {
+    try {
+      localStorage.setItem(shelf, asText(review));
+      return true;
+    } catch {
+      return false;  // a browser that keeps nothing
+    }
+  }
+
+  const isText = (value) => typeof value === "string";
+  const isKind = (value) => value === "bodies" || value === "wall";
+
+  // Only what a review can hold is taken from outside; null if it is none.
+  function readReview(corrections, notes) {
+    if (!Array.isArray(corrections) || typeof notes !== "object" || notes === null) return null;
+    const sound = corrections.every((k) => isKind(k?.kind) && Number.isFinite(k.frame)
+      && (k.action === "missed" || (k.action === "wrong"
+        && data.collisions.some((c) => c.number === k.number && c.kind === k.kind))));
+    if (!sound || !Object.values(notes).every(isText)) return null;
+    return { notes, corrections: corrections.map(({ action, kind, frame, number }) => (
+      { action, kind, frame, number: action === "wrong" ? number : null })) };
+  }
+
+  function recall() {
+    try {
+      const found = readReview(...JSON.parse(localStorage.getItem(shelf)));
+      if (found !== null && asText(found) !== opened) {
+        before.push(review);
+        review = found;
+      }
+    } catch {
+      // nothing kept, or nothing of ours
+    }
+  }
+
+  function save() {
+    if (element("save").disabled) return;
+    const stored = { corrections_version: 1, clip: data.clip,
+      clip_sha256: data.clip_sha256, tool_count: data.count,
+      reviewed_count: reviewedCount(), corrections: review.corrections, notes: review.notes };
+    const blob = new Blob([`${JSON.stringify(stored, null, 1)}\n`], { type: "application/json" });
+    const address = URL.createObjectURL(blob);
+    make("a", { href: address, download: data.save_as }).click();
+    setTimeout(() => URL.revokeObjectURL(address), 60000);
+    saved = asText(review);
+    remember();
+    drawState();
+  }
+
+  async function load() {
+    const [file] = element("load").files;
+    if (file === undefined) return;
+    let found = null;
+    try {
+      const stored = JSON.parse(await file.text());
+      if (stored.clip === data.clip) found = readReview(stored.corrections, stored.notes ?? {});
+    } catch {
+      // no JSON: the same answer
+    }
+    if (found === null) {
+      element("state").className = "state";
+      element("state").textContent = `${file.name} holds no corrections of this clip`;
+    } else {
+      change(found);
+      saved = asText(review);
+      drawState();
+    }
+    element("load").value = "";
   }
 
   // ---- doing ------------------------------------------------------------------------------
@@ -131,8 +235,8 @@
     draw();
     drawContact(c);
     show(rowOf(c.frame));
-    const current = element("list").querySelector('[aria-current="true"]');
-    current?.scrollIntoView({ block: "nearest" });
+    element("list").querySelector('[aria-current="true"]')?.scrollIntoView({ block: "nearest" });
+    element("contact").scrollIntoView({ block: "nearest" });
   }
 
   function step(by) {
@@ -145,62 +249,84 @@
   }
 
   function change(next) {
-    before.push(corrections);
-    corrections = next;
+    before.push(review);
+    review = { ...review, ...next };
     draw();
   }
 
   function markWrong() {
     if (chosen === null) return;
     const c = chosen;
+    const { corrections } = review;
     if (c.number === null) {  // one that was added goes away again
       chosen = null;
-      change(corrections.filter((k) => !(k.action === "missed" && key({ ...k, number: null }) === key(c))));
+      change({ corrections: corrections
+        .filter((k) => !(k.action === "missed" && key({ ...k, number: null }) === key(c))) });
     } else if (isWrong(c)) {
-      change(corrections.filter((k) => k.number !== c.number));
+      change({ corrections: corrections.filter((k) => k.number !== c.number) });
     } else {
-      change([...corrections, { action: "wrong", kind: c.kind, frame: c.frame, number: c.number }]);
+      change({ corrections: [...corrections,
+        { action: "wrong", kind: c.kind, frame: c.frame, number: c.number }] });
     }
   }
 
   function addMissed(kind) {
     const frame = data.frames[row()];
+    const { corrections } = review;
     if (corrections.some((k) => k.action === "missed" && k.kind === kind && k.frame === frame)) return;
-    change([...corrections, { action: "missed", kind, frame, number: null }]);
+    change({ corrections: [...corrections, { action: "missed", kind, frame, number: null }] });
+  }
+
+  function writeNote() {
+    const notes = { ...review.notes, [key(chosen)]: element("note").value };
+    if (notes[key(chosen)] === "") delete notes[key(chosen)];
+    change({ notes });
   }
 
   function undo() {
     if (before.length === 0) return;
-    corrections = before.pop();
+    review = before.pop();
     if (chosen !== null && !entries().some((c) => key(c) === key(chosen))) chosen = null;
     draw();
+    remember();
   }
 
-  function save() {
-    if (corrections.length === 0) return;
-    const stored = { corrections_version: 1, clip: data.clip,
-      clip_sha256: data.clip_sha256, tool_count: data.count,
-      reviewed_count: reviewedCount(), corrections };
-    const blob = new Blob([`${JSON.stringify(stored, null, 1)}\n`], { type: "application/json" });
-    const address = URL.createObjectURL(blob);
-    make("a", { href: address, download: data.save_as }).click();
-    setTimeout(() => URL.revokeObjectURL(address), 60000);
+  function goThere(event) {
+    const box = element("picture").getBoundingClientRect();
+    const x = (event.clientX - box.left) / box.width;
+    const y = (event.clientY - box.top) / box.height;
+    const panel = data.panels.find(({ box: [left, top, right, bottom] }) => (
+      left <= x && x <= right && top <= y && y <= bottom));
+    if (panel === undefined) return;
+    const [from, to] = panel.frames;
+    const frame = from + (to - from) * (x - panel.box[0]) / (panel.box[2] - panel.box[0]);
+    const nearest = entries().reduce((best, c) => (
+      best === null || Math.abs(c.frame - frame) < Math.abs(best.frame - frame) ? c : best), null);
+    if (nearest !== null) choose(nearest);
+  }
+
+  function enlarge() {
+    const large = element("sheet").classList.toggle("large");
+    element("enlarge").setAttribute("aria-pressed", String(large));
+    element("enlarge").textContent = large ? "Fit the picture" : "Enlarge the picture";
   }
 
   // ---- hands and keys ---------------------------------------------------------------------
   const keys = {
-    ArrowDown: () => step(1), ArrowRight: () => step(1),
-    ArrowUp: () => step(-1), ArrowLeft: () => step(-1),
+    arrowdown: () => step(1), arrowright: () => step(1),
+    arrowup: () => step(-1), arrowleft: () => step(-1),
     ".": () => show(row() + 1), ",": () => show(row() - 1),
     x: markWrong, b: () => addMissed("bodies"), w: () => addMissed("wall"), u: undo, s: save,
     " ": playOrStop,
   };
   document.addEventListener("keydown", (event) => {
-    const act = keys[event.key];
-    if (!act || event.ctrlKey || event.metaKey || event.altKey) return;
-    // The slider has arrow keys of its own, and space presses the button that has the focus.
-    if (event.target.type === "range" && event.key.startsWith("Arrow")) return;
-    if (event.target.tagName === "BUTTON" && event.key === " ") return;
+    const act = keys[event.key.toLowerCase()];
+    const { target } = event;
+    if (!act || event.ctrlKey || event.metaKey || event.altKey || target.tagName === "TEXTAREA") return;
+    // The slider and the picture have arrow keys of their own, and space presses a focused button.
+    const arrow = event.key.startsWith("Arrow");
+    if (arrow && (target.type === "range" || target.id === "sheet")) return;
+    if (event.key === " " && (target.tagName === "BUTTON" || target.type === "file")) return;
     event.preventDefault();
     act();
   });
@@ -215,7 +341,20 @@
   element("add-wall").addEventListener("click", () => addMissed("wall"));
   element("undo").addEventListener("click", undo);
   element("save").addEventListener("click", save);
-  for (const event of ["timeupdate", "seeked", "loadeddata", "play", "pause"]) video.addEventListener(event, tellFrame);
-  window.addEventListener("beforeunload", (event) => { if (before.length) event.preventDefault(); });
+  element("note").addEventListener("change", writeNote);
+  element("load").addEventListener("change", load);
+  element("picture")?.addEventListener("click", goThere);
+  element("enlarge")?.addEventListener("click", enlarge);
+  for (const event of ["timeupdate", "seeked", "loadeddata", "play", "pause"]) video.addEventListener(event, showFrame);
+  window.addEventListener("beforeunload", (event) => { if (asText(review) !== saved) event.preventDefault(); });
+  if (data.ms_a_frame !== null) element("unit").textContent = "frame · time";
+  recall();
   draw();
+  // It opens with the first collision: before it, there is little to judge.
+  if (data.collisions.length) {
+    chosen = data.collisions[0];
+    draw();
+    drawContact(chosen);
+    show(rowOf(chosen.frame));
+  }
 })();

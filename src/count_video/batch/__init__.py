@@ -1,0 +1,1 @@
+"""Many clips as a campaign that keeps its results."""

@@ -1,0 +1,255 @@
+"""The work on the clips of a campaign: in processes of this machine, or on a Dask cluster.
+
+Both take jobs and give futures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from concurrent.futures import BrokenExecutor, Future
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any, Protocol
+
+import cv2
+
+import count_video
+from count_video import trial
+from count_video.batch.manifest import Job
+from count_video.errors import CountVideoError, FootageError, TrackingError, UsageError
+from count_video.followed import Followed, followed, packed, unpacked
+from count_video.inputs import content_digest
+from count_video.parallel import Processes
+from count_video.reports.json_object import SCHEMA_VERSION, json_line, read_result
+from count_video.verdict import unread_result
+
+CONNECT_TIMEOUT_S = 10
+ASK_EVERY_S = 1.0
+"""While no answer comes, the workers are asked so often whether they are still there."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came of a job."""
+
+    text: str
+    """The result as one line of JSON, without the line's end."""
+    content: str | None
+    """Digest of the clip; None where it could not be read."""
+    final: bool
+    """True if the same clip, options and tool would give the same answer again."""
+    tool: str
+    """Version of the tool that did the work."""
+    evidence: tuple[str, ...] = ()
+    """Names of the files that show the result."""
+    followed: str | None = None
+    """What the evidence can be drawn from, as text; None where there is nothing to draw."""
+
+
+@cache
+def tool_version() -> str:
+    """Version of the tool, with a digest of its source: between releases the code changes too."""
+    package = Path(count_video.__file__).parent
+    digest = sha256()
+    for file in sorted(package.rglob("*.py")):
+        digest.update(file.relative_to(package).as_posix().encode())
+        digest.update(file.read_bytes())
+    return f"{count_video.__version__}+schema{SCHEMA_VERSION}+{digest.hexdigest()[:16]}"
+
+
+def count_job(job: Job) -> Answer:
+    """Count one clip; what is wrong with it becomes its answer, faults of the program are raised.
+
+    Workers share the cores between them, so each does its own work in one thread.
+    """
+    cv2.setNumThreads(1)
+    if job.problem is not None:
+        return failure(job, job.problem)
+    content: str | None = None
+    kept: str | None = None
+    evidence: tuple[str, ...] = ()
+    try:
+        content = content_digest(job.file)
+        found = _followed(job)
+        result, kept, final = found.result, packed(found), True
+        if job.pages is not None:
+            evidence = _drawn(job, found)
+    except (CountVideoError, OSError) as error:
+        # An OSError's own text repeats number and path; its plain words are enough.
+        words = error.strerror if isinstance(error, OSError) else None
+        reason = words or str(error).removeprefix(f"{job.file}: ") or type(error).__name__
+        result = unread_result(job.clip, reason)
+        # What hinders the work, a full disk for example, may be gone the next time.
+        final = isinstance(error, FootageError | TrackingError)
+    text = json_line(replace(result, clip=job.clip))
+    read_result(text)  # else a fault of the program, which is not to be kept
+    return Answer(text, content, final, tool_version(), evidence, kept)
+
+
+def _followed(job: Job) -> Followed:
+    """Return what an earlier run counted and followed, or do so now."""
+    if job.followed is not None:
+        with suppress(ValueError):
+            found = unpacked(job.followed)
+            return replace(found, result=replace(found.result, clip=str(job.file)))
+    return followed(trial.work_through(job.file, job.settings))
+
+
+def _drawn(job: Job, found: Followed) -> tuple[str, ...]:
+    # Drawing takes long to import, and most campaigns draw nothing.
+    from count_video.evidence import EvidenceSettings, draw_evidence  # noqa: PLC0415
+
+    pages = job.pages
+    assert pages is not None
+    folder = Path(job.start, pages.folder)
+    wanted = EvidenceSettings(
+        folder, pages.picture_format, name=job.name, csv_dialect=pages.csv_dialect
+    )
+    return draw_evidence(job.file, found, wanted).files
+
+
+def failure(job: Job, reason: str) -> Answer:
+    """Make the answer of a job that failed for a reason other than its clip."""
+    return Answer(json_line(unread_result(job.clip, reason)), None, False, tool_version())
+
+
+class Workers(Protocol):
+    """Who counts clips."""
+
+    def submit(self, job: Job) -> Future[Answer]:
+        """Hand over a job."""
+
+    def lost(self) -> bool:
+        """Return whether nobody is left to do or answer anything."""
+
+    def close(self, *, at_once: bool) -> None:
+        """End the workers; ``at_once``: whatever they are doing."""
+
+
+def answers(jobs: Iterable[Job], workers: Workers) -> Iterator[tuple[Job, Answer]]:
+    """Yield every job with its answer, in the order in which they come.
+
+    Nothing that fails stops the others: it is the answer of its job.
+    """
+    arrived: SimpleQueue[Future[Answer]] = SimpleQueue()
+    running: dict[Future[Answer], Job] = {}
+    at_once = True
+    try:
+        for job in jobs:
+            future = workers.submit(job)
+            running[future] = job
+            future.add_done_callback(arrived.put)
+        while running:
+            try:
+                future = arrived.get(timeout=ASK_EVERY_S)
+            except Empty:
+                if workers.lost():
+                    yield from ((job, _let_go(job)) for job in running.values())
+                    return
+                continue
+            job = running.pop(future)
+            yield job, _answer(job, future)
+        at_once = False
+    finally:
+        workers.close(at_once=at_once)
+
+
+def _answer(job: Job, future: Future[Answer]) -> Answer:
+    if future.cancelled():
+        return _let_go(job)
+    error = future.exception()
+    if isinstance(error, BrokenExecutor):
+        return failure(job, "the worker died on this clip, twice; play the clip, or convert it")
+    if error is not None:
+        # Not the clip's error but the program's (or the cluster's): the others are not to suffer.
+        words = " ".join(f"{type(error).__name__}: {error}".split())
+        return failure(job, f"the work on this clip failed ({words}); please report it")
+    answer = future.result()
+    if answer.tool != tool_version():
+        return failure(
+            job, f"the worker has count-video {answer.tool}, not {tool_version()}; install the same"
+        )
+    return answer
+
+
+def _let_go(job: Job) -> Answer:
+    return failure(job, "the cluster let the clip go; check its scheduler and start again")
+
+
+class LocalWorkers:
+    """Processes on this machine."""
+
+    def __init__(self, workers: int | None = None) -> None:
+        """Have ``workers`` processes at the most (None: one for every core)."""
+        self.processes = Processes(workers)
+
+    def submit(self, job: Job) -> Future[Answer]:
+        """Hand over a job."""
+        return self.processes.submit(count_job, job)
+
+    def lost(self) -> bool:
+        """Return False: dead processes are replaced."""
+        return False
+
+    def close(self, *, at_once: bool) -> None:
+        """End the processes."""
+        self.processes.close(at_once=at_once)
+
+
+class ClusterWorkers:
+    """The workers of a Dask cluster; its scheduler hands a dead worker's jobs to others."""
+
+    def __init__(self, address: str) -> None:
+        """Join a cluster at the address of its scheduler, such as ``tcp://host:8786``.
+
+        Raises
+        ------
+        UsageError
+            Dask is not installed, or no scheduler answers there.
+        """
+        client = _dask_client()
+        try:
+            self._client = client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
+        except (OSError, ValueError, TypeError, RuntimeError, ImportError) as error:
+            # Each kind of address fails with an error of its own: one without certificates with a
+            # TypeError, one that needs a missing library with an ImportError.
+            raise UsageError(f"no Dask scheduler answers at {address}; start it first") from error
+        self._executor = self._client.get_executor(pure=False)
+
+    def submit(self, job: Job) -> Future[Answer]:
+        """Hand over a job."""
+        future: Future[Answer] = self._executor.submit(count_job, job)
+        return future
+
+    def lost(self) -> bool:
+        """Return whether the scheduler is gone; some of its futures then never end."""
+        return str(self._client.status) in ("closing", "closed")
+
+    def close(self, *, at_once: bool) -> None:
+        """Let go of the cluster, which lives on."""
+        if not self.lost():
+            self._executor.shutdown(wait=not at_once)
+        self._client.close()
+
+
+def _dask_client() -> Any:
+    """Return Dask's client, made to say nothing of its own accord."""
+    try:
+        import dask  # noqa: PLC0415 - an extra that few need
+
+        # Dask reads this as it is imported. A lost worker is no news, its clips are done again; a
+        # lost scheduler stands in the rows of the clips that it had.
+        loggers = ("distributed", "distributed.client", "tornado.application", "asyncio")
+        with dask.config.set({"logging": dict.fromkeys(loggers, "critical")}):
+            import distributed  # noqa: PLC0415
+    except ImportError as error:
+        raise UsageError(
+            "--scheduler needs Dask; install it with: pip install 'count-video[distributed]'"
+        ) from error
+    # A client that never joined would wait for the cluster once more as it is thrown away; one that
+    # did is closed by its owner.
+    return type("_Client", (distributed.Client,), {"__del__": lambda _: None})

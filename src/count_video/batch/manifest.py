@@ -1,0 +1,267 @@
+"""What a campaign has to count: from files, folders and manifests to one job a trial.
+
+A manifest is a CSV file with a clip a line and what is special about it. The column ``clip`` is
+needed; its paths start at the manifest's folder. The others are called as the options are and take
+what those take; an empty cell leaves what the command line says.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import re
+import unicodedata
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from count_video import inputs
+from count_video.errors import FootageError, UsageError
+from count_video.inputs import shown
+from count_video.outputs import CsvDialect, OutputFolder, output_name
+from count_video.trial import TrialSettings
+
+VIDEO_SUFFIXES = (
+    *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm"),
+    *(".3gp", ".mpg", ".mpeg", ".mts", ".m2ts", ".wmv"),
+)
+"""Which files of a folder are taken for clips; upper and lower case alike."""
+RESERVED_NAMES = frozenset({"campaign"})
+"""Names of trials whose results would overwrite the campaign's own files."""
+WITH_DECIMALS = frozenset({"masses", "capture_fps", "ball_diameter_mm"})
+"""Columns whose numbers may have decimals."""
+FOLDER_MANIFEST = "manifest.csv"
+"""What is special about clips of a folder may lie beside them."""
+
+
+@dataclass(frozen=True)
+class Pages:
+    """That each trial gets its evidence: page, pictures, annotated clip, tables."""
+
+    folder: Path
+    picture_format: Literal["png", "svg"] = "png"
+    csv_dialect: CsvDialect = "comma"
+
+
+@dataclass(frozen=True)
+class Job:
+    """One trial to count."""
+
+    name: str
+    """Its result is kept as ``NAME.json``; no two of a campaign are alike."""
+    clip: str
+    """The clip as the user named it."""
+    settings: TrialSettings
+    problem: str | None = None
+    """Why there is no clip to count; None for a clip."""
+    pages: Pages | None = None
+    """None where the count alone is wanted."""
+    start: str = ""
+    """Folder at which relative paths start; a worker of a cluster runs in one of its own."""
+    followed: str | None = None
+    """What an earlier run counted and followed, from which pages can be drawn; None if nothing."""
+
+    @property
+    def file(self) -> Path:
+        """Where the clip lies."""
+        return Path(self.start, self.clip)
+
+
+def jobs_of(
+    paths: Iterable[Path], settings: TrialSettings, pages: Pages | None = None
+) -> list[Job]:
+    """List the trials that files, folders and manifests stand for, in the order given.
+
+    A folder stands for its clips in natural order, a manifest (``.csv``) for its lines; what a
+    folder's own ``manifest.csv`` says of clips is heeded. A folder without a clip, or one that
+    cannot be read, is a job with its problem.
+
+    Raises
+    ------
+    UsageError
+        A manifest cannot be read or says what makes no sense.
+    """
+    taken = dict.fromkeys(RESERVED_NAMES, 2)
+    wanted = (job for path in paths for job in _wanted(path, settings))
+    start = os.getcwd()
+    return [replace(job, name=_free_name(job, taken), pages=pages, start=start) for job in wanted]
+
+
+def is_manifest(path: Path) -> bool:
+    """Return whether a path is that of a manifest, by its suffix."""
+    return path.suffix.lower() == ".csv"
+
+
+def clips_in(folder: Path) -> list[Path]:
+    """List the video files of a folder (not of its subfolders), clip2 before clip10.
+
+    Annotated clips that this program wrote there are left out.
+
+    Raises
+    ------
+    FootageError
+        The folder holds no video file.
+    """
+    written = OutputFolder(folder).written()
+    clips = [
+        entry
+        for entry in folder.iterdir()
+        if entry.suffix.lower() in VIDEO_SUFFIXES
+        and entry.name not in written
+        and not entry.name.startswith(".")  # what other systems leave beside a clip
+        and entry.is_file()
+    ]
+    if not clips:
+        raise FootageError(f"no video file in this folder (looked for {' '.join(VIDEO_SUFFIXES)})")
+    return sorted(clips, key=_natural_order)
+
+
+def _natural_order(path: Path) -> tuple[list[str | int], str]:
+    # Splitting at a captured group alternates text and digits, so that like meets like.
+    parts = re.split(r"(\d+)", path.name.casefold())
+    return [int(part) if part.isdecimal() else part for part in parts], path.name
+
+
+def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
+    """Yield jobs whose names are wishes: empty, or given by a manifest."""
+    if is_manifest(path):
+        yield from read_manifest(path, settings)
+    elif os.path.isdir(path):
+        yield from _of_folder(path, settings)
+    else:
+        yield Job("", str(path), settings)
+
+
+def _of_folder(folder: Path, settings: TrialSettings) -> Iterator[Job]:
+    """Yield the trials of the folder's manifest, if it has one, then its other clips."""
+    manifest = folder / FOLDER_MANIFEST
+    listed = list(read_manifest(manifest, settings)) if os.path.isfile(manifest) else []
+    yield from listed
+    known = {os.path.realpath(job.clip) for job in listed}
+    try:
+        clips = clips_in(folder)
+    except (FootageError, OSError) as error:
+        if not listed:
+            yield Job("", str(folder), settings, getattr(error, "strerror", None) or str(error))
+    else:
+        others = (clip for clip in clips if os.path.realpath(clip) not in known)
+        yield from (Job("", str(clip), settings) for clip in others)
+
+
+def _free_name(job: Job, taken: dict[str, int]) -> str:
+    """Choose the shortest name that is still free, and take it.
+
+    ``taken`` has the lowest number that others of each name may have.
+    """
+    full = job.file.name or "clip"
+    stem = job.name or job.file.stem or full
+    folder = Path(os.path.abspath(job.clip)).parent.name
+    for name in map(output_name, (stem, full, f"{folder}-{full}")):
+        if _alike(name) not in taken:
+            taken[_alike(name)] = 2
+            return name
+    number = taken[_alike(stem)]
+    while _alike(name := output_name(f"{stem}-{number}")) in taken:
+        number += 1
+    taken[_alike(stem)], taken[_alike(name)] = number + 1, 2
+    return name
+
+
+def _alike(name: str) -> str:
+    """Return what is the same for names that many file systems hold for the same one."""
+    return unicodedata.normalize("NFC", output_name(name)).casefold()
+
+
+def _masses(cell: str) -> object:
+    two = cell.split()
+    if len(two) != 2:
+        raise UsageError(f"{shown(cell)} is not two masses, heavy and light")
+    return inputs.masses(inputs.mass(two[0]), inputs.mass(two[1]))
+
+
+def _wall(cell: str) -> str:
+    if cell not in ("left", "right"):
+        raise UsageError(f"{shown(cell)} is not left or right")
+    return cell
+
+
+COLUMNS: Mapping[str, tuple[str, Callable[[str], object]]] = {
+    "region": ("region", inputs.region),
+    "masses": ("masses", _masses),
+    "wall": ("wall_side", _wall),
+    "capture_fps": ("capture_fps", inputs.capture_rate),
+    "start": ("start", inputs.frame),
+    "end": ("end", inputs.frame),
+    "ball_diameter_mm": ("ball_diameter_mm", inputs.ball_diameter),
+}
+"""For every column the setting that it sets, and what reads its cells, as the options are read."""
+
+
+def read_manifest(path: Path, settings: TrialSettings) -> list[Job]:
+    """Read a manifest; what a line leaves open is taken from ``settings``.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be read, has no clip, or a line says what makes no sense.
+    """
+    text = inputs.read_text(path, inputs.MOST_MANIFEST_BYTES)
+    try:
+        jobs = [_job(path, where, cells, settings) for where, cells in _cells(path, text)]
+    except csv.Error as error:
+        raise UsageError(f"{path}: {error}; quote cells as a spreadsheet does") from error
+    if not jobs:
+        raise UsageError(f"{path}: the manifest names no clip; add a line a clip")
+    return jobs
+
+
+def _cells(path: Path, text: str) -> Iterator[tuple[str, dict[str, str]]]:
+    """Yield where a line stands and its cells by column."""
+    head = text.partition("\n")[0]
+    delimiter = ";" if ";" in head and "," not in head else ","
+    # Not splitlines: signs that it takes for the end of a line may stand in a name.
+    reader = csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    known = ("clip", "name", *COLUMNS)
+    columns = [column.strip().lower() for column in reader.fieldnames or ()]
+    if "clip" not in columns or not set(columns) <= set(known) or len(set(columns)) < len(columns):
+        raise UsageError(
+            f"{path}: the first line must name the columns, each once, clip among them; "
+            f"there are: {', '.join(known)}"
+        )
+    reader.fieldnames = columns
+    for row in reader:
+        where = f"{path}, line {reader.line_num}"
+        if None in row:
+            raise UsageError(f"{where}: more cells than columns; quote a cell with a comma")
+        yield where, {column: _cell(column, cell, delimiter) for column, cell in row.items()}
+
+
+def _cell(column: str, cell: str | None, delimiter: str) -> str:
+    """Return a cell; where semicolons stand between cells, a number may have a decimal comma."""
+    text = (cell or "").strip()
+    decimal_commas = delimiter == ";" and column in WITH_DECIMALS
+    return text.replace(",", ".") if decimal_commas else text
+
+
+def _job(path: Path, where: str, cells: Mapping[str, str], settings: TrialSettings) -> Job:
+    """Read a line; its job has the name that the line gives, or none."""
+    name = cells.get("name", "")
+    try:
+        if not cells["clip"]:
+            raise UsageError("no clip; write its path in the column clip")
+        if any(sign in name for sign in "/\\\0") or name.startswith("."):
+            raise UsageError(f"{shown(name)} is no name for a file; leave out slashes and dots")
+        clip = path.parent / inputs.some_path(cells["clip"])
+        given: dict[str, Any] = {
+            setting: read(cells[column])
+            for column, (setting, read) in COLUMNS.items()
+            if cells.get(column)
+        }
+        settings = replace(settings, **given)
+        if settings.end is not None and settings.start >= settings.end:
+            raise UsageError(f"start {settings.start} leaves no frame before {settings.end}")
+    except UsageError as error:
+        raise UsageError(f"{where}: {error}") from error
+    return Job(name, str(clip), settings)

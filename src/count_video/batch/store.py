@@ -1,0 +1,202 @@
+"""The results of a campaign on disk: kept the moment they are there, found again the next time.
+
+``NAME.json`` is a result, nothing else. What it depends on stands in the folder's record of written
+files, together with a digest of the result. That line is written first: a result without it cannot
+exist, and a line whose result never came (the power went in between) finds that the digest does not
+fit. Every file is there whole or not at all. A file is written over only if this program wrote it.
+``.count-video/NAME.json`` holds what was followed, from which pages can be drawn later.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+
+from count_video.batch.executor import Answer, tool_version
+from count_video.batch.manifest import Job
+from count_video.errors import UsageError
+from count_video.inputs import content_digest, read_text
+from count_video.outputs import HIDDEN, OutputFolder, held, open_outputs, write_whole
+from count_video.reports.json_object import read_result
+from count_video.reports.printable import storable
+
+_MOST_BYTES = 100_000_000
+"""Of a result or what was followed; larger ones are not ours."""
+Signature = list[int]
+"""What a file system says of a file; it changes whenever somebody writes to the file."""
+
+
+def signature(file: Path) -> Signature:
+    """Size, times of the last change and number of a file; empty if there is none."""
+    try:
+        stat = file.stat()
+    except (OSError, ValueError):
+        return []
+    return [stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns, stat.st_ino]
+
+
+@dataclass(frozen=True)
+class ResultStore:
+    """A folder of results that this process alone writes to."""
+
+    folder: Path
+    fresh: bool
+    """True if results of earlier runs are not to be used."""
+
+    @cached_property
+    def outputs(self) -> OutputFolder:
+        """What this program wrote into the folder."""
+        return OutputFolder(self.folder)
+
+    def known(self, job: Job) -> str | None:
+        """Return the result of an earlier run as its JSON text; None if it does not hold now.
+
+        It holds while the clip's content, the options and the tool are the same. A clip whose
+        signature did not change is not read again.
+        """
+        entry = {} if self.fresh else self._entry(job)
+        with suppress(OSError, UsageError, ValueError):
+            text = read_text(self._place(job), _MOST_BYTES).removesuffix("\n") if entry else ""
+            if not entry or _digest(text) != entry.get("result"):
+                return None
+            now = signature(job.file)
+            same = entry.get("signature") == now
+            if not same and content_digest(job.file) != entry.get("clip"):
+                return None
+            renamed = _with_clip(text, job.clip)
+            if renamed != text or not same:
+                self._write(job, renamed, {**entry, "signature": now})
+            return renamed
+        return None
+
+    def has_pages(self, job: Job) -> bool:
+        """Return whether the evidence of a kept result that the job wants is there, unchanged."""
+        if job.pages is None:
+            return True
+        listed, there = self._entry(job).get("evidence"), self.evidence(job)
+        if not isinstance(listed, dict) or there != listed.keys() or not there:
+            return False
+        # A clip in which no bodies were found has a page alone.
+        return len(there) == 1 or f"{job.name}.{job.pages.picture_format}" in there
+
+    def evidence(self, job: Job) -> frozenset[str]:
+        """Return the names of the files that show the job's kept result, as they were written."""
+        listed = self._entry(job).get("evidence")
+        if not isinstance(listed, dict):
+            return frozenset()
+        return frozenset(n for n in listed if listed[n] and listed[n] == self._written_at(n))
+
+    def followed(self, job: Job) -> str | None:
+        """Return what was followed for the job's kept result, as text; None if it is lost."""
+        with suppress(OSError, UsageError):
+            text = read_text(self._followed_place(job), _MOST_BYTES)
+            return text if _digest(text) == self._entry(job).get("followed") else None
+        return None
+
+    def shows_another_clip(self, job: Job) -> bool:
+        """Return whether the result kept under a job's name is that of a clip elsewhere."""
+        with suppress(OSError, UsageError, ValueError):
+            clip = read_result(read_text(self._place(job), _MOST_BYTES))["clip"]
+            elsewhere = os.path.abspath(clip) != os.path.abspath(storable(job.clip))
+            content = self.outputs.written().get(self._place(job).name)
+            return elsewhere and content_digest(job.file) != content
+        return False
+
+    def keep(self, job: Job, answer: Answer, seen: Signature) -> None:
+        """Keep an answer; one that is not final does not replace a result that may hold again.
+
+        Parameters
+        ----------
+        seen
+            Signature of the clip before the work on it began.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written, for want of space for example.
+        UsageError
+            If it would replace a file that this program did not write.
+        """
+        if answer.final and answer.content is not None:
+            entry: dict[str, object] = {
+                "clip": answer.content,
+                "tool": tool_version(),
+                "options": _settings_text(job),
+                "signature": seen,
+                "evidence": {name: self._written_at(name) for name in answer.evidence},
+                "followed": None if answer.followed is None else _digest(answer.followed),
+            }
+            if answer.followed is not None:
+                write_whole(self._followed_place(job), answer.followed.encode("ascii"))
+            self._write(job, answer.text, entry)
+        elif not self._entry(job):
+            self.write(self._place(job).name, answer.text + "\n")
+
+    def write(self, name: str, text: str) -> None:
+        """Write a file of the campaign, whole or not at all; raises as ``keep`` does."""
+        self.outputs.write(name, text.encode("utf-8"))
+
+    def _write(self, job: Job, text: str, entry: Mapping[str, object]) -> None:
+        more = {key: value for key, value in entry.items() if key not in ("name", "clip")}
+        name = self._place(job).name
+        self.outputs.claim(name, str(entry["clip"]), **(more | {"result": _digest(text)}))
+        write_whole(self.folder / name, f"{text}\n".encode())
+
+    def _entry(self, job: Job) -> Mapping[str, object]:
+        """Return what the kept result depends on; empty unless options and tool are the same."""
+        entry = self.outputs.entries().get(self._place(job).name, {})
+        wanted = (tool_version(), _settings_text(job))
+        return entry if (entry.get("tool"), entry.get("options")) == wanted else {}
+
+    def _written_at(self, name: str) -> Signature:
+        """Size and time of the last change of a file; empty if it is not there."""
+        return signature(self.folder / name)[:2]
+
+    def _place(self, job: Job) -> Path:
+        return self.folder / f"{job.name}.json"
+
+    def _followed_place(self, job: Job) -> Path:
+        return self.folder / HIDDEN / f"{job.name}.json"
+
+
+@contextmanager
+def open_store(folder: Path, own: Iterable[str] = (), *, fresh: bool) -> Iterator[ResultStore]:
+    """Open a folder for results, made if needed, for this process alone.
+
+    Parameters
+    ----------
+    own
+        Names of the campaign's own files, which must be free or written by this program.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be made, another run is at work in it, or a file is in the way.
+    """
+    outputs = open_outputs(folder)
+    with held(outputs.hidden / "lock"):
+        for name in own:
+            outputs.check(name)
+        yield ResultStore(folder, fresh)
+
+
+def _digest(text: str) -> str:
+    return sha256(text.encode("utf-8")).hexdigest()
+
+
+def _settings_text(job: Job) -> str:
+    """Write the settings as a text that is the same for the same settings."""
+    return json.dumps(asdict(job.settings), default=str, sort_keys=True)
+
+
+def _with_clip(text: str, clip: str) -> str:
+    """Put the clip's present path into a result; ValueError if the text is none."""
+    result = read_result(text)
+    path = storable(clip)
+    return text if result["clip"] == path else json.dumps(result | {"clip": path})

@@ -1,0 +1,88 @@
+"""What was counted and followed in a clip, so that its evidence can be drawn at any later time.
+
+It is stored as JSON text that only this program reads: records as objects by the names of their
+fields, arrays as lists. What was written by another version may not fit, and is then of no use.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from types import UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from count_video.records import Track, TrialResult
+from count_video.reports.material import Pendulum
+from count_video.trial import Trial
+
+
+@dataclass(frozen=True)
+class Followed:
+    """One clip: the answer, and the motion that it rests on."""
+
+    result: TrialResult
+    track: Track | None
+    """None where no bodies could be followed."""
+    pendulum: Pendulum | None
+    """None where the swing does not show."""
+
+
+def followed(trial: Trial) -> Followed:
+    """Keep what can be drawn of a clip that was worked through."""
+    swing = None if trial.found is None else trial.found.swing
+    pendulum = None if swing is None else Pendulum(swing.rate_squared, swing.centre_px)
+    return Followed(trial.result, trial.track, pendulum)
+
+
+def packed(one: Followed) -> str:
+    """Write it as text."""
+    return json.dumps(_packed(one))
+
+
+def unpacked(text: str) -> Followed:
+    """Read it from text.
+
+    Raises
+    ------
+    ValueError
+        It is no such text, or of another version of the program.
+    """
+    try:
+        found = _unpacked(Followed, json.loads(text))
+    except (TypeError, LookupError, AttributeError, RecursionError) as error:
+        raise ValueError(f"nothing that was followed: {error}") from error
+    if not isinstance(found, Followed):
+        raise ValueError("nothing that was followed")
+    return found
+
+
+def _packed(value: Any) -> Any:
+    if is_dataclass(value):
+        return {field.name: _packed(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): _packed(one) for key, one in value.items()}
+    return [_packed(one) for one in value] if isinstance(value, tuple | list) else value
+
+
+def _unpacked(kind: Any, value: Any) -> Any:  # noqa: PLR0911 - a kind a line
+    """Make a value of a kind, as a type hint names it."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if value is None:
+        return None
+    if isinstance(kind, type) and is_dataclass(kind):
+        kinds = get_type_hints(kind)
+        return kind(**{name: _unpacked(kinds[name], one) for name, one in value.items()})
+    if origin in (Union, UnionType):
+        return _unpacked(parts[0], value)
+    if origin is np.ndarray:
+        return np.array(value, np.float64)
+    if origin is tuple:
+        return tuple(_unpacked(parts[0], one) for one in value)
+    if origin is dict:
+        return {parts[0](key): _unpacked(parts[1], one) for key, one in value.items()}
+    return value

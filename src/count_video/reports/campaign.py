@@ -1,0 +1,373 @@
+"""A campaign's trials and what they say together: as text, as JSON and as a table."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from typing import Any, Literal
+
+from count_video.inputs import MASS_RATIO, stored_number
+from count_video.physics.theory import collision_count
+from count_video.records import Estimate
+from count_video.reports.json_object import FIGURE, SCHEMA_VERSION, plain
+from count_video.reports.printable import printable
+from count_video.reports.text import counts_words, ratio_words
+
+SURE = 0.9
+"""A count less probable than this needs a person."""
+EXACT = 1e-9
+"""A mass ratio whose uncertainty is a smaller share of it is taken as given."""
+WIDTH = 80
+TRIAL_HEADING = f"{'trial':<24}  count  probability"
+_BAR_AT_MOST = 40
+
+
+@dataclass(frozen=True)
+class TrialRow:
+    """One trial of a campaign."""
+
+    name: str
+    """Its result is in ``NAME.json``."""
+    result: Mapping[str, Any]
+    """That JSON object, checked by ``read_result``."""
+    masses: tuple[Fraction, Fraction] | None = None
+    """Heavy and light mass that were given; None where none were."""
+    not_kept: str | None = None
+    """Why the result is not on the disk; None for one that is."""
+    files: frozenset[str] = frozenset()
+    """Names of the files that show it, beside the campaign's page."""
+
+    @property
+    def count(self) -> int | None:
+        """Collisions counted; None where the clip was not counted."""
+        count: int | None = self.result["count"]
+        return count
+
+    @property
+    def chances(self) -> dict[int, float]:
+        """Probability of each count; empty where nothing is said."""
+        return {int(count): chance for count, chance in self.result["probability"].items()}
+
+    @property
+    def probability(self) -> float | None:
+        """Probability of the count; None where there is none."""
+        return None if self.count is None else self.chances.get(self.count)
+
+    @property
+    def theory(self) -> int | None:
+        """Exact count of the masses that were given; None where none were."""
+        return None if self.masses is None else _theory(*self.masses)
+
+    @property
+    def mass_ratio(self) -> Estimate | None:
+        """Heavy over light, given or measured; None where neither is known."""
+        if self.masses is not None:
+            return Estimate(float(self.masses[0] / self.masses[1]), 0.0)
+        value = stored_number(self.result["mass_ratio"], MASS_RATIO)
+        sigma = self.figure("mass_ratio_sigma") or 0.0
+        if value is None:
+            return None
+        return Estimate(value, sigma if sigma > EXACT * value else 0.0)
+
+    @property
+    def needs_a_person(self) -> bool:
+        """True for what is not counted, not kept, or less than sure."""
+        sure = self.probability is None or self.probability >= SURE
+        return self.count is None or self.not_kept is not None or not sure
+
+    def figure(self, *path: str) -> float | None:
+        """Return a number of the result by the keys that lead to it; the last of a list."""
+        value: object = self.result
+        for key in path:
+            value = value.get(key) if isinstance(value, Mapping) else None
+        if isinstance(value, list):
+            value = value[-1] if value else None
+        return stored_number(value, FIGURE)
+
+    @property
+    def ending(self) -> str | None:
+        """How the burst ended: ``geometric``, ``pendulum`` or ``dissipative``; None if unknown."""
+        ending = self.result["ending"]
+        kind = ending.get("kind") if isinstance(ending, Mapping) else None
+        return kind if isinstance(kind, str) else None
+
+
+_theory = cache(collision_count)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Mean and spread of a quantity over trials."""
+
+    number: int
+    """In how many trials it is known."""
+    mean: float
+    sd: float
+    """Population standard deviation."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What trials say together; None where no trial says anything."""
+
+    trials: int
+    counted: int
+    maximum: int | None
+    minimum: int | None
+    mean: float | None
+    sd_population: float | None
+    """Root of the mean squared deviation: divided by n. The paper's standard deviation."""
+    sd_sample: float | None
+    """Divided by n - 1; None for fewer than two counts."""
+    mean_uncertainty: float | None
+    """Root mean square error of ``mean`` by the counts' own probabilities; None where a count has
+    none."""
+    mean_expected: float | None
+    """Mean of the counts' expectations by their own probabilities; None where a count has none."""
+    theory: int | None
+    """Count of lossless bodies of these masses; None where more than one is possible."""
+    theory_source: Literal["masses", "measured"] | None
+    """``masses``: those given, exactly; ``measured``: the mean of the measured mass ratios."""
+    theory_low: int | None
+    theory_high: int | None
+    """Range of the theory's counts by the uncertainty of the measured mass ratio."""
+    mass_ratio: Estimate | None
+    """Of the bodies; its uncertainty is 0 where it was given."""
+    histogram: Mapping[int, int]
+    """How many trials had each count, from the least to the greatest."""
+    restitution_bodies: Spread | None
+    restitution_wall: Spread | None
+    energy_kept: Spread | None
+    geometric_share: float | None
+    """Share of geometric endings among the trials whose ending is known."""
+
+    @property
+    def theories(self) -> range:
+        """The theory's possible counts; empty where the mass ratio is not known."""
+        if self.theory_low is None or self.theory_high is None:
+            return range(0)
+        return range(self.theory_low, self.theory_high + 1)
+
+
+@dataclass(frozen=True)
+class CampaignSummary:
+    """All trials of a campaign, and those of each mass ratio apart."""
+
+    whole: Summary
+    groups: tuple[Summary, ...]
+    """One for each mass ratio, from the least; the first alone where all bodies are alike."""
+
+
+def theory_words(summary: Summary) -> str:
+    """Say the theory's count, or the counts that the measured ratio leaves open."""
+    counts = summary.theories
+    if not counts:
+        return "-"
+    return counts_words(counts[0], counts[-1])
+
+
+# ---- text -------------------------------------------------------------------------------------
+
+
+def trial_line(row: TrialRow) -> str:
+    """Write one trial as a line of the growing table."""
+    count = "-" if row.count is None else str(row.count)
+    chance = "-" if row.probability is None else f"{row.probability:.0%}"
+    mark = "  needs a person" if row.needs_a_person else ""
+    return f"{printable(row.name):<24}  {count:>5}  {chance:>11}{mark}"
+
+
+def advice(row: TrialRow) -> str:
+    """Say what a person should do about a trial; empty if nothing."""
+    if not row.needs_a_person:
+        return ""
+    if row.not_kept is not None:
+        return "remove what prevented the writing and start the same command again"
+    if row.count is not None:
+        return "compare the clip with the listed collisions (count-video CLIP)"
+    return (
+        "if the clip shows the trial, say where with start, end and region or name the wall's "
+        "side, or film it again at a higher rate"
+    )
+
+
+def campaign_text(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
+    """Write the end of a campaign's report: who needs a person first, then the paper's table."""
+    lines = [*_doubt_lines(rows)]
+    if len(summary.groups) > 1:
+        lines += [entry("Number of trials", str(summary.whole.trials))]
+        lines += [entry("  of these counted", str(summary.whole.counted))]
+        for group in summary.groups:
+            lines += ["", f"Mass ratio {ratio_words(group.mass_ratio)}", *_table_lines(group)]
+        return "\n".join(lines)
+    return "\n".join([*lines, *_table_lines(summary.whole)])
+
+
+def _doubt_lines(rows: Sequence[TrialRow]) -> list[str]:
+    doubtful = [row for row in rows if row.needs_a_person]
+    if not doubtful:
+        return []
+    lines = [f"{len(doubtful)} of {len(rows)} trials need a person:"]
+    for what_to_do in dict.fromkeys(map(advice, doubtful)):
+        for row in doubtful:
+            if advice(row) == what_to_do:
+                lines += _wrapped(f"{row.name}: {_why(row)}")
+        lines += _wrapped(f"What to do: {what_to_do}.")
+    return [*lines, ""]
+
+
+def _why(row: TrialRow) -> str:
+    reason: str | None = row.result["reason"]
+    if row.not_kept is not None:
+        return row.not_kept
+    if row.count is None:
+        return reason or "not counted"
+    chances = sorted(row.chances.items(), key=lambda item: -item[1])
+    listed = ", ".join(f"{count}: {chance:.0%}" for count, chance in chances[:4])
+    return "; ".join(filter(None, (f"probably {row.count} ({listed})", reason)))
+
+
+def _table_lines(one: Summary) -> list[str]:
+    uncertainty, source = one.mean_uncertainty, ""
+    if one.theory_source == "measured":
+        source = f"(measured mass ratio {ratio_words(one.mass_ratio)})"
+    beside = "" if uncertainty is None else f"± {uncertainty:.2f} by the counts' own probabilities"
+    lines = [
+        entry("Number of trials", str(one.trials)),
+        entry("  of these counted", str(one.counted)),
+        *paper_lines(one.maximum, one.minimum, one.mean, beside),
+        *deviation_lines(one.sd_population, one.sd_sample),
+        entry("Theory", theory_words(one), source),
+        *histogram_lines(one.histogram, one.theories),
+    ]
+    physics = [
+        ("Restitution between the bodies", one.restitution_bodies),
+        ("Restitution at the wall", one.restitution_wall),
+        ("Energy kept", one.energy_kept),
+    ]
+    more = [
+        entry(label, f"{spread.mean:.3f}", f"SD {spread.sd:.3f} over {spread.number}")
+        for label, spread in physics
+        if spread is not None
+    ]
+    if one.geometric_share is not None:
+        more.append(entry("Geometric endings", f"{one.geometric_share:.0%}"))
+    return [*lines, "", *more] if more else lines
+
+
+def paper_lines(
+    maximum: int | None, minimum: int | None, mean: float | None, beside: str = ""
+) -> list[str]:
+    """Write the first lines of the paper's table."""
+    return [
+        entry("Maximum value", _number(maximum)),
+        entry("Minimum value", _number(minimum)),
+        entry("Mean value", _number(mean, 2), beside),
+    ]
+
+
+def deviation_lines(population: float | None, sample: float | None) -> list[str]:
+    """Write both standard deviations; the paper's is the first."""
+    return [
+        entry("Standard deviation", _number(population, 2), "(population)"),
+        entry("  of a sample", _number(sample, 2), "(divided by n - 1)"),
+    ]
+
+
+def histogram_lines(histogram: Mapping[int, int], theories: Sequence[int]) -> list[str]:
+    """Draw how many trials had each count, the greatest first; no line for no counts."""
+    if not histogram:
+        return []
+    lines = ["", "Collisions  trials"]
+    scale = min(1.0, _BAR_AT_MOST / max(histogram.values()))
+    for count in range(max(histogram), min(histogram) - 1, -1):
+        number = histogram.get(count, 0)
+        bar = "#" * max(round(number * scale), number > 0)
+        mark = "  < theory" if count in theories else ""
+        lines.append(f"{count:>10}  {number:>6}  {bar}{mark}".rstrip())
+    return lines
+
+
+def entry(label: str, value: str, note: str = "") -> str:
+    """Write one line of the table."""
+    return f"{label:<30} {value:>7}  {note}".rstrip()
+
+
+def _number(value: float | None, decimals: int = 0) -> str:
+    return "-" if value is None else f"{value:.{decimals}f}"
+
+
+def _wrapped(text: str) -> list[str]:
+    return textwrap.wrap(printable(text), WIDTH, initial_indent="  ", subsequent_indent=" " * 6)
+
+
+# ---- JSON and CSV -----------------------------------------------------------------------------
+
+
+def campaign_json(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
+    """Write the summary and the trials that need a person as JSON text."""
+    values = {
+        "schema_version": SCHEMA_VERSION,
+        **plain(summary.whole),
+        "need_a_person": [_doubt(row) for row in rows if row.needs_a_person],
+        "groups": plain(summary.groups),
+    }
+    return json.dumps(values, indent=1, allow_nan=False) + "\n"
+
+
+def _doubt(row: TrialRow) -> dict[str, object]:
+    return {
+        "name": plain(row.name),
+        **{key: row.result[key] for key in ("clip", "status", "count")},
+        "probability": row.probability,
+        "reason": row.not_kept or row.result["reason"],
+        "what_to_do": advice(row),
+    }
+
+
+COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
+    "name": lambda row: row.name,
+    "clip": lambda row: row.result["clip"],
+    "status": lambda row: row.result["status"],
+    "count": lambda row: row.count,
+    "probability": lambda row: row.probability,
+    "needs_a_person": lambda row: "yes" if row.needs_a_person else "no",
+    "reason": lambda row: "; ".join(filter(None, (row.result["reason"], row.not_kept))),
+    "what_to_do": advice,
+    "seen": lambda row: row.result["seen"],
+    "between_frames": lambda row: row.result["between_frames"],
+    "capture_fps": lambda row: row.figure("capture_fps"),
+    "theory": lambda row: row.theory,
+    "mass_ratio": lambda row: row.figure("mass_ratio"),
+    "pi_low": lambda row: row.figure("pi_low"),
+    "pi_high": lambda row: row.figure("pi_high"),
+    "restitution_bodies": lambda row: row.figure("restitution", "bodies", "value"),
+    "restitution_wall": lambda row: row.figure("restitution", "wall", "value"),
+    "energy_kept": lambda row: row.figure("energy_kept"),
+    "ending": lambda row: row.ending,
+}
+"""Columns of the table of trials, and what stands in them; None is an empty cell."""
+
+
+def trials_csv(rows: Sequence[TrialRow]) -> str:
+    """Write the rows as CSV, those that need a person first; what is not known is an empty cell."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for row in sorted(rows, key=lambda row: not row.needs_a_person):
+        writer.writerow([_cell(value(row)) for value in COLUMNS.values()])
+    return text.getvalue()
+
+
+def _cell(value: object) -> str:
+    if value is None or isinstance(value, float):
+        return "" if value is None else f"{value:.6g}"
+    text = printable(str(value))
+    # A spreadsheet would run a cell that begins so as a formula; a clip's name is only text.
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text

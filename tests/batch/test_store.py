@@ -1,0 +1,173 @@
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from count_video.batch import executor, store
+from count_video.batch.executor import Answer, tool_version
+from count_video.batch.manifest import Job
+from count_video.batch.store import HIDDEN, ResultStore, open_store, signature
+from count_video.errors import UsageError
+from count_video.inputs import content_digest
+from count_video.reports.json_object import json_line
+from count_video.trial import TrialSettings
+from count_video.verdict import unread_result
+
+
+@pytest.fixture
+def job(tmp_path: Path) -> Job:
+    clip = tmp_path / "trial.mp4"
+    clip.write_bytes(b"a clip")
+    return Job("trial", str(clip), TrialSettings())
+
+
+@pytest.fixture
+def kept(tmp_path: Path) -> ResultStore:
+    folder = tmp_path / "results"
+    (folder / HIDDEN).mkdir(parents=True)
+    return ResultStore(folder, fresh=False)
+
+
+def answer_to(job: Job, *, final: bool = True, reason: str = "nothing moves") -> Answer:
+    text = json_line(unread_result(job.clip, reason))
+    return Answer(text, content_digest(job.file) if final else None, final, tool_version())
+
+
+def keep(kept: ResultStore, job: Job) -> str:
+    answer = answer_to(job)
+    kept.keep(job, answer, signature(job.file))
+    return answer.text
+
+
+def test_a_result_is_known_while_nothing_changes(kept: ResultStore, job: Job) -> None:
+    assert kept.known(job) is None
+    text = keep(kept, job)
+    assert kept.known(job) == text
+    assert (kept.folder / "trial.json").read_text("utf-8") == f"{text}\n"
+
+
+def test_another_content_makes_a_result_unknown(kept: ResultStore, job: Job) -> None:
+    keep(kept, job)
+    job.file.write_bytes(b"b clip")
+    assert kept.known(job) is None
+
+
+def test_the_same_content_in_a_newer_file_is_known(kept: ResultStore, job: Job) -> None:
+    text = keep(kept, job)
+    os.utime(job.file, ns=(1, 1))
+    assert kept.known(job) == text
+
+
+def test_a_clip_whose_signature_did_not_change_is_not_read(
+    kept: ResultStore, job: Job, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = keep(kept, job)
+
+    def read(file: Path) -> str:
+        raise AssertionError(f"{file} was read")
+
+    monkeypatch.setattr(store, "content_digest", read)
+    assert kept.known(job) == text
+
+
+def test_other_options_make_a_result_unknown(kept: ResultStore, job: Job) -> None:
+    keep(kept, job)
+    other = replace(job, settings=TrialSettings(capture_fps=240.0))
+    assert kept.known(other) is None
+
+
+def test_another_version_of_the_tool_makes_a_result_unknown(
+    kept: ResultStore, job: Job, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    keep(kept, job)
+    monkeypatch.setattr(store, "tool_version", lambda: "another")
+    assert kept.known(job) is None
+
+
+def test_a_fresh_start_knows_nothing(kept: ResultStore, job: Job) -> None:
+    keep(kept, job)
+    assert replace(kept, fresh=True).known(job) is None
+
+
+def test_a_result_that_was_tampered_with_is_unknown(kept: ResultStore, job: Job) -> None:
+    text = keep(kept, job)
+    (kept.folder / "trial.json").write_text(text.replace("null", "0"), "utf-8")
+    assert kept.known(job) is None
+
+
+@pytest.mark.parametrize("damage", ["", "{", "[]", '{"name": "trial.json", "clip": 1, "tool": 1}'])
+def test_a_damaged_record_makes_a_result_unknown(kept: ResultStore, job: Job, damage: str) -> None:
+    keep(kept, job)
+    (kept.folder / HIDDEN / "written").write_text(f"{damage}\n", "utf-8")
+    assert ResultStore(kept.folder, fresh=False).known(job) is None
+
+
+def test_a_record_whose_result_never_came_is_no_result(
+    kept: ResultStore, job: Job, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replace_file = os.replace
+
+    def power_cut(source: Path, target: Path) -> None:
+        if target.parent == kept.folder:
+            raise KeyboardInterrupt
+        replace_file(source, target)
+
+    monkeypatch.setattr(os, "replace", power_cut)
+    with pytest.raises(KeyboardInterrupt):
+        keep(kept, job)
+    assert b'"trial.json"' in (kept.folder / HIDDEN / "written").read_bytes()
+    assert kept.known(job) is None
+
+
+def test_a_moved_clip_is_known_under_its_new_path(kept: ResultStore, job: Job) -> None:
+    keep(kept, job)
+    moved = replace(job, clip=str(job.file.with_name("other.mp4")))
+    job.file.rename(moved.file)
+    text = kept.known(moved)
+    assert text is not None
+    assert json.loads(text)["clip"] == moved.clip
+    assert (kept.folder / "trial.json").read_text("utf-8") == f"{text}\n"
+
+
+def test_a_passing_failure_is_written_but_not_used_again(kept: ResultStore, job: Job) -> None:
+    kept.keep(job, answer_to(job, final=False, reason="the worker died"), signature(job.file))
+    assert (
+        json.loads((kept.folder / "trial.json").read_text("utf-8"))["reason"] == "the worker died"
+    )
+    assert kept.known(job) is None
+
+
+def test_a_passing_failure_does_not_cost_a_good_result(kept: ResultStore, job: Job) -> None:
+    text = keep(kept, job)
+    kept.keep(job, answer_to(job, final=False), signature(job.file))
+    assert kept.known(job) == text
+
+
+def test_one_process_at_a_time_has_the_folder(tmp_path: Path) -> None:
+    first, second = (open_store(tmp_path / "results", fresh=False) for _ in range(2))
+    with first, pytest.raises(UsageError, match="another run is at work"), second:
+        pass
+    with open_store(tmp_path / "results", fresh=False) as again:
+        assert again.folder.is_dir()
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    store_there = open_store(tmp_path / "file" / "results", fresh=False)
+    with pytest.raises(UsageError, match="no folder for results"), store_there:
+        pass
+
+
+def test_the_version_tells_the_code_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    versions = set()
+    for code in ("a = 1\n", "a = 2\n"):
+        (tmp_path / "__init__.py").write_text(code)
+        monkeypatch.setattr("count_video.__file__", str(tmp_path / "__init__.py"))
+        executor.tool_version.cache_clear()
+        versions.add(tool_version())
+    executor.tool_version.cache_clear()
+    assert len(versions) == 2
