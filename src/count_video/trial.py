@@ -31,9 +31,12 @@ from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import FootageInfo, Track, TrialResult, WallSide
 from count_video.tracking.ahead import stands_ahead
 from count_video.tracking.lone import track_free_bodies
-from count_video.tracking.moving.observation import fits_store, observe, pair_tracks
+from count_video.tracking.moving.lone import lone_track
+from count_video.tracking.moving.observation import observe, pair_tracks
 from count_video.tracking.track import Region, TrackSettings, tracks
 
+SURE = 0.9
+"""The count of one body alone needs no other tracking from this probability on."""
 STROKE_SIGMAS = 4.0
 """The heavy body's path shows the strokes if they exceed their uncertainty by this factor."""
 
@@ -112,15 +115,18 @@ def _observed(
     footage: Footage, looking: TrackSettings, settings: TrialSettings, progress: Progress
 ) -> Trial | None:
     """Work through a clip with the bodies that one decoding shows; None if none of them count."""
-    if not fits_store(footage, looking):
-        return None
     with observe(footage, looking, progress) as seen:
         try:
-            offered = pair_tracks(seen, settings.wall_side)
+            trial = _likeliest(pair_tracks(seen, settings.wall_side), footage, settings)
+        except TrackingError:
+            trial = None
+        if trial is not None and _certain(trial):
+            return trial
+        try:
+            alone = _alone(footage, lone_track(seen))
         except TrackingError:
             return None
-    trial = _likeliest(offered, footage, settings)
-    return trial if trial is not None and _certain(trial) else None
+    return alone if alone.result.probability.get(alone.result.count or 0, 0.0) > SURE else None
 
 
 def _certain(trial: Trial) -> bool:
@@ -251,6 +257,11 @@ def _without_pair(footage: Footage, looking: TrackSettings, progress: Progress) 
     except TrackingError as error:
         nothing = verdict.nothing_to_count(footage.info, footage.report(), str(error))
         return Trial(nothing, footage.info, None, None)
+    return _alone(footage, track)
+
+
+def _alone(footage: Footage, track: Track) -> Trial:
+    """Work through the track of one body alone, or of two without a wall."""
     cadence, report = cadence_of(track), footage.report()
     found = _doubted(seen_impacts(cadence.evened(track) if cadence else track), footage, track)
     result = verdict.impacts_counted(footage.info, report, track, found)

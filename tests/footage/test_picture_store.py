@@ -10,18 +10,20 @@ from count_video.errors import FootageError
 from count_video.footage.store import PictureStore
 
 PICTURE = np.arange(12 * 20, dtype=np.uint8).reshape(12, 20)
+STEP = 8
+"""Grey levels from one picture to the next: what is no more than noise is not written."""
 
 
 @pytest.mark.parametrize("held", [0, 3, 100], ids=["all in a file", "some in a file", "in memory"])
 def test_pictures_come_back_as_they_were(held: int) -> None:
-    with PictureStore(held * PICTURE.size) as store:
+    with PictureStore(held * PICTURE.size, 2 * PICTURE.size) as store:
         for k in range(9):
-            store.append(PICTURE + np.uint8(k))
+            store.append(PICTURE // 2 + np.uint8(STEP * k))
         assert len(store) == 9
         for k in (0, 8, 4, -1):
-            assert np.array_equal(store[k], PICTURE + np.uint8(k % 9))
-        assert [int(one[0, 0]) for one in store] == list(range(9))
-        assert [int(one[0, 0]) for one in store[-2:]] == [7, 8]
+            assert np.array_equal(store[k], PICTURE // 2 + np.uint8(STEP * (k % 9)))
+        assert [int(one[0, 0]) for one in store] == [STEP * k for k in range(9)]
+        assert [int(one[0, 0]) for one in store[-2:]] == [7 * STEP, 8 * STEP]
         with pytest.raises(IndexError):
             store[9]
 
@@ -42,12 +44,35 @@ def test_a_turned_view_is_kept_as_it_looks() -> None:
 
 def test_no_room_is_one_clear_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "gone"))
-    with PictureStore(0) as store, pytest.raises(FootageError, match="no room for the pictures"):
+    with PictureStore(0, 1) as store, pytest.raises(FootageError, match="no room for the pictures"):
         store.append(PICTURE)
 
 
 def test_the_temporary_file_has_no_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    with PictureStore(0) as store:
+    with PictureStore(0, 1) as store:
         store.append(PICTURE)
         assert list(tmp_path.iterdir()) == []
+
+
+def test_only_what_changes_goes_to_the_file() -> None:
+    rng = np.random.default_rng(3)
+    scene = rng.integers(80, 120, (200, 400)).astype(np.uint8)
+    pictures = []
+    for k in range(30):
+        picture = scene.copy()
+        picture[90:110, 150 + k : 170 + k] = 250
+        pictures.append(picture)
+    with PictureStore(memory_bytes=0, chunk_bytes=10 * scene.size) as store:
+        for picture in pictures:
+            store.append(picture)
+        assert all(np.array_equal(found, true) for found, true in zip(store, pictures, strict=True))
+        assert 0 < store.bytes_written < 0.1 * len(pictures) * scene.size
+
+
+def test_a_scene_at_rest_takes_no_room() -> None:
+    with PictureStore(memory_bytes=0, chunk_bytes=3 * PICTURE.size) as store:
+        for _ in range(9):
+            store.append(PICTURE)
+        assert store.bytes_written == 0
+        assert all(np.array_equal(one, PICTURE) for one in store)

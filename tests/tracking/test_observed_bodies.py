@@ -12,7 +12,7 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Track
-from count_video.tracking.moving.observation import fits_store, observe, pair_tracks
+from count_video.tracking.moving.observation import observe, pair_tracks
 from count_video.tracking.view import TrackSettings
 
 PLACED_PX = 0.05
@@ -78,9 +78,3 @@ def test_a_clip_in_which_nothing_moves_shows_no_bodies(tmp_path: Path) -> None:
         pytest.raises(TrackingError, match="nothing moves"),
     ):
         pair_tracks(seen, None)
-
-
-def test_room_is_asked_for_the_part_that_is_looked_at(filmed: tuple[Path, bool, bool]) -> None:
-    with open_footage(filmed[0]) as footage:
-        assert fits_store(footage, TrackSettings())
-        assert fits_store(footage, TrackSettings(start=10**9))

@@ -34,6 +34,7 @@ share of the strongest, and so many of them side by side at most."""
 WINDOW_PX = 13
 PYRAMID_LEVELS = 3
 RETURN_ERROR_PX = 0.4
+NO_POINTS: Points = np.empty((0, 2), np.float32)
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,11 @@ class Trajectories:
         return np.asarray(np.isfinite(self.places_px[:, :, 0]))
 
 
-def follow_corners(pictures: Sequence[Luma], moved: NDArray[np.bool_]) -> Trajectories:
+def follow_corners(
+    pictures: Sequence[Luma],
+    moved: NDArray[np.bool_],
+    known: Sequence[NDArray[np.bool_]] | None = None,
+) -> Trajectories:
     """Follow corners through pictures in which everything moves by a few px from one to the next.
 
     Parameters
@@ -60,12 +65,18 @@ def follow_corners(pictures: Sequence[Luma], moved: NDArray[np.bool_]) -> Trajec
         Samples in order of time, each of shape (height, width).
     moved
         Where each sample shows anything that moves, at any size, shape (n, rows, columns).
+    known
+        Where each sample shows bodies whose corners are not asked for, shape (height, width) each;
+        the corners of what stands still are not followed then.
     """
     count = len(pictures)
     references = np.unique(np.linspace(0, count - 1, REFERENCES + 2).astype(int)[1:-1])
-    corners = [_corners(pictures[reference], moved[reference]) for reference in references]
+    corners = [
+        _corners(pictures[reference], moved[reference], None if known is None else known[reference])
+        for reference in references
+    ]
     middle = count // 2
-    scene = _scene_corners(pictures[middle])
+    scene = _scene_corners(pictures[middle]) if known is None else NO_POINTS
     first = np.repeat([*references, middle], [len(found) for found in (*corners, scene)])
     places = np.full((len(first), count, 2), np.nan, dtype=np.float32)
     places[np.arange(len(first)), first] = np.concatenate([*corners, scene])
@@ -76,15 +87,17 @@ def follow_corners(pictures: Sequence[Luma], moved: NDArray[np.bool_]) -> Trajec
     return Trajectories(places, np.arange(len(first)) >= len(first) - len(scene))
 
 
-def _corners(picture: Luma, moved: NDArray[np.bool_]) -> Points:
+def _corners(picture: Luma, moved: NDArray[np.bool_], known: NDArray[np.bool_] | None) -> Points:
     size = picture.shape[1], picture.shape[0]
     mask = cv2.resize(moved.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
     mask = cv2.dilate(mask, np.ones((WINDOW_PX, WINDOW_PX), np.uint8))
+    if known is not None:
+        mask[known] = 0
     spacing = float(np.clip(np.sqrt(cv2.countNonZero(mask) / CORNERS), *SPACING_PX))
     found = cv2.goodFeaturesToTrack(
         picture, CORNERS, QUALITY, spacing, mask=mask, blockSize=BLOCK_PX
     )
-    return np.empty((0, 2), np.float32) if found is None else np.asarray(found, np.float32)[:, 0]
+    return NO_POINTS if found is None else np.asarray(found, np.float32)[:, 0]
 
 
 def _scene_corners(picture: Luma) -> Points:
@@ -93,7 +106,7 @@ def _scene_corners(picture: Luma) -> Points:
     found = cv2.goodFeaturesToTrack(
         picture, SCENE_CORNERS, SCENE_QUALITY, spacing, blockSize=BLOCK_PX
     )
-    return np.empty((0, 2), np.float32) if found is None else np.asarray(found, np.float32)[:, 0]
+    return NO_POINTS if found is None else np.asarray(found, np.float32)[:, 0]
 
 
 def _step(

@@ -34,6 +34,9 @@ REACH_OVER_SPEED = 3.0
 """A search reaches this many times as far as the body ever moved in a frame."""
 LOST_GROWTH = 1.5
 """Growth of the reach for each frame without a sighting."""
+BACK_FROM = 4
+"""From the first picture in which a body is known it is followed on, and, from so many later, back
+to the first of the clip."""
 LOST_LONG, SEARCH_STRIDE = 8, 4
 """A body that was lost for so many frames is searched in every fourth only."""
 
@@ -83,14 +86,20 @@ def follow(
     guesses = np.stack(
         [np.interp(frames, frames[rows], seen[:, axis]) for axis in range(2)], axis=1
     )
-    path = _Path(body.sprite, body.typical_agreement, slope)
     found = np.full((len(frames), 3), np.nan)
-    for row, frame in enumerate(frames.tolist()):
-        shift = (float(shift_px[row, 0]), float(shift_px[row, 1]))
-        guess = (float(guesses[row, 0]), float(guesses[row, 1]))
-        fit = path.find(frame, pictures[row], guess, shift)
-        if fit is not None:
-            found[row] = fit.x_px - shift[0], fit.y_px - shift[1], fit.sigma_x_px
+    first = int(rows[0])
+    ways = range(first, len(frames)), range(min(first + BACK_FROM, len(frames)) - 1, -1, -1)
+    for way in ways:
+        path = _Path(body.sprite, body.typical_agreement, slope)
+        for row in way:
+            shift = (float(shift_px[row, 0]), float(shift_px[row, 1]))
+            if np.isfinite(found[row, 0]):  # on the way back
+                path.pass_by(int(frames[row]), (float(found[row, 0]), float(found[row, 1])))
+                continue
+            guess = (float(guesses[row, 0]), float(guesses[row, 1]))
+            fit = path.find(int(frames[row]), pictures[row], guess, shift)
+            if fit is not None:
+                found[row] = fit.x_px - shift[0], fit.y_px - shift[1], fit.sigma_x_px
     return Followed(body, *found.T)
 
 
@@ -108,16 +117,17 @@ class _Path:
     def find(self, frame: int, picture: Luma, guess: Place, shift: Place) -> Fit | None:
         """Find the body in the next picture."""
         fit = self._believed(register(picture, self._sprite, _plus(guess, shift)))
+        steps = frame - self._frame
+        onward = _plus(self._place or guess, (self._speed[0] * steps, self._speed[1] * steps))
         if fit is None and self._place is not None and not self._lost:
-            steps = frame - self._frame
-            onward = _plus(self._place, (self._speed[0] * steps, self._speed[1] * steps))
             fit = self._believed(register(picture, self._sprite, _plus(onward, shift)))
         if fit is None and (self._lost < LOST_LONG or frame % SEARCH_STRIDE == 0):
-            fit = self._searched(picture, _plus(guess, shift))
+            near = guess if self._place is None or self._lost else onward
+            fit = self._searched(picture, _plus(near, shift))
         if fit is None:
             self._lost += 1
             return None
-        self._learn(frame, (fit.x_px - shift[0], fit.y_px - shift[1]))
+        self.pass_by(frame, (fit.x_px - shift[0], fit.y_px - shift[1]))
         return fit
 
     def _searched(self, picture: Luma, near: Place) -> Fit | None:
@@ -127,7 +137,8 @@ class _Path:
         within = reach if reach < picture.shape[1] else None
         return self._believed(search(picture, self._sprite, near, self._slope, within))
 
-    def _learn(self, frame: int, place: Place) -> None:
+    def pass_by(self, frame: int, place: Place) -> None:
+        """Take note of where the body is in a picture."""
         if self._place is not None:
             steps = frame - self._frame
             speed = ((place[0] - self._place[0]) / steps, (place[1] - self._place[1]) / steps)

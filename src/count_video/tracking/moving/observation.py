@@ -5,6 +5,7 @@ Which of the bodies are ball and heavy body is decided from their motion alone.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from types import TracebackType
@@ -21,12 +22,10 @@ from count_video.signals import NOISE_AT_LEAST_PX, low_points, sigma_of
 from count_video.tracking.moving.bodies import Movers, find_movers
 from count_video.tracking.moving.following import Followed
 from count_video.tracking.moving.pairing import pair_track, was_followed
-from count_video.tracking.moving.samples import thumbnail
+from count_video.tracking.moving.samples import Thumbnails
 from count_video.tracking.roles import SPAN_FRAMES, far_side_jump
 from count_video.tracking.view import TrackSettings, View, view_of
 
-STORE_BYTES_AT_MOST = 2_000_000_000
-"""Clips whose pictures take more are not kept."""
 PAIRS_AT_MOST = 3
 """So many pairs of bodies are offered, should the likeliest not collide."""
 PROGRESS_STEP = 16
@@ -63,22 +62,6 @@ class Observation:
         self.pictures.close()
 
 
-def fits_store(footage: Footage, settings: TrackSettings) -> bool:
-    """Whether there is room for the pictures of a clip; a clip that tells no length has none.
-
-    Raises
-    ------
-    UsageError
-        If the region does not fit into the picture.
-    """
-    promised = footage.info.frames_promised
-    if promised is None:
-        return False
-    last = promised if settings.end is None else min(settings.end, promised)
-    pixels = view_of(footage, settings).pixels
-    return max(0, last - settings.start) * pixels <= STORE_BYTES_AT_MOST
-
-
 def observe(
     footage: Footage, settings: TrackSettings, progress: Progress = NO_PROGRESS
 ) -> Observation:
@@ -92,18 +75,21 @@ def observe(
         If the size of the picture changes on the way, or there is no room for its pictures.
     """
     view = view_of(footage, settings)
-    pictures, frames, thumbnails = PictureStore(), [], []
+    pictures, thumbnails = PictureStore(), Thumbnails()
+    frames: list[int] = []
     try:
         progress.start(footage.info.frames_promised, "tracking")
         for frame in view.frames():
             if not frame.repeats_previous:
                 pictures.append(frame.luma)
-                thumbnails.append(thumbnail(frame.luma))
+                thumbnails.add(len(frames), frame.luma)
                 frames.append(frame.index)
             if frame.index % PROGRESS_STEP == PROGRESS_STEP - 1:
                 progress.advance(PROGRESS_STEP)
         indices = np.array(frames, dtype=np.intp)
-        return Observation(view, indices, pictures, find_movers(pictures, indices, thumbnails))
+        return Observation(
+            view, indices, pictures, find_movers(pictures, indices, thumbnails.kept, _has_pair)
+        )
     except BaseException:
         pictures.close()
         raise
@@ -138,6 +124,16 @@ def pair_tracks(seen: Observation, wall_side: WallSide | None) -> list[Track]:
     if not tracks:
         raise faults[0]
     return tracks
+
+
+def _has_pair(found: Sequence[Followed]) -> bool:
+    """Whether two of the bodies move as ball and heavy body do."""
+    pairs = [_ordered(*pair) for pair in combinations(found, 2)]
+    return any(
+        (pair[0].body.round_ or pair[1].body.round_) and _score(*pair) > 0
+        for pair in pairs
+        if _side_by_side(*pair)
+    )
 
 
 def _ordered(one: Followed, other: Followed) -> tuple[Followed, Followed]:

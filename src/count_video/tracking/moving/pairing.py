@@ -18,7 +18,7 @@ SEEN_AT_LEAST = 0.5
 """A body seen in a smaller share of the frames between its first and its last was not followed."""
 PRESENT_AT_LEAST = 0.2
 """A body comes in and goes out again, but is there for this share of the clip."""
-UNSURE_FACTOR = 8.0
+UNSURE_FACTOR, UNSURE_PX = 8.0, 0.2
 """A sighting with an uncertainty so many times the usual one is not believed: blur at full speed
 and a body half hidden double or treble it."""
 
@@ -107,7 +107,8 @@ def sure_places(seen: Followed) -> Floats:
     """
     known = np.isfinite(seen.sigma_px)
     usual = np.median(seen.sigma_px[known]) if known.any() else np.nan
-    return np.where(seen.sigma_px <= UNSURE_FACTOR * usual, seen.x_px, np.nan)
+    sure = seen.sigma_px <= max(UNSURE_FACTOR * usual, UNSURE_PX)
+    return np.where(sure, seen.x_px, np.nan)
 
 
 def _line(ball: Followed, movers: Movers, view: View) -> MotionLine:

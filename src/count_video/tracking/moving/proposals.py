@@ -12,7 +12,8 @@ from count_video.records import Floats
 from count_video.tracking.moving.corners import Trajectories
 from count_video.tracking.moving.regions import find_regions, moving_regions, region_of
 from count_video.tracking.moving.rigid import RigidGroup, rigid_groups
-from count_video.tracking.moving.template import Box, Rough
+from count_video.tracking.moving.shape import Box, Shape
+from count_video.tracking.moving.template import Rough
 
 Luma = NDArray[np.uint8]
 
@@ -26,8 +27,6 @@ BEYOND_CORNERS_AT_MOST = 0.5
 BEYOND_CORNERS = 0.2
 CORNER_MARGIN_PX = 4.0
 """The outline lies within this share of the height of the corners, and so many px, beyond them."""
-FENCE_OVER_HEIGHT = 0.5
-"""And no further than this where there is no neighbour."""
 FENCE_MARGIN_PX = 3.0
 """Corners lie so near to the edges they belong to."""
 NEIGHBOUR_CORNERS = 8
@@ -50,18 +49,29 @@ class Proposal:
     """Whether the path is right to some px only."""
 
 
-def propose(small: Sequence[Luma], corners: Trajectories, scene_px: Floats) -> list[Proposal]:
-    """Bodies by their corners where there are many, then moving regions, then the other corners."""
+def propose(
+    small: Sequence[Luma],
+    corners: Trajectories,
+    scene_px: Floats,
+    known: Sequence[NDArray[np.bool_]] | None = None,
+) -> list[Proposal]:
+    """Bodies by their corners where there are many, then moving regions, then the other corners.
+
+    ``known`` marks where each sample shows bodies that are not asked for.
+    """
     groups = rigid_groups(corners, scene_px)
     many = [group for group in groups if len(group.corners_px) >= NEIGHBOUR_CORNERS]
     few = [group for group in groups if len(group.corners_px) < NEIGHBOUR_CORNERS]
-    regions = find_regions(small)
+    regions = find_regions(small, known)
     linked = moving_regions(regions)[:REGIONS_AT_MOST]
-    return [
+    proposed = [
         *(_with_box(one, region_of(one, _without(many, one), regions)) for one in many),
         *(replace(_with_box(group, None), blurred=True) for group in linked),
         *(_with_box(one, region_of(one, many, regions)) for one in few),
     ]
+    changes = [regions.change(one.path_px, one.box_px) for one in proposed]
+    order = sorted(range(len(proposed)), key=lambda k: (k >= len(many), -changes[k]))
+    return [proposed[k] for k in order]
 
 
 def _without(groups: Sequence[RigidGroup], one: RigidGroup) -> list[RigidGroup]:
@@ -109,16 +119,18 @@ def roughly(proposals: Sequence[Proposal], frames: NDArray[np.intp]) -> list[Rou
         path = zip(frames[known].tolist(), one.path_px[known].tolist(), strict=True)
         places = {frame: (x, y) for frame, (x, y) in path}
         patterned = not one.blurred and len(one.corners_px) >= NEIGHBOUR_CORNERS
-        roughs.append(Rough(places, one.box_px, _fence(proposals, number), one.blurred, patterned))
+        low, high = one.corners_px.min(axis=0).tolist(), one.corners_px.max(axis=0).tolist()
+        corners = Shape(places, (low[0], low[1], high[0], high[1]))
+        fence = _fence(proposals, number)
+        roughs.append(Rough(places, one.box_px, fence, one.blurred, patterned, corners))
     return roughs
 
 
 def _fence(groups: Sequence[Proposal], number: int) -> tuple[float, float]:
     """Image x, from the path of a body, between which its outline lies."""
     own = groups[number].corners_px
-    left, top, right, bottom = groups[number].box_px
-    height = bottom - top
-    begin, end = left - FENCE_OVER_HEIGHT * height, right + FENCE_OVER_HEIGHT * height
+    left, _, right, _ = groups[number].box_px
+    begin, end = -np.inf, np.inf
     for other in groups:
         apart = other.path_px - groups[number].path_px
         known = np.isfinite(apart[:, 0])

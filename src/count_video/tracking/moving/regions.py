@@ -68,10 +68,52 @@ class Regions:
 
     boxes: list[list[Floats]]
     """Left, top, width and height of each region, sample by sample."""
+    sums: list[Floats]
+    """Sums of all differences from the background above and to the left, sample by sample."""
+    scale: int
+    """How many px of the samples one of the sums' holds."""
+
+    def change(self, path_px: Floats, box_px: Sequence[float]) -> float:
+        """Sum of the differences in a box along a path, mean over all samples."""
+        total = 0.0
+        for place, sums in zip(path_px, self.sums, strict=True):
+            if np.isfinite(place[0]):
+                ends = (np.array(box_px).reshape(2, 2) + place) / self.scale
+                left, top, right, bottom = np.rint(ends).astype(int).ravel()
+                low, high = np.clip((left, right), 0, sums.shape[1] - 1)
+                first, last = np.clip((top, bottom), 0, sums.shape[0] - 1)
+                total += sums[last, high] - sums[first, high] - sums[last, low] + sums[first, low]
+        return total / max(1, len(path_px))
 
 
-def find_regions(pictures: Sequence[Luma]) -> Regions:
-    """Find what differs from the background in samples of one brightness."""
+def find_regions(
+    pictures: Sequence[Luma], known: Sequence[NDArray[np.bool_]] | None = None
+) -> Regions:
+    """Find what differs from the background in samples of one brightness.
+
+    ``known`` marks where each sample shows bodies that are not asked for.
+    """
+    changes, scale = _changes(pictures, known)
+    boxes = [[box * scale for box in _regions(_mask(one))] for one in changes]
+    sums = [np.asarray(cv2.integral(one), np.float64) for one in changes]
+    return Regions(boxes, sums, scale)
+
+
+def share_unexplained(pictures: Sequence[Luma], known: Sequence[NDArray[np.bool_]]) -> float:
+    """Share of all differences from the background that lies outside of the known bodies."""
+    whole, _ = _changes(pictures, None)
+    rest, _ = _changes(pictures, known)
+    total = sum(float(one.sum()) for one in whole)
+    return sum(float(one.sum()) for one in rest) / total if total > 0 else 0.0
+
+
+def _changes(
+    pictures: Sequence[Luma], known: Sequence[NDArray[np.bool_]] | None
+) -> tuple[list[Luma], int]:
+    """Reduced differences of each sample from the median of all, 0 where they are noise.
+
+    Returns how many px of the samples one of theirs holds as well.
+    """
     scale = max(1, -(-pictures[0].shape[1] // WIDTH_PX))
     size = pictures[0].shape[1] // scale, pictures[0].shape[0] // scale
     small = [
@@ -81,7 +123,12 @@ def find_regions(pictures: Sequence[Luma]) -> Regions:
     away = differences(small)
     spread = np.median(np.array(away[:: max(1, len(away) // NOISE_OF)]))
     least = max(NOISE_SIGMAS * 1.4826 * float(spread), NOISE_LEVELS)
-    return Regions([[box * scale for box in _regions(_mask(one, least))] for one in away])
+    for row, one in enumerate(away):
+        one[one <= least] = 0
+        if known is not None:
+            mark = known[row].astype(np.uint8)
+            one[cv2.resize(mark, size, interpolation=cv2.INTER_NEAREST) > 0] = 0
+    return away, scale
 
 
 def moving_regions(regions: Regions) -> list[RigidGroup]:
@@ -135,9 +182,9 @@ def region_of(group: RigidGroup, others: Sequence[RigidGroup], regions: Regions)
     return np.array([left, top, right, bottom]) if right > left and bottom > top else None
 
 
-def _mask(away: Luma, least: float) -> Luma:
-    """Mark what differs from the background by more than noise, without threads and gaps."""
-    mask = (away > least).astype(np.uint8)
+def _mask(changes: Luma) -> Luma:
+    """Mark what differs from the background, without threads and gaps."""
+    mask = (changes > 0).astype(np.uint8)
     opening, closing = (np.ones((px, px), np.uint8) for px in (OPENING_PX, CLOSING_PX))
     whole = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, closing)
     return np.asarray(cv2.morphologyEx(whole, cv2.MORPH_OPEN, opening), np.uint8)

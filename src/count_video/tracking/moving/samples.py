@@ -8,7 +8,7 @@ block has changed by more than a set share.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -21,6 +21,7 @@ Luma = NDArray[np.uint8]
 
 THUMBNAIL_PX = 256
 """Width to which pictures are reduced to choose among them."""
+THUMBNAILS_AT_MOST = 1500
 BLOCK_PX = 8
 """Side of a block of a thumbnail."""
 CHANGE_SHARE = 0.25
@@ -33,6 +34,8 @@ PAIRS = 200
 MOVES_SIGMAS, MOVES_LEVELS = 6.0, 0.7
 """A block in which something moves changes by more than the noise and by more than this, in grey
 levels."""
+EDGE_LEVELS = 3.0
+"""Standard deviation of a block that holds an edge, in grey levels."""
 MEDIAN_OF = 31
 MOVED_SIGMAS = 3.0
 SEED = 20260101
@@ -48,9 +51,30 @@ class Samples:
     """By which the brightness of each is brought to the mean one, shape (len(chosen),)."""
     active: NDArray[np.bool_]
     """Blocks of the picture in which anything moves, shape (rows, columns)."""
+    width_px: int
+    """Width of the thumbnails they were chosen by."""
+    still_share: float
+    """Share of the blocks with edges in which nothing moves."""
     moved: NDArray[np.bool_]
     """Where each sample differs from the median of all, shape (len(chosen), height, width) of a
     thumbnail."""
+
+
+class Thumbnails:
+    """Reduced pictures of a clip by their place in it: of long ones not of all."""
+
+    def __init__(self) -> None:
+        self.kept: dict[int, Luma] = {}
+        self._stride = 1
+
+    def add(self, row: int, luma: Luma) -> None:
+        """Take the next picture of the clip."""
+        if row % self._stride:
+            return
+        self.kept[row] = thumbnail(luma)
+        if len(self.kept) > THUMBNAILS_AT_MOST:
+            self._stride *= 2
+            self.kept = {k: one for k, one in self.kept.items() if k % self._stride == 0}
 
 
 def thumbnail(luma: Luma) -> Luma:
@@ -61,8 +85,9 @@ def thumbnail(luma: Luma) -> Luma:
     return np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
-def choose_samples(thumbnails: Sequence[Luma]) -> Samples:
-    """Choose samples among the pictures of a clip, given a thumbnail of each."""
+def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
+    """Choose samples among the pictures of a clip, given thumbnails by their place in it."""
+    rows, thumbnails = np.array(list(pictures), dtype=np.intp), list(pictures.values())
     brightness = np.array([cv2.mean(one)[0] for one in thumbnails]) + 1e-6
     gains = brightness.mean() / brightness
     level = [
@@ -71,7 +96,8 @@ def choose_samples(thumbnails: Sequence[Luma]) -> Samples:
     ]
     noise, largest, active = _changes(level)
     if not active.any():
-        return Samples(np.empty(0, np.intp), np.empty(0), active, np.empty((0, 1, 1), np.bool_))
+        none = np.empty((0, 1, 1), np.bool_)
+        return Samples(np.empty(0, np.intp), np.empty(0), active, 0, 1.0, none)
     share = CHANGE_SHARE
     chosen = _walk(level, noise, largest, share)
     while len(chosen) > SAMPLES_AT_MOST:
@@ -79,7 +105,21 @@ def choose_samples(thumbnails: Sequence[Luma]) -> Samples:
         chosen = _walk(level, noise, largest, share)
     even = np.linspace(0, len(level) - 1, min(SAMPLES_AT_LEAST, len(level))).astype(np.intp)
     together = np.union1d(chosen, even)
-    return Samples(together, gains[together], active, _moved([level[k] for k in together]))
+    some = [level[k] for k in together]
+    still = _still_share(some, active)
+    width = thumbnails[0].shape[1]
+    return Samples(rows[together], gains[together], active, width, still, _moved(some))
+
+
+def _still_share(level: Sequence[Luma], active: NDArray[np.bool_]) -> float:
+    """Share of the blocks with edges in which nothing moves; 0 where there are no edges."""
+    middle = median_picture(level[:: max(1, len(level) // MEDIAN_OF)])
+    mean, square = (
+        cv2.resize(one, active.shape[::-1], interpolation=cv2.INTER_AREA)
+        for one in (middle.astype(np.float32), middle.astype(np.float32) ** 2)
+    )
+    edges = square - mean**2 > EDGE_LEVELS**2
+    return float(np.mean(~active[edges])) if edges.any() else 0.0
 
 
 def differences(pictures: Sequence[Luma]) -> list[Luma]:

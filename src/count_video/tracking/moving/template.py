@@ -20,22 +20,36 @@ from count_video.records import Floats
 from count_video.tracking.looks.outline import Mean, Outline, find_outline
 from count_video.tracking.looks.register import register
 from count_video.tracking.looks.sprite import Pixels, Sprite, look, make_sprite
+from count_video.tracking.moving.background import Background
+from count_video.tracking.moving.shape import Box, Place, Shape, hidden
 
 Luma = NDArray[np.uint8]
-Place = tuple[float, float]
-Box = tuple[float, float, float, float]
-"""Left, top, right, bottom in px."""
 
 SURROUNDINGS = 0.6
-"""The surroundings that are averaged too, on either side, as a share of the box's height."""
-NOISE_FLOOR = 1.0
+"""The surroundings that are averaged too, on all sides, as a share of the box's longer side."""
+SHOWN_AT_LEAST = 0.15
+"""A pixel is learnt only if no other body hides it in this share of the pictures."""
+EDGE_PX = 3
+"""So far around what moves with a body its blurred edges reach."""
+WIDE_ROWS = 0.45
+"""The rows of a body are at least so wide, as a share of the widest; a circle's are, but for a
+twentieth of its height at the top and at the bottom. Threads are narrower."""
+THREAD_SHARE = 0.1
+"""What is narrower than this share of a body's shorter side is no part of it, but a thread."""
+PART_SHARE = 0.1
+"""A long plain body shows its two ends and nothing between them: parts at least so large, as a
+share of the largest, belong to it."""
+ROUNDING = 0.3
+"""Grey levels by which bytes differ from what they stand for, as a standard deviation."""
+NOISE_FLOOR = 0.25
 """Variance in grey levels squared that every pixel has at least (rounding, compression)."""
-LEVEL_STRIDE = 4
-"""Brightness is measured on every fourth pixel of every fourth row."""
 PICTURES, PICTURES_AT_LEAST, PIXELS = 40, 12, 2_000_000
 """A template is the mean of so many pictures; of large bodies of fewer, so that all pieces together
 have no more pixels than this."""
-NEIGHBOURHOOD_PX, COVERED_RATIO = 5, 1.5
+MOST, MOST_SIGMAS = 0.65, 0.935
+"""Pieces agree if this share of them does: a neighbour stands at one distance in many pictures, but
+not in most. Of normal noise, that share lies within so many standard deviations."""
+NEIGHBOURHOOD_PX, COVERED_RATIO = 5, 1.25
 """A pixel moves with the body if the pieces differ from what lies behind it by this many times the
 variance that they have among each other, over a neighbourhood of this side."""
 ROUND_HEIGHT = 0.87, 1.15
@@ -66,21 +80,8 @@ class Rough:
     """Whether the path is that of a region, right to some px only."""
     patterned: bool = True
     """Whether many corners show it."""
-
-
-@dataclass(frozen=True)
-class Background:
-    """What stands still behind the bodies."""
-
-    luma: Luma
-    """Median of some pictures, freed of the camera's motion, shape (height, width)."""
-    shift_px: Mapping[int, Place]
-    """Frame index -> how far the camera has moved the picture, by x and y."""
-
-    def behind(self, frame: int, place: Place, shape: tuple[int, int]) -> Pixels:
-        """Cut out what lies behind a piece of a picture."""
-        x, y = self.shift_px.get(frame, (0.0, 0.0))
-        return look(self.luma, place[0] - x, place[1] - y, shape)
+    corners: Shape | None = None
+    """Its outermost corners."""
 
 
 @dataclass(frozen=True)
@@ -100,12 +101,19 @@ class Body:
     typical_agreement: float
     """Median correlation with the pictures it was learnt from."""
 
+    @property
+    def box(self) -> Box:
+        """Outline, from the template's top left pixel."""
+        rows = np.flatnonzero((self.sprite.weight > 0).any(axis=1))
+        return self.left_edge_px, float(rows[0]), self.right_edge_px, float(rows[-1])
+
 
 def learn(
     pictures: Mapping[int, Luma],
     background: Background,
     rough: Rough,
     others: Sequence[Mapping[int, Place]],
+    known: Sequence[Shape] = (),
 ) -> Body | None:
     """Learn the template of a body that is roughly known.
 
@@ -119,6 +127,8 @@ def learn(
         The body as its corners show it.
     others
         Paths of the other bodies, by which pictures are told to be alike.
+    known
+        What hides the body in some pictures.
 
     Returns
     -------
@@ -126,28 +136,102 @@ def learn(
         None where the pieces show no outline, or too few agree with their mean.
     """
     left, top, right, bottom = (round(edge) for edge in rough.box)
-    margin = round(SURROUNDINGS * (bottom - top))
-    shape = bottom - top, right - left + 2 * margin
-    corner = left - margin, top
+    shape = bottom - top, right - left
+    margin = round(SURROUNDINGS * max(shape))
     rarity = _rarity(rough.path_px, others)
-    chosen = _some(rarity, shape)
+    chosen = _some(rarity, (shape[0] + 2 * margin, shape[1] + 2 * margin))
     if len(chosen) < len(rarity):  # chosen by their rarity, they count alike
         rarity = dict.fromkeys(chosen, 1.0)
-    places = {k: _plus(rough.path_px[k], corner) for k in chosen if k in pictures}
-    fence = rough.fence[0] - corner[0], rough.fence[1] - corner[0]
-    outline, agreement = None, 0.0
+    places = {k: _plus(rough.path_px[k], (left, top)) for k in chosen if k in pictures}
     if rough.blurred:
-        places = _aligned(pictures, places, (shape, margin))
+        places = _aligned(pictures, places, (shape, 0))
+    cut: _Cut | None = None
+    corner, agreement = (float(left), float(top)), 0.0
     for _ in range(ROUNDS):
         if len(places) < SIGHTINGS_AT_LEAST:
             return None
-        outline = find_outline(_average((pictures, background), places, rarity, shape), fence)
-        if outline is None:
+        fence = rough.fence[0] - corner[0], rough.fence[1] - corner[0]
+        mean = _average((pictures, background, known), places, rarity, (shape, margin))
+        cut = _own_part(mean, shape, margin, fence)
+        if cut is None:
             return None
-        places, agreement = _registered(pictures, places, outline)
-    if outline is None or len(places) < SIGHTINGS_AT_LEAST:
+        moved = {k: _plus(place, cut.corner) for k, place in places.items()}
+        places, agreement = _registered(pictures, moved, cut.outline)
+        corner, shape = _plus(corner, cut.corner), cut.outline.sprite.shape
+        margin = round(SURROUNDINGS * max(shape))
+    if cut is None or len(places) < SIGHTINGS_AT_LEAST:
         return None
-    return _body(outline, rough.path_px, places, (corner, agreement))
+    return _body(cut.outline, rough.path_px, places, (corner, agreement))
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """A body cut out of the mean of the pieces."""
+
+    outline: Outline
+    corner: tuple[int, int]
+    """Column and row of the box that was asked for at which its template begins."""
+
+
+def _own_part(
+    mean: Mean, shape: tuple[int, int], margin: int, fence: tuple[float, float]
+) -> _Cut | None:
+    """Cut out what moves with the body and hangs together with its box; None if nothing does.
+
+    ``mean`` is that of the box, of this shape, with a margin all around.
+    """
+    own = _connected(mean.moving, shape, margin)
+    if own is None:
+        return None
+    rows, columns = (np.flatnonzero(own.any(axis=axis)) for axis in (1, 0))
+    top, bottom = max(0, int(rows[0]) - EDGE_PX), int(rows[-1]) + EDGE_PX + 1
+    left, right = max(0, int(columns[0]) - EDGE_PX), int(columns[-1]) + EDGE_PX + 1
+    part = Mean(
+        mean.appearance[top:bottom, left:right],
+        mean.variance[top:bottom, left:right],
+        own[top:bottom, left:right],
+    )
+    begin = left - margin
+    outline = find_outline(part, (fence[0] - begin, fence[1] - begin))
+    if outline is None:
+        return None
+    return _Cut(outline, (begin + outline.begin_px, top - margin))
+
+
+def _connected(
+    moving: NDArray[np.bool_] | None, shape: tuple[int, int], margin: int
+) -> NDArray[np.bool_] | None:
+    """Part of what moves with a body that hangs together with its box, without threads."""
+    if moving is None:
+        return None
+    width = max(NEIGHBOURHOOD_PX + 2, round(THREAD_SHARE * min(shape))) | 1
+    kernel = np.ones((width, width), np.uint8)
+    opened = cv2.morphologyEx(moving.astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    _, labels = cv2.connectedComponents(opened)
+    inner = labels[margin : margin + shape[0], margin : margin + shape[1]]
+    held = np.bincount(inner.ravel(), minlength=2)
+    held[0] = 0
+    if not held.any():
+        return None
+    parts = np.flatnonzero(held > PART_SHARE * held.max())
+    own = _without_threads(np.isin(labels, parts), margin, shape)
+    return np.asarray((cv2.dilate(own.astype(np.uint8), kernel) > 0) & moving)
+
+
+def _without_threads(
+    own: NDArray[np.bool_], margin: int, shape: tuple[int, int]
+) -> NDArray[np.bool_]:
+    """Keep the rows about the widest one of the box that are nearly as wide."""
+    last = own.shape[1] - np.argmax(own[:, ::-1], axis=1)
+    wide = np.where(own.any(axis=1), last - np.argmax(own, axis=1), 0)
+    inner = wide[margin : margin + shape[0]]
+    middle = margin + int(np.argmax(inner))
+    narrow = np.flatnonzero(wide < WIDE_ROWS * inner.max())
+    begin = int(narrow[narrow < middle].max(initial=-1)) + 1
+    end = int(narrow[narrow > middle].min(initial=len(wide)))
+    kept = np.zeros_like(own)
+    kept[begin:end] = own[begin:end]
+    return kept
 
 
 def _aligned(
@@ -178,7 +262,7 @@ def _body(
     outline: Outline,
     path: Mapping[int, Place],
     places: Mapping[int, Place],
-    corner_and_agreement: tuple[tuple[int, int], float],
+    corner_and_agreement: tuple[Place, float],
 ) -> Body:
     corner, agreement = corner_and_agreement
     away = np.array([np.subtract(places[k], _plus(path[k], corner)) for k in places])
@@ -186,7 +270,7 @@ def _body(
     rough = {
         k: _plus(place, (corner[0] + drift[0], corner[1] + drift[1])) for k, place in path.items()
     }
-    sightings = {k: (x + outline.begin_px, y) for k, (x, y) in (rough | dict(places)).items()}
+    sightings = rough | dict(places)
     return Body(
         outline.sprite,
         outline.left_px,
@@ -241,36 +325,45 @@ def _rarity(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) ->
 
 
 def _average(
-    pictures_and_background: tuple[Mapping[int, Luma], Background],
+    seen: tuple[Mapping[int, Luma], Background, Sequence[Shape]],
     places: Mapping[int, Place],
     rarity: Mapping[int, float],
-    shape: tuple[int, int],
+    shape_and_margin: tuple[tuple[int, int], int],
 ) -> Mean:
-    """Weighted mean and variance of pieces of pictures at these places."""
-    pictures, background = pictures_and_background
-    pieces = np.array([look(pictures[k], x, y, shape) for k, (x, y) in places.items()])
+    """Weighted mean and variance of pieces of pictures at these places, with a margin around."""
+    pictures, background, known = seen
+    (height, width), margin = shape_and_margin
+    shape = height + 2 * margin, width + 2 * margin
+    places = {k: _plus(place, (-margin, -margin)) for k, place in places.items()}
+    pieces = np.array(
+        [background.levelled(pictures[k], k, place, shape) for k, place in places.items()]
+    )
     behind = np.array([background.behind(k, place, shape) for k, place in places.items()])
-    # Lamps flicker: every piece is brought to the common mean brightness first.
-    level = np.median(pieces[:, ::LEVEL_STRIDE, ::LEVEL_STRIDE], axis=(1, 2))
-    pieces *= (np.median(level) / (level + 1e-6))[:, None, None]
-    weight = np.array([rarity[k] for k in places])
-    share = (weight / weight.sum()).astype(np.float32)
-    mean = np.tensordot(share, pieces, axes=1)
-    variance = np.tensordot(share, (pieces - mean) ** 2, axes=1) + NOISE_FLOOR
-    covered = np.tensordot(share, (pieces - behind) ** 2, axes=1) + NOISE_FLOOR
+    covered = np.array([hidden(known, k, place, shape) > 0 for k, place in places.items()])
+    shown = np.mean(covered, axis=0) < 1 - SHOWN_AT_LEAST
+    typical = _quantile(pieces, covered, 0.5)
+    own = _quantile(np.abs(pieces - typical), covered, MOST)
+    still = _quantile(np.abs(pieces - behind), covered, MOST)
     size = NEIGHBOURHOOD_PX, NEIGHBOURHOOD_PX
-    moving = cv2.blur(covered, size) > COVERED_RATIO * cv2.blur(variance, size)
-    return Mean(mean.astype(np.float32), variance.astype(np.float32), np.asarray(moving))
+    moving = cv2.blur(still, size) > COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
+    variance = (own / MOST_SIGMAS) ** 2 + NOISE_FLOOR
+    return Mean(typical, variance, np.asarray(moving & shown))
+
+
+def _quantile(values: Pixels, covered: NDArray[np.bool_], share: float) -> Pixels:
+    """Quantile over the pictures in which a pixel is not covered, shape (height, width); else 0."""
+    ordered = np.sort(np.where(covered, np.float32(np.inf), values), axis=0)
+    count = len(values) - covered.sum(axis=0)
+    place = np.minimum((share * count).astype(np.intp), len(values) - 1)
+    found = np.take_along_axis(ordered, place[None], axis=0)[0]
+    return np.where(np.isfinite(found), found, np.float32(0)).astype(np.float32)
 
 
 def _registered(
     pictures: Mapping[int, Luma], places: Mapping[int, Place], outline: Outline
 ) -> tuple[dict[int, Place], float]:
-    """Places of the pieces, registered to their mean, and the median agreement."""
-    fits = {
-        k: register(pictures[k], outline.sprite, (x + outline.begin_px, y))
-        for k, (x, y) in places.items()
-    }
+    """Places of the template, registered in the pictures, and the median agreement."""
+    fits = {k: register(pictures[k], outline.sprite, place) for k, place in places.items()}
     good = {
         k: fit
         for k, fit in fits.items()
@@ -280,7 +373,7 @@ def _registered(
         return {}, 0.0
     typical = float(np.median([fit.agreement for fit in good.values()]))
     kept = {k: fit for k, fit in good.items() if fit.agreement > AGREEMENT_SHARE * typical}
-    return {k: (fit.x_px - outline.begin_px, fit.y_px) for k, fit in kept.items()}, typical
+    return {k: (fit.x_px, fit.y_px) for k, fit in kept.items()}, typical
 
 
 def line_tilt_deg(paths: Sequence[Floats]) -> float:

@@ -1,0 +1,208 @@
+"""One body alone: its track along the line of its impacts.
+
+Asked when no two bodies that meet can be followed, or when they give no count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.errors import TrackingError
+from count_video.records import BodyTrack, Floats, MotionLine, Track
+from count_video.signals import sigma_of
+from count_video.tracking.moving.following import Followed
+from count_video.tracking.moving.observation import Observation
+from count_video.tracking.moving.pairing import (
+    camera_shift,
+    sure_places,
+    unseen_warning,
+    was_followed,
+)
+from count_video.tracking.roles import wall_side
+
+DIRECTION_STEPS = (1, 2, 3, 4, 6, 8)
+AGREEING = 0.9
+"""Pictures over which second differences are taken, and the share of them, each with the weight of
+its square, that agree in direction where they tell it."""
+DIRECTION_ROUNDS = 4
+DIRECTION_SPREAD_RAD = 0.35
+"""Jumps further than this from the common direction are mistakes of the tracking, or glancing."""
+OTHER_TRAVEL, OTHER_SIZE = 0.3, 0.4
+"""Another body counts as one that moves by itself if it moves by this share of the way of the one
+that moves most, and is of this share of its size."""
+UNEXPLAINED_AT_MOST = 0.35
+"""Of what differs from the background this share may be outside of the bodies that were followed:
+threads, shadows that fade."""
+GOES_WITH_SHARE, GOES_WITH_SEEN = 0.1, 0.25
+"""A shadow's path is a linear function of the body's, but for this share of its travel, in the
+pictures that show both, if these are such a share of all."""
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where one body was in every picture, in px of the footage; NaN where not seen."""
+
+    x_px: Floats
+    y_px: Floats
+    sigma_px: Floats
+    width_px: float
+    height_px: float
+
+    @property
+    def xy_px(self) -> Floats:
+        """Shape (n, 2)."""
+        return np.stack([self.x_px, self.y_px], axis=1)
+
+
+def lone_track(seen: Observation) -> Track:
+    """Measure where the one body that moves was along the line of its impacts.
+
+    Its ``wall_side`` is the side on which it turns most sharply.
+
+    Raises
+    ------
+    TrackingError
+        If there is no such body, or there are more; the message says what was found.
+    """
+    bodies = [body for body in seen.movers.bodies if was_followed(body.x_px)]
+    if not bodies:
+        raise TrackingError("nothing that moves can be followed through the clip as one body")
+    places = [_places(body, seen) for body in bodies]
+    travel = [_travel(place) for place in places]
+    size = [place.width_px * place.height_px for place in places]
+    seen_share = [float(np.isfinite(place.x_px).mean()) for place in places]
+    first = int(np.argmax(np.array(travel) * np.sqrt(size) * seen_share))
+    others = [
+        place
+        for place, way, area in zip(places, travel, size, strict=True)
+        if place is not places[first]
+        and way > OTHER_TRAVEL * travel[first]
+        and area > OTHER_SIZE**2 * size[first]
+        and not _goes_with(place, places[first])
+    ]
+    if others:
+        raise TrackingError(
+            f"{len(others) + 1} things move on their own: one body alone can be followed, or two "
+            "that meet each other"
+        )
+    if seen.movers.unexplained > UNEXPLAINED_AT_MOST:
+        raise TrackingError(
+            "more moves than the one body that can be followed; count two bodies only if both can "
+            "be seen well, or give the body's part of the picture with --region"
+        )
+    body = places[first]
+    line = _line(body, _jump_direction(body.xy_px))
+    ball = _body_track(body, line)
+    return Track(
+        frame=seen.frames.astype(np.float64),
+        ball=ball,
+        heavy=None,
+        wall_side=wall_side(ball.position_px, ball.position_px) or "left",
+        ball_diameter_px=min(body.width_px, body.height_px),
+        line=line,
+        warnings=tuple(unseen_warning("body", ball.position_px)),
+        shift_px=camera_shift(seen.movers, seen.view),
+    )
+
+
+def _places(body: Followed, seen: Observation) -> Places:
+    """Turn the places of a template into those of its middle in the footage."""
+    view, upright = seen.view, seen.movers.upright
+    along = np.where(np.isfinite(sure_places(body)), body.middle_px, np.nan)
+    height = body.body.sprite.shape[0]
+    x, y = (
+        view.in_picture(along, upright=upright),
+        view.in_picture(
+            np.where(np.isfinite(along), body.y_px + (height - 1) / 2, np.nan), upright=not upright
+        ),
+    )
+    width, height = (
+        view.factor * (body.body.right_edge_px - body.body.left_edge_px),
+        view.factor * height,
+    )
+    if upright:
+        return Places(y, x, view.factor * body.sigma_px, height, width)
+    return Places(x, y, view.factor * body.sigma_px, width, height)
+
+
+def _goes_with(other: Places, body: Places) -> bool:
+    """Whether a thing moves as a body makes it move: its shadow, mirror image or thread."""
+    both = np.isfinite(other.x_px) & np.isfinite(body.x_px)
+    if np.count_nonzero(both) < len(both) * GOES_WITH_SEEN:
+        return False
+    design = np.column_stack([body.xy_px[both], np.ones(np.count_nonzero(both))])
+    for path in (other.x_px[both], other.y_px[both]):
+        solution, *_ = np.linalg.lstsq(design, path, rcond=None)
+        left_over = np.abs(path - design @ solution)
+        if np.quantile(left_over, 0.9) > GOES_WITH_SHARE * max(_travel(other), 1.0):
+            return False
+    return True
+
+
+def _travel(body: Places) -> float:
+    known = body.xy_px[np.isfinite(body.x_px)]
+    return float(np.ptp(known, axis=0).max())
+
+
+def _jump_direction(xy_px: Floats) -> Floats:
+    """Direction in which the velocity jumps, by the second differences; a unit vector.
+
+    Over few pictures a jump stands out from a bent path most, over more from the noise: the first
+    step is taken over which most of the differences agree in direction.
+    """
+    steps = [_second_differences(xy_px, step) for step in DIRECTION_STEPS]
+    if not any(len(second) for second in steps):
+        raise TrackingError("what moves cannot be followed: it is lost too often")
+    agreeing = [_agreement(second) for second in steps]
+    step = next((k for k, share in enumerate(agreeing) if share > AGREEING), np.argmax(agreeing))
+    # Twice the angle, so that jumps there and back agree; others than most have no say.
+    second = steps[int(step)]
+    twice = _twice(second)
+    angle, common = np.arctan2(second[:, 1], second[:, 0]), np.angle(twice.sum()) / 2
+    for _ in range(DIRECTION_ROUNDS):
+        away = (angle - common + np.pi / 2) % np.pi - np.pi / 2
+        common = np.angle((twice * np.exp(-((away / DIRECTION_SPREAD_RAD) ** 2))).sum()) / 2
+    direction = np.array([np.cos(common), np.sin(common)])
+    forward = direction[int(np.argmax(np.abs(direction)))]
+    return np.asarray(direction * np.sign(forward))
+
+
+def _second_differences(xy_px: Floats, step: int) -> Floats:
+    """Second differences over so many pictures, shape (n, 2), where all three show the body."""
+    second = xy_px[2 * step :] - 2 * xy_px[step:-step] + xy_px[: -2 * step]
+    return np.asarray(second[np.isfinite(second).all(axis=1)])
+
+
+def _twice(second_px: Floats) -> NDArray[np.complex128]:
+    """Turn differences, shape (n, 2), into complex numbers of twice their angle and square size."""
+    return np.asarray((second_px[:, 0] + 1j * second_px[:, 1]) ** 2)
+
+
+def _agreement(second_px: Floats) -> float:
+    """Share of differences that agree in direction: 1 for a line, 0 for noise."""
+    twice = _twice(second_px)
+    whole = float(np.abs(twice).sum())
+    return float(np.abs(twice.sum())) / whole if whole > 0 else 0.0
+
+
+def _line(body: Places, direction: Floats) -> MotionLine:
+    x, y = (float(np.nanmedian(place)) for place in (body.x_px, body.y_px))
+    upright = bool(abs(direction[1]) > abs(direction[0]))
+    along, across = (direction[1], direction[0]) if upright else (direction[0], direction[1])
+    return MotionLine(x, y, float(np.degrees(np.arctan(across / along))), upright)
+
+
+def _body_track(body: Places, line: MotionLine) -> BodyTrack:
+    """Project a body's places on the line; positions are image x or y of the projection."""
+    along = float(np.cos(np.radians(line.tilt_deg)))
+    across = float(np.sin(np.radians(line.tilt_deg)))
+    x, y = body.x_px - line.anchor_x_px, body.y_px - line.anchor_y_px
+    forward, sideways = (y, x) if line.upright else (x, y)
+    anchor = line.anchor_y_px if line.upright else line.anchor_x_px
+    position = anchor + along * (along * forward + across * sideways)
+    half = along * (body.height_px if line.upright else body.width_px) / 2
+    sigma = np.maximum(body.sigma_px, sigma_of(position))
+    return BodyTrack(position, sigma, -half, half)

@@ -1,0 +1,71 @@
+"""What hides something else in a picture: a box around a body, by the place of the body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Luma = NDArray[np.uint8]
+Place = tuple[float, float]
+Box = tuple[float, float, float, float]
+"""Left, top, right, bottom in px."""
+
+MARGIN_PX = 3.0
+"""So far around its outline a body hides what lies behind it."""
+DIFFERENT_PX = 2.0
+"""Paths whose distance varies by less, as a standard deviation, may be those of one body."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A box that moves."""
+
+    places: Mapping[int, Place]
+    """Frame index -> image x and y of a point that moves with it."""
+    box: Box
+    """From that point."""
+
+    def mark(self, picture: Luma, frame: int, corner: Place = (0.0, 0.0), scale: int = 1) -> None:
+        """Mark the box with ones, in a picture of zeros.
+
+        ``corner`` is where the picture's top left pixel lies, ``scale`` how many px one of its
+        holds.
+        """
+        place = self.places.get(frame)
+        if place is None:
+            return
+        x, y = place[0] - corner[0], place[1] - corner[1]
+        left, top, right, bottom = self.box
+        low_x, low_y = (max(0, round((v - MARGIN_PX) / scale)) for v in (x + left, y + top))
+        high_x, high_y = (max(0, round((v + MARGIN_PX) / scale)) for v in (x + right, y + bottom))
+        picture[low_y:high_y, low_x:high_x] = 1
+
+    def holds(self, other: Shape) -> bool:
+        """Whether it covers the middle of another in most of the frames that show both."""
+        left, top, right, bottom = self.box
+        middle = (other.box[0] + other.box[2]) / 2, (other.box[1] + other.box[3]) / 2
+        both = sorted(self.places.keys() & other.places.keys())
+        if not both:
+            return False
+        here, there = (np.array([one.places[k] for k in both]) for one in (self, other))
+        x, y = (there + np.array(middle) - here).T
+        return bool(np.mean((x > left) & (x < right) & (y > top) & (y < bottom)) > 0.5)
+
+    def moves_with(self, other: Shape) -> bool:
+        """Whether two boxes may be parts of one body; true if no frame shows both."""
+        both = sorted(self.places.keys() & other.places.keys())
+        if not both:
+            return True
+        here, there = (np.array([one.places[k] for k in both]) for one in (self, other))
+        return bool(np.std(there - here, axis=0).max() < DIFFERENT_PX)
+
+
+def hidden(shapes: Sequence[Shape], frame: int, corner: Place, size: tuple[int, int]) -> Luma:
+    """Mark what shapes cover of a piece of a picture, shape (height, width)."""
+    marked = np.zeros(size, np.uint8)
+    for shape in shapes:
+        shape.mark(marked, frame, corner)
+    return marked

@@ -1,0 +1,91 @@
+"""What bodies hide: of the background, and of each other."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.tracking.moving.background import background_of
+from count_video.tracking.moving.shape import MARGIN_PX, Shape, hidden
+
+FRAMES = range(20)
+SIZE = 60, 160
+BODY = 30
+"""Side of a square body, in px."""
+
+
+def scene() -> NDArray[np.uint8]:
+    return np.random.default_rng(5).integers(60, 120, SIZE).astype(np.uint8)
+
+
+def resting_then_moving() -> Shape:
+    """A body that rests for most of the clip."""
+    return Shape(
+        {k: (20.0 + (6.0 * (k - 14) if k > 14 else 0.0), 15.0) for k in FRAMES}, (0, 0, BODY, BODY)
+    )
+
+
+def with_body(body: Shape) -> dict[int, NDArray[np.uint8]]:
+    pictures = {}
+    for k in FRAMES:
+        picture = scene()
+        x, y = (round(place) for place in body.places[k])
+        picture[y : y + BODY, x : x + BODY] = 255
+        pictures[k] = picture
+    return pictures
+
+
+def background(known: list[Shape]) -> NDArray[np.uint8]:
+    still = dict.fromkeys(FRAMES, (0.0, 0.0))
+    return background_of(
+        with_body(resting_then_moving()), still, dict.fromkeys(FRAMES, 1.0), known
+    ).luma
+
+
+def test_a_body_at_rest_is_taken_for_background_until_it_is_known() -> None:
+    assert (background([])[20:40, 25:45] == 255).all()
+
+
+def test_a_known_body_is_no_background_where_it_ever_leaves_it_free() -> None:
+    seen = background([resting_then_moving()])
+    left_free = slice(15, 15 + BODY), slice(20, 44 - int(MARGIN_PX))  # by its last step of 30 px
+    assert np.array_equal(seen[left_free], scene()[left_free])
+
+
+def test_the_camera_moves_the_background_and_not_what_stands_in_it() -> None:
+    moved = {k: np.roll(scene(), k % 3, axis=1) for k in FRAMES}
+    shifts = {k: (float(k % 3), 0.0) for k in FRAMES}
+    seen = background_of(moved, shifts, dict.fromkeys(FRAMES, 1.0))
+    assert np.array_equal(seen.luma[:, 4:-4], scene()[:, 4:-4])
+    piece = seen.behind(1, (50.0, 10.0), (20, 30))
+    assert piece.shape == (20, 30)
+
+
+def test_flicker_is_taken_out() -> None:
+    lamps = {k: 1.0 + 0.1 * (k % 2) for k in FRAMES}
+    flickering = {k: np.asarray(np.rint(scene() * lamps[k]), np.uint8) for k in FRAMES}
+    seen = background_of(flickering, dict.fromkeys(FRAMES, (0.0, 0.0)), lamps)
+    assert np.abs(seen.luma.astype(int) - scene()).max() <= 1  # rounded twice
+
+
+def test_a_shape_is_marked_where_it_is_with_a_margin() -> None:
+    shape = Shape({3: (10.0, 5.0)}, (0.0, 0.0, 8.0, 6.0))
+    marked = hidden([shape], 3, (0.0, 0.0), (30, 40))
+    rows, columns = np.nonzero(marked)
+    margin = int(MARGIN_PX)
+    assert (columns.min(), columns.max() + 1) == (10 - margin, 18 + margin)
+    assert (rows.min(), rows.max() + 1) == (5 - margin, 11 + margin)
+    assert not hidden([shape], 4, (0.0, 0.0), (30, 40)).any()  # not seen in that frame
+    piece = hidden([shape], 3, (10.0, 5.0), (30, 40))
+    assert np.nonzero(piece)[1].max() + 1 == 8 + margin
+
+
+def test_shapes_of_one_body_keep_their_distance() -> None:
+    one = resting_then_moving()
+    part = Shape({k: (x + 11.0, y + 3.0) for k, (x, y) in one.places.items()}, (0, 0, 4, 4))
+    still = Shape(dict.fromkeys(FRAMES, (20.0, 15.0)), (0, 0, 4, 4))
+    assert one.moves_with(part)
+    assert part.moves_with(one)
+    assert not one.moves_with(still)
+    assert one.holds(part)
+    assert not part.holds(one)
