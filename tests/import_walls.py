@@ -35,16 +35,15 @@ MAY_IMPORT: Mapping[str, frozenset[str]] = {
         {"ending", "trial", "verdict", "evidence", "corrections", "reports", "physics"}
     )
     | _SHARED,
-    "evidence": frozenset({"trial", "corrections", "reports", "collisions", "footage"})
+    "evidence": frozenset({"trial", "corrections", "reports", "motion", "footage"})
     | _SHARED
     | {"planning"},
     "corrections": frozenset({"reports"}) | _SHARED,
-    "trial": frozenset({"verdict", "between", "collisions", "tracking", "footage"})
-    | _BELOW_A_STAGE,
-    "verdict": frozenset({"between", "collisions", "tracking", "footage"}) | _BELOW_A_STAGE,
+    "trial": frozenset({"verdict", "between", "motion", "tracking", "footage"}) | _BELOW_A_STAGE,
+    "verdict": frozenset({"between", "motion", "tracking", "footage"}) | _BELOW_A_STAGE,
     "reports": _BELOW_A_STAGE | {"planning"},
-    "between": _BELOW_A_STAGE | {"collisions"},  # a step of its own: what is seen knows no model
-    "collisions": _BELOW_A_STAGE,
+    "between": _BELOW_A_STAGE | {"motion"},  # a step of its own: what is seen knows no model
+    "motion": _BELOW_A_STAGE,
     "tracking": _BELOW_A_STAGE | {"footage"},  # it draws its frames itself, from pilot and stream
     "footage": _BELOW_A_STAGE,
     "signals": _SHARED,
@@ -73,7 +72,7 @@ ONLY_IN: Mapping[str, frozenset[str]] = {"av": frozenset({"footage"})}
 """Libraries with one door: the rooms that may import them."""
 
 NEVER_REACHED: Mapping[str, frozenset[str]] = {
-    "count_video.physics.simulator": frozenset({"tracking", "collisions"})
+    "count_video.physics.simulator": frozenset({"tracking", "motion"})
 }
 """Modules that these rooms import neither themselves nor through others: what is seen must not
 depend on what the simulator expects."""

@@ -44,7 +44,7 @@ PLANTED = {
     ),
     "one stage imports another": (
         "count_video/tracking/planted.py",
-        "import count_video.collisions",
+        "import count_video.motion",
     ),
     "an import hides in a function": (
         "count_video/records.py",
@@ -61,7 +61,7 @@ PLANTED = {
         "from count_video.physics import simulator",
     ),
     "the collisions ask the simulator through another": (
-        "count_video/collisions/planted.py",
+        "count_video/motion/planted.py",
         "from count_video.physics.between import anything",
     ),
     "the renderer uses the tracker": (
@@ -94,7 +94,7 @@ def small_house(tmp_path: Path) -> Path:
     """A sound tree with the modules that the planted faults lean on."""
     for name in ("cli", "campaign", "trial", "records", "errors"):
         _write(tmp_path, f"count_video/{name}.py", "")
-    for room in ("physics", "footage", "tracking", "collisions"):
+    for room in ("physics", "footage", "tracking", "motion"):
         _write(tmp_path, f"count_video/{room}/__init__.py", "")
     for alcove in ("looks", "pairs"):
         _write(tmp_path, f"count_video/tracking/{alcove}/__init__.py", "")

@@ -14,12 +14,12 @@ from typing import Literal
 
 import numpy as np
 
-from count_video.collisions.swing import Swing
 from count_video.corrections import reviewed
 from count_video.errors import UsageError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
+from count_video.motion.swing import Swing
 from count_video.outputs import OutputFolder, open_outputs, output_name, write_whole
 from count_video.planning.comparison import compared
 from count_video.planning.stored import read_request
