@@ -13,6 +13,7 @@ import numpy as np
 
 from count_video.motion.cadence import Cadence, cadence_of
 from count_video.motion.gaps import gaps_of
+from count_video.motion.left_out import LeftOut, left_out
 from count_video.motion.ramps import Ramp, ramps_of, sharpened, stray_px
 from count_video.motion.seen import STRAYS, SeenCollisions, seen_collisions
 from count_video.motion.swing import borne_out, fit_path
@@ -25,7 +26,7 @@ standard deviations, two parameters take up to two thirds of their squares."""
 SHARPENED_AT_MOST = 3
 """So many clocks are sharpened, those by which the cylinder strays least."""
 
-Clock = Cadence | Ramp
+Clock = Cadence | Ramp | LeftOut
 
 
 def seen_by_clock(track: Track) -> tuple[Clock | None, Track, SeenCollisions]:
@@ -36,16 +37,30 @@ def seen_by_clock(track: Track) -> tuple[Clock | None, Track, SeenCollisions]:
     cadence = cadence_of(track)
     even = cadence.evened(track) if cadence else track
     found = seen_collisions(even)
-    if found.borne_out and not found.doubts and not found.shortcomings:
+    gap = left_out(even, found.collisions, found.burst) if cadence is None else None
+    if gap is None and found.borne_out and not found.doubts and not found.shortcomings:
         return cadence, even, found
+    whole = gap.evened(even) if gap else even
+    without = seen_collisions(whole) if gap else found
     ramp = likeliest_ramp(track, found)
     if ramp is not None:
         steady = ramp.evened(track)
         other = _judged_by_burst(seen_collisions(steady, pace=1.0), steady)
         sure = other.borne_out and not other.doubts and not other.shortcomings
-        if sure and ramp.resolves(other.collisions[: other.burst]):
+        likelier = gap is None or (
+            not gap.flown and _stray_px(steady, other) < _stray_px(whole, without)
+        )
+        if sure and likelier and ramp.resolves(other.collisions[: other.burst]):
             return ramp, steady, other
+    if gap is not None:
+        return gap, whole, replace(without, doubts=(*without.doubts, *gap.doubts))
     return cadence, even, found
+
+
+def _stray_px(track: Track, found: SeenCollisions) -> float:
+    """By how much the cylinder strays from its path through the burst; inf where none is known."""
+    path = fit_path(gaps_of(track), found.collisions[: found.burst])
+    return float("inf") if path is None else path.stray_px
 
 
 def _judged_by_burst(found: SeenCollisions, track: Track) -> SeenCollisions:
@@ -66,7 +81,6 @@ def likeliest_ramp(track: Track, found: SeenCollisions) -> Ramp | None:
     ``found`` is what the clip shows by an even clock. Whether the collisions by the clock leave
     doubts has no say: the count must not choose the clock that it is told by.
     """
-    path = fit_path(gaps_of(track), found.collisions[: found.burst])
     tried = []
     for ramps in ramps_of(track):
         seen = seen_collisions(ramps[0].evened(track), pace=1.0)
@@ -76,13 +90,14 @@ def likeliest_ramp(track: Track, found: SeenCollisions) -> Ramp | None:
     best = sorted(tried, key=lambda one: one[0])[:SHARPENED_AT_MOST]
     sharp = [sharpened(ramp, track, shown) for _, ramp, shown in best]
     stray, ramp = min(sharp, key=lambda one: one[0], default=(np.inf, None))
-    even = np.inf if path is None else path.stray_px
-    return ramp if stray < STRAYS_LESS * even else None
+    return ramp if stray < STRAYS_LESS * _stray_px(track, found) else None
 
 
 def as_shown(result: TrialResult, clock: Clock | None) -> TrialResult:
     """Tell collisions by the frames that show them, where these were not taken evenly."""
     if clock is None:
         return result
-    warnings = (*result.warnings, clock.warning) if isinstance(clock, Ramp) else result.warnings
+    warnings = (
+        (*result.warnings, clock.warning) if not isinstance(clock, Cadence) else result.warnings
+    )
     return replace(result, collisions=tuple(map(clock.shown, result.collisions)), warnings=warnings)
