@@ -15,14 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.motion.gaps import Gaps
-from count_video.motion.joint import (
-    ROUNDS,
-    STRAY_SIGMAS,
-    TIME_MOVES_FRAMES,
-    Contacts,
-    Paths,
-    fit_contacts,
-)
+from count_video.motion.joint import ROUNDS, STRAY_SIGMAS, Contacts, fit_contacts
+from count_video.motion.model import TIME_MOVES_FRAMES, Paths
 from count_video.records import CollisionKind, Floats
 from count_video.signals import low_points, sigma_of
 
