@@ -15,6 +15,7 @@ import numpy as np
 
 from count_video.lasting import LASTS_FRAMES, Errors
 from count_video.motion.model import TIME_MOVES_FRAMES, Kind, Model, Paths
+from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.records import Floats
 
 CAUCHY_SIGMAS = 3.0
@@ -76,19 +77,25 @@ def fit_contacts(
     frames: Sequence[float],
     stray_sigmas: float = STRAY_SIGMAS,
     rounds: int = ROUNDS,
+    touching: float = HALF_EXPOSURE,
 ) -> Contacts:
     """Fit contacts of known kinds, in order of time, from rough frame coordinates.
 
     Rows are chosen by the times, so the fit is repeated until these settle, at most ``rounds``
     times. ``stray_sigmas`` is the standard deviation by which contacts of a kind stray from one
-    place, in standard deviations of a frame.
+    place, in standard deviations of a frame; ``touching`` the frames on either side of a contact
+    that may show it, more of them where the bodies are soft.
     """
     times = np.array(frames, dtype=np.float64)
     # Where the picture begins must not matter, not even to when the fit is taken for settled.
     origin = float(np.nanmean(paths.ball_px))
     near = paths.moved(-origin)
     for number in range(rounds):
-        model = Model(near, tuple(kinds), times, stray_sigmas)
+        model = Model(near, (tuple(kinds), times), stray_sigmas, touching)
+        if number == 1:
+            errors = model.measured_errors()
+        if number:
+            model.use_errors(errors)
         values = _solved(model, FLOOR_SHARE if number == 0 else 0.0)
         found = values[: len(times)]
         moved = float(np.abs(found - times).max(initial=0.0))
@@ -125,12 +132,19 @@ def _solved(model: Model, floor_share: float) -> Floats:
     low, high = np.full(model.columns, -np.inf), np.full(model.columns, np.inf)
     low[: model.stray], high[: model.stray] = model.times - reach, model.times + reach
 
+    # Both are asked for at the same values, one after the other.
+    last: list[tuple[Floats, tuple[Floats, Floats]]] = []
+
+    def modelled(values: Floats) -> tuple[Floats, Floats]:
+        if not last or not np.array_equal(last[0][0], values):
+            last[:] = [(values.copy(), model.residuals(values, floor_px))]
+        return last[0][1]
+
     def function(values: Floats) -> Floats:
-        found, _ = model.residuals(values, floor_px)
-        return np.concatenate([_robust(found)[0], (values - mean) * weight])
+        return np.concatenate([_robust(modelled(values)[0])[0], (values - mean) * weight])
 
     def jacobian(values: Floats) -> Floats:
-        found, by = model.residuals(values, floor_px)
+        found, by = modelled(values)
         return np.concatenate([by * _robust(found)[1][:, None], np.diag(weight)])
 
     return np.asarray(

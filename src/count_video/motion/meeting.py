@@ -9,7 +9,9 @@ import numpy as np
 
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import Impact, find_impacts
-from count_video.motion.onesided import HALF_EXPOSURE, side_of
+from count_video.motion.joint import Contacts, fit_contacts
+from count_video.motion.model import Paths
+from count_video.motion.onesided import HALF_EXPOSURE
 from count_video.motion.pace import in_frames
 from count_video.motion.swinging import excess, is_smooth
 from count_video.motion.weighing import SeenImpacts, weighed
@@ -36,9 +38,14 @@ def seen_meetings(track: Track, heavy: BodyTrack, pace: float) -> SeenImpacts:
     every, contact = find_impacts(motion)
     impacts = [impact for impact in every if _touches(impact, track.ball_diameter_px)]
     frames = [impact.frame for impact in impacts]
+    fitted = fit_contacts(
+        Paths(track.frame, track.ball.position_px, heavy.position_px),
+        ["bodies"] * len(frames),
+        frames,
+        touching=contact,
+    )
     collisions = [
-        in_frames(_collision_of_two(number, track, heavy, frames), pace)
-        for number in range(1, len(frames) + 1)
+        in_frames(_collision_of_two(number, fitted), pace) for number in range(len(frames))
     ]
     judged = weighed(motion, impacts, (contact, pace), collisions)
     reasons = (
@@ -101,33 +108,19 @@ def _touches(impact: Impact, size_px: float) -> bool:
     return impact.side < 0 and abs(impact.place_px) < TOUCH_SHARE * size_px
 
 
-def _collision_of_two(
-    number: int, track: Track, heavy: BodyTrack, frames: Sequence[float]
-) -> Collision:
-    ends = [-np.inf, *frames, np.inf]
-    frame, limits = ends[number], (ends[number - 1], ends[number + 1])
-    sides = [
-        [_state(track.frame, body.position_px, frame, limit) for limit in limits]
-        for body in (track.ball, heavy)
-    ]
-    (before, place), (after, _) = sides[0]
+def _collision_of_two(number: int, fitted: Contacts) -> Collision:
+    rates = np.stack([body.rate[number] for body in fitted.bodies], axis=1).tolist()
     return Collision(
-        number=number,
+        number=number + 1,
         kind="bodies",
-        frame=frame,
-        frame_sigma=HALF_EXPOSURE,
+        frame=float(fitted.frame[number]),
+        frame_sigma=float(fitted.frame_sigma[number]),
         time_s=None,
         seen=True,
-        position_px=place,
-        velocity_before=Velocities(before, sides[1][0][0]),
-        velocity_after=Velocities(after, sides[1][1][0]),
+        position_px=float(fitted.ball_px[number]),
+        velocity_before=Velocities(*rates[0]),
+        velocity_after=Velocities(*rates[1]),
     )
-
-
-def _state(frame: Floats, places: Floats, about: float, limit: float) -> tuple[float, float]:
-    """Velocity and place of one body right before or after a contact; NaN if not shown."""
-    side = side_of(frame, places, about, limit)
-    return (np.nan, np.nan) if side is None else (side.slope, side.value)
 
 
 def _elsewhere(frames: Sequence[float], track: Track, heavy: BodyTrack) -> list[str]:

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.lasting import Errors, errors_of, flight_of
-from count_video.motion.pieces import HALF_EXPOSURE, WINDOW_FRAMES, pieces_of
+from count_video.motion.pieces import WINDOW_FRAMES, pieces_of
 from count_video.records import Floats
 from count_video.signals import sigma_of
 
@@ -69,27 +69,43 @@ class Model:
     """Places of bodies as a function of the parameters, in columns, with derivatives."""
 
     def __init__(
-        self, paths: Paths, kinds: tuple[Kind, ...], times: Floats, stray_sigmas: float
+        self,
+        paths: Paths,
+        contacts: tuple[tuple[Kind, ...], Floats],
+        stray_sigmas: float,
+        touching: float,
     ) -> None:
-        self.paths, self.kinds, self.times = paths, kinds, times
-        self.stray_sigmas = stray_sigmas
+        self.paths, self.touching, self.stray_sigmas = paths, touching, stray_sigmas
+        self.kinds, self.times = contacts
         self.contacts_of = [
-            [n for n, kind in enumerate(kinds) if body == 0 or kind == "bodies"]
+            [n for n, kind in enumerate(self.kinds) if body == 0 or kind == "bodies"]
             for body in range(len(paths.signals))
         ]
         self.pieces = [
             piece
             for body, signal in enumerate(paths.signals)
             for piece in pieces_of(
-                paths.frame, signal, body, [(n, times[n]) for n in self.contacts_of[body]]
+                paths.frame,
+                signal,
+                body,
+                [(n, self.times[n]) for n in self.contacts_of[body]],
+                touching,
             )
         ]
         self._lay_out()
-        self.errors = [self._errors(body) for body in range(len(paths.signals))]
-        self.sigma = [
-            max(sigma_of(signal), error.sigma_px if error else 0.0)
-            for signal, error in zip(paths.signals, self.errors, strict=True)
-        ]
+        self.errors: list[Errors | None] = [None] * len(paths.signals)
+        self.sigma = [sigma_of(signal) for signal in paths.signals]
+
+    def measured_errors(self) -> list[Errors | None]:
+        """Measure the errors of each body's places about its flights."""
+        return [self._errors(body) for body in range(len(self.paths.signals))]
+
+    def use_errors(self, errors: list[Errors | None]) -> None:
+        """Take measured errors for those of the places, where they are larger than white noise."""
+        self.errors = errors
+        white = [sigma_of(signal) for signal in self.paths.signals]
+        known = [error.sigma_px if error else 0.0 for error in errors]
+        self.sigma = [max(pair) for pair in zip(white, known, strict=True)]
 
     def _lay_out(self) -> None:
         """Give each parameter its column."""
@@ -116,7 +132,7 @@ class Model:
         for low, high in pairwise([-np.inf, *ends, np.inf]):
             first = high - 2 * WINDOW_FRAMES if np.isinf(low) else low
             last = low + 2 * WINDOW_FRAMES if np.isinf(high) else high
-            rows = (frame > first + HALF_EXPOSURE) & (frame < last - HALF_EXPOSURE)
+            rows = (frame > first + self.touching) & (frame < last - self.touching)
             flight = flight_of(frame[rows], signal[rows] - np.nanmean(signal))
             flights += [] if flight is None else [flight]
         return errors_of(flights)

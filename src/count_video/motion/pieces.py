@@ -75,7 +75,13 @@ class Piece:
         return self.before is not None and self.after is not None
 
 
-def pieces_of(frame: Floats, signal: Floats, body: int, contacts: Sequence[Stop]) -> list[Piece]:
+def pieces_of(
+    frame: Floats,
+    signal: Floats,
+    body: int,
+    contacts: Sequence[Stop],
+    touching: float = HALF_EXPOSURE,
+) -> list[Piece]:
     """Cut the flights of one body.
 
     Parameters
@@ -86,12 +92,14 @@ def pieces_of(frame: Floats, signal: Floats, body: int, contacts: Sequence[Stop]
         Number of the body.
     contacts
         Its contacts, in order of time.
+    touching
+        Frames on either side of a contact that may show it.
     """
     seen, sigma = np.isfinite(signal), sigma_of(signal)
     found: list[Piece | None] = []
     for before, after in pairwise([None, *contacts, None]):
-        low = -np.inf if before is None else before[1] + HALF_EXPOSURE
-        high = np.inf if after is None else after[1] - HALF_EXPOSURE
+        low = -np.inf if before is None else before[1] + touching
+        high = np.inf if after is None else after[1] - touching
         rows = np.flatnonzero(seen & (frame > low) & (frame < high))
         near = [
             np.empty(0, np.intp) if stop is None else _near(frame, signal, rows, stop[1], sigma)
