@@ -9,7 +9,7 @@ import pytest
 from filmed_trials import Filming, film
 
 from count_video.motion.gaps import gaps_of
-from count_video.motion.onesided import BENT_FROM, fit_side, fit_weights
+from count_video.motion.onesided import BENT_FROM, fit_side
 from count_video.motion.seen import seen_collisions
 from count_video.motion.swing import fit_path
 from count_video.physics.setup import Setup
@@ -37,8 +37,6 @@ def test_a_side_of_a_fast_swing_is_fitted_next_to_the_corner(phase: float) -> No
     # points may leave over before a side is cut.
     far_off = CUBIC_SHARE * NEAR_FRAMES**3 / 10 + 5 * SIGMA_PX
     assert side.value == pytest.approx(AMPLITUDE_PX * np.sin(phase), abs=far_off)
-    weights = fit_weights(frame, swing, 0.0, SIGMA_PX)
-    assert weights @ swing == pytest.approx(side.value)
 
 
 def test_a_side_that_is_a_parabola_keeps_all_its_points() -> None:

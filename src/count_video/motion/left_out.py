@@ -137,6 +137,8 @@ def _step(time: Floats, place: Floats, sigma: float) -> tuple[float, float] | No
     design = np.column_stack([np.ones_like(time), time, after])
     inverse = np.linalg.inv(design.T @ design)
     _, rate, step = inverse @ design.T @ place
+    if rate == 0:
+        return None
     rest = place - design @ (inverse @ design.T @ place)
     variance = max(sigma**2, float(rest @ rest) / max(len(time) - 3, 1))
     return abs(float(step)) / float(np.sqrt(variance * inverse[2, 2])), float(step / rate)

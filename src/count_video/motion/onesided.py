@@ -22,9 +22,6 @@ WINDOW_FRAMES = 24.0
 """A side reaches this far at most: motion further away says little about the corner."""
 WINDOW_PICTURES = 6.0
 """... but to so many pictures, where these come more rarely."""
-WINDOW_AT_MOST_FRAMES = 192.0
-CLEAR_SIGMAS = 10.0
-"""A slope that exceeds its uncertainty by this factor needs no wider window."""
 BENT_FROM = 9
 """With so many points a side may be bent (gravity on the threads); below, it is straight."""
 MISFIT_SIGMAS = 5.0
@@ -138,15 +135,6 @@ def _solved(frame: Floats, signal: Floats, about: float, order: int) -> tuple[Fl
     return weights, float(left_over @ left_over) / freedom if freedom > 0 else 0.0
 
 
-def fit_weights(frame: Floats, signal: Floats, about: float, sigma: float) -> Floats:
-    """Return the weights of the points in the value that ``fit_side`` finds, shape (n,)."""
-    near = _parabolic(frame, signal, about, sigma)
-    weights, _ = _solved(frame[near], signal[near], about, _order(len(near)))
-    everywhere = np.zeros(len(frame))
-    everywhere[near] = weights[0]
-    return everywhere
-
-
 def side_frames(
     frame: Floats,
     signal: Floats,
@@ -165,25 +153,6 @@ def side_frames(
     pictures = np.abs(np.arange(len(frame)) - np.interp(corner, frame, np.arange(len(frame))))
     inside &= (np.abs(frame - corner) < window) | (pictures < WINDOW_PICTURES)
     return np.flatnonzero(inside & np.isfinite(signal))
-
-
-def widest_needed(
-    frame: Floats, signal: Floats, corner: float, limit: float, sigma: float
-) -> NDArray[np.intp]:
-    """Select one side, wider the slower the signal moves there.
-
-    The window doubles until the side's slope stands clear of its uncertainty: two bodies that
-    drift together by a pixel in a hundred frames collide all the same.
-    """
-    window = WINDOW_FRAMES
-    while True:
-        chosen = side_frames(frame, signal, corner, limit, window)
-        side = fit_side(frame[chosen], signal[chosen], corner, sigma)
-        if side is None or window >= WINDOW_AT_MOST_FRAMES:
-            return chosen
-        if abs(side.slope) > CLEAR_SIGMAS * float(np.sqrt(side.covariance[1, 1])):
-            return chosen
-        window *= 2
 
 
 def crossing(before: Side, after: Side, about: float) -> Corner | None:
