@@ -26,6 +26,9 @@ standard deviations, two parameters take up to two thirds of their squares."""
 SHARPENED_AT_MOST = 3
 """So many clocks are sharpened, those by which the cylinder strays least."""
 
+STEP_FRAMES = 3.0
+"""A change of the rate this near to a step of the places is that step: a rate makes none."""
+
 Clock = Cadence | Ramp | LeftOut
 
 
@@ -48,7 +51,9 @@ def seen_by_clock(track: Track) -> tuple[Clock | None, Track, SeenCollisions]:
         other = _judged_by_burst(seen_collisions(steady, pace=1.0), steady)
         sure = other.borne_out and not other.doubts and not other.shortcomings
         likelier = gap is None or (
-            not gap.flown and _stray_px(steady, other) < _stray_px(whole, without)
+            not gap.flown
+            and min(abs(change - gap.after) for change in ramp.changes) > STEP_FRAMES
+            and _stray_px(steady, other) < _stray_px(whole, without)
         )
         if sure and likelier and ramp.resolves(other.collisions[: other.burst]):
             return ramp, steady, other
