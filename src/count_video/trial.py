@@ -138,7 +138,7 @@ def _certain(trial: Trial) -> bool:
     if not verdict.is_settled(trial.result, at_wall=at_wall):
         return False
     touch = trial.result.millimetres_per_px is not None
-    return not at_wall or touch or (trial.track is not None and trial.track.ball_is_round)
+    return not at_wall or touch or (trial.track is not None and trial.track.ball_is_round is True)
 
 
 def _likeliest(offered: Iterable[Track], footage: Footage, settings: TrialSettings) -> Trial | None:
