@@ -1,1 +1,0 @@
-"""Which explanation of the tracks has the most evidence."""
