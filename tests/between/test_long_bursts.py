@@ -113,7 +113,7 @@ def test_a_probable_count_leaves_nothing_open() -> None:
 
 def test_a_count_that_stays_open_is_told_as_a_range_with_what_would_help() -> None:
     between = replace(fitted(), count=305, probability=dict.fromkeys(range(295, 315, 2), 0.1))
-    assert "one of 295 to 313" in left_open(between, None)
+    assert "every count from 295 to 313" in left_open(between, None)
     assert "--masses" in left_open(between, None)
     wide = replace(between, probability=dict.fromkeys(range(271, 305, 2), 0.05))
     assert "about 290" in left_open(wide, None)
