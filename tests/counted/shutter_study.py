@@ -20,7 +20,7 @@ import numpy as np
 from count_video.collisions.seen import seen_collisions
 from count_video.footage.reader import open_footage
 from count_video.records import Floats
-from count_video.tracking.track import TrackSettings, track_clip
+from count_video.tracking.view import TrackSettings, track_clip
 from synth_video.suite.matching import match
 from synth_video.suite.suites import conditions_of
 from synth_video.trial import render_trial

@@ -24,7 +24,7 @@ from count_video.footage.reader import open_footage
 from count_video.records import BodyTrack, Floats, Track
 from count_video.reports import drawing
 from count_video.reports.drawing import picture_bytes, styled
-from count_video.tracking.track import TrackSettings, track_clip
+from count_video.tracking.view import TrackSettings, track_clip
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene
 from synth_video.trial import render_trial

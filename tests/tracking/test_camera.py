@@ -16,9 +16,9 @@ from drawn import (
 )
 
 from count_video.records import Floats, Frame
-from count_video.tracking.steadying.camera import Camera
-from count_video.tracking.steadying.displacement import measure
-from count_video.tracking.steadying.landmarks import (
+from count_video.tracking.camera import Camera
+from count_video.tracking.displacement import measure
+from count_video.tracking.landmarks import (
     WINDOW_PX,
     Landmarks,
     agreement,
@@ -26,7 +26,7 @@ from count_video.tracking.steadying.landmarks import (
     correlations_of,
     evidence,
 )
-from count_video.tracking.steadying.standing import learn_landmarks, steadied
+from count_video.tracking.standing import learn_landmarks, steadied
 
 FRAMES = 96
 RUN = 12

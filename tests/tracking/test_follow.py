@@ -6,8 +6,8 @@ from drawn import background, paint_ball, to_luma
 
 from count_video.records import Floats
 from count_video.tracking.follow import Follower
-from count_video.tracking.looks.learning import Body
-from count_video.tracking.looks.sprite import look, make_sprite
+from count_video.tracking.learning import Body
+from count_video.tracking.sprite import look, make_sprite
 
 SHAPE = (170, 520)
 RADIUS_PX = 55.0

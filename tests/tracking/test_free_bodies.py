@@ -19,7 +19,7 @@ from count_video.tracking.patches.choice import bodies_among
 from count_video.tracking.patches.paths import Path as FollowedPath
 from count_video.tracking.patches.paths import join
 from count_video.tracking.patches.scenery import SMOOTHING_PX, learn_again, learn_scenery
-from count_video.tracking.track import TrackSettings
+from count_video.tracking.view import TrackSettings
 
 SHAPE = (160, 240)
 RADIUS_PX = 10.0

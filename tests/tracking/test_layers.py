@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.tracking.moving.background import background_of
-from count_video.tracking.moving.shape import MARGIN_PX, Shape, hidden
+from count_video.tracking.background import background_of
+from count_video.tracking.shape import MARGIN_PX, Shape, hidden
 
 FRAMES = range(20)
 SIZE = 60, 160

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from count_video.tracking.moving.corners import Trajectories
-from count_video.tracking.moving.rigid import RIGID_PX, rigid_groups, scene_path
+from count_video.tracking.corners import Trajectories
+from count_video.tracking.rigid import RIGID_PX, rigid_groups, scene_path
 
 SAMPLES = 60
 NOISE_PX = 0.1

@@ -11,7 +11,7 @@ from count_video.errors import TrackingError, UsageError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Track
-from count_video.tracking.track import TrackSettings, track_clip
+from count_video.tracking.view import TrackSettings, track_clip
 
 PLACED_PX = 0.05
 """RMS of positions about their mean offset, in a clean clip."""

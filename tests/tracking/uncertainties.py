@@ -24,7 +24,7 @@ import numpy as np
 from count_video.errors import CountVideoError
 from count_video.footage.reader import open_footage
 from count_video.records import BodyTrack, Floats, Track
-from count_video.tracking.track import TrackSettings, track_clip
+from count_video.tracking.view import TrackSettings, track_clip
 
 TRUTHFUL = (0.8, 1.3)
 NEARLY = (0.7, 1.5)
