@@ -66,7 +66,7 @@ class Clip:
 
     def shape(self, seen: Followed) -> Shape:
         """Describe what a body hides."""
-        return Shape(self.sightings(seen), seen.body.box)
+        return Shape(self.sightings(seen), seen.body.box, seen.body.sprite)
 
 
 def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -> list[Followed]:

@@ -36,9 +36,9 @@ WIDE_ROWS = 0.45
 twentieth of its height at the top and at the bottom. Threads are narrower."""
 THREAD_SHARE = 0.1
 """What is narrower than this share of a body's shorter side is no part of it, but a thread."""
-GAP_SHARE = 0.25
-"""Where a body is as bright as what lies behind it, gaps in its rows of this share of its shorter
-side are its own."""
+GAP_SHARES = 0.1, 0.25
+"""Where a body is as bright as what lies behind it, gaps of these shares of its shorter side, from
+row to row and from column to column, are its own."""
 PART_SHARE = 0.1
 """A long plain body shows its two ends and nothing between them: parts at least so large, as a
 share of the largest, belong to it."""
@@ -52,6 +52,8 @@ have no more pixels than this."""
 MOST, MOST_SIGMAS = 0.65, 0.935
 """Pieces agree if this share of them does: a neighbour stands at one distance in many pictures, but
 not in most. Of normal noise, that share lies within so many standard deviations."""
+CUT_SIGMAS, CUT_LEVELS = 6.0, 10.0
+"""Mistakes larger than so many standard deviations and grey levels count as such ones."""
 NEIGHBOURHOOD_PX, COVERED_RATIO = 5, 1.25
 """A pixel moves with the body if the pieces differ from what lies behind it by this many times the
 variance that they have among each other, over a neighbourhood of this side."""
@@ -143,8 +145,6 @@ def learn(
     margin = round(SURROUNDINGS * max(shape))
     rarity = _rarity(rough.path_px, others)
     chosen = _some(rarity, (shape[0] + 2 * margin, shape[1] + 2 * margin))
-    if len(chosen) < len(rarity):  # chosen by their rarity, they count alike
-        rarity = dict.fromkeys(chosen, 1.0)
     places = {k: _plus(rough.path_px[k], (left, top)) for k in chosen if k in pictures}
     if rough.blurred:
         places = _aligned(pictures, places, (shape, 0))
@@ -154,7 +154,7 @@ def learn(
         if len(places) < SIGHTINGS_AT_LEAST:
             return None
         fence = rough.fence[0] - corner[0], rough.fence[1] - corner[0]
-        mean = _average((pictures, background, known), places, rarity, (shape, margin))
+        mean = _average((pictures, background, known), places, (shape, margin))
         cut = _own_part(mean, shape, margin, fence)
         if cut is None:
             return None
@@ -209,7 +209,7 @@ def _connected(
         return None
     width = max(NEIGHBOURHOOD_PX + 2, round(THREAD_SHARE * min(shape))) | 1
     kernel = np.ones((width, width), np.uint8)
-    gap = np.ones((1, round(GAP_SHARE * min(shape)) | 1), np.uint8)
+    gap = np.ones([round(share * min(shape)) | 1 for share in GAP_SHARES], np.uint8)
     whole = cv2.morphologyEx(moving.astype(np.uint8), cv2.MORPH_CLOSE, gap)
     opened = cv2.morphologyEx(whole, cv2.MORPH_OPEN, kernel)
     _, labels = cv2.connectedComponents(opened)
@@ -332,10 +332,14 @@ def _rarity(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) ->
 def _average(
     seen: tuple[Mapping[int, Luma], Background, Sequence[Shape]],
     places: Mapping[int, Place],
-    rarity: Mapping[int, float],
     shape_and_margin: tuple[tuple[int, int], int],
 ) -> Mean:
-    """Weighted mean and variance of pieces of pictures at these places, with a margin around."""
+    """Median and variance of pieces of pictures at these places, with a margin around.
+
+    A pixel moves with the body if its median explains the pieces better than what lies behind it
+    does: the background and the bodies that are known. Mistakes beyond what noise makes count
+    alike, so that what passes by in a few pictures decides nothing.
+    """
     pictures, background, known = seen
     (height, width), margin = shape_and_margin
     shape = height + 2 * margin, width + 2 * margin
@@ -344,15 +348,32 @@ def _average(
         [background.levelled(pictures[k], k, place, shape) for k, place in places.items()]
     )
     behind = np.array([background.behind(k, place, shape) for k, place in places.items()])
-    covered = np.array([hidden(known, k, place, shape) > 0 for k, place in places.items()])
-    shown = np.mean(covered, axis=0) < 1 - SHOWN_AT_LEAST
-    typical = _quantile(pieces, covered, 0.5)
-    own = _quantile(np.abs(pieces - typical), covered, MOST)
-    still = _quantile(np.abs(pieces - behind), covered, MOST)
+    boxes = [one for one in known if one.sprite is None]
+    covered = np.array([hidden(boxes, k, place, shape) > 0 for k, place in places.items()])
+    painted = np.array(
+        [
+            np.logical_or.reduce([np.zeros(shape, bool), *(one.paint(piece, k, place) for one in known)])
+            for piece, (k, place) in zip(behind, places.items(), strict=True)
+        ]
+    )
+    free = covered | painted
+    free = np.where(np.mean(free, axis=0) < 1 - SHOWN_AT_LEAST, free, covered)
+    typical = _quantile(pieces, free, 0.5)
+    inner, outer = np.abs(pieces - typical), np.abs(pieces - behind)
+    noise = float(np.median(np.minimum(_quantile(inner, free, 0.5), _quantile(outer, covered, 0.5))))
+    most = max(CUT_SIGMAS * 1.4826 * noise, CUT_LEVELS)
+    own, still = (_mean(np.minimum(one, np.float32(most)), covered) for one in (inner, outer))
     size = NEIGHBOURHOOD_PX, NEIGHBOURHOOD_PX
     moving = cv2.blur(still, size) > COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
-    variance = (own / MOST_SIGMAS) ** 2 + NOISE_FLOOR
+    shown = np.mean(covered, axis=0) < 1 - SHOWN_AT_LEAST
+    variance = (_quantile(inner, free, MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
     return Mean(typical, variance, np.asarray(moving & shown))
+
+
+def _mean(values: Pixels, covered: NDArray[np.bool_]) -> Pixels:
+    """Mean over the pictures in which a pixel is not covered, shape (height, width); else 0."""
+    count = np.maximum((~covered).sum(axis=0), 1)
+    return np.asarray((values * ~covered).sum(axis=0) / count, np.float32)
 
 
 def _quantile(values: Pixels, covered: NDArray[np.bool_], share: float) -> Pixels:
