@@ -24,9 +24,8 @@ from count_video.tracking.layers import (
     BODIES_AT_MOST,
     Clip,
     add_bodies,
+    apart,
     learn_again,
-    moves,
-    same_body,
 )
 from count_video.tracking.proposals import (
     Proposal,
@@ -55,10 +54,8 @@ BACKGROUND_OF = 15
 SCENE_BLOCKS_PX, STILL_SHARE = 1.0, 0.08
 """If the background moves by so many px of a thumbnail, a smaller share than this of the blocks
 with edges can stay as they are."""
-TIMES_LEARNT = 2
-"""Bodies are learnt so often more: what an outline does not cover yet is in the background."""
-MORE_ROUNDS = 3
-"""So often more bodies are looked for in what those that are known leave unexplained."""
+ROUNDS = 4
+"""So often bodies are looked for in what those that are known leave unexplained."""
 
 
 @dataclass(frozen=True)
@@ -123,8 +120,7 @@ def find_movers(
     sampled = ByFrame(views, rows)
     clip = Clip(views, frames, sampled, scene.background(sampled, upright, []), slope, shift)
     followed = _followed(clip, scene, roughs, (upright, enough))
-    shapes = [clip.shape(seen) for seen in followed]
-    left = share_unexplained(scene.small, scene.hidden(list(rows), shapes, upright))
+    left = share_unexplained(scene.small, scene.hidden(clip, followed, upright))
     if motion is not None:
         followed = [_less_sure(seen, motion, upright) for seen in followed]
     return Movers(followed, tilt, upright, motion, left)
@@ -139,28 +135,27 @@ def _followed(
     """Find bodies in the samples, round after round, and follow them through all pictures."""
     upright, enough = way
     few = clip.only(scene.samples.chosen)
-    found = add_bodies(few, roughs, [])
-    for _ in range(MORE_ROUNDS):
-        if enough(found) or len(found) >= BODIES_AT_MOST:
-            break
-        shapes = [few.shape(seen) for seen in found]
-        proposals = scene.proposals(scene.hidden(few.frames.tolist(), shapes, upright))
-        if upright:
-            proposals = [turned(one) for one in proposals]
-        more = add_bodies(few, roughly(proposals, few.frames), found)
+    found: list[Followed] = []
+    for _ in range(ROUNDS):
+        more = add_bodies(few, roughs, found)
         if len(more) == len(found):
             break
-        found = more
-    for _ in range(TIMES_LEARNT):
-        shapes = [few.shape(seen) for seen in found]
-        few = replace(few, background=scene.background(few.samples, upright, shapes))
-        found = [few.follow(learn_again(few, seen, found)) for seen in found]
-    followed: list[Followed] = []
-    for known in found:
-        seen = clip.follow(known.body)
-        if moves(seen) and not any(same_body(seen, other) for other in followed):
-            followed.append(seen)
-    return followed
+        few, found = _learnt_again(few, scene, more, upright)
+        if enough(found) or len(found) >= BODIES_AT_MOST:
+            break
+        proposals = scene.proposals(scene.hidden(few, found, upright))
+        roughs = roughly([turned(one) for one in proposals] if upright else proposals, few.frames)
+    _, found = _learnt_again(few, scene, found, upright)
+    return apart([clip.follow(seen.body) for seen in found])
+
+
+def _learnt_again(
+    few: Clip, scene: _Scene, found: Sequence[Followed], upright: bool
+) -> tuple[Clip, list[Followed]]:
+    """Learn the background without known bodies, and each of them without the others."""
+    shapes = [few.shape(seen) for seen in found]
+    few = replace(few, background=scene.background(few.samples, upright, shapes))
+    return few, [few.follow(learn_again(few, seen, found)) for seen in found]
 
 
 class _Scene:
@@ -195,12 +190,13 @@ class _Scene:
         return background_of({frames[k]: sampled[frames[k]] for k in some}, shifts, lamps, known)
 
     def hidden(
-        self, frames: Sequence[int], shapes: Sequence[Shape], upright: bool
+        self, clip: Clip, found: Sequence[Followed], upright: bool
     ) -> list[NDArray[np.bool_]]:
         """Mark where each sample shows known bodies, shape (height, width) of a sample."""
         shape = self.small[0].shape[::-1] if upright else self.small[0].shape
+        shapes = [clip.shape(seen) for seen in found]
         marks = []
-        for frame in frames:
+        for frame in clip.samples:
             mark = np.zeros(shape, np.uint8)
             for one in shapes:
                 one.mark(mark, frame, scale=self.scale)

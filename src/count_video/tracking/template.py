@@ -36,7 +36,7 @@ WIDE_ROWS = 0.45
 twentieth of its height at the top and at the bottom. Threads are narrower."""
 THREAD_SHARE = 0.1
 """What is narrower than this share of a body's shorter side is no part of it, but a thread."""
-GAP_SHARES = 0.1, 0.25
+GAP_SHARES = 0.1, 0.15
 """Where a body is as bright as what lies behind it, gaps of these shares of its shorter side, from
 row to row and from column to column, are its own."""
 PART_SHARE = 0.1
@@ -207,7 +207,7 @@ def _connected(
     """Part of what moves with a body that hangs together with its box, without threads."""
     if moving is None:
         return None
-    width = max(NEIGHBOURHOOD_PX + 2, round(THREAD_SHARE * min(shape))) | 1
+    width = max(NEIGHBOURHOOD_PX + 4, round(THREAD_SHARE * min(shape))) | 1
     kernel = np.ones((width, width), np.uint8)
     gap = np.ones([round(share * min(shape)) | 1 for share in GAP_SHARES], np.uint8)
     whole = cv2.morphologyEx(moving.astype(np.uint8), cv2.MORPH_CLOSE, gap)
@@ -352,7 +352,9 @@ def _average(
     covered = np.array([hidden(boxes, k, place, shape) > 0 for k, place in places.items()])
     painted = np.array(
         [
-            np.logical_or.reduce([np.zeros(shape, bool), *(one.paint(piece, k, place) for one in known)])
+            np.logical_or.reduce(
+                [np.zeros(shape, bool), *(one.paint(piece, k, place) for one in known)]
+            )
             for piece, (k, place) in zip(behind, places.items(), strict=True)
         ]
     )
@@ -360,7 +362,9 @@ def _average(
     free = np.where(np.mean(free, axis=0) < 1 - SHOWN_AT_LEAST, free, covered)
     typical = _quantile(pieces, free, 0.5)
     inner, outer = np.abs(pieces - typical), np.abs(pieces - behind)
-    noise = float(np.median(np.minimum(_quantile(inner, free, 0.5), _quantile(outer, covered, 0.5))))
+    noise = float(
+        np.median(np.minimum(_quantile(inner, free, 0.5), _quantile(outer, covered, 0.5)))
+    )
     most = max(CUT_SIGMAS * 1.4826 * noise, CUT_LEVELS)
     own, still = (_mean(np.minimum(one, np.float32(most)), covered) for one in (inner, outer))
     size = NEIGHBOURHOOD_PX, NEIGHBOURHOOD_PX
