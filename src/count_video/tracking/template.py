@@ -349,7 +349,12 @@ def _average(
     )
     behind = np.array([background.behind(k, place, shape) for k, place in places.items()])
     boxes = [one for one in known if one.sprite is None]
-    covered = np.array([hidden(boxes, k, place, shape) > 0 for k, place in places.items()])
+    covered = np.array(
+        [
+            (hidden(boxes, k, place, shape) > 0) | _outside(place, shape, pictures[k].shape)
+            for k, place in places.items()
+        ]
+    )
     painted = np.array(
         [
             np.logical_or.reduce(
@@ -372,6 +377,15 @@ def _average(
     shown = np.mean(covered, axis=0) < 1 - SHOWN_AT_LEAST
     variance = (_quantile(inner, free, MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
     return Mean(typical, variance, np.asarray(moving & shown))
+
+
+def _outside(place: Place, shape: tuple[int, int], picture: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Mark what of a piece lies beyond the border of its picture."""
+    x, y = place[0] + np.arange(shape[1]), place[1] + np.arange(shape[0])
+    beyond_x, beyond_y = (
+        (at < 0) | (at > size - 1) for at, size in ((x, picture[1]), (y, picture[0]))
+    )
+    return np.asarray(beyond_y[:, None] | beyond_x[None, :])
 
 
 def _mean(values: Pixels, covered: NDArray[np.bool_]) -> Pixels:
