@@ -37,7 +37,7 @@ from count_video.tracking.proposals import (
 from count_video.tracking.regions import share_unexplained
 from count_video.tracking.rigid import scene_path
 from count_video.tracking.samples import Samples, choose_samples
-from count_video.tracking.shape import Box, Shape
+from count_video.tracking.shape import Box, Shape, size_of
 from count_video.tracking.standing import landmarks_of
 from count_video.tracking.template import Rough, line_tilt_deg
 from count_video.tracking.views import ByFrame, Turned, levelled
@@ -54,6 +54,8 @@ BACKGROUND_OF = 15
 SCENE_BLOCKS_PX, STILL_SHARE = 1.0, 0.08
 """If the background moves by so many px of a thumbnail, a smaller share than this of the blocks
 with edges can stay as they are."""
+TIMES_LEARNT, SETTLED_PX = 3, 2.0
+"""Outlines are learnt at most so often, until their sizes change by less than this."""
 ROUNDS = 4
 """So often bodies are looked for in what those that are known leave unexplained."""
 
@@ -145,17 +147,28 @@ def _followed(
             break
         proposals = scene.proposals(scene.hidden(few, found, upright))
         roughs = roughly([turned(one) for one in proposals] if upright else proposals, few.frames)
-    _, found = _learnt_again(few, scene, found, upright)
     return apart([clip.follow(seen.body) for seen in found])
 
 
 def _learnt_again(
     few: Clip, scene: _Scene, found: Sequence[Followed], upright: bool
 ) -> tuple[Clip, list[Followed]]:
-    """Learn the background without known bodies, and each of them without the others."""
-    shapes = [few.shape(seen) for seen in found]
-    few = replace(few, background=scene.background(few.samples, upright, shapes))
-    return few, [few.follow(learn_again(few, seen, found)) for seen in found]
+    """Learn the background without known bodies, and each of them without the others.
+
+    What an outline does not cover yet is in the background, and what it covers too much is not: the
+    outlines are learnt anew until they stay as they are.
+    """
+    found = list(found)
+    for _ in range(TIMES_LEARNT):
+        before = [few.shape(seen) for seen in found]
+        few = replace(few, background=scene.background(few.samples, upright, before))
+        found = [few.follow(learn_again(few, seen, found)) for seen in found]
+        sizes = np.array(
+            [[size_of(one.box) for one in before], [size_of(s.body.box) for s in found]]
+        )
+        if np.abs(np.diff(sizes, axis=0)).max() < SETTLED_PX:
+            break
+    return few, found
 
 
 class _Scene:

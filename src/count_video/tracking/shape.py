@@ -22,6 +22,11 @@ DIFFERENT_PX = 2.0
 """Paths whose distance varies by less, as a standard deviation, may be those of one body."""
 
 
+def size_of(box: Box) -> Place:
+    """Width and height of a box."""
+    return box[2] - box[0], box[3] - box[1]
+
+
 @dataclass(frozen=True)
 class Shape:
     """A box that moves."""
