@@ -27,6 +27,8 @@ PIECE_HEIGHT = 0.2
 BEYOND_OUTLINE_PX = 2
 """Pixels kept beyond the outline: the blurred edge reaches that far."""
 ROWS_AT_LEAST = 8
+FAINT_SHARE = 0.5
+"""Edges in a smaller share of the rows are no outline."""
 EDGE_REACH_PX = 4
 NEAR_OUTERMOST_PX = 1.0
 """Edges of rows this near to the outermost one are taken together: the face of a cylinder is seen
@@ -74,7 +76,8 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     if circle is not None:
         y, x = np.indices(body.shape)
         body &= np.hypot(x - circle.x_px, y - circle.y_px) < circle.radius_px + BEYOND_OUTLINE_PX
-    elif mean.moving is not None:  # what moves together, less the blur of the decision
+    elif mean.moving is not None and body.any(axis=1).sum() < FAINT_SHARE * body.shape[0]:
+        # Too faint for edges of its own: what moves together, less the blur of the decision.
         body = cv2.erode(mean.moving.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     rows = np.flatnonzero(body.sum(axis=1) >= 3)
     if len(rows) < ROWS_AT_LEAST:

@@ -25,7 +25,7 @@ from count_video.tracking.sprite import Pixels, Sprite, look, make_sprite
 
 Luma = NDArray[np.uint8]
 
-SURROUNDINGS = 0.4
+SURROUNDINGS = 0.6
 """The surroundings that are averaged too, on all sides, as a share of the box's longer side."""
 SHOWN_AT_LEAST = 0.15
 """A pixel is learnt only if no other body hides it in this share of the pictures."""
