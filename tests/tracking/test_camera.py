@@ -26,7 +26,7 @@ from count_video.tracking.landmarks import (
 from count_video.tracking.standing import landmarks_of
 
 FRAMES = 96
-SAMPLES = 16
+SAMPLES = 32
 SHIFT_PX = 0.05
 """Two dozen windows with slopes of some grey levels a px, noise of 0.8: 0.01 px, and what the
 displacing of a picture adds."""
