@@ -20,7 +20,7 @@ SHAKEN_PX = 0.15
 """Encoders displace what moves by quarters of a px, and now everything moves."""
 SHAKE_PX = 3.0
 """The picture that positions refer to may lie so far from the middle of the tremble."""
-FAINT = 0.1
+FAINT = 0.2
 FAINT_PX = 0.15
 """Of the ball's contrast only so much is left; its noise counts for so much more."""
 OUTLINE_PX = 1.0
