@@ -36,12 +36,14 @@ class StubCampaign:
         for name, words in clips.items():
             (self.clips / f"{name}.mp4").write_text(words, "utf-8")
 
-    def start(self, *arguments: str, results: Path | None = None) -> subprocess.Popen[str]:
+    def start(
+        self, *arguments: str, results: Path | None = None, jobs: str = "2"
+    ) -> subprocess.Popen[str]:
         """Start the command on the folder of clips."""
         return subprocess.Popen(
             [
                 *(sys.executable, str(COMMAND), str(self.clips)),
-                *("-o", str(results or self.results), "--jobs", "2", *arguments),
+                *("-o", str(results or self.results), "--jobs", jobs, *arguments),
             ],
             env=os.environ | {"STUB_LOG": str(self.log), "PYTHONWARNINGS": "error"},
             stdin=subprocess.DEVNULL,
@@ -51,8 +53,8 @@ class StubCampaign:
         )
 
     def run(self, *arguments: str, results: Path | None = None) -> subprocess.CompletedProcess[str]:
-        """Run the command to its end."""
-        with self.start(*arguments, results=results) as process:
+        """Run the command to its end, with one worker: what two do is seen while they are at it."""
+        with self.start(*arguments, results=results, jobs="1") as process:
             out, err = process.communicate(timeout=300)
         return subprocess.CompletedProcess(process.args, process.returncode, out, err)
 

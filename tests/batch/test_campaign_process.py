@@ -16,6 +16,8 @@ from pathlib import Path
 import pytest
 from stub_campaign import COMMAND, StubCampaign, files_in
 
+from tiers import rest_slow
+
 POLL_S = 0.02
 PATIENCE_S = 60.0
 
@@ -82,7 +84,7 @@ def test_a_bad_clip_a_fault_and_a_dying_worker_are_rows_and_stop_no_other(
         y="count 30",
         z="count 29",
     )
-    done = campaign.run()
+    done = campaign.run("--jobs", "2")
     assert done.returncode == 1
     summary = json.loads((campaign.results / "campaign.json").read_text("utf-8"))
     assert summary["histogram"] == {"29": 1, "30": 1, "31": 1}
@@ -97,7 +99,7 @@ def test_a_bad_clip_a_fault_and_a_dying_worker_are_rows_and_stop_no_other(
 
 def test_a_worker_that_is_killed_costs_only_a_retry(campaign: StubCampaign) -> None:
     campaign.add(a="count 31", b="die once count 30", c="count 29", d="count 28")
-    done = campaign.run()
+    done = campaign.run("--jobs", "2")
     assert done.returncode == 0
     assert json.loads((campaign.results / "campaign.json").read_text("utf-8"))["counted"] == 4
 
@@ -164,7 +166,7 @@ def test_a_manifest_is_not_written_over_by_the_table(campaign: StubCampaign) -> 
     assert table.read_text("utf-8").startswith("clip\n")
 
 
-@pytest.mark.parametrize("name", ["trials.csv", "campaign.html", "a.json"])
+@pytest.mark.parametrize("name", rest_slow(["a.json", "campaign.html", "trials.csv"]))
 def test_a_file_of_somebody_else_is_left_as_it_is(campaign: StubCampaign, name: str) -> None:
     campaign.add(a="count 31")
     campaign.results.mkdir()
@@ -175,7 +177,7 @@ def test_a_file_of_somebody_else_is_left_as_it_is(campaign: StubCampaign, name: 
     assert (campaign.results / name).read_text("utf-8") == "mine"
 
 
-@pytest.mark.parametrize("damage", ["[]", '{"clip": "x"}', "[" * 5000, "", "\udcff"])
+@pytest.mark.parametrize("damage", rest_slow(['{"clip": "x"}', "[]", "[" * 5000, "", "\udcff"]))
 def test_a_result_that_was_damaged_is_counted_again(campaign: StubCampaign, damage: str) -> None:
     campaign.add(a="count 31")
     first = campaign.run().stdout
@@ -231,14 +233,14 @@ def test_workers_end_when_the_command_is_killed(campaign: StubCampaign) -> None:
     assert campaign.run().returncode == 0, "the lock went with its process"
 
 
-@pytest.mark.parametrize("kills", [3, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kills", rest_slow([3, 20]))
 def test_kills_at_random_moments_lose_no_result_and_change_no_file(
     campaign: StubCampaign, kills: int
 ) -> None:
     campaign.add(**{f"trial{k}": f"count {28 + k % 4} sleep 0.05" for k in range(12)})
     campaign.add(bad="bad now", doubt="count 30 chance 0.6")
     began = time.monotonic()
-    campaign.run(results=campaign.top / "undisturbed")
+    campaign.run("--jobs", "2", results=campaign.top / "undisturbed")
     lasts_s = time.monotonic() - began
     chance = random.Random(kills)
     shutil.rmtree(campaign.results, ignore_errors=True)
