@@ -9,7 +9,6 @@ import pytest
 from evidence_made import CLIP, FIXTURES, Made, Truth, count_with_evidence
 
 from count_video.evidence import EvidenceSettings
-from count_video.footage.reader import open_footage
 from count_video.records import Floats
 from count_video.trial import TrialSettings
 
@@ -30,10 +29,3 @@ def truth() -> Truth:
 
     ball = (points("ball_near") + points("ball_far")) / 2
     return Truth(ball[:, 0], ball[:, 1], stored["ball_diameter_px"], points("cylinder")[:, 0])
-
-
-@pytest.fixture(scope="session")
-def annotated(made: Made) -> list[np.ndarray]:
-    """Brightness of every picture of the annotated clip."""
-    with open_footage(made.file("annotated.mp4")) as footage:
-        return [frame.luma.copy() for frame in footage.frames()]

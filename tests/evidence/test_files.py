@@ -23,6 +23,7 @@ from count_video.reports.tables import (
 )
 from count_video.trial import TrialSettings, count_clip
 
+SMALL = CLIP.with_name("ratio1-count3.mp4")
 PANELS = ("energy", "enlarged", "phase-circle", "space-time", "velocities")
 SUFFIXES = sorted(
     [
@@ -102,7 +103,7 @@ def test_nothing_of_this_is_paid_for_without_being_asked_for() -> None:
         "assert code == 0; names = ('matplotlib', 'jinja2', 'PIL', 'count_video.evidence'); "
         "print([name for name in names if name in sys.modules], file=sys.stderr)"
     )
-    for arguments in ([str(CLIP)], [str(CLIP), "--json"], ["--theory", "100", "1"]):
+    for arguments in ([str(SMALL)], [str(SMALL), "--json"], ["--theory", "100", "1"]):
         done = subprocess.run(
             [sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=True
         )
@@ -156,25 +157,20 @@ def test_what_makes_no_sense_together_is_refused(
     assert captured.err.count("\n") == 1
 
 
-def test_tables_are_written_in_the_dialect_that_is_asked_for(tmp_path: Path) -> None:
-    clip = CLIP.with_name("ratio1-count3.mp4")
-    assert cli.main([str(clip), "-o", str(tmp_path), "--csv-dialect", "semicolon"]) == 0
-    text = (tmp_path / f"{clip.stem}.collisions.csv").read_text("utf-8")
-    rows = list(csv.DictReader(text.splitlines(), delimiter=";"))
-    assert tuple(rows[0]) == COLLISION_COLUMNS.names
-    assert [row["kind"] for row in rows] == ["bodies", "wall", "bodies"]
-    assert all("," in row["frame"] and "." not in row["frame"] for row in rows)
-
-
-def test_the_command_says_where_the_page_is(
+def test_the_command_says_what_it_wrote_and_keeps_to_the_dialect_asked_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.main(["--theory", "100", "1", "-o", str(tmp_path)]) == 0
     said = " ".join(capsys.readouterr().out.partition("Written")[2].split())
     assert said.replace(" ", "") == str(tmp_path / "theory.png").replace(" ", "")
-    clip = CLIP.with_name("ratio1-count3.mp4")
-    assert cli.main([str(clip), "-o", str(tmp_path)]) == 0
+    assert cli.main([str(SMALL), "-o", str(tmp_path), "--csv-dialect", "semicolon"]) == 0
     said = "".join(capsys.readouterr().out.partition("Written")[2].split())
-    assert said.startswith(f"{tmp_path}/{clip.stem}.html")
+    assert said.startswith(f"{tmp_path}/{SMALL.stem}.html")
     for file in visible(tmp_path):
         assert file.name in said or file.name.startswith("theory")
+    # Tables are written in the dialect that was asked for.
+    text = (tmp_path / f"{SMALL.stem}.collisions.csv").read_text("utf-8")
+    rows = list(csv.DictReader(text.splitlines(), delimiter=";"))
+    assert tuple(rows[0]) == COLLISION_COLUMNS.names
+    assert [row["kind"] for row in rows] == ["bodies", "wall", "bodies"]
+    assert all("," in row["frame"] and "." not in row["frame"] for row in rows)
