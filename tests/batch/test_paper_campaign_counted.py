@@ -18,8 +18,8 @@ from synth_video.campaign.search import CAMPAIGNS
 
 CAMPAIGNS_PAGE = "docs/campaigns.md"
 PAPER = CAMPAIGNS["paper-30"]
-SHORT = (0, 2, 9, 22)
-"""Trials that make short clips: two of a phone's, two with wide gaps; counts 28, 29 and 31."""
+SHORT = (0, 2)
+"""Trials that make short clips: one of a phone's, one with a wide gap; counts 31 and 28."""
 
 
 def documented_example() -> tuple[list[list[str]], list[str]]:
