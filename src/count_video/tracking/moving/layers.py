@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from count_video.records import Floats
 from count_video.tracking.moving.background import Background
@@ -100,7 +99,8 @@ def moves(seen: Followed) -> bool:
     if len(x) < STEADY_AT_LEAST:
         return False
     steps = np.hypot(np.diff(x), np.diff(y))
-    usual = median_filter(steps, NEIGHBOURS, mode="nearest")
+    around = np.pad(steps, NEIGHBOURS // 2, mode="edge")
+    usual = np.median(np.lib.stride_tricks.sliding_window_view(around, NEIGHBOURS), axis=1)
     jumps = steps[steps > JUMP_STEPS * usual + JUMP_PX]
     travel = _travel_px(seen)
     return travel > MOVES_PX and float(jumps.sum()) < JUMPS_SHARE * travel
