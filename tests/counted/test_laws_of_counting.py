@@ -85,10 +85,9 @@ def test_light_does_not_change_the_count(
     ("change", "side"),
     rest_slow(
         [
-            *((half_turn, "right"), (transposed, "left")),
-            *((mirrored, "right"), (upside_down, "left"), (quarter_turn, "right")),
+            *((transposed, "left"), (half_turn, "right"), (mirrored, "right")),
+            *((upside_down, "left"), (quarter_turn, "right")),
         ],
-        quick=2,
     ),
     ids=lambda value: getattr(value, "__name__", None),
 )
