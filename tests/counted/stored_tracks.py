@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
@@ -46,17 +47,6 @@ class StoredClip:
     report: FootageReport
     truth: dict[str, Any]
 
-    def report_of(self) -> FootageReport:
-        return self.report
-
-
-@dataclass(frozen=True)
-class _Footage:
-    """Takes the place of an open file of which the track alone is left."""
-
-    info: FootageInfo
-    report: Callable[[], FootageReport]
-
 
 def counted(stored: StoredClip) -> ClipScore:
     """Count the collisions in a stored track as in a clip, and compare them with the truth."""
@@ -67,7 +57,9 @@ def counted(stored: StoredClip) -> ClipScore:
 
 @contextmanager
 def _tracking_gives(stored: StoredClip) -> Iterator[None]:
-    footage, alone = _Footage(stored.info, stored.report_of), stored.track.heavy is None
+    footage = SimpleNamespace(info=stored.info, report=lambda: stored.report)
+    seen = SimpleNamespace(view=SimpleNamespace(footage=footage))
+    alone = stored.track.heavy is None
 
     def pairs(*_: object, **__: object) -> list[Track]:
         if alone:
@@ -81,7 +73,7 @@ def _tracking_gives(stored: StoredClip) -> Iterator[None]:
 
     replaced = {
         "open_footage": lambda *_, **__: nullcontext(footage),
-        "observe": lambda *_, **__: nullcontext(),
+        "observe": lambda *_, **__: nullcontext(seen),
         "stands_ahead": lambda *_: False,
         **dict.fromkeys(("pair_tracks", "tracks"), pairs),
         **dict.fromkeys(("lone_track", "track_free_bodies"), without_pair),
