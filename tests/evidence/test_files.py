@@ -22,6 +22,7 @@ from count_video.reports.tables import (
     table_csv,
 )
 from count_video.trial import TrialSettings
+from tiers import rest_slow
 
 SMALL = CLIP.with_name("ratio1-count3.mp4")
 PANELS = ("energy", "enlarged", "phase-circle", "space-time", "velocities")
@@ -97,17 +98,20 @@ def test_a_folder_that_cannot_be_made_is_refused_in_one_line(tmp_path: Path) -> 
     assert "\n" not in str(refusal.value)
 
 
-def test_nothing_of_this_is_paid_for_without_being_asked_for() -> None:
+@pytest.mark.parametrize(
+    "arguments",
+    rest_slow([[str(SMALL)], ["--theory", "100", "1"], [str(SMALL), "--json"]], quick=2),
+)
+def test_nothing_of_this_is_paid_for_without_being_asked_for(arguments: list[str]) -> None:
     program = (
         "import sys; from count_video.cli import main; code = main(sys.argv[1:]); "
         "assert code == 0; names = ('matplotlib', 'jinja2', 'PIL', 'count_video.evidence'); "
         "print([name for name in names if name in sys.modules], file=sys.stderr)"
     )
-    for arguments in ([str(SMALL)], [str(SMALL), "--json"], ["--theory", "100", "1"]):
-        done = subprocess.run(
-            [sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=True
-        )
-        assert done.stderr.strip() == "[]"
+    done = subprocess.run(
+        [sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=True
+    )
+    assert done.stderr.strip() == "[]"
 
 
 def test_the_theory_is_told_with_all_its_parts(capsys: pytest.CaptureFixture[str]) -> None:

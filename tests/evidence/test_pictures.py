@@ -26,6 +26,7 @@ from count_video.reports.frame_samples import SpaceTimeSampler
 from count_video.reports.material import Material, SpaceTime
 from count_video.reports.theory_picture import theory_figure
 from table_rows import row, rows_of
+from tiers import rest_slow
 
 PNG, SVG = b"\x89PNG\r\n\x1a\n", b"<?xml"
 
@@ -212,11 +213,13 @@ def test_a_clip_without_collisions_has_a_picture(material: Material) -> None:
     assert picture_bytes(figure, "png").startswith(PNG)
 
 
-def test_the_same_material_gives_the_same_bytes(material: Material) -> None:
-    for picture_format, beginning in (("png", PNG), ("svg", SVG)):
-        first, second = (picture_bytes(trial_figure(material), picture_format) for _ in range(2))
-        assert first == second
-        assert first.startswith(beginning)
+@pytest.mark.parametrize(("picture_format", "beginning"), rest_slow([("svg", SVG), ("png", PNG)]))
+def test_the_same_material_gives_the_same_bytes(
+    material: Material, picture_format: str, beginning: bytes
+) -> None:
+    first, second = (picture_bytes(trial_figure(material), picture_format) for _ in range(2))
+    assert first == second
+    assert first.startswith(beginning)
 
 
 def test_a_clip_name_is_drawn_as_it_is_whatever_it_holds(material: Material) -> None:
