@@ -195,21 +195,18 @@ def test_the_theory_is_exact_also_where_a_float_is_not() -> None:
     assert told.same_count[0] < told.mass_ratio <= told.same_count[1]
 
 
-def test_many_clips_come_each_with_its_own_result(tmp_path: Path) -> None:
-    other = tmp_path / "short.mp4"
-    other.write_bytes(CLIP.read_bytes())
-    missing = tmp_path / "missing.mp4"
-    results = {
-        Path(found.clip).name: found for found in count_video.count_all([CLIP, missing, other])
-    }
-    assert sorted(results) == sorted(clip.name for clip in (CLIP, missing, other))
+def test_many_clips_come_each_with_its_own_result(result: Result, tmp_path: Path) -> None:
+    missing, empty = tmp_path / "missing.mp4", tmp_path / "empty.mp4"
+    empty.touch()
+    found = count_video.count_all([CLIP, missing, empty], masses=(1.05, 1.05), capture_fps=240)
+    results = {Path(one.clip).name: one for one in found}
+    assert sorted(results) == sorted(clip.name for clip in (CLIP, missing, empty))
     assert isinstance(results["missing.mp4"].error, FootageError)
     assert results["missing.mp4"].reasons == ("no such file; check the name",)
-    alone = count_video.count(other)
-    assert results["short.mp4"].to_dict() == alone.to_dict()
-    together, apart = results["short.mp4"].track_table(), alone.track_table()
+    assert results[CLIP.name].to_dict() == result.to_dict()
+    together, alone = results[CLIP.name].track_table(), result.track_table()
     assert len(together) > 0
-    np.testing.assert_array_equal(together["heavy_px"], apart["heavy_px"])
+    np.testing.assert_array_equal(together["heavy_px"], alone["heavy_px"])
 
 
 def test_a_setting_that_makes_no_sense_counts_nothing(tmp_path: Path) -> None:

@@ -1,15 +1,49 @@
-"""Campaigns of stub clips: their folder, the command as a process, and what it leaves behind."""
+"""Campaigns of stub clips: their folder, the command on them, and what it leaves behind."""
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
 from collections import Counter
+from concurrent.futures import Future
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import patch
+
+from stub_work import work_through
+
+from count_video import cli, trial
+from count_video.batch import cli as batch_cli
+from count_video.batch.executor import Answer, count_job
+from count_video.batch.manifest import Job
 
 COMMAND = Path(__file__).with_name("stub_command.py")
+Done = subprocess.CompletedProcess[str]
+
+
+class WorkersHere:
+    """Takes the place of worker processes: each job is done as it is handed over."""
+
+    def __init__(self, _: int | None) -> None:
+        self.processes = SimpleNamespace(kill=lambda: None)
+
+    def submit(self, job: Job) -> Future[Answer]:
+        future: Future[Answer] = Future()
+        try:
+            future.set_result(count_job(job))
+        except Exception as fault:  # noqa: BLE001 - as a worker hands it back
+            future.set_exception(fault)
+        return future
+
+    def lost(self) -> bool:
+        return False
+
+    def close(self, *, at_once: bool) -> None:
+        pass
 
 
 @dataclass(frozen=True)
@@ -36,12 +70,28 @@ class StubCampaign:
         for name, words in clips.items():
             (self.clips / f"{name}.mp4").write_text(words, "utf-8")
 
-    def start(self, *arguments: str, results: Path | None = None) -> subprocess.Popen[str]:
+    def here(self, *arguments: str, results: Path | None = None) -> Done:
+        """Run the command in this process, workers and all: where processes make no difference."""
+        out, err = io.StringIO(), io.StringIO()
+        with (
+            patch.dict(os.environ, {"STUB_LOG": str(self.log)}),
+            patch.multiple(trial, work_through=work_through),
+            patch.multiple(batch_cli, LocalWorkers=WorkersHere),
+            redirect_stdout(out),
+            redirect_stderr(err),
+        ):
+            clips = () if arguments and arguments[0].endswith(".csv") else (str(self.clips),)
+            code = cli.main([*clips, *arguments, "-o", str(results or self.results)])
+        return Done(arguments, code, out.getvalue(), err.getvalue())
+
+    def start(
+        self, *arguments: str, results: Path | None = None, jobs: str = "2"
+    ) -> subprocess.Popen[str]:
         """Start the command on the folder of clips."""
         return subprocess.Popen(
             [
                 *(sys.executable, str(COMMAND), str(self.clips)),
-                *("-o", str(results or self.results), "--jobs", "2", *arguments),
+                *("-o", str(results or self.results), "--jobs", jobs, *arguments),
             ],
             env=os.environ | {"STUB_LOG": str(self.log), "PYTHONWARNINGS": "error"},
             stdin=subprocess.DEVNULL,
@@ -50,11 +100,11 @@ class StubCampaign:
             text=True,
         )
 
-    def run(self, *arguments: str, results: Path | None = None) -> subprocess.CompletedProcess[str]:
-        """Run the command to its end."""
-        with self.start(*arguments, results=results) as process:
+    def run(self, *arguments: str, results: Path | None = None) -> Done:
+        """Run the command to its end, with one worker: what two do is seen while they are at it."""
+        with self.start(*arguments, results=results, jobs="1") as process:
             out, err = process.communicate(timeout=300)
-        return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+        return Done(process.args, process.returncode, out, err)
 
     def worked(self) -> Counter[str]:
         """How often the work on each clip was begun."""

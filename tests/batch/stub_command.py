@@ -1,78 +1,14 @@
-"""The command with the work on a clip replaced by what the clip's text says.
+"""The command with the work on a clip replaced; see ``stub_work.py``.
 
-Workers import this file again as they start, so the replacement holds in them too. A clip holds
-words: ``count N``, ``chance P``, ``ratio R``, ``sleep S``, ``die always``, ``die once``, ``fault``,
-``bad``.
-Every start of work is a line in the file named by the environment variable ``STUB_LOG``.
+Workers import this file again as they start, so the replacement holds in them too.
 """
 
 from __future__ import annotations
 
-import os
-import signal
-import time
-from dataclasses import dataclass, replace
-from pathlib import Path
+from stub_work import work_through
 
 from count_video import cli, trial
 from count_video.batch import executor
-from count_video.errors import FootageError
-from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import TrialResult
-from count_video.verdict import unread_result
-
-
-@dataclass(frozen=True)
-class Worked:
-    """A clip that was worked through, in which no bodies were followed."""
-
-    result: TrialResult
-    track: None = None
-    found: None = None
-
-
-def work_through(
-    path: Path, settings: trial.TrialSettings, progress: Progress = NO_PROGRESS
-) -> Worked:
-    """Answer as the clip's words say."""
-    words = path.read_text("utf-8").split()
-    told = dict(zip(words[::2], words[1::2], strict=True))
-    log(path.name)
-    time.sleep(float(told.get("sleep", 0)))
-    marker = path.with_suffix(".died")
-    if "die" in told and (told["die"] == "always" or not marker.exists()):
-        marker.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    if "fault" in told:
-        raise ZeroDivisionError("a fault of the program")
-    if "bad" in told:
-        raise FootageError(f"{path}: the file is cut off; copy it again")
-    count, chance = int(told["count"]), float(told.get("chance", 0.98))
-    ratio = float(told.get("ratio", 100.0))
-    return Worked(
-        replace(
-            unread_result(str(path), ""),
-            status="counted",
-            reason=None,
-            count=count,
-            seen=count,
-            between_frames=0,
-            probability={count: chance, count + 1: 1 - chance},
-            capture_fps=settings.capture_fps,
-            mass_ratio=ratio,
-            mass_ratio_sigma=0.005 * ratio,
-        )
-    )
-
-
-def log(line: str) -> None:
-    """Write a line that other processes cannot tear apart."""
-    place = os.environ.get("STUB_LOG")
-    if place:
-        descriptor = os.open(place, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-        os.write(descriptor, f"{line}\n".encode())
-        os.close(descriptor)
-
 
 # One version, whoever edits the tool while the tests run. What asks for it is imported later.
 executor.tool_version = lambda: "stub"  # type: ignore[assignment]

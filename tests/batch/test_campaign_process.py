@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import json
 import random
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
-from stub_campaign import COMMAND, StubCampaign, files_in
+from stub_campaign import StubCampaign, files_in
+
+from tiers import rest_slow
 
 POLL_S = 0.02
 PATIENCE_S = 60.0
@@ -48,29 +48,6 @@ def table_rows(results: Path) -> list[dict[str, str]]:
     return list(csv.DictReader((results / "trials.csv").read_text("utf-8").splitlines()))
 
 
-def test_a_campaign_keeps_a_result_a_clip_a_table_and_a_summary(campaign: StubCampaign) -> None:
-    campaign.add(trial1="count 31", trial2="count 30", trial10="count 31")
-    done = campaign.run("--masses", "1050", "10.5")
-    assert (done.returncode, done.stderr) == (0, "")
-    kept = {file.name for file in campaign.results.iterdir() if file.is_file()}
-    trials = {"trial1.json", "trial2.json", "trial10.json"}
-    together = {"trials.csv", "campaign.json", "campaign.html", "campaign.png"}
-    assert kept == trials | together
-    summary = json.loads((campaign.results / "campaign.json").read_text("utf-8"))
-    assert (summary["trials"], summary["counted"], summary["theory"]) == (3, 3, 31)
-    rows = table_rows(campaign.results)
-    assert [row["name"] for row in rows] == ["trial1", "trial2", "trial10"]
-    table = [line.split()[:2] for line in done.stdout.splitlines()[1:4]]
-    assert table == [["trial1", "31"], ["trial2", "30"], ["trial10", "31"]]
-
-
-def test_the_kept_result_is_the_object_that_json_prints(campaign: StubCampaign) -> None:
-    campaign.add(a="count 31", b="bad now")
-    printed = campaign.run("--json").stdout.splitlines()
-    kept = [(campaign.results / name).read_text("utf-8") for name in ("a.json", "b.json")]
-    assert kept == [f"{line}\n" for line in printed]
-
-
 def test_a_bad_clip_a_fault_and_a_dying_worker_are_rows_and_stop_no_other(
     campaign: StubCampaign,
 ) -> None:
@@ -82,7 +59,7 @@ def test_a_bad_clip_a_fault_and_a_dying_worker_are_rows_and_stop_no_other(
         y="count 30",
         z="count 29",
     )
-    done = campaign.run()
+    done = campaign.run("--jobs", "2")
     assert done.returncode == 1
     summary = json.loads((campaign.results / "campaign.json").read_text("utf-8"))
     assert summary["histogram"] == {"29": 1, "30": 1, "31": 1}
@@ -97,99 +74,9 @@ def test_a_bad_clip_a_fault_and_a_dying_worker_are_rows_and_stop_no_other(
 
 def test_a_worker_that_is_killed_costs_only_a_retry(campaign: StubCampaign) -> None:
     campaign.add(a="count 31", b="die once count 30", c="count 29", d="count 28")
-    done = campaign.run()
+    done = campaign.run("--jobs", "2")
     assert done.returncode == 0
     assert json.loads((campaign.results / "campaign.json").read_text("utf-8"))["counted"] == 4
-
-
-def test_a_second_run_counts_only_what_changed(campaign: StubCampaign) -> None:
-    campaign.add(a="count 31", b="count 30", c="count 29")
-    first = campaign.run()
-    before = files_in(campaign.results)
-    again = campaign.run()
-    assert again.stdout == first.stdout
-    assert files_in(campaign.results) == before
-    assert campaign.worked() == {"a.mp4": 1, "b.mp4": 1, "c.mp4": 1}
-    campaign.add(b="count 28")
-    campaign.run()
-    assert campaign.worked() == {"a.mp4": 1, "b.mp4": 2, "c.mp4": 1}
-    campaign.run("--capture-fps", "960")
-    assert campaign.worked() == {"a.mp4": 2, "b.mp4": 3, "c.mp4": 2}
-    campaign.run("--capture-fps", "960", "--fresh")
-    assert campaign.worked() == {"a.mp4": 3, "b.mp4": 4, "c.mp4": 3}
-
-
-def test_pages_that_are_asked_for_later_are_drawn_without_a_second_count(
-    campaign: StubCampaign,
-) -> None:
-    campaign.add(a="count 31", b="count 30", bad="bad now")
-    campaign.run()
-    done = campaign.run("--pages")
-    assert (done.returncode, done.stderr) == (1, "")
-    assert "31 collisions" in (campaign.results / "a.html").read_text("utf-8")
-    assert campaign.worked() == {"a.mp4": 1, "b.mp4": 1, "bad.mp4": 2}
-    kept = files_in(campaign.results)
-    campaign.run("--pages")
-    assert files_in(campaign.results) == kept
-    (campaign.results / "a.html").unlink()
-    (campaign.results / ".count-video" / "a.json").write_text("damaged", "utf-8")
-    campaign.run("--pages")
-    assert "31 collisions" in (campaign.results / "a.html").read_text("utf-8")
-    assert campaign.worked()["a.mp4"] == 2, "what was followed is lost, so it is counted again"
-
-
-def test_results_of_other_clips_of_the_same_names_are_replaced_with_a_word(
-    campaign: StubCampaign,
-) -> None:
-    campaign.add(a="count 31", b="count 30")
-    assert campaign.run().stderr == ""
-    (campaign.top / "other").mkdir()
-    other = StubCampaign(campaign.top / "other")
-    other.add(a="count 29")
-    done = other.run(results=campaign.results)
-    assert done.stderr.count("\n") == 1
-    assert "replaces 1 result of other clips of the same names (a first)" in done.stderr
-    assert other.run(results=campaign.results).stderr == ""
-
-
-def test_a_manifest_is_not_written_over_by_the_table(campaign: StubCampaign) -> None:
-    campaign.add(a="count 31")
-    campaign.run()
-    table = campaign.results / "trials.csv"
-    table.write_text(f"clip\n{campaign.clips / 'a.mp4'}\n", "utf-8")
-    command = [sys.executable, str(COMMAND), str(table), "-o", str(campaign.results)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert "would overwrite this manifest" in done.stderr
-    assert table.read_text("utf-8").startswith("clip\n")
-
-
-@pytest.mark.parametrize("name", ["trials.csv", "campaign.html", "a.json"])
-def test_a_file_of_somebody_else_is_left_as_it_is(campaign: StubCampaign, name: str) -> None:
-    campaign.add(a="count 31")
-    campaign.results.mkdir()
-    (campaign.results / name).write_text("mine", "utf-8")
-    done = campaign.run()
-    assert done.returncode in (1, 2)
-    assert "not written by this program" in " ".join((done.stdout + done.stderr).split())
-    assert (campaign.results / name).read_text("utf-8") == "mine"
-
-
-@pytest.mark.parametrize("damage", ["[]", '{"clip": "x"}', "[" * 5000, "", "\udcff"])
-def test_a_result_that_was_damaged_is_counted_again(campaign: StubCampaign, damage: str) -> None:
-    campaign.add(a="count 31")
-    first = campaign.run().stdout
-    content = damage.encode("utf-8", "surrogatepass")
-    (campaign.results / "a.json").write_bytes(content)
-    record = campaign.results / ".count-video" / "written"
-    lines = map(json.loads, filter(None, record.read_text("ascii").splitlines()))
-    (kept,) = [line for line in lines if line["name"] == "a.json"]
-    forged = kept | {"result": hashlib.sha256(content.rstrip(b"\n")).hexdigest()}
-    with record.open("a", encoding="ascii") as stream:
-        stream.write(f"{json.dumps(forged)}\n")
-    again = campaign.run()
-    assert (again.stdout, again.stderr) == (first, "")
-    assert campaign.worked() == {"a.mp4": 2}
 
 
 def test_a_second_run_into_the_same_folder_says_so_and_stops(campaign: StubCampaign) -> None:
@@ -231,14 +118,14 @@ def test_workers_end_when_the_command_is_killed(campaign: StubCampaign) -> None:
     assert campaign.run().returncode == 0, "the lock went with its process"
 
 
-@pytest.mark.parametrize("kills", [3, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kills", rest_slow([3, 20]))
 def test_kills_at_random_moments_lose_no_result_and_change_no_file(
     campaign: StubCampaign, kills: int
 ) -> None:
     campaign.add(**{f"trial{k}": f"count {28 + k % 4} sleep 0.05" for k in range(12)})
     campaign.add(bad="bad now", doubt="count 30 chance 0.6")
     began = time.monotonic()
-    campaign.run(results=campaign.top / "undisturbed")
+    campaign.run("--jobs", "2", results=campaign.top / "undisturbed")
     lasts_s = time.monotonic() - began
     chance = random.Random(kills)
     shutil.rmtree(campaign.results, ignore_errors=True)

@@ -18,8 +18,8 @@ from synth_video.campaign.search import CAMPAIGNS
 
 CAMPAIGNS_PAGE = "docs/campaigns.md"
 PAPER = CAMPAIGNS["paper-30"]
-SHORT = (0, 2, 9, 22)
-"""Trials that make short clips: two of a phone's, two with wide gaps; counts 28, 29 and 31."""
+SHORT = (0, 14)
+"""Trials that make short clips, of a phone's; counts 31 and 29."""
 
 
 def documented_example() -> tuple[list[list[str]], list[str]]:
@@ -35,9 +35,9 @@ def test_short_trials_of_the_papers_campaign_are_counted_as_they_are(
 ) -> None:
     takes = [takes_of(PAPER, PAPER.seed)[trial] for trial in SHORT]
     write_lists(takes, PAPER.seed, tmp_path)
-    assert len(list(film(takes, tmp_path, workers=2))) == len(SHORT)
+    assert len(list(film(takes, tmp_path, workers=1))) == len(SHORT)
     results = tmp_path / "results"
-    assert count_cli.main([str(tmp_path), "-o", str(results)]) == 0
+    assert count_cli.main([str(tmp_path), "-o", str(results), "--jobs", "1"]) == 0
     found = {
         take.name: json.loads((results / f"{take.name}.json").read_text("utf-8"))["count"]
         for take in takes

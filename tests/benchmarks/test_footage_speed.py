@@ -23,7 +23,7 @@ from count_video.footage.writer import WriteOptions, write_clip
 HEIGHT, WIDTH = 720, 1280
 FRAMES = 200
 GOP = 30
-pytestmark = pytest.mark.benchmark(timer=time.process_time)
+pytestmark = [pytest.mark.slow, pytest.mark.benchmark(timer=time.process_time)]
 
 ROUNDS = 5
 """The best of so many is taken, of decoding alone as of what is measured, in turns: what else the

@@ -26,6 +26,7 @@ MOST_FOR_A_SAMPLED_TRIAL = 0.46
 MILLION_FREE = Setup(mounting="free", heavy_mass_kg=1e6, light_mass_kg=1.0, heavy_velocity_m_s=-1.0)
 MILLION_SUSPENDED = Setup(heavy_mass_kg=1e6, light_mass_kg=1.0, wall_gap_m=0.001)
 FRAME_TIMES_S = np.linspace(0.0, 1.0, 2000)
+pytestmark = pytest.mark.slow
 
 
 def reference() -> float:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import json
 import wave
 from collections.abc import Callable
+from contextlib import redirect_stdout
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -91,18 +95,43 @@ def test_a_bad_clip_is_one_clear_line_and_exit_code_1(
     assert out == ""
 
 
+@dataclass(frozen=True)
+class Told:
+    """What the command says of a folder with every bad clip in it."""
+
+    code: int
+    answers: dict[str, dict[str, Any]]
+    """The object of each clip, by the clip's name."""
+    unchanged: bool
+    """Whether the folder was left as it was."""
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory: pytest.TempPathFactory) -> Told:
+    folder = tmp_path_factory.mktemp("bad")
+    for make in EVERY_BAD_CLIP:
+        make(folder / f"{make.__name__}.mp4")
+    before = {file: file.read_bytes() for file in folder.iterdir()}
+    out = io.StringIO()
+    with redirect_stdout(out):
+        code = main(["--json", str(folder), str(folder / "missing.mp4")])
+    answers = [json.loads(line) for line in out.getvalue().splitlines()]
+    unchanged = {file: file.read_bytes() for file in folder.iterdir()} == before
+    return Told(code, {Path(one["clip"]).stem: one for one in answers}, unchanged)
+
+
 @pytest.mark.parametrize("make", EVERY_BAD_CLIP, ids=lambda make: make.__name__)
-def test_a_bad_clip_is_one_object_with_its_reason(
-    make: Callable[[Path], None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    clip = tmp_path / "trial.mp4"
-    make(clip)
-    assert main(["--json", str(clip)]) == 1
-    (line,) = capsys.readouterr().out.splitlines()
-    answer = json.loads(line)
-    assert (answer["clip"], answer["status"], answer["count"]) == (str(clip), "not_counted", None)
+def test_a_bad_clip_is_one_object_with_its_reason(make: Callable[[Path], None], told: Told) -> None:
+    answer = told.answers[make.__name__]
+    assert (answer["status"], answer["count"]) == ("not_counted", None)
     assert len(answer["reason"]) > 10
     assert answer["collisions"] == []
+
+
+def test_bad_clips_leave_their_folder_as_it_was_and_each_has_its_answer(told: Told) -> None:
+    assert told.code == 1
+    assert told.unchanged
+    assert len(told.answers) == len(EVERY_BAD_CLIP)
 
 
 def test_a_cut_clip_says_how_much_of_it_is_missing(
@@ -119,14 +148,3 @@ def test_a_cut_clip_says_how_much_of_it_is_missing(
     assert str(FRAMES) in out
     assert str(answer["frames_decoded"]) in out
     assert err.count("\n") == 1
-
-
-def test_bad_clips_leave_their_folder_as_it_was(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for make in EVERY_BAD_CLIP:
-        make(tmp_path / f"{make.__name__}.mp4")
-    before = {file: file.read_bytes() for file in tmp_path.iterdir()}
-    assert main(["--json", str(tmp_path)]) == 1
-    assert {file: file.read_bytes() for file in tmp_path.iterdir()} == before
-    assert len(capsys.readouterr().out.splitlines()) == len(before)

@@ -1,4 +1,4 @@
-"""A few clips of the suite and their scores on file: run this file to write the scores anew.
+"""Clips and tracks of the suite and their scores on file: run this file to write the scores anew.
 
 python tests/counted/suite_scores.py
 """
@@ -10,6 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import stored_tracks
 from counting import answer, truth_of
 
 from synth_video.suite.condition import Strength
@@ -18,7 +19,8 @@ from synth_video.suite.scoring import ClipScore, score
 from synth_video.suite.suites import conditions_of
 from synth_video.trial import render_trial
 
-ON_FILE = Path(__file__).with_name("suite_scores.json")
+CLIPS_FILE = Path(__file__).with_name("suite_scores.json")
+TRACKS_FILE = Path(__file__).with_name("suite_track_scores.json")
 CHOSEN: tuple[tuple[str, Strength, int], ...] = (
     ("noise", "ordinary", 0),
     ("contrast", "ordinary", 0),
@@ -62,19 +64,24 @@ def record_of(found: ClipScore) -> Record:
     }
 
 
-def on_file() -> dict[str, Record]:
+def on_file(file: Path) -> dict[str, Record]:
     """The scores on file by the clip's name."""
-    kept: dict[str, Record] = json.loads(ON_FILE.read_text("utf-8"))
+    kept: dict[str, Record] = json.loads(file.read_text("utf-8"))
     return kept
 
 
 def write_anew() -> None:
-    """Score the chosen clips and put the scores on file."""
+    """Score the chosen clips and all stored tracks, and put the scores on file."""
     with TemporaryDirectory() as folder:
-        found = [scored(take, Path(folder)) for take in takes()]
+        _put_on_file(CLIPS_FILE, [scored(take, Path(folder)) for take in takes()])
+    tracks = stored_tracks.on_file().values()
+    _put_on_file(TRACKS_FILE, [stored_tracks.counted(track) for track in tracks])
+
+
+def _put_on_file(file: Path, found: list[ClipScore]) -> None:
     kept = {one.clip: record_of(one) for one in found}
     lines = ",\n".join(f' "{name}": {json.dumps(record)}' for name, record in kept.items())
-    ON_FILE.write_text(f"{{\n{lines}\n}}\n", "utf-8")
+    file.write_text(f"{{\n{lines}\n}}\n", "utf-8")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """What the count does not depend on: light, side, place, turn and speed of playing.
 
-Each law is tried on a rendered and on a ray traced trial of twelve collisions.
+Each law is tried on a rendered and, with ``-m slow``, on a ray traced trial of twelve collisions.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
+from tiers import rest_slow
 
 Luma = NDArray[np.uint8]
 
@@ -25,7 +26,7 @@ ENCODING = WriteOptions(crf=18, preset="superfast", threads=0)
 PLACE_ERROR_PX = 1.0
 """The same body in the same picture, found a second time from other pictures."""
 
-on_both_clips = pytest.mark.parametrize("clip", CLIPS, ids=lambda clip: clip.stem)
+on_both_clips = pytest.mark.parametrize("clip", rest_slow(CLIPS), ids=lambda clip: clip.stem)
 
 
 def rewritten(
@@ -68,7 +69,7 @@ def upside_down(luma: Luma) -> Luma:
 @on_both_clips
 @pytest.mark.parametrize(
     "change",
-    [brightness(0.5, 10), brightness(0.7, 75), brightness(1.2, 0)],
+    rest_slow([brightness(0.5, 10), brightness(0.7, 75), brightness(1.2, 0)]),
     ids=["darker", "paler", "brighter"],
 )
 def test_light_does_not_change_the_count(
@@ -82,10 +83,12 @@ def test_light_does_not_change_the_count(
 @on_both_clips
 @pytest.mark.parametrize(
     ("change", "side"),
-    [
-        *((mirrored, "right"), (half_turn, "right"), (upside_down, "left")),
-        *((transposed, "left"), (quarter_turn, "right")),
-    ],
+    rest_slow(
+        [
+            *((transposed, "left"), (half_turn, "right"), (mirrored, "right")),
+            *((upside_down, "left"), (quarter_turn, "right")),
+        ],
+    ),
     ids=lambda value: getattr(value, "__name__", None),
 )
 def test_how_the_camera_is_held_does_not_change_the_count(
@@ -138,7 +141,9 @@ def test_a_cropped_clip_has_the_same_count_at_shifted_places(clip: Path, tmp_pat
 
 
 @on_both_clips
-@pytest.mark.parametrize("label", [Fraction(24000, 1001), Fraction(240)], ids=["slow", "fast"])
+@pytest.mark.parametrize(
+    "label", rest_slow([Fraction(24000, 1001), Fraction(240)]), ids=["slow", "fast"]
+)
 def test_the_playing_rate_changes_nothing(clip: Path, label: Fraction, tmp_path: Path) -> None:
     options = replace(ENCODING, container_fps=label)
     said = answer(rewritten(clip, tmp_path / "trial.mp4", lambda luma: luma, options))

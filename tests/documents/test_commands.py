@@ -53,15 +53,6 @@ def test_the_quick_start_is_two_blocks_that_each_make_their_environment() -> Non
     assert "pytest" in second.strip().splitlines()[-1], "the summary of the tests comes last"
 
 
-def test_the_first_block_counts_what_it_says(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(TOP)
-    for arguments in calls(quick_start()[0], "count-video"):
-        assert count_cli.main(arguments) == 0
-        assert capsys.readouterr().out != ""
-
-
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_option_is_documented(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     documented = set(OPTION.findall("".join(text for _, text in documents())))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import re
 import shlex
+from contextlib import redirect_stdout
+from functools import cache
 
 import pytest
 
@@ -23,15 +26,28 @@ def without_digits(text: str) -> list[str]:
     return [" ".join(re.sub(r"-?\d+(\.\d+)?", "#", line).split()) for line in text.splitlines()]
 
 
+@cache
+def printed_by(*arguments: str) -> str:
+    """Return what the command prints in the top folder; it must succeed."""
+    out = io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out):
+        patch.chdir(TOP)
+        patch.delenv("COLUMNS", raising=False)
+        assert main(arguments) == 0
+    return out.getvalue()
+
+
+def test_the_first_block_of_the_quick_start_counts_the_clip_whose_output_is_shown() -> None:
+    block, *_ = blocks(section("README.md", "Quick start"), "sh")
+    call = shlex.split(block.splitlines()[-1])
+    assert call[0].endswith("bin/count-video")
+    assert call[1:] == shown("README.md")[0]
+
+
 @pytest.mark.parametrize("name", ["README.md", "docs/result.md"])
-def test_the_output_of_a_clip_is_what_the_command_prints(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str
-) -> None:
-    monkeypatch.chdir(TOP)
-    monkeypatch.delenv("COLUMNS", raising=False)
+def test_the_output_of_a_clip_is_what_the_command_prints(name: str) -> None:
     arguments, output = shown(name)
-    assert main(arguments) == 0
-    printed = capsys.readouterr().out
+    printed = printed_by(*arguments)
     # Counts and sentences stand as printed; measured places may differ in their last digits.
     exact = [line for line in output.splitlines() if re.search("collisions|Kinds|Evidence", line)]
     assert len(exact) == 3
@@ -40,13 +56,9 @@ def test_the_output_of_a_clip_is_what_the_command_prints(
     assert set(without_digits(output)) - {left_out} <= set(without_digits(printed))
 
 
-def test_the_output_of_a_plan_is_what_the_command_prints(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.delenv("COLUMNS", raising=False)
+def test_the_output_of_a_plan_is_what_the_command_prints() -> None:
     arguments, output = shown("docs/filming.md")
-    assert main(arguments) == 0
-    assert capsys.readouterr().out == output
+    assert printed_by(*arguments) == output
 
 
 def test_the_figures_of_the_readme_are_those_of_the_table() -> None:

@@ -6,19 +6,21 @@ import json
 
 import numpy as np
 import pytest
-from evidence_made import CLIP, FIXTURES, Made, Truth, count_with_evidence
+from evidence_made import CLIP, FIXTURES, Made, Truth
 
-from count_video.evidence import EvidenceSettings
-from count_video.footage.reader import open_footage
+from count_video.evidence import EvidenceSettings, draw_evidence
+from count_video.followed import followed
 from count_video.records import Floats
-from count_video.trial import TrialSettings
+from count_video.trial import TrialSettings, work_through
 
 
 @pytest.fixture(scope="session")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     folder = tmp_path_factory.mktemp("evidence")
     settings = TrialSettings(capture_fps=480.0)
-    return Made(CLIP, folder, count_with_evidence(CLIP, settings, EvidenceSettings(folder)))
+    trial = work_through(CLIP, settings)
+    drawn = draw_evidence(CLIP, followed(trial), EvidenceSettings(folder))
+    return Made(CLIP, folder, trial, drawn.result)
 
 
 @pytest.fixture(scope="session")
@@ -30,10 +32,3 @@ def truth() -> Truth:
 
     ball = (points("ball_near") + points("ball_far")) / 2
     return Truth(ball[:, 0], ball[:, 1], stored["ball_diameter_px"], points("cylinder")[:, 0])
-
-
-@pytest.fixture(scope="session")
-def annotated(made: Made) -> list[np.ndarray]:
-    """Brightness of every picture of the annotated clip."""
-    with open_footage(made.file("annotated.mp4")) as footage:
-        return [frame.luma.copy() for frame in footage.frames()]

@@ -18,6 +18,13 @@ from count_video.reports.annotated_clip import (
 )
 
 
+@pytest.fixture(scope="module")
+def annotated(made: Made) -> list[np.ndarray]:
+    """Brightness of every picture of the annotated clip."""
+    with open_footage(made.file("annotated.mp4")) as footage:
+        return [frame.luma.copy() for frame in footage.frames()]
+
+
 def test_the_annotated_clip_has_a_picture_for_every_frame_of_the_track(made: Made) -> None:
     rows = list(csv.DictReader(made.file("track.csv").read_text("utf-8").splitlines()))
     with open_footage(made.file("annotated.mp4")) as footage:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from evidence_made import CLIP, Made
 
-from count_video import cli
+from count_video import cli, trial
 from count_video.corrections import reviewed
 from count_video.errors import UsageError
 from count_video.records import TrialResult
@@ -21,6 +21,12 @@ Entry = dict[str, object]
 @pytest.fixture
 def result(made: Made) -> TrialResult:
     return made.result
+
+
+@pytest.fixture
+def counted_before(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Spare the command the counting of the clip."""
+    monkeypatch.setattr(trial, "work_through", lambda *_: made.trial)
 
 
 def saved(folder: Path, *entries: Entry, **changes: object) -> Path:
@@ -133,6 +139,7 @@ def test_the_text_tells_the_reviewed_count_beside_the_tools_own(
     assert "one between the bodies was missed (frame 60.0)" in words
 
 
+@pytest.mark.usefixtures("counted_before")
 def test_the_command_reports_the_review(
     result: TrialResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -143,6 +150,7 @@ def test_the_command_reports_the_review(
     assert [entry["number"] for entry in told["corrections"]] == [3]
 
 
+@pytest.mark.usefixtures("counted_before")
 def test_the_command_refuses_corrections_of_another_clip(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

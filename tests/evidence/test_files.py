@@ -21,8 +21,10 @@ from count_video.reports.tables import (
     collisions_array,
     table_csv,
 )
-from count_video.trial import TrialSettings, count_clip
+from count_video.trial import TrialSettings
+from tiers import rest_slow
 
+SMALL = CLIP.with_name("ratio1-count3.mp4")
 PANELS = ("energy", "enlarged", "phase-circle", "space-time", "velocities")
 SUFFIXES = sorted(
     [
@@ -48,7 +50,7 @@ def test_the_folder_holds_these_files_and_no_others(made: Made) -> None:
 
 
 def test_the_answer_is_the_same_with_evidence_and_without(made: Made) -> None:
-    assert made.result == count_clip(CLIP, TrialSettings(capture_fps=480.0))
+    assert made.result == made.trial.result
 
 
 def test_the_track_table_has_a_row_a_frame_in_px_and_mm(made: Made) -> None:
@@ -96,17 +98,20 @@ def test_a_folder_that_cannot_be_made_is_refused_in_one_line(tmp_path: Path) -> 
     assert "\n" not in str(refusal.value)
 
 
-def test_nothing_of_this_is_paid_for_without_being_asked_for() -> None:
+@pytest.mark.parametrize(
+    "arguments",
+    rest_slow([[str(SMALL)], ["--theory", "100", "1"], [str(SMALL), "--json"]], quick=2),
+)
+def test_nothing_of_this_is_paid_for_without_being_asked_for(arguments: list[str]) -> None:
     program = (
         "import sys; from count_video.cli import main; code = main(sys.argv[1:]); "
         "assert code == 0; names = ('matplotlib', 'jinja2', 'PIL', 'count_video.evidence'); "
         "print([name for name in names if name in sys.modules], file=sys.stderr)"
     )
-    for arguments in ([str(CLIP)], [str(CLIP), "--json"], ["--theory", "100", "1"]):
-        done = subprocess.run(
-            [sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=True
-        )
-        assert done.stderr.strip() == "[]"
+    done = subprocess.run(
+        [sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=True
+    )
+    assert done.stderr.strip() == "[]"
 
 
 def test_the_theory_is_told_with_all_its_parts(capsys: pytest.CaptureFixture[str]) -> None:
@@ -156,25 +161,20 @@ def test_what_makes_no_sense_together_is_refused(
     assert captured.err.count("\n") == 1
 
 
-def test_tables_are_written_in_the_dialect_that_is_asked_for(tmp_path: Path) -> None:
-    clip = CLIP.with_name("ratio1-count3.mp4")
-    assert cli.main([str(clip), "-o", str(tmp_path), "--csv-dialect", "semicolon"]) == 0
-    text = (tmp_path / f"{clip.stem}.collisions.csv").read_text("utf-8")
-    rows = list(csv.DictReader(text.splitlines(), delimiter=";"))
-    assert tuple(rows[0]) == COLLISION_COLUMNS.names
-    assert [row["kind"] for row in rows] == ["bodies", "wall", "bodies"]
-    assert all("," in row["frame"] and "." not in row["frame"] for row in rows)
-
-
-def test_the_command_says_where_the_page_is(
+def test_the_command_says_what_it_wrote_and_keeps_to_the_dialect_asked_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.main(["--theory", "100", "1", "-o", str(tmp_path)]) == 0
     said = " ".join(capsys.readouterr().out.partition("Written")[2].split())
     assert said.replace(" ", "") == str(tmp_path / "theory.png").replace(" ", "")
-    clip = CLIP.with_name("ratio1-count3.mp4")
-    assert cli.main([str(clip), "-o", str(tmp_path)]) == 0
+    assert cli.main([str(SMALL), "-o", str(tmp_path), "--csv-dialect", "semicolon"]) == 0
     said = "".join(capsys.readouterr().out.partition("Written")[2].split())
-    assert said.startswith(f"{tmp_path}/{clip.stem}.html")
+    assert said.startswith(f"{tmp_path}/{SMALL.stem}.html")
     for file in visible(tmp_path):
         assert file.name in said or file.name.startswith("theory")
+    # Tables are written in the dialect that was asked for.
+    text = (tmp_path / f"{SMALL.stem}.collisions.csv").read_text("utf-8")
+    rows = list(csv.DictReader(text.splitlines(), delimiter=";"))
+    assert tuple(rows[0]) == COLLISION_COLUMNS.names
+    assert [row["kind"] for row in rows] == ["bodies", "wall", "bodies"]
+    assert all("," in row["frame"] and "." not in row["frame"] for row in rows)

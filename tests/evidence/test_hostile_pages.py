@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -19,14 +17,8 @@ from count_video.reports.campaign_page import campaign_page
 from count_video.reports.page import Footage, clip_page
 from table_rows import row
 
-sync_api = pytest.importorskip(
-    "playwright.sync_api", reason="needs Playwright: pip install 'count-video[browser]'"
-)
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
-if CHROMIUM is None:
-    pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
+if TYPE_CHECKING:
+    from playwright import sync_api
 
 RUN = "document.documentElement.dataset.hostile = 'ran'"
 HOSTILE = (
@@ -49,17 +41,6 @@ INJECTED = (
     f'<iframe srcdoc="<script>parent.{RUN}</script>"></iframe>',
     '<script src="other.js"></script>',
 )
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[sync_api.Browser]:
-    root = hasattr(os, "geteuid") and os.geteuid() == 0
-    # Chromium refuses its sandbox to root, as in a container.
-    arguments = ["--disable-gpu", *(["--no-sandbox"] if root else [])]
-    with sync_api.sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
-        yield launched
-        launched.close()
 
 
 def opened(browser: sync_api.Browser, page: Path) -> tuple[sync_api.Page, list[str]]:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from evidence_made import Made
@@ -15,14 +14,8 @@ from evidence_made import Made
 from count_video.corrections import reviewed
 from count_video.footage.reader import open_footage
 
-sync_api = pytest.importorskip(
-    "playwright.sync_api", reason="needs Playwright: pip install 'count-video[browser]'"
-)
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
-if CHROMIUM is None:
-    pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
+if TYPE_CHECKING:
+    from playwright import sync_api
 
 PHONE = {"width": 390, "height": 844}
 DESK = {"width": 1280, "height": 900}
@@ -74,17 +67,6 @@ class Visit:
         path = folder / download.value.suggested_filename
         download.value.save_as(path)
         return path
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[sync_api.Browser]:
-    root = hasattr(os, "geteuid") and os.geteuid() == 0
-    # Chromium refuses its sandbox to root, as in a container.
-    arguments = ["--disable-gpu", *(["--no-sandbox"] if root else [])]
-    with sync_api.sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
-        yield launched
-        launched.close()
 
 
 def open_page(browser: sync_api.Browser, path: Path, size: dict[str, int]) -> Visit:

@@ -10,8 +10,8 @@ import pytest
 from count_video.errors import UsageError
 from count_video.physics.many import NO_COUNT, ManyBursts, ManySetups, simulate_many
 from count_video.physics.simulator import simulate
+from tiers import rest_slow
 
-SETUPS = 10_000
 ROUNDING = 1e-9
 """Times are sums of some dozens of flights, each found to 1e-14 of itself; near a graze the root of
 a rounding of the gap remains, 1e-8 of a flight."""
@@ -42,11 +42,12 @@ def random_setups(number: int, seed: int) -> ManySetups:
     )
 
 
-def test_ten_thousand_random_set_ups_come_out_as_in_the_event_driven_simulator() -> None:
-    setups = random_setups(SETUPS, 1)
+@pytest.mark.parametrize("number", rest_slow([2_000, 10_000]))
+def test_random_set_ups_come_out_as_in_the_event_driven_simulator(number: int) -> None:
+    setups = random_setups(number, 1)
     found = simulate_many(setups)
     assert len(np.unique(found.count)) > 30  # they are of all kinds indeed
-    for row in range(SETUPS):
+    for row in range(number):
         motion = simulate(setups.one(row), seed=int(setups.seed[row]))
         times = [bounce.time_s for bounce in motion.burst]
         assert found.count[row] == motion.count, setups.one(row)

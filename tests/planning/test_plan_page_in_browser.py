@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -16,14 +15,8 @@ from count_video.planning.request import PlanRequest
 from count_video.planning.whole import make_plan
 from count_video.reports.plan_files import plan_page
 
-sync_api = pytest.importorskip(
-    "playwright.sync_api", reason="needs Playwright: pip install 'count-video[browser]'"
-)
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
-if CHROMIUM is None:
-    pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
+if TYPE_CHECKING:
+    from playwright import sync_api
 
 PHONE = {"width": 390, "height": 844}
 DESK = {"width": 1400, "height": 900}
@@ -82,17 +75,6 @@ def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("plan") / "plan.html"
     path.write_text(plan_page(plan), "utf-8")
     return path
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[sync_api.Browser]:
-    root = hasattr(os, "geteuid") and os.geteuid() == 0
-    # Chromium refuses its sandbox to root, as in a container.
-    arguments = ["--disable-gpu", *(["--no-sandbox"] if root else [])]
-    with sync_api.sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
-        yield launched
-        launched.close()
 
 
 def open_page(

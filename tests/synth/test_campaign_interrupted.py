@@ -15,9 +15,10 @@ COMMAND = "import sys; from synth_video.cli import run; sys.argv[0] = 'synth-vid
 
 
 def test_ctrl_c_ends_the_rendering_and_keeps_whole_clips_alone(tmp_path: Path) -> None:
-    arguments = ["campaign", "paper-30", str(tmp_path), "--jobs", "2"]
+    small = ["--set", "camera.width_px=96", "--set", "camera.height_px=64"]
+    arguments = ["campaign", "paper-30", str(tmp_path), "--jobs", "2", *small]
     with subprocess.Popen(
-        [sys.executable, "-c", COMMAND, *arguments, "--set", "camera.width_px=320"],
+        [sys.executable, "-c", COMMAND, *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -14,12 +14,12 @@ from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Track
 from count_video.tracking.observation import observe, pair_tracks
 from count_video.tracking.view import TrackSettings
+from tiers import rest_slow
 
 PLACED_PX = 0.05
 """RMS of positions about their mean offset, in a clean clip."""
 OUTLINE_PX = 1.0
 """Outlines are found to about half a pixel on either side."""
-TURNED = ["as it is", "upright"]
 
 
 def track_of(path: Path, settings: TrackSettings = TrackSettings()) -> Track:  # noqa: B008
@@ -27,16 +27,14 @@ def track_of(path: Path, settings: TrackSettings = TrackSettings()) -> Track:  #
         return pair_tracks(seen, settings.wall_side)[0]
 
 
-@pytest.fixture(scope="module", params=[True, False], ids=["wall left", "wall right"])
-def side(request: pytest.FixtureRequest) -> bool:
-    return bool(request.param)
-
-
-@pytest.fixture(scope="module", params=[False, True], ids=TURNED)
+@pytest.fixture(
+    scope="module",
+    params=rest_slow(["wall left", "wall right, upright", "wall left, upright", "wall right"], 2),
+)
 def filmed(
-    request: pytest.FixtureRequest, side: bool, tmp_path_factory: pytest.TempPathFactory
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, bool, bool]:
-    upright = bool(request.param)
+    side, upright = "left" in request.param, "upright" in request.param
     path = tmp_path_factory.mktemp("clips") / "trial.mp4"
     frames = (luma.T if upright else luma for luma in scene(wall_left=side).frames())
     write_clip(path, frames, WriteOptions(crf=8, preset="superfast"))

@@ -8,7 +8,6 @@ from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from count_video.records import Floats
 from count_video.tracking.background import Background
@@ -143,7 +142,10 @@ def _jumps(seen: Followed) -> NDArray[np.bool_]:
     """Which steps from one sighting to the next are too long for a body, shape (sightings - 1,)."""
     x, y = (place[np.isfinite(place)] for place in (seen.x_px, seen.y_px))
     steps = np.hypot(np.diff(x), np.diff(y))
-    usual = median_filter(steps, NEIGHBOURS, mode="nearest") if len(steps) else steps
+    if len(steps) == 0:
+        return np.zeros(0, np.bool_)
+    around = np.pad(steps, NEIGHBOURS // 2, mode="edge")
+    usual = np.median(np.lib.stride_tricks.sliding_window_view(around, NEIGHBOURS), axis=1)
     return np.asarray(steps > JUMP_STEPS * usual + JUMP_PX)
 
 
