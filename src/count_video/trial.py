@@ -6,14 +6,14 @@ track -> collisions       collisions
 in doubt -> fitted        between (a model of the motion, for what lies between the frames)
 collisions -> result      verdict
 
-Bodies that one decoding shows are tried first. Where their count is not certain, pairs of bodies
-are looked for in short runs of frames, then one body alone; each of these decodes the clip anew.
+All bodies that move are followed in one decoding. Two of them that collide are counted; where their
+count is not certain, it is compared with that of one body alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -34,6 +34,11 @@ from count_video.tracking.lone import lone_track
 from count_video.tracking.observation import Observation, observe, pair_tracks
 from count_video.tracking.view import Region, TrackSettings
 
+PARTS = (
+    "what was followed as ball and heavy body may be parts of them: the ball is not round, and "
+    "their outlines do not meet where they collide; light the bodies better, or give their part "
+    "of the picture with --region"
+)
 STROKE_SIGMAS = 4.0
 """The heavy body's path shows the strokes if they exceed their uncertainty by this factor."""
 
@@ -96,36 +101,31 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
                 trial = _likeliest(pair_tracks(seen, settings.wall_side), seen, settings)
             except TrackingError:
                 trial = None
-            if trial is not None and _certain(trial):
+            if trial is None:
+                return _without_pair(seen)
+            whole = _may_be_bodies(trial)
+            if whole and verdict.is_settled(trial.result, at_wall=trial.found is not None):
                 return trial
             alone = _without_pair(seen)
-        if trial is None:
-            return alone
+            if not whole and alone.result.count is not None:
+                return alone
+            if not whole and trial.result.count is not None:
+                nothing = verdict.nothing_to_count(footage.info, footage.report(), PARTS)
+                return replace(trial, result=nothing)
         better = verdict.is_better(
             alone.result, alone.track, trial.result, trial.track, borne_out=_strokes_show(trial)
         )
-        return alone if better or not _plausible(trial) else trial
+        return alone if better else trial
 
 
-def _plausible(trial: Trial) -> bool:
-    """Whether what was followed to a wall may be ball and heavy body: round, or touching."""
+def _may_be_bodies(trial: Trial) -> bool:
+    """Whether what was followed to a wall is round, or its outlines meet where it collides.
+
+    Parts of bodies that were followed do neither.
+    """
     if trial.found is None or trial.track is None:
         return True
-    return trial.track.ball_is_round or trial.result.millimetres_per_px is not None
-
-
-def _certain(trial: Trial) -> bool:
-    """Whether two bodies were counted, one of them round, whose outlines meet where they touch.
-
-    Of a body whose outline is wrong, a part may have been followed that leaves the picture early,
-    and the scale would be wrong.
-    """
-    at_wall = trial.found is not None
-    if at_wall and (trial.track is None or not trial.track.ball_is_round):
-        return False
-    if not verdict.is_settled(trial.result, at_wall=at_wall):
-        return False
-    return not at_wall or trial.result.millimetres_per_px is not None
+    return trial.track.ball_is_round is True or trial.result.millimetres_per_px is not None
 
 
 def _likeliest(
@@ -137,15 +137,12 @@ def _likeliest(
     """
     best: Trial | None = None
     for track in offered:
-        # What a path bears out stands, unless the markings of a ball were taken for its motion.
-        if best is not None and _borne_out(best) and not track.by_silhouette:
+        if best is not None and _borne_out(best):
             break
         trial = _with_pair(seen, track, settings)
         counted = trial.result.status == "counted"
         if counted and _borne_out(trial):
             return trial
-        if track.by_silhouette and best is not None:
-            continue
         if best is None or _borne_out(trial) or (track.wall_seen and not _stands(best)):
             best = trial
             if track.wall_seen and counted:

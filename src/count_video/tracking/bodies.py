@@ -51,7 +51,7 @@ LANDMARKS_OF = 16
 """What stands still is learnt from so many samples."""
 BACKGROUND_OF = 15
 """The background is the median of so many samples."""
-SCENE_BLOCKS_PX, STILL_SHARE = 1.0, 0.15
+SCENE_BLOCKS_PX, STILL_SHARE = 1.0, 0.12
 """If the background moves by so many px of a thumbnail, a smaller share than this of the blocks
 with edges can stay as they are."""
 TIMES_LEARNT, SETTLED_PX = 3, 2.0

@@ -112,15 +112,14 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
 
 
 def _still_share(level: Sequence[Luma], active: NDArray[np.bool_]) -> float:
-    """Share of the blocks with edges in which nothing moves, but for one; 0 without edges."""
+    """Share of the blocks with edges in which nothing moves; 0 where there are no edges."""
     middle = median_picture(level[:: max(1, len(level) // MEDIAN_OF)])
     mean, square = (
         cv2.resize(one, active.shape[::-1], interpolation=cv2.INTER_AREA)
         for one in (middle.astype(np.float32), middle.astype(np.float32) ** 2)
     )
     edges = square - mean**2 > EDGE_LEVELS**2
-    still = int(np.count_nonzero(edges & ~active))
-    return max(0, still - 1) / max(1, int(np.count_nonzero(edges)))
+    return float(np.mean(~active[edges])) if edges.any() else 0.0
 
 
 def differences(pictures: Sequence[Luma]) -> list[Luma]:
