@@ -119,13 +119,14 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
 
 
 def _may_be_bodies(trial: Trial) -> bool:
-    """Whether what was followed to a wall is round, or its outlines meet where it collides.
+    """Whether what was followed to a wall is round, or touches, or shows momentum to be kept.
 
-    Parts of bodies that were followed do neither.
+    Parts of bodies that were followed do none of these.
     """
     if trial.found is None or trial.track is None:
         return True
-    return trial.track.ball_is_round is True or trial.result.millimetres_per_px is not None
+    touching = trial.result.millimetres_per_px is not None
+    return trial.track.ball_is_round is True or touching or _strokes_show(trial)
 
 
 def _likeliest(

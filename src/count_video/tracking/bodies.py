@@ -54,7 +54,7 @@ BACKGROUND_OF = 15
 SCENE_BLOCKS_PX, STILL_SHARE = 1.0, 0.12
 """If the background moves by so many px of a thumbnail, a smaller share than this of the blocks
 with edges can stay as they are."""
-TIMES_LEARNT, SETTLED_PX = 3, 2.0
+TIMES_LEARNT, SETTLED_PX = 2, 2.0
 """Outlines are learnt at most so often, until their sizes change by less than this."""
 ROUNDS = 4
 """So often bodies are looked for in what those that are known leave unexplained."""
@@ -142,16 +142,17 @@ def _followed(
         more = add_bodies(few, roughs, found)
         if len(more) == len(found):
             break
-        few, found = _learnt_again(few, scene, more, upright)
+        few, found = _learnt_again(few, scene, more, upright, times=1)
         if enough(found) or len(found) >= BODIES_AT_MOST:
             break
         proposals = scene.proposals(scene.hidden(few, found, upright))
         roughs = roughly([turned(one) for one in proposals] if upright else proposals, few.frames)
+    _, found = _learnt_again(few, scene, found, upright, times=TIMES_LEARNT)
     return apart([clip.follow(seen.body) for seen in found])
 
 
 def _learnt_again(
-    few: Clip, scene: _Scene, found: Sequence[Followed], upright: bool
+    few: Clip, scene: _Scene, found: Sequence[Followed], upright: bool, *, times: int
 ) -> tuple[Clip, list[Followed]]:
     """Learn the background without known bodies, and each of them without the others.
 
@@ -159,7 +160,7 @@ def _learnt_again(
     outlines are learnt anew until they stay as they are.
     """
     found = list(found)
-    for _ in range(TIMES_LEARNT):
+    for _ in range(times):
         before = [few.shape(seen) for seen in found]
         few = replace(few, background=scene.background(few.samples, upright, before))
         found = [few.follow(learn_again(few, seen, found)) for seen in found]

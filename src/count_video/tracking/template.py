@@ -27,8 +27,9 @@ Luma = NDArray[np.uint8]
 
 SURROUNDINGS = 0.6
 """The surroundings that are averaged too, on all sides, as a share of the box's longer side."""
-SHOWN_AT_LEAST = 0.15
-"""A pixel is learnt only if no other body hides it in this share of the pictures."""
+SHOWN_AT_LEAST, SHOWN_PICTURES = 0.15, 4
+"""A pixel is learnt only if nothing hides it in more than this share, and number, of pictures: of
+fewer, the median is always near."""
 EDGE_PX = 3
 """So far around what moves with a body its blurred edges reach."""
 WIDE_ROWS = 0.45
@@ -366,7 +367,8 @@ def _average(
         ]
     )
     free = covered | painted
-    free = np.where(np.mean(free, axis=0) < 1 - SHOWN_AT_LEAST, free, covered)
+    least = max(SHOWN_AT_LEAST * len(pieces), SHOWN_PICTURES)
+    free = np.where((~free).sum(axis=0) > least, free, covered)
     typical = _quantile(pieces, free, 0.5)
     inner, outer = np.abs(pieces - typical), np.abs(pieces - behind)
     some = (slice(None), slice(None, None, NOISE_STRIDE), slice(None, None, NOISE_STRIDE))
@@ -375,7 +377,7 @@ def _average(
     own, still = (_mean(np.minimum(one, np.float32(most)), covered) for one in (inner, outer))
     size = NEIGHBOURHOOD_PX, NEIGHBOURHOOD_PX
     moving = cv2.blur(still, size) > COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
-    shown = np.mean(covered, axis=0) < 1 - SHOWN_AT_LEAST
+    shown = (~covered).sum(axis=0) > least
     variance = (_quantile(inner, free, MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
     return Mean(typical, variance, np.asarray(moving & shown))
 
