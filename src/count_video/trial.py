@@ -19,14 +19,14 @@ from pathlib import Path
 
 from count_video import verdict
 from count_video.between.infer import Between, Misfit, count_between, measure_burst
-from count_video.collisions.alone import seen_impacts
-from count_video.collisions.cadence import cadence_of
-from count_video.collisions.clock import as_shown, seen_by_clock
-from count_video.collisions.meeting import only_turns, without_wall
-from count_video.collisions.seen import SeenCollisions
-from count_video.collisions.weighing import SeenImpacts, with_wall_ahead
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage, open_footage
+from count_video.motion.alone import seen_impacts
+from count_video.motion.cadence import cadence_of
+from count_video.motion.clock import as_shown, seen_by_clock
+from count_video.motion.meeting import only_turns, without_wall
+from count_video.motion.seen import SeenCollisions
+from count_video.motion.weighing import SeenImpacts, with_wall_ahead
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import FootageInfo, Track, TrialResult, WallSide
 from count_video.tracking.ahead import stands_ahead
@@ -130,17 +130,15 @@ def _observed(
 
 
 def _certain(trial: Trial) -> bool:
-    """Whether two bodies were counted, one of them round, whose outlines meet where they touch.
+    """Whether two bodies were counted that may be ball and heavy body: one is round, or they touch.
 
-    Of a body whose outline is wrong, a part may have been followed that leaves the picture early,
-    and the scale would be wrong.
+    Of a body whose outline is wrong, a part may have been followed that leaves the picture early.
     """
     at_wall = trial.found is not None
-    if at_wall and (trial.track is None or not trial.track.ball_is_round):
-        return False
     if not verdict.is_settled(trial.result, at_wall=at_wall):
         return False
-    return not at_wall or trial.result.millimetres_per_px is not None
+    touch = trial.result.millimetres_per_px is not None
+    return not at_wall or touch or (trial.track is not None and trial.track.ball_is_round is True)
 
 
 def _likeliest(offered: Iterable[Track], footage: Footage, settings: TrialSettings) -> Trial | None:

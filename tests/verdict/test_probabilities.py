@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from count_video.collisions.burst import Rival
+from count_video.motion.burst import Rival
 from count_video.verdict import probabilities
 from count_video.verdict.resolved import PROBABILITY_RESOLVED
 

@@ -30,7 +30,7 @@ from count_video.between.weighing import (
     shifted,
     weigh,
 )
-from count_video.collisions.seen import SeenCollisions
+from count_video.motion.seen import SeenCollisions
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
 FRAMES_AT_LEAST = 20

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from count_video.between.infer import Between, Misfit
 from count_video.between.rivals import Knowledge
-from count_video.collisions.seen import SeenCollisions
+from count_video.motion.seen import SeenCollisions
 from count_video.records import FootageInfo, TrialResult
 from count_video.verdict.masses import with_mass_ratio
 from count_video.verdict.resolved import LIKELY_ABOVE

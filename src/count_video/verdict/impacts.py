@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from count_video.collisions.weighing import SeenImpacts
+from count_video.motion.weighing import SeenImpacts
 from count_video.records import FootageInfo, FootageReport, Track, TrialResult
 from count_video.verdict.blank import nothing_to_count
 from count_video.verdict.missing import with_missing

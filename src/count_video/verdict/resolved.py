@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from count_video.collisions.burst import Rival
-from count_video.collisions.seen import SeenCollisions
-from count_video.collisions.swing import Swing
+from count_video.motion.burst import Rival
+from count_video.motion.seen import SeenCollisions
+from count_video.motion.swing import Swing
 from count_video.records import Estimate, FootageInfo, FootageReport, Track, TrialResult
 from count_video.verdict.blank import nothing_to_count
 from count_video.verdict.masses import contradiction, with_mass_ratio, with_masses

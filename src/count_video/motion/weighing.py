@@ -1,0 +1,135 @@
+"""What speaks for the impacts found in a clip, what is in doubt, and why it supports no count."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from count_video.motion.certainty import chances_of_sum
+from count_video.motion.flight import Motion, straying
+from count_video.motion.impacts import Impact
+from count_video.motion.missing import chance_before, ends_at_stop, in_a_tail, passed_over
+from count_video.motion.resolution import RESOLVED_FRAMES
+from count_video.records import Collision
+
+CLEAR_SIGMAS = 10.0
+CERTAIN_SIGMAS = 20.0
+CERTAIN_PICTURES = 4
+"""One impact at least must be as clear as this, and shown by so many pictures on either side."""
+CHANCE_CLEAR = 0.995
+CHANCE_WEAK = 0.9
+CHANCE_HARDLY_SHOWN = 0.6
+"""Chances that an impact is one: its jump exceeds its uncertainty by this factor or not, or too
+few pictures show the body before or after it."""
+CHANCE_SINGLE = 0.8
+"""And where it is the only one at its stop, so that nothing else tells where the stop is; two
+bodies that touch tell it by their outlines."""
+CHANCE_PASSED_OVER = 0.5
+CHANCE_CUT_OFF = 0.5
+"""Chances that a turn at the stop which is no clear impact is one, and that a clip which begins or
+ends with the body at the stop shows one more."""
+CHANCE_STRAYING = 0.4
+"""Chance that a flight which strays from free flight hides one more."""
+CHANCES_TAIL = (0.5, 0.25, 0.15)
+"""A body that bounces lower and lower goes on to do so below what the pictures show: where its
+last flight is shorter than this, these are the chances of one more, and each after it."""
+CHANCE_WALL_AHEAD = 0.4
+"""Chance that what a body moves towards when the clip ends is a wall, which it strikes."""
+STRAYING_AT_MOST = 0.4
+"""Where a larger share of the flights strays, the turns are not those of a body that bounces."""
+NO_IMPACT = "no impact is seen: what moves turns round smoothly, if at all, and jumps nowhere"
+TOO_FREQUENT = (
+    "the last impacts follow each other faster than the pictures show: some may be missed"
+)
+WALL_AHEAD = (
+    "the clip ends while a body moves towards something that stands in its way: if that is a wall, "
+    "let the clip run until the last collision"
+)
+
+
+@dataclass(frozen=True)
+class SeenImpacts:
+    """What the frames of one clip show."""
+
+    collisions: tuple[Collision, ...]
+    """In order of time, numbered from 1; real times are not filled in."""
+    shortcomings: tuple[str, ...]
+    """Why the clip supports no count, in words for the user; empty if it does."""
+    doubts: tuple[str, ...]
+    """What lowers the probability, in words for the user."""
+    probability: dict[int, float]
+    """Of each count."""
+
+
+def weighed(
+    motion: Motion,
+    impacts: Sequence[Impact],
+    timing: tuple[float, float],
+    collisions: Sequence[Collision],
+) -> SeenImpacts:
+    """Weigh what was found.
+
+    ``timing`` is half the time that a contact takes, in pictures, and the frames a picture;
+    ``collisions`` are the impacts as they will be told.
+    """
+    contact, pace = timing
+    frames = [impact.frame for impact in impacts]
+    strays = straying(motion, frames, contact)
+    told = zip(impacts, collisions, strict=True)
+    chances = [_chance(impact, impacts, collision.kind) for impact, collision in told]
+    doubts = []
+    if strays:
+        spans = ", ".join(f"{a * pace:.0f} to {b * pace:.0f}" for a, b in strays)
+        doubts.append(f"the body does not fly freely in frames {spans}")
+        chances += [CHANCE_STRAYING] * len(strays)
+    if impacts and (unseen := chance_before(motion, impacts)) > 0:
+        doubts.append("what came before the first impact is not seen: one may be missing")
+        chances.append(unseen)
+    if over := passed_over(motion, impacts):
+        spans = ", ".join(f"{frame * pace:.0f}" for frame in over)
+        doubts.append(f"whether the turns at the stop in frames {spans} are impacts cannot be told")
+        chances += [CHANCE_PASSED_OVER] * len(over)
+    if cut_off := ends_at_stop(motion, impacts):
+        doubts.append("the clip is cut off where the body is at its stop: one may be missing")
+        chances += [CHANCE_CUT_OFF] * cut_off
+    if any(b - a < RESOLVED_FRAMES for a, b in pairwise(frames)) or in_a_tail(motion, impacts):
+        doubts.append(TOO_FREQUENT)
+        chances += CHANCES_TAIL
+    shortcomings = tuple(_shortcomings(impacts, len(strays)))
+    return SeenImpacts(tuple(collisions), shortcomings, tuple(doubts), chances_of_sum(chances))
+
+
+def with_wall_ahead(found: SeenImpacts) -> SeenImpacts:
+    """Doubt a count of two bodies one of which moves towards something when the clip ends."""
+    more = CHANCE_WALL_AHEAD
+    chances: dict[int, float] = {}
+    for count, chance in found.probability.items():
+        chances[count] = chances.get(count, 0.0) + chance * (1 - more)
+        chances[count + 1] = chances.get(count + 1, 0.0) + chance * more
+    return replace(found, doubts=(*found.doubts, WALL_AHEAD), probability=chances)
+
+
+def _shortcomings(impacts: Sequence[Impact], strays: int) -> list[str]:
+    if not impacts:
+        return [NO_IMPACT]
+    if not any(_is_certain(impact) for impact in impacts):
+        return ["the few turns that are seen are too faint or too short to tell impacts by"]
+    if strays > STRAYING_AT_MOST * max(len(impacts) - 1, 1):
+        return [
+            "the body's path between its turns is not that of one that bounces: impacts and smooth "
+            "turns cannot be told apart"
+        ]
+    return []
+
+
+def _is_certain(impact: Impact) -> bool:
+    return impact.clarity > CERTAIN_SIGMAS and impact.pictures >= CERTAIN_PICTURES
+
+
+def _chance(impact: Impact, impacts: Sequence[Impact], kind: str) -> float:
+    if impact.clarity == 0:
+        return CHANCE_HARDLY_SHOWN
+    clear = CHANCE_CLEAR if impact.clarity > CLEAR_SIGMAS else CHANCE_WEAK
+    alone = sum(other.side == impact.side for other in impacts) == 1
+    return min(clear, CHANCE_SINGLE) if alone and kind == "wall" else clear
