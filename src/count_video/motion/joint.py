@@ -29,6 +29,8 @@ SETTLED_FRAMES = 0.02
 FLOOR_SHARE = 0.1
 """In the first round frames count as no surer than this share of the fastest body's step."""
 EVALUATIONS = 40
+DAMPING, DAMPING_RISES, DAMPING_FALLS, DAMPING_AT_MOST = 1e-4, 10.0, 0.1, 1e8
+"""Of the steps, as a share of the diagonal of the normal equations."""
 CONVERGED = 1e-5
 """Relative fall of the loss that is not worth another step."""
 
@@ -105,80 +107,97 @@ def fit_contacts(
     return _contacts(model, values, origin)
 
 
-def _start(model: Model) -> Floats:
-    """Parameters at the rough times, in all of which the paths are linear; shape (columns,)."""
-    values, weight = model.prior[0].copy(), model.weight[model.stray :]
-    found, jacobian = model.residuals(values)
-    linear = jacobian[:, model.stray :]
-    hessian = linear.T @ linear + np.diag(weight**2)
-    values[model.stray :] -= np.linalg.lstsq(hessian, linear.T @ found, rcond=None)[0]
+def _solved(model: Model, floor_share: float) -> Floats:
+    """Least squares from the rough times, by Levenberg's and Marquardt's method, shape (columns,).
+
+    Residuals of less than a share of the fastest body's step count alike: rough times must not
+    be taken for frames that mislead. The normal equations are put together piece by piece, which
+    a general solver for dense equations cannot.
+    """
+    mean, weight = model.prior[0], model.weight
+    floor_px = floor_share * model.fastest
+    low, high = _reach(model)
+    values = _start(model, floor_px)
+    found, jacobian = model.residuals(values, floor_px)
+    loss, damping = _loss(model, found, values), DAMPING
+    for _ in range(EVALUATIONS):
+        robust, slope = _robust(found)
+        scaled = jacobian * slope[:, None]
+        gradient = model.sums(scaled, robust) + (values - mean) * weight**2
+        hessian = model.products(scaled, scaled)
+        hessian[np.diag_indices(model.columns)] += weight**2
+        kept = ~(((values <= low) & (gradient > 0)) | ((values >= high) & (gradient < 0)))
+        before = loss
+        while damping < DAMPING_AT_MOST:
+            step = np.zeros(model.columns)
+            step[kept] = _step(hessian[np.ix_(kept, kept)], gradient[kept], damping)
+            trial = np.clip(values - step, low, high)
+            found_there, jacobian_there = model.residuals(trial, floor_px)
+            loss_there = _loss(model, found_there, trial)
+            if loss_there <= loss:
+                values, found, jacobian, loss = trial, found_there, jacobian_there, loss_there
+                damping *= DAMPING_FALLS
+                break
+            damping *= DAMPING_RISES
+        if before - loss <= CONVERGED * before:
+            break
     return values
 
 
-def _solved(model: Model, floor_share: float) -> Floats:
-    """Least squares from the rough parameters, shape (columns,).
-
-    Residuals of less than a share of the fastest body's step count alike: rough times must not
-    be taken for frames that mislead.
-    """
-    from scipy.optimize import least_squares  # noqa: PLC0415 - half a second to load
-
-    mean, weight = model.prior[0], model.weight
-    floor_px = floor_share * model.fastest
+def _reach(model: Model) -> tuple[Floats, Floats]:
+    """Bounds of the parameters: times keep their order; shape (columns,) each."""
     reach = np.full(len(model.times), TIME_MOVES_FRAMES)
     if len(model.times) > 1:
-        room = 0.45 * np.diff(model.times)
-        reach = np.minimum(reach, np.minimum(np.append(room, np.inf), np.append(np.inf, room)))
+        between = 0.45 * np.diff(model.times)
+        reach = np.minimum(reach, np.append(between, np.inf))
+        reach = np.minimum(reach, np.append(np.inf, between))
     low, high = np.full(model.columns, -np.inf), np.full(model.columns, np.inf)
     low[: model.stray], high[: model.stray] = model.times - reach, model.times + reach
+    return low, high
 
-    # Both are asked for at the same values, one after the other.
-    last: list[tuple[Floats, tuple[Floats, Floats]]] = []
 
-    def modelled(values: Floats) -> tuple[Floats, Floats]:
-        if not last or not np.array_equal(last[0][0], values):
-            last[:] = [(values.copy(), model.residuals(values, floor_px))]
-        return last[0][1]
+def _start(model: Model, floor_px: float) -> Floats:
+    """Parameters at the rough times, in all of which the paths are linear; shape (columns,)."""
+    values, free = model.prior[0].copy(), slice(model.stray, None)
+    found, jacobian = model.residuals(values, floor_px)
+    hessian = model.products(jacobian, jacobian)
+    hessian[np.diag_indices(model.columns)] += model.weight**2
+    gradient = model.sums(jacobian, found)
+    values[free] -= _step(hessian[free, free], gradient[free], 0.0)
+    return values
 
-    def function(values: Floats) -> Floats:
-        return np.concatenate([_robust(modelled(values)[0])[0], (values - mean) * weight])
 
-    def jacobian(values: Floats) -> Floats:
-        found, by = modelled(values)
-        return np.concatenate([by * _robust(found)[1][:, None], np.diag(weight)])
+def _step(hessian: Floats, gradient: Floats, damping: float) -> Floats:
+    """Solve damped normal equations, scaled to a diagonal of ones."""
+    scale = 1 / np.sqrt(np.diag(hessian))
+    scaled = hessian * scale[:, None] * scale
+    scaled[np.diag_indices(len(scaled))] += damping
+    return np.asarray(scale * np.linalg.solve(scaled, scale * gradient))
 
-    return np.asarray(
-        least_squares(
-            function,
-            _start(model),
-            jacobian,
-            bounds=(low, high),
-            x_scale="jac",
-            max_nfev=EVALUATIONS,
-            xtol=None,
-            ftol=CONVERGED,
-        ).x
-    )
+
+def _loss(model: Model, found: Floats, values: Floats) -> float:
+    """Sum of squares of residuals in sigmas, robust, with the priors."""
+    away = (values - model.prior[0]) * model.weight
+    return float(CAUCHY_SIGMAS**2 * np.log1p((found / CAUCHY_SIGMAS) ** 2).sum() + away @ away)
 
 
 def _covariance(model: Model, values: Floats) -> tuple[Floats, float]:
     """Covariance of the parameters, shape (columns, columns), and the sum of squares."""
     found, jacobian = model.residuals(values)
-    mean, weight = model.prior[0], model.weight
-    robust = 1 / (1 + (found / CAUCHY_SIGMAS) ** 2)
-    weighted = jacobian * robust[:, None]
-    inverse = np.linalg.pinv(weighted.T @ jacobian + np.diag(weight**2), hermitian=True)
-    gain = inverse @ weighted.T
-    total = (inverse * weight**2) @ inverse
-    body = np.concatenate([np.empty(0), *(np.full(len(p.rows), p.body) for p in model.pieces)])
-    frame = np.concatenate([np.empty(0), *(p.frame for p in model.pieces)])
+    weight = model.weight
+    weighted = jacobian / (1 + (found / CAUCHY_SIGMAS) ** 2)[:, None]
+    hessian = model.products(weighted, jacobian)
+    hessian[np.diag_indices(model.columns)] += weight**2
+    scale = 1 / np.sqrt(np.diag(hessian))
+    inverse = np.linalg.inv(hessian * scale[:, None] * scale) * scale[:, None] * scale
+    total = np.diag(weight**2)
+    body = model.body[model.piece_of]
     for number, error in enumerate(model.errors):
         rows = body == number
-        total += (
-            gain[:, rows] @ _correlation(error, model.sigma[number], frame[rows]) @ gain[:, rows].T
-        )
-    away = (values - mean) * weight
-    return total, float(_robust(found)[0] @ _robust(found)[0] + away @ away)
+        dense = model.dense(weighted, rows)
+        together = _correlation(error, model.sigma[number], model.frame[rows])
+        total += dense.T @ (dense if together is None else together @ dense)
+    return inverse @ total @ inverse, _loss(model, found, values)
 
 
 def _contacts(model: Model, values: Floats, origin: float) -> Contacts:
@@ -190,7 +209,7 @@ def _contacts(model: Model, values: Floats, origin: float) -> Contacts:
         kinds=model.kinds,
         frame=values[:count],
         frame_sigma=sigma[:count],
-        ball_px=np.array([origin + model.node(values, 0, n)[0] for n in range(count)]),
+        ball_px=origin + model.nodes(values)[0][0],
         stray_px=values[model.stray : model.wall],
         stray_sigma=sigma[model.stray : model.wall],
         bodies=tuple(
@@ -205,20 +224,23 @@ def _motion(model: Model, values: Floats, covariance: Floats, body: int) -> Moti
     count = len(model.times)
     rate, rows = np.full((count, 2), np.nan), np.zeros((count, 2))
     gradients = np.zeros((count, 2, model.columns))
+    rates, slopes = model.rates(values)
     for number, piece in enumerate(model.pieces):
         if piece.body != body:
             continue
-        for side, contact in ((1, piece.before), (0, piece.after)):
+        for side, end, contact in ((1, 0, piece.before), (0, 1, piece.after)):
             if contact is not None:
-                rate[contact, side], gradients[contact, side] = model.rate(values, number, contact)
+                rate[contact, side] = rates[number, end]
+                gradients[contact, side] = slopes[number, end]
                 rows[contact, side] = len(piece.rows)
-    for contact in set(range(count)) - set(model.contacts_of[body]):
+    for contact in set(range(count)) - set(model.contacts_of[body].tolist()):
         near = model.piece_at(body, float(values[contact]))
         if near is not None:
-            rate[contact] = model.rate_within(values, near, float(values[contact]))
+            time = float(values[contact])
+            rate[contact] = model.rate_within(values, near, time, float(rates[near, 0]))
     jump = gradients[:, 1] - gradients[:, 0]
-    sigma = np.sqrt(np.einsum("csp,pq,csq->cs", gradients, covariance, gradients, optimize=True))
-    jump_sigma = np.sqrt(np.einsum("cp,pq,cq->c", jump, covariance, jump, optimize=True))
+    sigma = np.sqrt(np.einsum("csp,csp->cs", gradients @ covariance, gradients))
+    jump_sigma = np.sqrt(np.einsum("cp,cp->c", jump @ covariance, jump))
     return Motion(rate, sigma, jump_sigma, rows)
 
 
@@ -230,12 +252,13 @@ def _robust(residuals: Floats) -> tuple[Floats, Floats]:
     return CAUCHY_SIGMAS * np.copysign(loss, unit), np.abs(slope)
 
 
-def _correlation(error: Errors | None, sigma: float, frame: Floats) -> Floats:
-    """Covariance of residuals in sigmas, shape (n, n)."""
+def _correlation(error: Errors | None, sigma: float, frame: Floats) -> Floats | None:
+    """Covariance of residuals in sigmas, shape (n, n); None where they are independent."""
     if error is None:
-        return np.eye(len(frame))
+        return None
     apart = np.abs(frame[:, None] - frame)
     total = error.white_px2 * np.eye(len(frame))
     for lasts, variance in zip(LASTS_FRAMES, error.lasting_px2, strict=True):
-        total += variance * np.exp(-apart / lasts)
+        if variance > 0:
+            total += variance * np.exp(-apart / lasts)
     return np.asarray(total / sigma**2)

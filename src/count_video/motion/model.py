@@ -19,7 +19,7 @@ on some of them, with a normal prior as wide as those of the flights that show t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Literal
 
@@ -45,6 +45,12 @@ BEND_SHOWN_ROWS = 9
 BEND_FRAMES = 100.0
 """... the fastest body may change its velocity wholly within so many frames."""
 
+FIRST, LAST, BEND, SWING, SLOPE = range(5)
+NODE_SLOTS = 4
+BEFORE, AFTER = slice(5, 5 + NODE_SLOTS), slice(5 + NODE_SLOTS, 5 + 2 * NODE_SLOTS)
+"""Slots of a piece: times of its first and last contact, its acceleration, the body's w^2, its
+velocity where one end is open, and what tells the places at these contacts."""
+
 
 @dataclass(frozen=True)
 class Paths:
@@ -66,7 +72,11 @@ class Paths:
 
 
 class Model:
-    """Places of bodies as a function of the parameters, in columns, with derivatives."""
+    """Places of bodies as a function of the parameters, in columns, with derivatives.
+
+    Each place depends on few columns, those that ``slots`` lists for its piece. Derivatives are
+    kept for these alone, shape (n, slots); a column after the last one takes slots without use.
+    """
 
     def __init__(
         self,
@@ -77,10 +87,8 @@ class Model:
     ) -> None:
         self.paths, self.touching, self.stray_sigmas = paths, touching, stray_sigmas
         self.kinds, self.times = contacts
-        self.contacts_of = [
-            [n for n, kind in enumerate(self.kinds) if body == 0 or kind == "bodies"]
-            for body in range(len(paths.signals))
-        ]
+        self.meets = np.array([kind == "bodies" for kind in self.kinds], dtype=bool)
+        self.contacts_of = [np.arange(len(self.kinds)), np.flatnonzero(self.meets)]
         self.pieces = [
             piece
             for body, signal in enumerate(paths.signals)
@@ -88,48 +96,74 @@ class Model:
                 paths.frame,
                 signal,
                 body,
-                [(n, self.times[n]) for n in self.contacts_of[body]],
+                [(n, self.times[n]) for n in self.contacts_of[body].tolist()],
                 touching,
             )
         ]
+        self._gather()
         self._lay_out()
         self.errors: list[Errors | None] = [None] * len(paths.signals)
-        self.sigma = [sigma_of(signal) for signal in paths.signals]
-
-    def measured_errors(self) -> list[Errors | None]:
-        """Measure the errors of each body's places about its flights."""
-        return [self._errors(body) for body in range(len(self.paths.signals))]
+        self.sigma = np.array([sigma_of(signal) for signal in paths.signals])
 
     def use_errors(self, errors: list[Errors | None]) -> None:
         """Take measured errors for those of the places, where they are larger than white noise."""
         self.errors = errors
-        white = [sigma_of(signal) for signal in self.paths.signals]
-        known = [error.sigma_px if error else 0.0 for error in errors]
-        self.sigma = [max(pair) for pair in zip(white, known, strict=True)]
+        self.sigma = np.maximum(self.sigma, [error.sigma_px if error else 0.0 for error in errors])
+
+    def _gather(self) -> None:
+        """Put the rows of all pieces one after the other, n in all."""
+        pieces = self.pieces
+        self.body = np.array([piece.body for piece in pieces], dtype=np.intp)
+        self.first, self.last = np.array([p.ends for p in pieces], np.intp).reshape(-1, 2).T
+        self.spans = np.array([piece.spans for piece in pieces], dtype=bool)
+        self.end_rates = np.array([piece.end_rates for piece in pieces]).reshape(-1, 2)
+        lengths = np.array([len(piece.rows) for piece in pieces], dtype=np.intp)
+        self.starts, self.rows = np.cumsum(lengths) - lengths, lengths
+        self.piece_of = np.repeat(np.arange(len(pieces)), lengths)
+        self.frame, self.place_px, self.swung = (
+            np.concatenate([np.empty(0), *(getattr(piece, name) for piece in pieces)])
+            for name in ("frame", "place_px", "swung")
+        )
 
     def _lay_out(self) -> None:
         """Give each parameter its column."""
-        count, pieces = len(self.times), len(self.pieces)
+        count, pieces, bodies = len(self.times), len(self.pieces), len(self.paths.signals)
         self.stray = count
-        self.wall, self.far = 2 * count, 2 * count + 1
-        self.distance, self.parallax = 2 * count + 2, 2 * count + 3
+        self.wall, self.far, self.distance, self.parallax = 2 * count + np.arange(4)
         self.swings = 2 * count + 4
-        self.bends = self.swings + len(self.paths.signals)
-        open_ended = np.array([not piece.spans for piece in self.pieces], dtype=bool)
-        # Where a piece has no slope of its own, or a contact no place of the heavy body: column -1.
-        self.slopes = _numbered(open_ended, self.bends + pieces)
-        touching = np.array([kind == "bodies" for kind in self.kinds], dtype=bool)
-        self.heavy = _numbered(touching, self.bends + pieces + int(open_ended.sum()))
-        self.columns = self.bends + pieces + int(open_ended.sum()) + int(touching.sum())
+        self.bends = self.swings + bodies
+        self.slopes = self.bends + pieces + np.cumsum(~self.spans) - 1
+        first_heavy = self.bends + pieces + int((~self.spans).sum())
+        self.heavy = first_heavy + np.cumsum(self.meets) - 1
+        self.columns = none = first_heavy + int(self.meets.sum())
+        # Which columns tell the place at a contact of the ball, and of the heavy body.
+        nodes = np.full((2, count, NODE_SLOTS), none)
+        nodes[0, :, 0] = [self.far if kind == "far" else self.wall for kind in self.kinds]
+        nodes[0, :, 1] = self.stray + np.arange(count)
+        nodes[0, self.meets, 2:] = self.distance, self.parallax
+        nodes[:, self.meets, 0] = self.heavy[self.meets]
+        self.slots = np.column_stack(
+            [
+                self.first,
+                np.where(self.spans, self.last, none),
+                self.bends + np.arange(pieces),
+                self.swings + self.body,
+                np.where(self.spans, none, self.slopes),
+                nodes[self.body, self.first],
+                np.where(self.spans[:, None], nodes[self.body, self.last], none),
+            ]
+        )
+
+    def measured_errors(self) -> list[Errors | None]:
+        """Measure the errors of each body's places about its flights next to the contacts."""
+        return [self._errors(body) for body in range(len(self.paths.signals))]
 
     def _errors(self, body: int) -> Errors | None:
-        """Measure the errors of a body's places about its flights next to the contacts."""
         frame, signal = self.paths.frame, self.paths.signals[body]
         if not np.isfinite(signal).any():
             return None
-        ends = [self.times[n] for n in self.contacts_of[body]]
         flights = []
-        for low, high in pairwise([-np.inf, *ends, np.inf]):
+        for low, high in pairwise([-np.inf, *self.times[self.contacts_of[body]], np.inf]):
             first = high - 2 * WINDOW_FRAMES if np.isinf(low) else low
             last = low + 2 * WINDOW_FRAMES if np.isinf(high) else high
             rows = (frame > first + self.touching) & (frame < last - self.touching)
@@ -140,134 +174,167 @@ class Model:
     @cached_property
     def prior(self) -> tuple[Floats, Floats]:
         """Mean and standard deviation of each parameter, shape (columns,)."""
-        mean = np.zeros(self.columns)
-        sigma = np.full(self.columns, np.inf)
-        ball, *others = self.paths.signals
+        mean, sigma = np.zeros(self.columns), np.ones(self.columns)
         at = [_interpolated(self.paths.frame, signal, self.times) for signal in self.paths.signals]
-        walls = {kind: at[0][[k == kind for k in self.kinds]] for kind in ("wall", "far")}
         for column, kind in ((self.wall, "wall"), (self.far, "far")):
-            mean[column] = np.median(walls[kind]) if len(walls[kind]) else np.nanmean(ball)
+            here = at[0][[k == kind for k in self.kinds]]
+            mean[column] = np.median(here) if len(here) else np.nanmean(self.paths.ball_px)
         sigma[[self.wall, self.far, self.distance]] = self.extent
-        if others:
-            touching = self.contacts_of[1]
-            mean[self.heavy[touching]] = at[1][touching]
-            apart = (at[1] - at[0])[touching]
-            mean[self.distance] = np.median(apart) if len(apart) else 0.0
+        if self.meets.any():
+            mean[self.heavy[self.meets]] = at[1][self.meets]
+            mean[self.distance] = np.median((at[1] - at[0])[self.meets])
         mean[: self.stray] = self.times
         sigma[: self.stray] = TIME_MOVES_FRAMES
-        sigma[self.stray : self.wall] = self.stray_sigmas * max(self.sigma)
+        sigma[self.stray : self.wall] = self.stray_sigmas * self.sigma.max()
         sigma[self.parallax] = PARALLAX_SIGMA
         sigma[self.swings : self.bends] = RATE_SQUARED_SIGMA
-        for body in range(len(self.paths.signals)):
-            bend = self._bend_sigma(body)
-            for number, piece in enumerate(self.pieces):
-                sigma[self.bends + number] = (
-                    bend if piece.body == body else sigma[self.bends + number]
-                )
-        sigma[self.slopes[self.slopes >= 0]] = self.fastest
-        sigma[self.heavy[self.heavy >= 0]] = self.extent
+        sigma[self.bends : self.bends + len(self.pieces)] = self._bend_sigmas()[self.body]
+        sigma[self.slopes[~self.spans]] = self.fastest
+        sigma[self.heavy[self.meets]] = self.extent
         return mean, sigma
 
     @cached_property
     def about(self) -> float:
         """Mean place of the heavy body at its contacts: the distance is told there."""
-        return float(self.prior[0][self.heavy[self.contacts_of[1]]].mean())
+        return float(self.prior[0][self.heavy[self.meets]].mean()) if self.meets.any() else 0.0
 
     @cached_property
     def fastest(self) -> float:
         """Largest step of a body from picture to picture, px per frame."""
         step = np.diff(self.paths.frame)
         steps = [np.abs(np.diff(signal)) / step for signal in self.paths.signals]
-        return max(float(np.nanmax(one, initial=0.0)) for one in steps) + max(self.sigma)
+        return max(float(np.nanmax(one, initial=0.0)) for one in steps) + float(self.sigma.max())
 
     @cached_property
     def extent(self) -> float:
         """How far the bodies come, px."""
         ends = [(np.nanmin(one), np.nanmax(one)) for one in self.paths.signals]
-        return float(max(high for _, high in ends) - min(low for low, _ in ends)) + max(self.sigma)
+        way = max(high for _, high in ends) - min(low for low, _ in ends)
+        return float(way + self.sigma.max())
 
-    def _bend_sigma(self, body: int) -> float:
-        bends = [
-            2 * np.polynomial.Polynomial.fit(p.frame, p.place_px, 2).convert().coef[-1]
-            for p in self.pieces
-            if p.body == body and len(p.rows) >= BEND_SHOWN_ROWS
-        ]
-        if not bends:
-            return self.fastest / BEND_FRAMES
-        shown = float(np.sqrt(np.mean(np.square(bends))))
-        return float(np.hypot(shown, self.sigma[body] / WINDOW_FRAMES**2))
+    def _bend_sigmas(self) -> Floats:
+        """Root mean square of the accelerations that the pieces of each body show."""
+        total = partial(np.add.reduceat, indices=self.starts)
+        found = np.full(len(self.paths.signals), self.fastest / BEND_FRAMES)
+        shown = self.rows >= BEND_SHOWN_ROWS
+        if not shown.any():
+            return found
+        time = self.frame - (total(self.frame) / self.rows)[self.piece_of]
+        # The part of time squared that a line does not take up: its coefficient is half the bend.
+        squares = total(time**2)
+        skew = total(time**3) / np.maximum(squares, np.finfo(np.float64).tiny)
+        curved = time**2 - (squares / self.rows)[self.piece_of] - skew[self.piece_of] * time
+        with np.errstate(invalid="ignore", divide="ignore"):
+            bends = 2 * total(curved * self.place_px) / total(curved**2)
+        for body in set(self.body[shown].tolist()):
+            own = bends[shown & (self.body == body)]
+            found[body] = np.hypot(np.sqrt(np.mean(own**2)), self.sigma[body] / WINDOW_FRAMES**2)
+        return found
 
     @cached_property
     def weight(self) -> Floats:
         """One over the prior's standard deviation, shape (columns,)."""
         return np.asarray(1 / self.prior[1])
 
-    def node(self, values: Floats, body: int, contact: int) -> tuple[float, dict[int, float]]:
-        """Place of a body at a contact, and its derivatives by column."""
-        heavy = int(self.heavy[contact])
-        if body == 1:
-            return float(values[heavy]), {heavy: 1.0}
-        kind, stray = self.kinds[contact], self.stray + contact
-        if kind != "bodies":
-            column = self.wall if kind == "wall" else self.far
-            return float(values[column] + values[stray]), {column: 1.0, stray: 1.0}
-        away = values[heavy] - self.about
-        growth = values[self.parallax]
-        place = values[heavy] - values[self.distance] - growth * away + values[stray]
-        slopes = {heavy: 1.0 - growth, self.distance: -1.0, self.parallax: -away, stray: 1.0}
-        return float(place), slopes
+    def nodes(self, values: Floats) -> tuple[Floats, Floats]:
+        """Places of both bodies at the contacts, shape (2, contacts), and their derivatives.
 
-    def piece(self, values: Floats, number: int) -> tuple[Floats, Floats]:
-        """Modelled places of a piece, shape (n,), and their Jacobian, shape (n, columns)."""
-        piece = self.pieces[number]
-        bend, slope, swing = self.bends + number, self.slopes[number], self.swings + piece.body
-        jacobian = np.zeros((len(piece.rows), self.columns))
-        jacobian[:, swing] = piece.swung
-        swung = values[swing] * piece.swung
-        if not piece.spans:
-            time = piece.frame - values[piece.anchor]
-            place, slopes = self.node(values, piece.body, piece.anchor)
-            jacobian[:, slope], jacobian[:, bend] = time, time**2 / 2
-            jacobian[:, piece.anchor] = -values[slope] - values[bend] * time
-            for column, by in slopes.items():
-                jacobian[:, column] += by
-            return place + values[slope] * time + values[bend] * time**2 / 2 + swung, jacobian
-        first, last = piece.ends
-        since, until = piece.frame - values[first], piece.frame - values[last]
-        length = values[last] - values[first]
-        shares = (-until / length, since / length)
-        places = [self.node(values, piece.body, contact) for contact in (first, last)]
-        fall = (places[0][0] - places[1][0]) / length
-        jacobian[:, bend] = since * until / 2
-        jacobian[:, first] += fall * shares[0] - values[bend] * until / 2
-        jacobian[:, last] += fall * shares[1] - values[bend] * since / 2
-        for share, (_, slopes) in zip(shares, places, strict=True):
-            for column, by in slopes.items():
-                jacobian[:, column] += by * share
-        path = places[0][0] * shares[0] + places[1][0] * shares[1]
-        return path + values[bend] * since * until / 2 + swung, jacobian
+        These have shape (2, contacts, NODE_SLOTS). At a wall there is no place of the heavy body.
+        """
+        meets, stray, growth = self.meets, values[self.stray : self.wall], values[self.parallax]
+        place, slopes = np.full((2, len(meets)), np.nan), np.zeros((2, len(meets), NODE_SLOTS))
+        place[0] = stray + np.where(
+            [kind == "far" for kind in self.kinds], values[self.far], values[self.wall]
+        )
+        slopes[0, :, :2] = 1.0
+        place[1, meets] = heavy = values[self.heavy[meets]]
+        away = heavy - self.about
+        place[0, meets] = heavy - values[self.distance] - growth * away + stray[meets]
+        slopes[0, meets] = np.stack(np.broadcast_arrays(1.0 - growth, 1.0, -1.0, -away), axis=-1)
+        slopes[1, meets, 0] = 1.0
+        return place, slopes
 
-    def rate(self, values: Floats, number: int, contact: int) -> tuple[float, Floats]:
-        """Velocity of a piece's body at one of its contacts, and its gradient, shape (columns,)."""
-        piece = self.pieces[number]
-        gradient = np.zeros(self.columns)
-        if not piece.spans:
-            gradient[self.slopes[number]] = 1.0
-            return float(values[self.slopes[number]]), gradient
-        first, last = piece.ends
-        length, bend = values[last] - values[first], values[self.bends + number]
-        side = -0.5 if contact == first else 0.5
-        (low, low_by), (high, high_by) = (self.node(values, piece.body, n) for n in (first, last))
-        mean = (high - low) / length
-        gradient[self.bends + number] = side * length
-        gradient[[first, last]] = np.array([1.0, -1.0]) * (mean / length - side * bend)
-        gradient[self.swings + piece.body] = swung = piece.end_rates[0 if side < 0 else 1]
-        for sign, slopes in ((-1.0, low_by), (1.0, high_by)):
-            for column, by in slopes.items():
-                gradient[column] += sign * by / length
-        return float(
-            mean + side * bend * length + values[self.swings + piece.body] * swung
-        ), gradient
+    def modelled(self, values: Floats) -> tuple[Floats, Floats]:
+        """Places of all rows, shape (n,), and their derivatives by slot, shape (n, slots)."""
+        padded = np.append(values, 0.0)
+        bend, swing, slope = (padded[self.slots[self.piece_of, n]] for n in (BEND, SWING, SLOPE))
+        place, by = self.nodes(values)
+        piece, spans = self.piece_of, self.spans[self.piece_of]
+        first, last, body = self.first[piece], self.last[piece], self.body[piece]
+        since, until = self.frame - values[first], self.frame - values[last]
+        length = np.where(spans, until - since, -1.0) * -1.0
+        until = np.where(spans, until, since)
+        share = np.where(spans, since / length, 0.0)
+        fall = np.where(spans, (place[body, first] - place[body, last]) / length, -slope)
+        path = place[body, first] - fall * since + bend * since * until / 2 + swing * self.swung
+        jacobian = np.zeros((len(path), self.slots.shape[1]))
+        jacobian[:, FIRST] = fall * (1 - share) - bend * np.where(spans, until / 2, since)
+        jacobian[:, LAST] = np.where(spans, fall * share - bend * since / 2, 0.0)
+        jacobian[:, BEND], jacobian[:, SWING] = since * until / 2, self.swung
+        jacobian[:, SLOPE] = np.where(spans, 0.0, since)
+        jacobian[:, BEFORE] = by[body, first] * (1 - share)[:, None]
+        jacobian[:, AFTER] = by[body, last] * share[:, None]
+        return path, jacobian
+
+    def residuals(self, values: Floats, floor_px: float = 0.0) -> tuple[Floats, Floats]:
+        """Of all rows, in sigmas of at least the floor, with their derivatives by slot."""
+        sigma = np.hypot(self.sigma, floor_px)[self.body][self.piece_of]
+        path, jacobian = self.modelled(values)
+        return (path - self.place_px) / sigma, jacobian / sigma[:, None]
+
+    def products(self, left: Floats, right: Floats) -> Floats:
+        """Sums over the rows of products of derivatives, shape (columns, columns)."""
+        size = self.columns + 1
+        if not self.pieces:
+            return np.zeros((self.columns, self.columns))
+        sums = np.add.reduceat(left[:, :, None] * right[:, None, :], self.starts)
+        places = self.slots[:, :, None] * size + self.slots[:, None, :]
+        flat = np.bincount(places.ravel(), sums.ravel(), minlength=size * size)
+        return np.asarray(flat.reshape(size, size)[:-1, :-1])
+
+    def sums(self, jacobian: Floats, weights: Floats) -> Floats:
+        """Sums over the rows of derivatives with weights, shape (columns,)."""
+        if not self.pieces:
+            return np.zeros(self.columns)
+        sums = np.add.reduceat(jacobian * weights[:, None], self.starts)
+        flat = np.bincount(self.slots.ravel(), sums.ravel(), minlength=self.columns + 1)
+        return np.asarray(flat[:-1])
+
+    def dense(self, jacobian: Floats, rows: NDArray[np.bool_]) -> Floats:
+        """Derivatives of chosen rows by column, shape (chosen, columns)."""
+        full = np.zeros((int(rows.sum()), self.columns + 1))
+        np.add.at(
+            full, (np.arange(len(full))[:, None], self.slots[self.piece_of[rows]]), jacobian[rows]
+        )
+        return full[:, :-1]
+
+    def rates(self, values: Floats) -> tuple[Floats, Floats]:
+        """Velocities of each piece's body at both ends, shape (pieces, 2), and their gradients.
+
+        These have shape (pieces, 2, columns). A piece with one contact has it at both ends.
+        """
+        place, by = self.nodes(values)
+        body, first, last, spans = self.body, self.first, self.last, self.spans
+        bend, swing, slope = (np.append(values, 0.0)[self.slots[:, n]] for n in (BEND, SWING, SLOPE))
+        length = np.where(spans, values[last] - values[first], 1.0)
+        mean = np.where(spans, (place[body, last] - place[body, first]) / length, slope)
+        bend = np.where(spans, bend, 0.0)
+        rates = mean[:, None] + swing[:, None] * self.end_rates
+        gradients = np.zeros((len(body), 2, self.slots.shape[1]))
+        for end, side in enumerate((-0.5, 0.5)):
+            rates[:, end] += side * bend * length
+            turned = np.where(spans, mean / length - side * bend, 0.0)
+            gradients[:, end, FIRST], gradients[:, end, LAST] = turned, -turned
+            gradients[:, end, BEND] = np.where(spans, side * length, 0.0)
+            gradients[:, end, BEFORE] = -by[body, first] * (spans / length)[:, None]
+            gradients[:, end, AFTER] = by[body, last] * (spans / length)[:, None]
+        gradients[:, :, SWING], gradients[:, :, SLOPE] = self.end_rates, ~spans[:, None]
+        full = np.zeros((len(body), 2, self.columns + 1))
+        np.add.at(
+            full, (np.arange(len(body))[:, None, None], np.arange(2)[:, None], self.slots[:, None]),
+            gradients,
+        )  # fmt: skip
+        return rates, full[:, :, :-1]
 
     def piece_at(self, body: int, time: float) -> int | None:
         """Piece of a body's flight that comes nearest to a time."""
@@ -280,28 +347,12 @@ class Model:
                 nearest, away = number, apart
         return nearest
 
-    def rate_within(self, values: Floats, number: int, time: float) -> float:
-        """Velocity of a piece's body at a time between its rows."""
+    def rate_within(self, values: Floats, number: int, time: float, at_contact: float) -> float:
+        """Velocity of a piece's body at a time between its rows, by that at its first contact."""
         piece, contact = self.pieces[number], self.pieces[number].anchor
-        at_contact, _ = self.rate(values, number, contact)
         swung = float(np.interp(time, piece.frame, piece.swung_rate)) - piece.end_rates[0]
         bend, swing = values[self.bends + number], values[self.swings + piece.body]
         return float(at_contact + bend * (time - values[contact]) + swing * swung)
-
-    def residuals(self, values: Floats, floor_px: float = 0.0) -> tuple[Floats, Floats]:
-        """Of all pieces, in sigmas of at least the floor, with their Jacobian."""
-        sigma = np.hypot(self.sigma, floor_px)
-        found, jacobians = [np.empty(0)], [np.empty((0, self.columns))]
-        for number, piece in enumerate(self.pieces):
-            place, jacobian = self.piece(values, number)
-            found.append((place - piece.place_px) / sigma[piece.body])
-            jacobians.append(jacobian / sigma[piece.body])
-        return np.concatenate(found), np.concatenate(jacobians)
-
-
-def _numbered(some: NDArray[np.bool_], first: int) -> NDArray[np.intp]:
-    """Columns for those that have one, from the first on; -1 for the others."""
-    return np.where(some, first + np.cumsum(some) - 1, -1)
 
 
 def _interpolated(frame: Floats, signal: Floats, at: Floats) -> Floats:
