@@ -130,15 +130,17 @@ def _observed(
 
 
 def _certain(trial: Trial) -> bool:
-    """Whether two bodies were counted that may be ball and heavy body: one is round, or they touch.
+    """Whether two bodies were counted, one of them round, whose outlines meet where they touch.
 
-    Of a body whose outline is wrong, a part may have been followed that leaves the picture early.
+    Of a body whose outline is wrong, a part may have been followed that leaves the picture early,
+    and the scale would be wrong.
     """
     at_wall = trial.found is not None
+    if at_wall and (trial.track is None or not trial.track.ball_is_round):
+        return False
     if not verdict.is_settled(trial.result, at_wall=at_wall):
         return False
-    touch = trial.result.millimetres_per_px is not None
-    return not at_wall or touch or (trial.track is not None and trial.track.ball_is_round is True)
+    return not at_wall or trial.result.millimetres_per_px is not None
 
 
 def _likeliest(offered: Iterable[Track], footage: Footage, settings: TrialSettings) -> Trial | None:

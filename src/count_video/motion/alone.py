@@ -6,7 +6,7 @@ import numpy as np
 
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import find_impacts
-from count_video.motion.joint import Contacts, fit_contacts
+from count_video.motion.joint import Contacts, Fitting, fit_contacts
 from count_video.motion.meeting import seen_meetings
 from count_video.motion.model import Paths
 from count_video.motion.pace import frames_per_picture, in_frames, in_pictures
@@ -26,7 +26,7 @@ def seen_impacts(track: Track) -> SeenImpacts:
         Paths(slow.frame, slow.ball.position_px, None),
         ["wall" if impact.side < 0 else "far" for impact in impacts],
         [impact.frame for impact in impacts],
-        touching=contact,
+        Fitting(touching=contact),
     )
     collisions = [in_frames(_collision(number, fitted), pace) for number in range(len(impacts))]
     return weighed(motion, impacts, (contact, pace), collisions)

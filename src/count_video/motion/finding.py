@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.motion.gaps import Gaps
-from count_video.motion.joint import ROUNDS, STRAY_SIGMAS, Contacts, fit_contacts
+from count_video.motion.joint import ROUNDS, STRAY_SIGMAS, Contacts, Fitting, fit_contacts
 from count_video.motion.model import TIME_MOVES_FRAMES, Paths
 from count_video.records import CollisionKind, Floats
 from count_video.signals import low_points, sigma_of
@@ -77,9 +77,12 @@ def find_contacts(gaps: Gaps, ball_diameter_px: float) -> Found:
     points = low_points_of(gaps)
     elsewhere: list[tuple[float, float]] = []
     tolerance = max(OUTLINE_PX, OUTLINE_SHARE * ball_diameter_px)
+    how = Fitting(OWN_PLACE_SIGMAS, rounds=SELECTION_ROUNDS)
     for stray_sigmas in (OWN_PLACE_SIGMAS, STRAY_SIGMAS):
+        how = replace(how, stray_sigmas=stray_sigmas)
         while points:
-            fitted = _fit(paths, points, stray_sigmas, SELECTION_ROUNDS)
+            fitted = _fit(paths, points, how)
+            how = replace(how, rounds=1, errors=fitted.errors)
             points = [replace(p, frame=float(f)) for p, f in zip(points, fitted.frame, strict=True)]
             worst = (
                 _worst(fitted, tolerance)
@@ -92,17 +95,11 @@ def find_contacts(gaps: Gaps, ball_diameter_px: float) -> Found:
             clear = [n for n in worst if jump[n] > JUMP_SIGMAS * sigma[n]]
             elsewhere += [(points[n].frame, float(jump[n] / sigma[n])) for n in clear]
             points = [point for n, point in enumerate(points) if n not in worst]
-    return Found(_fit(paths, points), tuple(points), tuple(elsewhere))
+    return Found(_fit(paths, points, replace(how, rounds=ROUNDS)), tuple(points), tuple(elsewhere))
 
 
-def _fit(
-    paths: Paths,
-    points: Sequence[LowPoint],
-    stray_sigmas: float = STRAY_SIGMAS,
-    rounds: int = ROUNDS,
-) -> Contacts:
-    kinds, frames = [p.kind for p in points], [p.frame for p in points]
-    return fit_contacts(paths, kinds, frames, stray_sigmas, rounds)
+def _fit(paths: Paths, points: Sequence[LowPoint], how: Fitting) -> Contacts:
+    return fit_contacts(paths, [p.kind for p in points], [p.frame for p in points], how)
 
 
 def jumps_of(fitted: Contacts) -> tuple[Floats, Floats]:

@@ -71,34 +71,48 @@ class Contacts:
     """Between the bodies' reference points where they touch; NaN where they do not."""
     misfit: float
     """Sum of squares of residuals in sigmas, robust, with the priors."""
+    errors: tuple[Errors | None, ...]
+    """Of the places of each body."""
+
+
+@dataclass(frozen=True)
+class Fitting:
+    """How contacts are fitted."""
+
+    stray_sigmas: float = STRAY_SIGMAS
+    """Standard deviation by which contacts of a kind stray from one place, in standard deviations
+    of a frame."""
+    touching: float = HALF_EXPOSURE
+    """Frames on either side of a contact that may show it; more of them for soft bodies."""
+    rounds: int = ROUNDS
+    errors: tuple[Errors | None, ...] | None = None
+    """Of the places of each body, where they are known from a fit before, whose times are good."""
+
+
+USUAL = Fitting()
 
 
 def fit_contacts(
-    paths: Paths,
-    kinds: Sequence[Kind],
-    frames: Sequence[float],
-    stray_sigmas: float = STRAY_SIGMAS,
-    rounds: int = ROUNDS,
-    touching: float = HALF_EXPOSURE,
+    paths: Paths, kinds: Sequence[Kind], frames: Sequence[float], how: Fitting = USUAL
 ) -> Contacts:
     """Fit contacts of known kinds, in order of time, from rough frame coordinates.
 
-    Rows are chosen by the times, so the fit is repeated until these settle, at most ``rounds``
-    times. ``stray_sigmas`` is the standard deviation by which contacts of a kind stray from one
-    place, in standard deviations of a frame; ``touching`` the frames on either side of a contact
-    that may show it, more of them where the bodies are soft.
+    Rows are chosen by the times, so the fit is repeated until these settle, at most ``how.rounds``
+    times.
     """
     times = np.array(frames, dtype=np.float64)
     # Where the picture begins must not matter, not even to when the fit is taken for settled.
     origin = float(np.nanmean(paths.ball_px))
     near = paths.moved(-origin)
-    for number in range(rounds):
-        model = Model(near, (tuple(kinds), times), stray_sigmas, touching)
+    errors = how.errors
+    for number in range(how.rounds):
+        model = Model(near, (tuple(kinds), times), how.stray_sigmas, how.touching)
         if number == 1:
             errors = model.measured_errors()
-        if number:
+        rough = errors is None
+        if errors is not None:
             model.use_errors(errors)
-        values = _solved(model, FLOOR_SHARE if number == 0 else 0.0)
+        values = _solved(model, FLOOR_SHARE if rough else 0.0)
         found = values[: len(times)]
         moved = float(np.abs(found - times).max(initial=0.0))
         times = found
@@ -217,6 +231,7 @@ def _contacts(model: Model, values: Floats, origin: float) -> Contacts:
         ),
         distance_px=float(values[model.distance]) if "bodies" in model.kinds else np.nan,
         misfit=misfit,
+        errors=model.errors,
     )
 
 

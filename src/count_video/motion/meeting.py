@@ -9,7 +9,7 @@ import numpy as np
 
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import Impact, find_impacts
-from count_video.motion.joint import Contacts, fit_contacts
+from count_video.motion.joint import Contacts, Fitting, fit_contacts
 from count_video.motion.model import Paths
 from count_video.motion.onesided import HALF_EXPOSURE
 from count_video.motion.pace import in_frames
@@ -42,7 +42,7 @@ def seen_meetings(track: Track, heavy: BodyTrack, pace: float) -> SeenImpacts:
         Paths(track.frame, track.ball.position_px, heavy.position_px),
         ["bodies"] * len(frames),
         frames,
-        touching=contact,
+        Fitting(touching=contact),
     )
     collisions = [
         in_frames(_collision_of_two(number, fitted), pace) for number in range(len(frames))

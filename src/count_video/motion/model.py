@@ -102,10 +102,10 @@ class Model:
         ]
         self._gather()
         self._lay_out()
-        self.errors: list[Errors | None] = [None] * len(paths.signals)
+        self.errors: tuple[Errors | None, ...] = (None,) * len(paths.signals)
         self.sigma = np.array([sigma_of(signal) for signal in paths.signals])
 
-    def use_errors(self, errors: list[Errors | None]) -> None:
+    def use_errors(self, errors: tuple[Errors | None, ...]) -> None:
         """Take measured errors for those of the places, where they are larger than white noise."""
         self.errors = errors
         self.sigma = np.maximum(self.sigma, [error.sigma_px if error else 0.0 for error in errors])
@@ -154,9 +154,9 @@ class Model:
             ]
         )
 
-    def measured_errors(self) -> list[Errors | None]:
+    def measured_errors(self) -> tuple[Errors | None, ...]:
         """Measure the errors of each body's places about its flights next to the contacts."""
-        return [self._errors(body) for body in range(len(self.paths.signals))]
+        return tuple(self._errors(body) for body in range(len(self.paths.signals)))
 
     def _errors(self, body: int) -> Errors | None:
         frame, signal = self.paths.frame, self.paths.signals[body]
@@ -283,7 +283,7 @@ class Model:
         return (path - self.place_px) / sigma, jacobian / sigma[:, None]
 
     def products(self, left: Floats, right: Floats) -> Floats:
-        """Sums over the rows of products of derivatives, shape (columns, columns)."""
+        """Sum products of derivatives over the rows, shape (columns, columns)."""
         size = self.columns + 1
         if not self.pieces:
             return np.zeros((self.columns, self.columns))
@@ -293,7 +293,7 @@ class Model:
         return np.asarray(flat.reshape(size, size)[:-1, :-1])
 
     def sums(self, jacobian: Floats, weights: Floats) -> Floats:
-        """Sums over the rows of derivatives with weights, shape (columns,)."""
+        """Sum derivatives with weights over the rows, shape (columns,)."""
         if not self.pieces:
             return np.zeros(self.columns)
         sums = np.add.reduceat(jacobian * weights[:, None], self.starts)
@@ -301,7 +301,7 @@ class Model:
         return np.asarray(flat[:-1])
 
     def dense(self, jacobian: Floats, rows: NDArray[np.bool_]) -> Floats:
-        """Derivatives of chosen rows by column, shape (chosen, columns)."""
+        """Spread derivatives of chosen rows over all columns, shape (chosen, columns)."""
         full = np.zeros((int(rows.sum()), self.columns + 1))
         np.add.at(
             full, (np.arange(len(full))[:, None], self.slots[self.piece_of[rows]]), jacobian[rows]
@@ -315,7 +315,9 @@ class Model:
         """
         place, by = self.nodes(values)
         body, first, last, spans = self.body, self.first, self.last, self.spans
-        bend, swing, slope = (np.append(values, 0.0)[self.slots[:, n]] for n in (BEND, SWING, SLOPE))
+        bend, swing, slope = (
+            np.append(values, 0.0)[self.slots[:, n]] for n in (BEND, SWING, SLOPE)
+        )
         length = np.where(spans, values[last] - values[first], 1.0)
         mean = np.where(spans, (place[body, last] - place[body, first]) / length, slope)
         bend = np.where(spans, bend, 0.0)
