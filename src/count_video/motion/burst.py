@@ -9,19 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from count_video.motion.foresight import last_seen, parted_until_turn
 from count_video.motion.gaps import Gaps
-from count_video.motion.onesided import (
-    HALF_EXPOSURE,
-    WINDOW_FRAMES,
-    WINDOW_PICTURES,
-    fit_side,
-    side_of,
-)
+from count_video.motion.joint import Contacts
+from count_video.motion.pieces import HALF_EXPOSURE, WINDOW_FRAMES
 from count_video.motion.swing import Swing
 from count_video.motion.turning import first_turn
 from count_video.records import Collision, Floats
@@ -33,6 +27,8 @@ AT_REST_SHARE = 0.3
 """A ball slower than this share of the approach speed is at rest before the first collision; in
 the midst of a burst it is never slower than the heavy body itself."""
 CLOSING_SIGMAS = 4.0
+WINDOW_PICTURES = 6
+"""The clip's end is as many frames as a piece of a flight, or so many pictures."""
 HIDDEN_FRAMES = 4.0
 """A cylinder not seen for so long at the clip's end has left the picture."""
 TURN_SIGMAS = 12.0
@@ -70,13 +66,15 @@ class Burst:
     """Why the clip does not support a count, in words for the user; empty if it does."""
 
 
-def find_burst(collisions: Sequence[Collision], gaps: Gaps, swing: Swing | None) -> Burst:
-    """Find the first burst among collisions in order of time.
+def find_burst(
+    collisions: Sequence[Collision], contacts: Contacts, gaps: Gaps, swing: Swing | None
+) -> Burst:
+    """Find the first burst among collisions in order of time, and their fitted contacts.
 
     ``swing`` is the heavy body's path through all of them, as far as it is known.
     """
-    turning = first_turn(collisions, gaps, swing)
-    end = min(turn_round(gaps, collisions), turning.before)
+    turning = first_turn(contacts)
+    end = min(turn_round(gaps, contacts), turning.before)
     inside = [c for c in collisions if c.frame <= end and c.frame < turning.before]
     count, rival = len(inside), None
     if np.isfinite(turning.open_before) and turning.open_before <= end:
@@ -87,7 +85,7 @@ def find_burst(collisions: Sequence[Collision], gaps: Gaps, swing: Swing | None)
         rival = Rival(other, min(turning.chance, 1 - turning.chance), _open(turning.open_before))
     inside = inside[:count]
     shortcomings = [
-        _beginning(inside, gaps),
+        _beginning(inside, contacts),
         _ending(inside, gaps, end, swing),
         _grazing(inside, gaps, end),
     ]
@@ -101,40 +99,27 @@ def _open(frame: float) -> str:
     )
 
 
-def turn_round(gaps: Gaps, collisions: Sequence[Collision]) -> float:
-    """Frame at which the heavy body, driven back, turns toward the wall again; inf if never."""
-    if not collisions:
+def turn_round(gaps: Gaps, contacts: Contacts) -> float:
+    """Frame at which the heavy body, driven back, turns toward the wall again; inf if never.
+
+    The furthest of many noisy places says little about when: it is put after collisions nearby at
+    which the heavy body still moves away.
+    """
+    if len(contacts.frame) == 0:
         return float("inf")
-    away = np.where(gaps.frame >= collisions[0].frame, -gaps.heavy_px, np.nan)
-    nearest = _first_of(low_points(-away, _turn_depth(gaps)))
+    depth = _turn_depth(gaps)
+    away = np.where(gaps.frame >= contacts.frame[0], -gaps.heavy_px, np.nan)
+    nearest = _first_of(low_points(-away, depth))
     if nearest is None:
         return float("inf")
     later = np.where(gaps.frame > gaps.frame[nearest], away, np.nan)
-    turn = _first_of(low_points(later, _turn_depth(gaps)))
+    turn = _first_of(low_points(later, depth))
     if turn is None:
         return float("inf")
-    return _settled(float(gaps.frame[turn]), -away[turn], gaps, collisions)
-
-
-def _settled(turn: float, furthest: float, gaps: Gaps, collisions: Sequence[Collision]) -> float:
-    """Sharpen the turn where a collision lies close to it, by the vertex of each flight's path.
-
-    The furthest of many noisy places says little about when; whether the heavy body still moved
-    away right before a collision decides whether that one belongs to the burst.
-    """
-    nearer = gaps.heavy_px < furthest - 2 * _turn_depth(gaps)
-    since = gaps.frame[nearer & (gaps.frame < turn)].max(initial=-np.inf)
-    until = gaps.frame[nearer & (gaps.frame > turn)].min(initial=np.inf)
-    bounds = [since, *(c.frame for c in collisions if since < c.frame < until), until]
-    for start, end in pairwise(bounds):
-        inside = (gaps.frame > start) & (gaps.frame < end) & np.isfinite(gaps.heavy_px)
-        if inside.sum() < FRAMES_TO_JUDGE:
-            continue
-        bend, slope, _ = np.polyfit(gaps.frame[inside] - turn, gaps.heavy_px[inside], 2)
-        vertex = turn - slope / (2 * bend) if bend < 0 else np.inf
-        if start < vertex < end:
-            return float(vertex)
-    return turn
+    back = gaps.frame[(away > away[turn] + depth) & (gaps.frame > gaps.frame[turn])]
+    rate, sigma = contacts.bodies[1].rate[:, 0], contacts.bodies[1].sigma[:, 0]
+    leaving = (contacts.frame < back.min(initial=np.inf)) & (rate > CLOSING_SIGMAS * sigma)
+    return max(float(gaps.frame[turn]), float(contacts.frame[leaving].max(initial=-np.inf)))
 
 
 def _turn_depth(gaps: Gaps) -> float:
@@ -145,24 +130,22 @@ def _first_of(places: np.ndarray[tuple[int], np.dtype[np.intp]]) -> int | None:
     return int(places[0]) if len(places) else None
 
 
-def _beginning(inside: Sequence[Collision], gaps: Gaps) -> str | None:
+def _beginning(inside: Sequence[Collision], contacts: Contacts) -> str | None:
     if not inside:
         return None
-    first = inside[0]
+    first, ball = inside[0], contacts.bodies[0]
     if first.kind == "wall":
         return (
             "the clip starts after the first collision: the ball already moves to the wall; "
             "start the clip while the ball is still at rest"
         )
-    ball = side_of(gaps.frame, gaps.ball_px, first.frame, -np.inf)
-    if ball is None or ball.points < FRAMES_TO_JUDGE:
+    speed, open_by = abs(ball.rate[0, 0]), CLOSING_SIGMAS * ball.sigma[0, 0]
+    if ball.rows[0, 0] < FRAMES_TO_JUDGE or open_by > _approach(first):
         return (
             "the clip starts too close to its first collision to tell whether the ball was at "
             "rest; start it some frames earlier"
         )
-    speed = abs(ball.slope) - CLOSING_SIGMAS * float(np.sqrt(ball.covariance[1, 1]))
-    approach = _approach(first)
-    if speed > AT_REST_SHARE * approach:
+    if speed - open_by > AT_REST_SHARE * _approach(first):
         return (
             "the clip starts after the first collision: the ball is not at rest before the "
             "first one seen; start the clip earlier"
@@ -183,7 +166,7 @@ def _ending(inside: Sequence[Collision], gaps: Gaps, end: float, swing: Swing | 
     last, final = inside[-1].frame, float(gaps.frame[-1])
     struck = max((c.frame for c in inside if c.kind == "bodies"), default=inside[0].frame)
     gone = last_seen(gaps.frame, gaps.heavy_px)
-    since = max(last, min(final - WINDOW_FRAMES, gaps.frame[-int(WINDOW_PICTURES) :][0]))
+    since = max(last, min(final - WINDOW_FRAMES, gaps.frame[-WINDOW_PICTURES:][0]))
     # A cylinder that leaves the picture is judged by its last frames there.
     hidden = final - gone > HIDDEN_FRAMES
     gap = _rate(gaps, gaps.gap_px, (since, final))
@@ -237,9 +220,9 @@ def _rate(gaps: Gaps, signal: Floats, between: tuple[float, float]) -> float | N
     chosen &= np.isfinite(signal)
     if chosen.sum() < FRAMES_TO_JUDGE:
         return None
-    about = float(gaps.frame[chosen].mean())
-    side = fit_side(gaps.frame[chosen], signal[chosen], about, sigma_of(signal))
-    if side is None:
-        return None
-    significant = abs(side.slope) > CLOSING_SIGMAS * float(np.sqrt(side.covariance[1, 1]))
-    return side.slope if significant else 0.0
+    time = gaps.frame[chosen] - gaps.frame[chosen].mean()
+    slope, _ = np.polyfit(time, signal[chosen], 1)
+    # What a parabola leaves over is noise; its own bend is none.
+    left_over = signal[chosen] - np.polyval(np.polyfit(time, signal[chosen], 2), time)
+    variance = max(sigma_of(signal) ** 2, float(left_over @ left_over) / max(len(time) - 3, 1))
+    return float(slope) if abs(slope) > CLOSING_SIGMAS * np.sqrt(variance / (time @ time)) else 0.0

@@ -12,10 +12,9 @@ from __future__ import annotations
 import numpy as np
 
 from count_video.motion.gaps import Gaps
-from count_video.motion.onesided import Side, fit_side, side_frames
+from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.swing import Swing
 from count_video.records import Floats
-from count_video.signals import sigma_of
 
 STATE_FRAMES = 64.0
 """The state at the end is fitted to at most so many frames."""
@@ -49,25 +48,25 @@ def parted_until_turn(
     if swing is None or swing.rate_squared < RATE_SIGMAS * swing.rate_squared_sigma:
         return False
     final, gone = float(gaps.frame[-1]), last_seen(gaps.frame, gaps.heavy_px)
-    # What the ball meets meanwhile changes nothing for a cylinder out of the picture.
-    heavy = _state(gaps, gaps.heavy_px, (burst[1] if gone == final else struck, gone))
-    ball = _state(gaps, gaps.ball_px, (burst[1], final))
     before = gaps.ball_px[gaps.frame < burst[0]]
-    if heavy is None or ball is None or not np.isfinite(before).any():
+    if not np.isfinite(before).any():
         return False
     rest = float(np.nanmedian(before))
     rate = float(np.sqrt(swing.rate_squared))
-    away = heavy.value - swing.centre_px
+    # What the ball meets meanwhile changes nothing for a cylinder out of the picture.
+    since = burst[1] if gone == final else struck
+    heavy = _state(gaps.frame, gaps.heavy_px - swing.centre_px, rate, (since, gone))
+    ball = _state(gaps.frame, gaps.ball_px - rest, rate, (burst[1], final))
     way = float(np.nanmax(gaps.heavy_px) - np.nanmin(gaps.heavy_px))
-    if np.hypot(away, heavy.slope / rate) < SWING_SHARE * way:
+    if heavy is None or ball is None or np.hypot(*heavy) < SWING_SHARE * way:
         return False
     unseen = rate * (final - gone)
-    turn = np.pi / 2 - np.arctan2(rate * away, heavy.slope) - unseen
+    turn = np.pi / 2 - np.arctan2(*heavy) - unseen
     if turn <= 0:
         return False
     phase = np.linspace(0.0, turn, SAMPLES)
-    heavy_path = _path(heavy, swing.centre_px, rate, unseen + phase)
-    ball_path = _path(ball, rest, rate, phase)
+    heavy_path = swing.centre_px + _away(heavy, unseen + phase)
+    ball_path = rest + _away(ball, phase)
     contact = float(np.nanmin(gaps.heavy_px - gaps.ball_px))
     wall = float(np.nanmin(gaps.ball_px))
     clear_wall = ball_path - wall > CLEARANCE_SHARE * (rest - wall)
@@ -80,14 +79,21 @@ def last_seen(frame: Floats, signal: Floats) -> float:
     return float(frame[np.isfinite(signal)].max(initial=-np.inf))
 
 
-def _state(gaps: Gaps, signal: Floats, between: tuple[float, float]) -> Side | None:
-    """Value and slope of a path at the second of two frames, from what lies between them."""
+def _state(
+    frame: Floats, away: Floats, rate: float, between: tuple[float, float]
+) -> tuple[float, float] | None:
+    """Fit a swing about its centre, as its cosine and sine parts at the second of two frames."""
     since, until = between
-    chosen = side_frames(gaps.frame, signal, until + 1.0, since, STATE_FRAMES)
-    side = fit_side(gaps.frame[chosen], signal[chosen], until, sigma_of(signal))
-    return side if side is not None and side.points >= POINTS_AT_LEAST else None
+    chosen = np.isfinite(away) & (frame > max(since + HALF_EXPOSURE, until - STATE_FRAMES))
+    chosen &= frame <= until
+    if chosen.sum() < POINTS_AT_LEAST:
+        return None
+    phase = rate * (frame[chosen] - until)
+    swing = np.column_stack([np.cos(phase), np.sin(phase)])
+    cosine, sine = np.linalg.lstsq(swing, away[chosen], rcond=None)[0]
+    return float(cosine), float(sine)
 
 
-def _path(state: Side, centre: float, rate: float, phase: Floats) -> Floats:
-    """Positions of a pendulum at phases after a state."""
-    return centre + (state.value - centre) * np.cos(phase) + state.slope / rate * np.sin(phase)
+def _away(state: tuple[float, float], phase: Floats) -> Floats:
+    """Distances of a pendulum from its centre at phases after a state."""
+    return state[0] * np.cos(phase) + state[1] * np.sin(phase)

@@ -252,7 +252,8 @@ def _motion(model: Model, values: Floats, covariance: Floats, body: int) -> Moti
         near = model.piece_at(body, float(values[contact]))
         if near is not None:
             time = float(values[contact])
-            rate[contact] = model.rate_within(values, near, time, float(rates[near, 0]))
+            here = (float(rates[near, 0]), slopes[near, 0])
+            rate[contact], gradients[contact] = model.rate_within(values, near, time, here)
     jump = gradients[:, 1] - gradients[:, 0]
     sigma = np.sqrt(np.einsum("csp,csp->cs", gradients @ covariance, gradients))
     jump_sigma = np.sqrt(np.einsum("cp,cp->c", jump @ covariance, jump))

@@ -349,12 +349,20 @@ class Model:
                 nearest, away = number, apart
         return nearest
 
-    def rate_within(self, values: Floats, number: int, time: float, at_contact: float) -> float:
-        """Velocity of a piece's body at a time between its rows, by that at its first contact."""
+    def rate_within(
+        self, values: Floats, number: int, time: float, at_contact: tuple[float, Floats]
+    ) -> tuple[float, Floats]:
+        """Velocity of a piece's body at a time between its rows, and its gradient, by columns.
+
+        ``at_contact`` is the same at the piece's first contact.
+        """
         piece, contact = self.pieces[number], self.pieces[number].anchor
         swung = float(np.interp(time, piece.frame, piece.swung_rate)) - piece.end_rates[0]
         bend, swing = values[self.bends + number], values[self.swings + piece.body]
-        return float(at_contact + bend * (time - values[contact]) + swing * swung)
+        since, gradient = time - values[contact], at_contact[1].copy()
+        gradient[[self.bends + number, self.swings + piece.body]] += since, swung
+        gradient[contact] -= bend
+        return float(at_contact[0] + bend * since + swing * swung), gradient
 
 
 def _interpolated(frame: Floats, signal: Floats, at: Floats) -> Floats:
