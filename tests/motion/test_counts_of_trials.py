@@ -16,6 +16,7 @@ from filmed_trials import (
 from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
+from count_video.motion.reasons import Cause
 from count_video.motion.seen import SeenCollisions, seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
@@ -212,4 +213,4 @@ def test_outlines_that_stay_apart_speak_against_a_few_collisions_only(
 
 
 def never_touch(track: Track) -> bool:
-    return any("never touch" in reason for reason in seen_collisions(track).shortcomings)
+    return any(reason.cause is Cause.NEVER_TOUCH for reason in seen_collisions(track).shortcomings)

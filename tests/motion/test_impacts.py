@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from count_video.motion.alone import seen_impacts
 from count_video.motion.certainty import chances_of_sum
 from count_video.motion.flight import usual_acceleration
+from count_video.motion.reasons import Cause
 from count_video.motion.weighing import SeenImpacts
 from count_video.records import Floats
 
@@ -174,7 +175,7 @@ def test_two_bodies_of_which_one_bounces_off_a_wall_are_not_counted() -> None:
 
     found = seen_impacts(pair(noisy(left, NOISE_PX), noisy(right, NOISE_PX, 1)))
 
-    assert any("something else" in reason for reason in found.shortcomings)
+    assert any(reason.cause is Cause.MEETS_OTHERS for reason in found.shortcomings)
 
 
 def test_the_usual_acceleration_is_that_of_the_flights() -> None:

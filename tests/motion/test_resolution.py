@@ -6,6 +6,7 @@ from made_collisions import collision
 
 from count_video.motion.burst import Burst
 from count_video.motion.gaps import Gaps
+from count_video.motion.reasons import Cause, Reason
 from count_video.motion.resolution import (
     LONG_FLIGHT,
     UNEXPLAINED_SIGMAS,
@@ -60,7 +61,8 @@ def test_a_sharp_turn_without_a_contact_leaves_a_doubt() -> None:
     inside = candidates_at([10.0, 50.0, 60.0])
     clear, faint = (55.0, 2 * UNEXPLAINED_SIGMAS), (56.0, UNEXPLAINED_SIGMAS / 2)
 
-    assert "55.0" in unexplained([clear, faint], inside, Burst(3, None, np.inf, ()), 1.0)[0]
+    told = unexplained([clear, faint], inside, Burst(3, None, np.inf, ()), 1.0)
+    assert told == [Reason(Cause.JUMPS_ELSEWHERE, (55.0,))]
     assert unexplained([faint], inside, Burst(3, None, np.inf, ()), 1.0) == []
 
 
@@ -89,5 +91,5 @@ def test_a_turn_between_two_wall_collisions_counts_if_the_cylinder_is_seen_far_o
 
     missing = unresolved(walls, swinging_back(seen), 1.0)
 
-    assert [word for word in missing if "cylinder was missed" in word] == missing
+    assert all(reason.cause is Cause.BODY_MISSED for reason in missing)
     assert bool(missing) is not seen

@@ -16,6 +16,7 @@ from count_video.motion.foresight import last_seen, parted_until_turn
 from count_video.motion.gaps import Gaps
 from count_video.motion.joint import Contacts
 from count_video.motion.pieces import HALF_EXPOSURE, WINDOW_FRAMES
+from count_video.motion.reasons import Cause, Reason
 from count_video.motion.swing import Swing
 from count_video.motion.turning import first_turn
 from count_video.records import Collision, Floats
@@ -48,8 +49,8 @@ class Rival:
     count: int
     probability: float
     """Of that count, against the one told; at most 0.5."""
-    reason: str
-    """What leaves it open, in words for the user."""
+    reason: Reason
+    """What leaves it open."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,8 @@ class Burst:
     """How many may belong to it just as well; None where that is clear."""
     end_frame: float
     """Where the heavy body turns round again; inf if the clip ends before."""
-    shortcomings: tuple[str, ...]
-    """Why the clip does not support a count, in words for the user; empty if it does."""
+    shortcomings: tuple[Reason, ...]
+    """Why the clip does not support a count; empty if it does."""
 
 
 def find_burst(
@@ -82,21 +83,15 @@ def find_burst(
         turned = turning.chance < 0.5
         count, other = (surely, count) if turned else (count, surely)
         end = turning.open_before if turned else end
-        rival = Rival(other, min(turning.chance, 1 - turning.chance), _open(turning.open_before))
+        reason = Reason(Cause.TURN_OPEN, (turning.open_before,))
+        rival = Rival(other, min(turning.chance, 1 - turning.chance), reason)
     inside = inside[:count]
-    shortcomings = [
+    causes = (
         _beginning(inside, contacts),
         _ending(inside, gaps, end, swing),
         _grazing(inside, gaps, end),
-    ]
-    return Burst(count, rival, end, tuple(s for s in shortcomings if s))
-
-
-def _open(frame: float) -> str:
-    return (
-        f"the cylinder turns round at frame {frame:.0f}, just when the ball strikes it: whether "
-        "that collision still belongs to the burst is not certain"
     )
+    return Burst(count, rival, end, tuple(Reason(cause) for cause in causes if cause))
 
 
 def turn_round(gaps: Gaps, contacts: Contacts) -> float:
@@ -130,27 +125,17 @@ def _first_of(places: np.ndarray[tuple[int], np.dtype[np.intp]]) -> int | None:
     return int(places[0]) if len(places) else None
 
 
-def _beginning(inside: Sequence[Collision], contacts: Contacts) -> str | None:
+def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
     if not inside:
         return None
     first, ball = inside[0], contacts.bodies[0]
     if first.kind == "wall":
-        return (
-            "the clip starts after the first collision: the ball already moves to the wall; "
-            "start the clip while the ball is still at rest"
-        )
+        return Cause.STARTS_MOVING
     speed, open_by = abs(ball.rate[0, 0]), CLOSING_SIGMAS * ball.sigma[0, 0]
     if ball.rows[0, 0] < FRAMES_TO_JUDGE or open_by > _approach(first):
-        return (
-            "the clip starts too close to its first collision to tell whether the ball was at "
-            "rest; start it some frames earlier"
-        )
-    if speed - open_by > AT_REST_SHARE * _approach(first):
-        return (
-            "the clip starts after the first collision: the ball is not at rest before the "
-            "first one seen; start the clip earlier"
-        )
-    return None
+        return Cause.STARTS_CLOSE
+    late = speed - open_by > AT_REST_SHARE * _approach(first)
+    return Cause.STARTS_LATE if late else None
 
 
 def _approach(first: Collision) -> float:
@@ -159,7 +144,9 @@ def _approach(first: Collision) -> float:
     return speed if np.isfinite(speed) else np.inf
 
 
-def _ending(inside: Sequence[Collision], gaps: Gaps, end: float, swing: Swing | None) -> str | None:
+def _ending(
+    inside: Sequence[Collision], gaps: Gaps, end: float, swing: Swing | None
+) -> Cause | None:
     """Judge the state after the last collision: bodies that part, no contact ahead."""
     if not inside or np.isfinite(end):
         return None
@@ -174,21 +161,16 @@ def _ending(inside: Sequence[Collision], gaps: Gaps, end: float, swing: Swing | 
     ball = _rate(gaps, gaps.ball_px, (since, final))
     parts = parted_until_turn(gaps, swing, (inside[0].frame, last), struck)
     if ball is None or heavy is None or (gap is None and not hidden):
-        what = "right after a collision"
-    elif heavy < 0 and not _driven_back(gaps):
-        what = "while the cylinder still moves to the wall"
-    elif hidden and not parts:
-        what = "while the cylinder, out of the picture, may be struck once more"
-    elif gap is not None and gap < 0 and not parts:
-        what = "while the ball still catches up with the cylinder"
-    elif ball < 0 and not parts:
-        what = "while the ball still moves to the wall"
-    else:
-        return None
-    return f"the clip ends {what}, before the burst can be over; let it run longer"
+        return Cause.ENDS_AT_CONTACT
+    if heavy < 0 and not _driven_back(gaps):
+        return Cause.ENDS_APPROACHING
+    cause = Cause.ENDS_RETURNING if ball < 0 else None
+    cause = Cause.ENDS_CATCHING_UP if gap is not None and gap < 0 else cause
+    cause = Cause.ENDS_HIDDEN if hidden else cause
+    return None if parts else cause
 
 
-def _grazing(inside: Sequence[Collision], gaps: Gaps, end: float) -> str | None:
+def _grazing(inside: Sequence[Collision], gaps: Gaps, end: float) -> Cause | None:
     """Judge whether the ball creeps to the wall once more and turns too gently to show it."""
     walls = [c.frame for c in inside if c.kind == "wall"]
     if not walls or inside[-1].kind == "wall":
@@ -202,10 +184,7 @@ def _grazing(inside: Sequence[Collision], gaps: Gaps, end: float) -> str | None:
     nearest = float(np.sort(gaps.ball_px[later])[GRAZING_FRAMES - 1])
     if nearest > level + GRAZING_SIGMAS * sigma_of(gaps.ball_px):
         return None
-    return (
-        "after the last collision that is seen the ball creeps up to the wall: whether it strikes "
-        "it before the burst is over is too faint to tell"
-    )
+    return Cause.GRAZES_WALL
 
 
 def _driven_back(gaps: Gaps) -> bool:

@@ -15,7 +15,8 @@ from count_video.motion.cadence import Cadence, cadence_of
 from count_video.motion.gaps import gaps_of
 from count_video.motion.left_out import LeftOut, left_out
 from count_video.motion.ramps import Ramp, ramps_of, sharpened, stray_px
-from count_video.motion.seen import STRAYS, SeenCollisions, seen_collisions
+from count_video.motion.reasons import Cause
+from count_video.motion.seen import SeenCollisions, seen_collisions
 from count_video.motion.swing import borne_out, fit_path
 from count_video.records import Track, TrialResult
 
@@ -76,7 +77,7 @@ def _judged_by_burst(found: SeenCollisions, track: Track) -> SeenCollisions:
     gaps = gaps_of(track)
     if not borne_out(fit_path(gaps, found.collisions[: found.burst]), gaps):
         return found
-    others = tuple(one for one in found.shortcomings if one != STRAYS)
+    others = tuple(one for one in found.shortcomings if one.cause is not Cause.STRAYS)
     return replace(found, borne_out=True, shortcomings=others)
 
 

@@ -23,6 +23,7 @@ import numpy as np
 
 from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.pieces import HALF_EXPOSURE
+from count_video.motion.reasons import Cause, Reason
 from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
 
@@ -55,9 +56,9 @@ class LeftOut:
         return f"about {self.frames} frames are left out after frame {self.after:.0f}"
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def doubts(self) -> tuple[Reason, ...]:
         """Why collisions may be missing; none if the ball flew on."""
-        return () if self.flown else (f"{self.warning}, in which collisions may have happened",)
+        return () if self.flown else (Reason(Cause.LEFT_OUT, (self.after, self.frames)),)
 
     def evened(self, track: Track) -> Track:
         """Time the pictures of a track as if the frames were there."""

@@ -13,6 +13,7 @@ from count_video.motion.joint import Contacts, Fitting, fit_contacts
 from count_video.motion.model import Paths
 from count_video.motion.onesided import HALF_EXPOSURE
 from count_video.motion.pace import in_frames
+from count_video.motion.reasons import Cause, Reason
 from count_video.motion.swinging import excess, is_smooth
 from count_video.motion.weighing import SeenImpacts, weighed
 from count_video.records import BodyTrack, Collision, Floats, Track, Velocities
@@ -79,7 +80,7 @@ def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:
     return all(left is not None and is_smooth(left) for left in walls)
 
 
-def _unlike(collisions: Sequence[Collision], track: Track, heavy: BodyTrack) -> list[str]:
+def _unlike(collisions: Sequence[Collision], track: Track, heavy: BodyTrack) -> list[Reason]:
     """Say if the two are not of a kind, by their lengths and by how their velocities change.
 
     Then they are the ball and the heavy body of a trial whose wall is not reached in the clip.
@@ -89,12 +90,7 @@ def _unlike(collisions: Sequence[Collision], track: Track, heavy: BodyTrack) -> 
     ratios = [abs(float(np.log(_steps(collision)))) for collision in collisions]
     shown = [ratio for ratio in ratios if np.isfinite(ratio)]
     alike &= not shown or bool(np.median(shown) < np.log(MASS_FACTOR))
-    if alike:
-        return []
-    return [
-        "the two bodies are not of a kind, and neither reaches a wall: let the clip run until the "
-        "burst is over"
-    ]
+    return [] if alike else [Reason(Cause.UNLIKE)]
 
 
 def _steps(collision: Collision) -> float:
@@ -123,27 +119,23 @@ def _collision_of_two(number: int, fitted: Contacts) -> Collision:
     )
 
 
-def _elsewhere(frames: Sequence[float], track: Track, heavy: BodyTrack) -> list[str]:
+def _elsewhere(frames: Sequence[float], track: Track, heavy: BodyTrack) -> list[Reason]:
     """Say if one of two bodies also meets something that is not the other."""
     for body in (track.ball, heavy):
         for impact in find_impacts(motion_of(track.frame, body.position_px))[0]:
             if all(abs(impact.frame - frame) > SAME_CONTACT_PICTURES for frame in frames):
-                return [
-                    "one of the two bodies also bounces off something else: show the trial from "
-                    "the ball at rest until the heavy body is driven back, or bodies that meet "
-                    "nothing but each other"
-                ]
+                return [Reason(Cause.MEETS_OTHERS)]
     return []
 
 
-def _cut_off(gap: Floats) -> list[str]:
+def _cut_off(gap: Floats) -> list[Reason]:
     """Say if the clip begins or ends when the bodies are near each other: more may lie beyond."""
     parts = gap[:END_PICTURES], gap[-END_PICTURES:]
     if any(np.isnan(part).all() for part in parts):
         return []  # one of them comes into the picture, or leaves it
     ends = [float(np.nanmedian(part)) for part in parts]
     if ends[1] < PARTED_SHARE * ends[0]:
-        return ["the clip ends before the bodies have parted; let it run longer"]
+        return [Reason(Cause.ENDS_TOGETHER)]
     if ends[0] < PARTED_SHARE * ends[1]:
-        return ["the clip starts when the bodies are next to each other; start it earlier"]
+        return [Reason(Cause.STARTS_TOGETHER)]
     return []

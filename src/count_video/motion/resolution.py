@@ -16,6 +16,7 @@ import numpy as np
 
 from count_video.motion.burst import Burst
 from count_video.motion.gaps import Gaps
+from count_video.motion.reasons import Cause, Reason
 from count_video.records import Collision
 from count_video.signals import sigma_of
 
@@ -28,7 +29,6 @@ hides two collisions. In simulated bursts, with threads, losses and their scatte
 no flight is longer by 5 %."""
 UNEXPLAINED_SIGMAS = 10.0
 """Jumps of the velocity by so much are no accidents of noise."""
-NAMED_AT_MOST = 3
 TURN_FRAMES = 12
 """A ball that turns round by itself between two collisions of a kind is seen for so long, ..."""
 TURN_CLEAR_SHARE = 0.2
@@ -41,7 +41,7 @@ def unexplained(
     inside: Sequence[Collision],
     burst: Burst,
     pace: float,
-) -> list[str]:
+) -> list[Reason]:
     """Say where, within the burst, the ball clearly turns without a contact.
 
     A body that is not followed rightly (it spins, or something was taken for it) may strike
@@ -50,18 +50,14 @@ def unexplained(
     """
     first = inside[0].frame if inside else np.inf
     clear = sorted(
-        frame
+        frame * pace
         for frame, clarity in elsewhere
         if first < frame < burst.end_frame and clarity > UNEXPLAINED_SIGMAS
     )
-    if not clear:
-        return []
-    named = ", ".join(f"{frame * pace:.1f}" for frame in clear[:NAMED_AT_MOST])
-    more = f" and {len(clear) - NAMED_AT_MOST} more" if len(clear) > NAMED_AT_MOST else ""
-    return [f"the ball turns sharply where by its place it strikes nothing (frame {named}{more})"]
+    return [Reason(Cause.JUMPS_ELSEWHERE, tuple(clear))] if clear else []
 
 
-def unresolved(candidates: Sequence[Collision], gaps: Gaps, pace: float) -> list[str]:
+def unresolved(candidates: Sequence[Collision], gaps: Gaps, pace: float) -> list[Reason]:
     """Say which collisions may be missing; empty if the pictures show them all.
 
     Collisions and gaps count in pictures, of which each takes ``pace`` frames.
@@ -69,20 +65,13 @@ def unresolved(candidates: Sequence[Collision], gaps: Gaps, pace: float) -> list
     found = []
     for before, after in pairwise(candidates):
         if before.kind == after.kind and not _turned(before, after, gaps):
-            what = "cylinder" if before.kind == "wall" else "wall"
-            span = f"{before.frame * pace:.1f} and {after.frame * pace:.1f}"
-            found.append(
-                f"between frames {span} a collision of the ball with the {what} was missed"
-            )
+            cause = Cause.BODY_MISSED if before.kind == "wall" else Cause.WALL_MISSED
+            found.append(Reason(cause, (before.frame * pace, after.frame * pace)))
     for before, after in long_flights(candidates):
-        span = f"{before.frame * pace:.1f} and {after.frame * pace:.1f}"
-        found.append(f"between frames {span} at least two collisions were missed")
+        found.append(Reason(Cause.PAIR_MISSED, (before.frame * pace, after.frame * pace)))
     shortest = shortest_interval(candidates)
     if shortest < RESOLVED_FRAMES:
-        found.append(
-            f"collisions follow each other within {shortest:.1f} pictures, less than the "
-            f"{RESOLVED_FRAMES} that show each for certain; film at a higher rate"
-        )
+        found.append(Reason(Cause.UNRESOLVED, (shortest, RESOLVED_FRAMES)))
     return found
 
 

@@ -13,15 +13,11 @@ from count_video.motion.pace import (
     in_pictures,
     swing_in_frames,
 )
+from count_video.motion.reasons import Cause, Reason
 from count_video.motion.resolution import shortest_interval, unexplained, unresolved
 from count_video.motion.swing import Swing, borne_out, fit_path, swing_of
 from count_video.records import Collision, Track, Velocities
 
-NEVER_TOUCH = "the two bodies that move never touch: where they turn back, a gap stays between them"
-STRAYS = (
-    "the cylinder does not move as its swing and these collisions would have it: some were missed, "
-    "or something else was taken for a body"
-)
 FEW_TO_BELIEVE = 2
 """Outlines can be learnt wrongly: against more collisions than this in a row they have no say."""
 APART_SHARE = 0.5
@@ -39,9 +35,9 @@ class SeenCollisions:
     """How many of them belong to the first burst."""
     rival: Rival | None
     """How many may belong to it just as well; None where that is clear."""
-    shortcomings: tuple[str, ...]
+    shortcomings: tuple[Reason, ...]
     """Why the clip does not show the whole burst; empty if it does."""
-    doubts: tuple[str, ...]
+    doubts: tuple[Reason, ...]
     """Why collisions may be missing between the frames; empty if all are resolved."""
     shortest_interval_frames: float
     """Between neighbours of the first burst; inf for fewer than two."""
@@ -72,10 +68,10 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     shortcomings = burst.shortcomings
     apart = found.contacts.distance_px - gaps.near_edge_px
     if len(inside) <= FEW_TO_BELIEVE and apart > APART_SHARE * track.ball_diameter_px:
-        shortcomings = (NEVER_TOUCH, *shortcomings)
+        shortcomings = (Reason(Cause.NEVER_TOUCH), *shortcomings)
     doubts = (*unresolved(inside, gaps, pace), *unexplained(found.elsewhere, inside, burst, pace))
     if right is False and not doubts:
-        shortcomings = (*shortcomings, STRAYS)
+        shortcomings = (*shortcomings, Reason(Cause.STRAYS))
     return SeenCollisions(
         collisions=tuple(in_frames(collision, pace) for collision in collisions),
         burst=burst.count,

@@ -10,6 +10,7 @@ from count_video.motion.certainty import chances_of_sum
 from count_video.motion.flight import Motion, straying
 from count_video.motion.impacts import Impact
 from count_video.motion.missing import chance_before, ends_at_stop, in_a_tail, passed_over
+from count_video.motion.reasons import Cause, Reason
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.records import Collision
 
@@ -38,14 +39,6 @@ CHANCE_WALL_AHEAD = 0.4
 """Chance that what a body moves towards when the clip ends is a wall, which it strikes."""
 STRAYING_AT_MOST = 0.4
 """Where a larger share of the flights strays, the turns are not those of a body that bounces."""
-NO_IMPACT = "no impact is seen: what moves turns round smoothly, if at all, and jumps nowhere"
-TOO_FREQUENT = (
-    "the last impacts follow each other faster than the pictures show: some may be missed"
-)
-WALL_AHEAD = (
-    "the clip ends while a body moves towards something that stands in its way: if that is a wall, "
-    "let the clip run until the last collision"
-)
 
 
 @dataclass(frozen=True)
@@ -54,10 +47,10 @@ class SeenImpacts:
 
     collisions: tuple[Collision, ...]
     """In order of time, numbered from 1; real times are not filled in."""
-    shortcomings: tuple[str, ...]
-    """Why the clip supports no count, in words for the user; empty if it does."""
-    doubts: tuple[str, ...]
-    """What lowers the probability, in words for the user."""
+    shortcomings: tuple[Reason, ...]
+    """Why the clip supports no count; empty if it does."""
+    doubts: tuple[Reason, ...]
+    """What lowers the probability."""
     probability: dict[int, float]
     """Of each count."""
 
@@ -78,23 +71,22 @@ def weighed(
     strays = straying(motion, frames, contact)
     told = zip(impacts, collisions, strict=True)
     chances = [_chance(impact, impacts, collision.kind) for impact, collision in told]
-    doubts = []
+    doubts: list[Reason] = []
     if strays:
-        spans = ", ".join(f"{a * pace:.0f} to {b * pace:.0f}" for a, b in strays)
-        doubts.append(f"the body does not fly freely in frames {spans}")
+        spans = tuple(frame * pace for span in strays for frame in span)
+        doubts.append(Reason(Cause.NOT_FREE, spans))
         chances += [CHANCE_STRAYING] * len(strays)
     if impacts and (unseen := chance_before(motion, impacts)) > 0:
-        doubts.append("what came before the first impact is not seen: one may be missing")
+        doubts.append(Reason(Cause.BEFORE_UNSEEN))
         chances.append(unseen)
     if over := passed_over(motion, impacts):
-        spans = ", ".join(f"{frame * pace:.0f}" for frame in over)
-        doubts.append(f"whether the turns at the stop in frames {spans} are impacts cannot be told")
+        doubts.append(Reason(Cause.TURNS_OPEN, tuple(frame * pace for frame in over)))
         chances += [CHANCE_PASSED_OVER] * len(over)
     if cut_off := ends_at_stop(motion, impacts):
-        doubts.append("the clip is cut off where the body is at its stop: one may be missing")
+        doubts.append(Reason(Cause.CUT_AT_STOP))
         chances += [CHANCE_CUT_OFF] * cut_off
     if any(b - a < RESOLVED_FRAMES for a, b in pairwise(frames)) or in_a_tail(motion, impacts):
-        doubts.append(TOO_FREQUENT)
+        doubts.append(Reason(Cause.TOO_FREQUENT))
         chances += CHANCES_TAIL
     shortcomings = tuple(_shortcomings(impacts, len(strays)))
     return SeenImpacts(tuple(collisions), shortcomings, tuple(doubts), chances_of_sum(chances))
@@ -107,19 +99,16 @@ def with_wall_ahead(found: SeenImpacts) -> SeenImpacts:
     for count, chance in found.probability.items():
         chances[count] = chances.get(count, 0.0) + chance * (1 - more)
         chances[count + 1] = chances.get(count + 1, 0.0) + chance * more
-    return replace(found, doubts=(*found.doubts, WALL_AHEAD), probability=chances)
+    return replace(found, doubts=(*found.doubts, Reason(Cause.WALL_AHEAD)), probability=chances)
 
 
-def _shortcomings(impacts: Sequence[Impact], strays: int) -> list[str]:
+def _shortcomings(impacts: Sequence[Impact], strays: int) -> list[Reason]:
     if not impacts:
-        return [NO_IMPACT]
+        return [Reason(Cause.NO_IMPACT)]
     if not any(_is_certain(impact) for impact in impacts):
-        return ["the few turns that are seen are too faint or too short to tell impacts by"]
+        return [Reason(Cause.TOO_FAINT)]
     if strays > STRAYING_AT_MOST * max(len(impacts) - 1, 1):
-        return [
-            "the body's path between its turns is not that of one that bounces: impacts and smooth "
-            "turns cannot be told apart"
-        ]
+        return [Reason(Cause.NO_FLIGHTS)]
     return []
 
 

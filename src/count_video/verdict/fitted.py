@@ -12,6 +12,7 @@ from count_video.records import FootageInfo, TrialResult
 from count_video.verdict.masses import with_mass_ratio
 from count_video.verdict.resolved import LIKELY_ABOVE
 from count_video.verdict.timed import timed
+from count_video.verdict.wording import sentence
 
 PROBABILITY_AT_LEAST = 0.5
 """A count that is inferred must be more probable than all others together, ..."""
@@ -38,7 +39,7 @@ def knowledge(info: FootageInfo, masses: tuple[Fraction, Fraction] | None) -> Kn
 def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misfit) -> TrialResult:
     """Complete the answer by what lies between the frames, or say why nothing can be said."""
     if isinstance(between, Misfit):
-        return replace(result, reason=f"{result.reason}; {between.reason}")
+        return replace(result, reason=f"{result.reason}; {sentence(between.reason)}")
     count = between.count
     least = min(found.burst, found.rival.count) if found.rival else found.burst
     if count < least:
