@@ -9,53 +9,10 @@ import pytest
 from filmed_trials import Filming, film
 
 from count_video.motion.gaps import gaps_of
-from count_video.motion.onesided import BENT_FROM, fit_side
 from count_video.motion.seen import seen_collisions
 from count_video.motion.swing import fit_path
 from count_video.physics.setup import Setup
 from count_video.records import Track
-
-SIGMA_PX = 0.05
-PERIOD_FRAMES = 60.0
-AMPLITUDE_PX = 40.0
-PHASES = np.linspace(0.0, 2 * np.pi, 12, endpoint=False)
-CUBIC_SHARE = (2 * np.pi / PERIOD_FRAMES) ** 3 * AMPLITUDE_PX / 6
-"""The third order of the swing at most, in px per cubic frame."""
-NEAR_FRAMES = BENT_FROM + 1.0
-
-
-@pytest.mark.parametrize("phase", PHASES)
-def test_a_side_of_a_fast_swing_is_fitted_next_to_the_corner(phase: float) -> None:
-    frame = np.arange(1.0, 24.0)
-    turn = 2 * np.pi * frame / PERIOD_FRAMES + phase
-    swing = AMPLITUDE_PX * np.sin(turn)
-
-    side = fit_side(frame, swing, 0.0, SIGMA_PX)
-
-    assert side is not None
-    # Extrapolated by its third order at most over what is next to the corner, or to what the
-    # points may leave over before a side is cut.
-    far_off = CUBIC_SHARE * NEAR_FRAMES**3 / 10 + 5 * SIGMA_PX
-    assert side.value == pytest.approx(AMPLITUDE_PX * np.sin(phase), abs=far_off)
-
-
-def test_a_side_that_is_a_parabola_keeps_all_its_points() -> None:
-    frame = np.arange(1.0, 24.0)
-    noise = np.random.default_rng(3).normal(0.0, SIGMA_PX, len(frame))
-
-    side = fit_side(frame, 3.0 - 2.0 * frame + 0.1 * frame**2 + noise, 0.0, SIGMA_PX)
-
-    assert side is not None
-    assert side.points == len(frame)
-
-
-def test_a_side_that_hides_a_collision_keeps_all_its_points() -> None:
-    frame = np.arange(1.0, 24.0)
-
-    side = fit_side(frame, 4.0 * np.abs(frame - 12.0), 0.0, SIGMA_PX)
-
-    assert side is not None
-    assert side.points == len(frame)
 
 
 def held_first(track: Track, frames: int) -> Track:

@@ -131,10 +131,10 @@ def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
     first, ball = inside[0], contacts.bodies[0]
     if first.kind == "wall":
         return Cause.STARTS_MOVING
-    speed, open_by = abs(ball.rate[0, 0]), CLOSING_SIGMAS * ball.sigma[0, 0]
-    if ball.rows[0, 0] < FRAMES_TO_JUDGE or open_by > _approach(first):
+    speed, sigma = abs(ball.rate[0, 0]), ball.sigma[0, 0]
+    if ball.rows[0, 0] < FRAMES_TO_JUDGE or sigma > _approach(first):
         return Cause.STARTS_CLOSE
-    late = speed - open_by > AT_REST_SHARE * _approach(first)
+    late = speed - CLOSING_SIGMAS * sigma > AT_REST_SHARE * _approach(first)
     return Cause.STARTS_LATE if late else None
 
 

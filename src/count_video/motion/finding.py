@@ -16,7 +16,7 @@ import numpy as np
 
 from count_video.motion.gaps import Gaps
 from count_video.motion.joint import ROUNDS, STRAY_SIGMAS, Contacts, Fitting, fit_contacts
-from count_video.motion.model import TIME_MOVES_FRAMES, Paths
+from count_video.motion.model import TIME_MOVES_FRAMES, Paths, weighted_median
 from count_video.records import CollisionKind, Floats
 from count_video.signals import low_points, sigma_of
 
@@ -30,6 +30,7 @@ TURN_LOG_RATIO = 2.0
 """A low point is a turn from this logarithm of the likelihood ratio on: most are collisions."""
 SELECTION_ROUNDS = 2
 SIGMA_AT_LEAST = 1e-6
+LEAST_WEIGHT = 1e-9
 OWN_PLACE_SIGMAS = 1e4
 """Contacts that share no place are free within so many standard deviations of a frame."""
 OUTLINE_SHARE = 0.05
@@ -105,7 +106,8 @@ def _fit(paths: Paths, points: Sequence[LowPoint], how: Fitting) -> Contacts:
 def jumps_of(fitted: Contacts) -> tuple[Floats, Floats]:
     """Jump of the opening velocity and its standard uncertainty; NaN where not shown."""
     ball = fitted.bodies[0]
-    jump, variance = ball.jump.copy(), ball.jump_sigma**2
+    outward = np.where([kind == "far" for kind in fitted.kinds], -1.0, 1.0)
+    jump, variance = outward * ball.jump, ball.jump_sigma**2
     for body in fitted.bodies[1:]:
         touching = np.array([kind == "bodies" for kind in fitted.kinds])
         jump = np.where(touching, body.jump - jump, jump)
@@ -133,15 +135,17 @@ def _worst(fitted: Contacts, tolerance_px: float) -> list[int]:
     """
     turns = smoothness_of(fitted) - TURN_LOG_RATIO
     if turns.max() > 0:
-        return _peaks(turns)
+        return peaks(turns)
     jump, sigma = jumps_of(fitted)
     away = np.zeros(len(jump))
     for kind in set(fitted.kinds):
         own = np.array([one == kind for one in fitted.kinds])
-        level = _level(fitted.stray_px[own], np.nan_to_num(jump / sigma)[own])
+        level = weighted_median(
+            fitted.stray_px[own], np.maximum(np.nan_to_num(jump / sigma)[own], LEAST_WEIGHT)
+        )
         allowed = tolerance_px + PLACE_SIGMAS * fitted.stray_sigma[own]
         away[own] = np.abs(fitted.stray_px[own] - level) / allowed - 1
-    return _peaks(away)
+    return peaks(away)
 
 
 def _strayed(fitted: Contacts, points: Sequence[LowPoint], gaps: Gaps) -> list[int]:
@@ -154,7 +158,7 @@ def _strayed(fitted: Contacts, points: Sequence[LowPoint], gaps: Gaps) -> list[i
     steps = np.diff(gaps.frame, prepend=gaps.frame[0], append=gaps.frame[-1])
     longest = np.maximum(np.maximum(steps[place], steps[place + 1]), 1.0)
     allowed = TIME_MOVES_FRAMES * longest + PLACE_SIGMAS * fitted.frame_sigma
-    return _peaks(np.abs(fitted.frame - lowest) / allowed - 1)
+    return peaks(np.abs(fitted.frame - lowest) / allowed - 1)
 
 
 def _apart(
@@ -174,7 +178,7 @@ def _apart(
             motion = float(moved[np.isfinite(moved)].max(initial=0.0))
             allowed = tolerance_px + PLACE_SIGMAS * sigma_of(signal) + motion
             away[n] = abs(signal[place] - _closed(fitted, point.kind, gaps)) / allowed - 1
-    return _peaks(away)
+    return peaks(away)
 
 
 def _closed(fitted: Contacts, kind: CollisionKind, gaps: Gaps) -> float:
@@ -185,16 +189,8 @@ def _closed(fitted: Contacts, kind: CollisionKind, gaps: Gaps) -> float:
     return float(np.median(walls))
 
 
-def _peaks(values: Floats) -> list[int]:
-    """List the positive values that are above both neighbours."""
+def peaks(values: Floats, above: float = 0.0) -> list[int]:
+    """List the values above a level that are above both neighbours as well."""
     padded = np.concatenate([[-np.inf], values, [-np.inf]])
-    above = (values > padded[:-2]) & (values >= padded[2:]) & (values > 0)
-    return [int(index) for index in np.flatnonzero(above)]
-
-
-def _level(values: Floats, clarity: Floats) -> float:
-    """Median, each with the weight of its jump: hard bounces tell best."""
-    weight = np.maximum(clarity, 1e-9)
-    order = np.argsort(values)
-    share = np.cumsum(weight[order])
-    return float(values[order][np.searchsorted(share, share[-1] / 2)])
+    highest = (values > padded[:-2]) & (values >= padded[2:]) & (values > above)
+    return [int(index) for index in np.flatnonzero(highest)]

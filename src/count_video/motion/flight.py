@@ -54,14 +54,6 @@ class Motion:
         clock = self.frame - self.frame[0]
         return np.asarray(self.place_px - self.acceleration * clock**2 / 2)
 
-    def slope_back(self, slope: float, frame: float) -> float:
-        """Turn a slope of the levelled places into a velocity of the body."""
-        return float(slope + self.acceleration * (frame - float(self.frame[0])))
-
-    def place_back(self, value: float, frame: float) -> float:
-        """Turn a levelled place into a place."""
-        return float(value + self.acceleration * (frame - float(self.frame[0])) ** 2 / 2)
-
 
 def motion_of(frame: Floats, place_px: Floats) -> Motion:
     """Measure acceleration and noise of a path, shape (n,), in pictures and px."""

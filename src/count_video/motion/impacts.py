@@ -20,23 +20,27 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from count_video.motion.flight import Motion, Rows, flies_freely, straying
-from count_video.motion.onesided import BENT_FROM, Side, crossing, fit_side, side_frames
+from count_video.motion.finding import (
+    JUMP_SIGMAS,
+    OWN_PLACE_SIGMAS,
+    SELECTION_ROUNDS,
+    TURN_LOG_RATIO,
+    peaks,
+    smoothness_of,
+)
+from count_video.motion.flight import Motion, straying
+from count_video.motion.joint import Contacts, Fitting, fit_contacts
+from count_video.motion.model import Kind, Paths
+from count_video.motion.pieces import WINDOW_FRAMES
 from count_video.motion.swinging import excess, is_sharp, is_smooth
 from count_video.motion.turns import Turn, find_turns, usual_flight
 from count_video.records import Floats
 
-JUMP_SIGMAS = 5.0
+PICTURES_AT_LEAST = 2
+"""Fewer on one side show no velocity."""
 SPEED_SHARE = 0.5
 """Speed at an impact over the highest speed on that side of it; a body that turns round smoothly
 is slow there."""
-FREE_POINTS_AT_LEAST = 3
-FREE_SHRINK = 0.8
-"""A side is cut down to this share of its pictures until the body flies freely in all of them."""
-BEND_SIGMAS = 2.0
-"""A flight seen from the falling frame is straight unless a bend takes more than so many standard
-deviations off what a line leaves."""
-ROUNDS = 4
 MOVES_AT_MOST = 1.5
 """Pictures between the outermost sample and the corner of the fits."""
 CONTACT_TIMES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
@@ -85,56 +89,90 @@ def find_impacts(motion: Motion) -> tuple[list[Impact], float]:
 
 
 def _sharp(turns: Sequence[Turn], motion: Motion, contact: float) -> list[Impact]:
-    """Keep the turns that are corners; those that are smooth no longer limit their neighbours.
+    """Keep the turns that are impacts, by fits of all of them, each with a place of its own.
 
-    Turns that too few pictures show limit them still, until their own flights have grown.
+    Of neighbours that are none the least clear is left out first: it may have misled the others.
     """
-    kept = list(turns)
-    for _ in range(ROUNDS):
-        ends = [-np.inf, *(turn.frame for turn in kept), np.inf]
-        limits = [_limits(*three) for three in zip(ends[:-2], ends[1:-1], ends[2:], strict=True)]
-        kept = [
-            sharper
-            for turn, limit in zip(kept, limits, strict=True)
-            if (sharper := _sharpened(turn, motion, limit, contact)) is not None
+    kept, paths = list(turns), Paths(motion.frame, motion.place_px, None)
+    how = Fitting(OWN_PLACE_SIGMAS, contact, SELECTION_ROUNDS)
+    while kept:
+        kinds: list[Kind] = ["wall" if turn.side < 0 else "far" for turn in kept]
+        fitted = fit_contacts(paths, kinds, [turn.frame for turn in kept], how)
+        how = replace(how, rounds=1, errors=fitted.errors)
+        found = [_impact(turn, fitted, number) for number, turn in enumerate(kept)]
+        clear = _clarity(found, kept, motion, contact)
+        clear[smoothness_of(fitted) > TURN_LOG_RATIO] = np.nan
+        if np.isfinite(clear).all():
+            return [replace(i, clarity=one) for i, one in zip(found, clear.tolist(), strict=True)]
+        smooth = [-i.clarity if np.isnan(c) else -np.inf for i, c in zip(found, clear, strict=True)]
+        worst = peaks(np.array(smooth), -np.inf)
+        left = [
+            pair for number, pair in enumerate(zip(kept, found, strict=True)) if number not in worst
         ]
-    return [_impact(turn, motion) for turn in kept]
+        kept = [replace(turn, frame=impact.frame) for turn, impact in left]
+    return []
 
 
-def _limits(before: float, here: float, after: float) -> tuple[float, float]:
-    """How far the sides of a turn reach: to the neighbours, the outermost as far as the other."""
-    if np.isinf(before) and np.isfinite(after):
-        before = 2 * here - after
-    elif np.isinf(after) and np.isfinite(before):
-        after = 2 * here - before
-    return before, after
+def _clarity(
+    found: Sequence[Impact], turns: Sequence[Turn], motion: Motion, contact: float
+) -> Floats:
+    """Clarity of each impact, shape (n,); 0 where it may be a turn, NaN where it is one."""
+    ends = [-np.inf, *(impact.frame for impact in found), np.inf]
+    limits = zip(ends[:-2], ends[2:], strict=True)
+    return np.array(
+        [
+            _told(impact, turn, motion, limit, contact)
+            for impact, turn, limit in zip(found, turns, limits, strict=True)
+        ]
+    )
 
 
-def _sharpened(
-    turn: Turn, motion: Motion, limits: tuple[float, float], contact: float
-) -> Turn | None:
-    """Give a turn its corner; None where it is smooth, no corner where it is hardly shown."""
-    before, after = (_side(turn, motion, limit, contact) for limit in limits)
-    if before is None or after is None:
-        return replace(turn, corner=None)
-    corner = crossing(before, after, turn.frame)
-    moves = MOVES_AT_MOST + contact + unseen_around(motion, turn.outermost)
-    if corner is None or abs(corner.frame - turn.outermost) > moves:
-        return None
-    sharper = replace(turn, frame=corner.frame, corner=corner)
-    if not _is_impact(sharper, motion, limits, contact):
-        return None
-    return _unlike_a_swing(sharper, motion, limits, contact)
+def _impact(turn: Turn, fitted: Contacts, number: int) -> Impact:
+    ball = fitted.bodies[0]
+    before, after = ball.rate[number].tolist()
+    clarity = -turn.side * ball.jump[number] / ball.jump_sigma[number]
+    return Impact(
+        frame=float(fitted.frame[number]),
+        frame_sigma=float(fitted.frame_sigma[number]),
+        side=turn.side,
+        place_px=float(fitted.ball_px[number]),
+        velocity_before=before,
+        velocity_after=after,
+        clarity=float(np.nan_to_num(clarity)),
+        pictures=int(ball.rows[number].min()),
+    )
 
 
-def _unlike_a_swing(
-    turn: Turn, motion: Motion, limits: tuple[float, float], contact: float
-) -> Turn | None:
-    """Leave a turn out where a swing explains it; mark it where too few pictures tell."""
-    left = excess(motion, turn.frame, limits, contact)
+def _told(
+    impact: Impact, turn: Turn, motion: Motion, limits: tuple[float, float], contact: float
+) -> float:
+    """Clarity of an impact; 0 where too few pictures tell it from a turn, NaN where it is one."""
+    left = excess(motion, impact.frame, limits, contact)
     if left is not None and is_smooth(left):
-        return None
-    return replace(turn, told_from_swing=left is not None and is_sharp(left))
+        return np.nan
+    if impact.pictures < PICTURES_AT_LEAST:
+        return 0.0
+    speeds = turn.side * impact.velocity_before, -turn.side * impact.velocity_after
+    if impact.clarity < JUMP_SIGMAS:
+        return impact.clarity if min(speeds) > 0 else np.nan
+    moves = MOVES_AT_MOST + contact + unseen_around(motion, turn.outermost)
+    arrives = all(
+        _arrives_at_speed(motion, (impact.frame, limit), speed)
+        for speed, limit in zip(speeds, limits, strict=True)
+    )
+    if not arrives or abs(impact.frame - turn.outermost) > moves:
+        return np.nan
+    return impact.clarity if left is not None and is_sharp(left) else 0.0
+
+
+def _arrives_at_speed(motion: Motion, between: tuple[float, float], speed: float) -> bool:
+    """Whether a body is about as fast at a turn, by the fit, as at its fastest on that side."""
+    near, far = sorted(np.clip(between, between[0] - WINDOW_FRAMES, between[0] + WINDOW_FRAMES))
+    inside = (motion.frame > near) & (motion.frame < far) & np.isfinite(motion.place_px)
+    if inside.sum() < 2:
+        return True
+    step = np.abs(np.diff(motion.place_px[inside])) / np.diff(motion.frame[inside])
+    return speed > SPEED_SHARE * float(np.quantile(step, 0.9))
 
 
 def unseen_around(motion: Motion, frame: float) -> float:
@@ -144,83 +182,6 @@ def unseen_around(motion: Motion, frame: float) -> float:
     if len(before) == 0 or len(after) == 0:
         return 0.0
     return max(frame - float(before[-1]), float(after[0]) - frame) - 1.0
-
-
-def _side(turn: Turn, motion: Motion, limit: float, contact: float) -> Side | None:
-    """Fit one side of a turn, as far away from it as the body flies freely."""
-    rows = _side_rows(turn, motion, limit, contact)
-    frame, places = motion.frame[rows], motion.levelled_px[rows]
-    straight = fit_side(frame, places, turn.frame, motion.sigma_px, bent=False)
-    if straight is not None and _is_straight(frame, places, motion.sigma_px):
-        return straight
-    return fit_side(frame, places, turn.frame, motion.sigma_px)
-
-
-def _is_straight(frame: Floats, places: Floats, sigma: float) -> bool:
-    """Whether a flight that is levelled has no bend left that would stand out from the noise."""
-    if len(frame) < BENT_FROM:
-        return True
-    straight, bent = (
-        float(np.sum((places - np.polynomial.Polynomial.fit(frame, places, order)(frame)) ** 2))
-        for order in (1, 2)
-    )
-    return straight - bent < (BEND_SIGMAS * sigma) ** 2
-
-
-def _side_rows(turn: Turn, motion: Motion, limit: float, contact: float) -> Rows:
-    chosen = side_frames(motion.frame, motion.place_px, turn.frame, limit)
-    clear = np.abs(motion.frame[chosen] - turn.frame) > contact
-    clear &= np.abs(motion.frame[chosen] - limit) > contact
-    rows = chosen[clear]
-    while len(rows) > FREE_POINTS_AT_LEAST and not flies_freely(motion, rows):
-        # What lies beyond is a hand, rest, or something else that is no flight: nearer is better.
-        kept = max(FREE_POINTS_AT_LEAST, round(FREE_SHRINK * len(rows)))
-        rows = rows[-kept:] if limit < turn.frame else rows[:kept]
-    return rows
-
-
-def _is_impact(turn: Turn, motion: Motion, limits: tuple[float, float], contact: float) -> bool:
-    """Whether a turn has a jump, and a good part of its flights' highest speed on both sides."""
-    corner = turn.corner
-    if corner is None:
-        return False
-    jump = -turn.side * (corner.slope_after - corner.slope_before)
-    if jump <= JUMP_SIGMAS * corner.slope_sigma:
-        return False
-    speeds = (
-        turn.side * motion.slope_back(corner.slope_before, corner.frame),
-        -turn.side * motion.slope_back(corner.slope_after, corner.frame),
-    )
-    return all(
-        _arrives_at_speed(motion, _side_rows(turn, motion, limit, contact), speed)
-        for speed, limit in zip(speeds, limits, strict=True)
-    )
-
-
-def _arrives_at_speed(motion: Motion, rows: Rows, speed: float) -> bool:
-    """Whether a body is about as fast at a turn, by the fit, as at its fastest on that side."""
-    if len(rows) < 2:
-        return True
-    step = np.abs(np.diff(motion.place_px[rows])) / np.diff(motion.frame[rows])
-    return speed > SPEED_SHARE * float(np.quantile(step, 0.9))
-
-
-def _impact(turn: Turn, motion: Motion) -> Impact:
-    corner = turn.corner
-    if corner is None:
-        row = int(np.argmin(np.abs(motion.frame - turn.outermost)))
-        place = float(motion.place_px[row])
-        return Impact(turn.outermost, 0.5, turn.side, place, np.nan, np.nan, 0.0, 0)
-    return Impact(
-        frame=corner.frame,
-        frame_sigma=corner.frame_sigma,
-        side=turn.side,
-        place_px=motion.place_back(corner.value, corner.frame),
-        velocity_before=motion.slope_back(corner.slope_before, corner.frame),
-        velocity_after=motion.slope_back(corner.slope_after, corner.frame),
-        clarity=corner.clarity if turn.told_from_swing else 0.0,
-        pictures=min(corner.points),
-    )
 
 
 def at_stops(impacts: Sequence[Impact], motion: Motion) -> list[Impact]:

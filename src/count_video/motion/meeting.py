@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from count_video.motion.finding import JUMP_SIGMAS
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import Impact, find_impacts
 from count_video.motion.joint import Contacts, Fitting, fit_contacts
 from count_video.motion.model import Paths
-from count_video.motion.onesided import HALF_EXPOSURE
 from count_video.motion.pace import in_frames
+from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.swinging import excess, is_smooth
 from count_video.motion.weighing import SeenImpacts, weighed
@@ -123,7 +124,8 @@ def _elsewhere(frames: Sequence[float], track: Track, heavy: BodyTrack) -> list[
     """Say if one of two bodies also meets something that is not the other."""
     for body in (track.ball, heavy):
         for impact in find_impacts(motion_of(track.frame, body.position_px))[0]:
-            if all(abs(impact.frame - frame) > SAME_CONTACT_PICTURES for frame in frames):
+            apart = [abs(impact.frame - frame) > SAME_CONTACT_PICTURES for frame in frames]
+            if impact.clarity > JUMP_SIGMAS and all(apart):
                 return [Reason(Cause.MEETS_OTHERS)]
     return []
 

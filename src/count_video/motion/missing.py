@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from count_video.motion.flight import Motion, flies_freely
+from count_video.motion.flight import POINTS_AT_LEAST, Motion, flies_freely
 from count_video.motion.impacts import (
-    FREE_POINTS_AT_LEAST,
     Impact,
     stop_of,
     stop_tolerance,
@@ -47,7 +46,7 @@ def chance_before(motion: Motion, impacts: Sequence[Impact]) -> float:
     """
     first = impacts[0]
     rows = np.flatnonzero(np.isfinite(motion.place_px) & (motion.frame < first.frame))
-    while len(rows) > FREE_POINTS_AT_LEAST and not flies_freely(motion, rows):
+    while len(rows) > POINTS_AT_LEAST and not flies_freely(motion, rows):
         rows = rows[1:]
     if len(rows) == 0 or not np.isfinite(first.velocity_before):
         return CHANCE_UNSEEN

@@ -40,7 +40,7 @@ TIME_MOVES_FRAMES = 1.5
 """A contact lies in one of the steps next to the frame where it is looked for."""
 RATE_SQUARED_SIGMA = 0.01
 """Of w^2 in (radians per frame) squared: a swing of some sixty frames."""
-BEND_SHOWN_ROWS = 9
+BEND_SHOWN_ROWS = 5
 """So many rows of a piece show its acceleration; where none do, ..."""
 BEND_FRAMES = 100.0
 """... the fastest body may change its velocity wholly within so many frames."""
@@ -167,9 +167,12 @@ class Model:
             first = high - 2 * WINDOW_FRAMES if np.isinf(low) else low
             last = low + 2 * WINDOW_FRAMES if np.isinf(high) else high
             rows = (frame > first + self.touching) & (frame < last - self.touching)
-            flight = flight_of(frame[rows], signal[rows] - np.nanmean(signal))
-            flights += [] if flight is None else [flight]
-        return errors_of(flights)
+            flights.append(flight_of(frame[rows], signal[rows] - np.nanmean(signal)))
+        # Of one body alone hands and rest, before the first contact and after the last, are no
+        # flights; two bodies swing before and after.
+        inner = flights[1:-1] if len(self.paths.signals) == 1 else []
+        errors = errors_of([flight for flight in inner if flight])
+        return errors or errors_of([flight for flight in flights if flight])
 
     @cached_property
     def prior(self) -> tuple[Floats, Floats]:
@@ -188,7 +191,8 @@ class Model:
         sigma[self.stray : self.wall] = self.stray_sigmas * self.sigma.max()
         sigma[self.parallax] = PARALLAX_SIGMA
         sigma[self.swings : self.bends] = RATE_SQUARED_SIGMA
-        sigma[self.bends : self.bends + len(self.pieces)] = self._bend_sigmas()[self.body]
+        bends = slice(self.bends, self.bends + len(self.pieces))
+        mean[bends], sigma[bends] = self._usual_bends()[:, self.body]
         sigma[self.slopes[~self.spans]] = self.fastest
         sigma[self.heavy[self.meets]] = self.extent
         return mean, sigma
@@ -212,10 +216,15 @@ class Model:
         way = max(high for _, high in ends) - min(low for low, _ in ends)
         return float(way + self.sigma.max())
 
-    def _bend_sigmas(self) -> Floats:
-        """Root mean square of the accelerations that the pieces of each body show."""
+    def _usual_bends(self) -> Floats:
+        """Mean acceleration of each body and its standard deviation, shape (2, bodies).
+
+        They come from the pieces that show theirs. Where n of these agree, others may still differ
+        from them by one n-th: a single one says no more than how large accelerations are.
+        """
         total = partial(np.add.reduceat, indices=self.starts)
-        found = np.full(len(self.paths.signals), self.fastest / BEND_FRAMES)
+        bodies = len(self.paths.signals)
+        found = np.array([np.zeros(bodies), np.full(bodies, self.fastest / BEND_FRAMES)])
         shown = self.rows >= BEND_SHOWN_ROWS
         if not shown.any():
             return found
@@ -226,9 +235,15 @@ class Model:
         curved = time**2 - (squares / self.rows)[self.piece_of] - skew[self.piece_of] * time
         with np.errstate(invalid="ignore", divide="ignore"):
             bends = 2 * total(curved * self.place_px) / total(curved**2)
+            noise = 2 * self.sigma[self.body] / np.sqrt(total(curved**2))
         for body in set(self.body[shown].tolist()):
-            own = bends[shown & (self.body == body)]
-            found[body] = np.hypot(np.sqrt(np.mean(own**2)), self.sigma[body] / WINDOW_FRAMES**2)
+            own, unsure = bends[shown & (self.body == body)], noise[shown & (self.body == body)]
+            weight = 1 / (unsure**2 + np.median(unsure) ** 2)
+            usual = weighted_median(own, weight)
+            scatter = np.sqrt(weight @ (own - usual) ** 2 / weight.sum())
+            unlike = usual / len(own) if len(own) > 1 else max(abs(usual), scatter)
+            found[:, body] = usual * (len(own) > 1), np.hypot(scatter, unlike)
+            found[1, body] = np.hypot(found[1, body], self.sigma[body] / WINDOW_FRAMES**2)
         return found
 
     @cached_property
@@ -363,6 +378,13 @@ class Model:
         gradient[[self.bends + number, self.swings + piece.body]] += since, swung
         gradient[contact] -= bend
         return float(at_contact[0] + bend * since + swing * swung), gradient
+
+
+def weighted_median(values: Floats, weights: Floats) -> float:
+    """Value below which half of the weight lies."""
+    order = np.argsort(values)
+    share = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(share, share[-1] / 2)])
 
 
 def _interpolated(frame: Floats, signal: Floats, at: Floats) -> Floats:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from count_video.motion.flight import Motion
-from count_video.motion.onesided import Corner
 from count_video.signals import low_points
 
 HYSTERESIS_SIGMAS = 3.0
@@ -28,9 +27,6 @@ class Turn:
     outermost: float
     """Frame of the outermost sample."""
     frame: float
-    corner: Corner | None = None
-    told_from_swing: bool = True
-    """False where too few pictures tell the corner from the turn of a swing."""
 
 
 def find_turns(motion: Motion) -> list[Turn]:

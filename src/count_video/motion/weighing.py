@@ -15,7 +15,6 @@ from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.records import Collision
 
 CLEAR_SIGMAS = 10.0
-CERTAIN_SIGMAS = 20.0
 CERTAIN_PICTURES = 4
 """One impact at least must be as clear as this, and shown by so many pictures on either side."""
 CHANCE_CLEAR = 0.995
@@ -113,7 +112,7 @@ def _shortcomings(impacts: Sequence[Impact], strays: int) -> list[Reason]:
 
 
 def _is_certain(impact: Impact) -> bool:
-    return impact.clarity > CERTAIN_SIGMAS and impact.pictures >= CERTAIN_PICTURES
+    return impact.clarity > CLEAR_SIGMAS and impact.pictures >= CERTAIN_PICTURES
 
 
 def _chance(impact: Impact, impacts: Sequence[Impact], kind: str) -> float:
