@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import find_impacts
-from count_video.motion.joint import Contacts, Fitting, fit_contacts
+from count_video.motion.joint import Fitting, collisions_of, fit_contacts
 from count_video.motion.meeting import seen_meetings
 from count_video.motion.model import Paths
 from count_video.motion.pace import frames_per_picture, in_frames, in_pictures
 from count_video.motion.weighing import SeenImpacts, weighed
-from count_video.records import Collision, Track, Velocities
+from count_video.records import Track
 
 
 def seen_impacts(track: Track) -> SeenImpacts:
@@ -28,20 +26,5 @@ def seen_impacts(track: Track) -> SeenImpacts:
         [impact.frame for impact in impacts],
         Fitting(touching=contact),
     )
-    collisions = [in_frames(_collision(number, fitted), pace) for number in range(len(impacts))]
+    collisions = [in_frames(collision, pace) for collision in collisions_of(fitted)]
     return weighed(motion, impacts, (contact, pace), collisions)
-
-
-def _collision(number: int, fitted: Contacts) -> Collision:
-    before, after = fitted.bodies[0].rate[number].tolist()
-    return Collision(
-        number=number + 1,
-        kind="wall",
-        frame=float(fitted.frame[number]),
-        frame_sigma=float(fitted.frame_sigma[number]),
-        time_s=None,
-        seen=True,
-        position_px=float(fitted.ball_px[number]),
-        velocity_before=Velocities(before, np.nan),
-        velocity_after=Velocities(after, np.nan),
-    )

@@ -33,9 +33,11 @@ from count_video.motion.joint import Contacts, Fitting, fit_contacts
 from count_video.motion.model import Kind, Paths
 from count_video.motion.pieces import WINDOW_FRAMES
 from count_video.motion.swinging import excess, is_sharp, is_smooth
-from count_video.motion.turns import Turn, find_turns, usual_flight
 from count_video.records import Floats
+from count_video.signals import low_points
 
+HYSTERESIS_SIGMAS = 3.0
+"""What is no more than noise has no jump, and lies at no stop."""
 PICTURES_AT_LEAST = 2
 """Fewer on one side show no velocity."""
 SPEED_SHARE = 0.5
@@ -73,6 +75,16 @@ class Impact:
     """How many show the body flying freely, on the side where fewer do."""
 
 
+@dataclass(frozen=True)
+class Turn:
+    """A turn of the path, which may be an impact."""
+
+    side: int
+    outermost: float
+    """Frame of the outermost sample."""
+    frame: float
+
+
 def find_impacts(motion: Motion) -> tuple[list[Impact], float]:
     """Find the impacts of one body, in order of time, and half the time that a contact takes."""
     turns = find_turns(motion)
@@ -86,6 +98,27 @@ def find_impacts(motion: Motion) -> tuple[list[Impact], float]:
         if best is None or len(found) - 2 * bad > len(best[0]) - 2 * best[2]:
             best = found, contact, bad
     return (best[0], best[1]) if best else ([], CONTACT_TIMES[0])
+
+
+def find_turns(motion: Motion) -> list[Turn]:
+    """Find turns deeper than the noise, in order of time."""
+    depth = HYSTERESIS_SIGMAS * motion.sigma_px
+    turns = [
+        Turn(side, float(motion.frame[row]), float(motion.frame[row]))
+        for side in (-1, 1)
+        for row in low_points(-side * motion.place_px, depth)
+    ]
+    return sorted(turns, key=lambda turn: turn.frame)
+
+
+def usual_flight(turns: Sequence[Turn]) -> float:
+    """Median time between turns on one side, in pictures; 0 for fewer than two."""
+    flights = [
+        step
+        for side in (-1, 1)
+        for step in np.diff([turn.frame for turn in turns if turn.side == side])
+    ]
+    return float(np.median(flights)) if flights else 0.0
 
 
 def _sharp(turns: Sequence[Turn], motion: Motion, contact: float) -> list[Impact]:

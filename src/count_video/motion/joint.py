@@ -16,7 +16,7 @@ import numpy as np
 from count_video.lasting import LASTS_FRAMES, Errors
 from count_video.motion.model import TIME_MOVES_FRAMES, Kind, Model, Paths
 from count_video.motion.pieces import HALF_EXPOSURE
-from count_video.records import Floats
+from count_video.records import Collision, Floats, Velocities
 
 CAUCHY_SIGMAS = 3.0
 """From here on a residual counts less than its square."""
@@ -278,3 +278,24 @@ def _correlation(error: Errors | None, sigma: float, frame: Floats) -> Floats | 
         if variance > 0:
             total += variance * np.exp(-apart / lasts)
     return np.asarray(total / sigma**2)
+
+
+def collisions_of(fitted: Contacts, sign: int = 1) -> list[Collision]:
+    """Tell contacts as collisions, all of them seen, at places and velocities times a sign."""
+    rates = sign * np.stack([body.rate for body in fitted.bodies], axis=-1)
+    if len(fitted.bodies) == 1:
+        rates = np.concatenate([rates, np.full_like(rates, np.nan)], axis=-1)
+    return [
+        Collision(
+            number=number + 1,
+            kind="bodies" if kind == "bodies" else "wall",
+            frame=float(fitted.frame[number]),
+            frame_sigma=float(fitted.frame_sigma[number]),
+            time_s=None,
+            seen=True,
+            position_px=sign * float(fitted.ball_px[number]),
+            velocity_before=Velocities(*rates[number, 0].tolist()),
+            velocity_after=Velocities(*rates[number, 1].tolist()),
+        )
+        for number, kind in enumerate(fitted.kinds)
+    ]

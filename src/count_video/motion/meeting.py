@@ -10,14 +10,14 @@ import numpy as np
 from count_video.motion.finding import JUMP_SIGMAS
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import Impact, find_impacts
-from count_video.motion.joint import Contacts, Fitting, fit_contacts
+from count_video.motion.joint import Fitting, collisions_of, fit_contacts
 from count_video.motion.model import Paths
 from count_video.motion.pace import in_frames
 from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.swinging import excess, is_smooth
 from count_video.motion.weighing import SeenImpacts, weighed
-from count_video.records import BodyTrack, Collision, Floats, Track, Velocities
+from count_video.records import BodyTrack, Collision, Floats, Track
 
 SAME_CONTACT_PICTURES = 2.5
 END_PICTURES = 3
@@ -46,9 +46,7 @@ def seen_meetings(track: Track, heavy: BodyTrack, pace: float) -> SeenImpacts:
         frames,
         Fitting(touching=contact),
     )
-    collisions = [
-        in_frames(_collision_of_two(number, fitted), pace) for number in range(len(frames))
-    ]
+    collisions = [in_frames(collision, pace) for collision in collisions_of(fitted)]
     judged = weighed(motion, impacts, (contact, pace), collisions)
     reasons = (
         *judged.shortcomings,
@@ -103,21 +101,6 @@ def _steps(collision: Collision) -> float:
 
 def _touches(impact: Impact, size_px: float) -> bool:
     return impact.side < 0 and abs(impact.place_px) < TOUCH_SHARE * size_px
-
-
-def _collision_of_two(number: int, fitted: Contacts) -> Collision:
-    rates = np.stack([body.rate[number] for body in fitted.bodies], axis=1).tolist()
-    return Collision(
-        number=number + 1,
-        kind="bodies",
-        frame=float(fitted.frame[number]),
-        frame_sigma=float(fitted.frame_sigma[number]),
-        time_s=None,
-        seen=True,
-        position_px=float(fitted.ball_px[number]),
-        velocity_before=Velocities(*rates[0]),
-        velocity_after=Velocities(*rates[1]),
-    )
 
 
 def _elsewhere(frames: Sequence[float], track: Track, heavy: BodyTrack) -> list[Reason]:

@@ -9,11 +9,11 @@ import numpy as np
 from count_video.motion.flight import POINTS_AT_LEAST, Motion, flies_freely
 from count_video.motion.impacts import (
     Impact,
+    find_turns,
     stop_of,
     stop_tolerance,
     unseen_around,
 )
-from count_video.motion.turns import find_turns
 
 UNSEEN_SHARE = 0.3
 CONTACT_PICTURES = 1.0

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from count_video.motion.burst import Rival, find_burst
-from count_video.motion.finding import Found, find_contacts
-from count_video.motion.gaps import Gaps, gaps_of
+from count_video.motion.finding import find_contacts
+from count_video.motion.gaps import gaps_of
+from count_video.motion.joint import collisions_of
 from count_video.motion.pace import (
     frames_per_picture,
     in_frames,
@@ -16,7 +17,7 @@ from count_video.motion.pace import (
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.resolution import shortest_interval, unexplained, unresolved
 from count_video.motion.swing import Swing, borne_out, fit_path, swing_of
-from count_video.records import Collision, Track, Velocities
+from count_video.records import Collision, Track
 
 FEW_TO_BELIEVE = 2
 """Outlines can be learnt wrongly: against more collisions than this in a row they have no say."""
@@ -60,7 +61,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     pace = frames_per_picture(track) if pace is None else pace
     gaps = gaps_of(in_pictures(track, pace))
     found = find_contacts(gaps, track.ball_diameter_px)
-    collisions = _collisions(found, gaps)
+    collisions = collisions_of(found.contacts, gaps.sign)
     path = fit_path(gaps, collisions)
     right = borne_out(path, gaps)
     burst = find_burst(collisions, found.contacts, gaps, swing_of(path))
@@ -83,22 +84,3 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
         outlines_apart_px=apart,
         borne_out=bool(right),
     )
-
-
-def _collisions(found: Found, gaps: Gaps) -> list[Collision]:
-    contacts, sign = found.contacts, gaps.sign
-    ball, heavy = (sign * body.rate for body in contacts.bodies)
-    return [
-        Collision(
-            number=number + 1,
-            kind=point.kind,
-            frame=float(contacts.frame[number]),
-            frame_sigma=float(contacts.frame_sigma[number]),
-            time_s=None,
-            seen=True,
-            position_px=sign * float(contacts.ball_px[number]),
-            velocity_before=Velocities(float(ball[number, 0]), float(heavy[number, 0])),
-            velocity_after=Velocities(float(ball[number, 1]), float(heavy[number, 1])),
-        )
-        for number, point in enumerate(found.low_points)
-    ]
