@@ -3,9 +3,9 @@ from __future__ import annotations
 import pytest
 
 from count_video.motion.burst import Rival
+from count_video.motion.priors import PROBABILITY_RESOLVED
 from count_video.motion.reasons import Cause, Reason
 from count_video.verdict import probabilities
-from count_video.verdict.resolved import PROBABILITY_RESOLVED
 
 OPEN = Reason(Cause.TURN_OPEN, (100.0,))
 

@@ -19,17 +19,11 @@ from count_video.between.events import collisions_of
 from count_video.between.forward import calm_beginning, forward_fit
 from count_video.between.observations import Observations, observe
 from count_video.between.parameters import FIRST_DEVIATION, Column, Prior
-from count_video.between.rivals import SCATTERS, Knowledge, coarse_fits, fine_fit, prior_of
+from count_video.between.rivals import Knowledge, coarse_fits, fine_fit, prior_of
 from count_video.between.solving import Solution, modelled
 from count_video.between.starting import rough_values
-from count_video.between.weighing import (
-    Weighed,
-    doubted,
-    fine_fits,
-    probabilities,
-    shifted,
-    weigh,
-)
+from count_video.between.weighing import Weighed, doubted, fine_fits, probabilities, shifted, weigh
+from count_video.motion.priors import SCATTERS
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.seen import SeenCollisions
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track

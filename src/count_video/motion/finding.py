@@ -15,8 +15,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.motion.gaps import Gaps
-from count_video.motion.joint import ROUNDS, STRAY_SIGMAS, Contacts, Fitting, fit_contacts
-from count_video.motion.model import TIME_MOVES_FRAMES, Paths, weighted_median
+from count_video.motion.joint import ROUNDS, Contacts, Fitting, fit_contacts
+from count_video.motion.model import Paths, weighted_median
+from count_video.motion.priors import (
+    OUTLINE_PX,
+    OUTLINE_SHARE,
+    STRAY_SIGMAS,
+    TIME_MOVES_FRAMES,
+    TURN_LOG_RATIO,
+)
 from count_video.records import CollisionKind, Floats
 from count_video.signals import low_points, sigma_of
 
@@ -26,16 +33,11 @@ HYSTERESIS_SIGMAS = 6.0
 JUMP_SIGMAS = 5.0
 """The likelihood ratio of a jump against none is exp(n^2 / 2) at n standard uncertainties; this
 is 3e5, against a prior of some 1e-2 for a low point that is a turn."""
-TURN_LOG_RATIO = 2.0
-"""A low point is a turn from this logarithm of the likelihood ratio on: most are collisions."""
 SELECTION_ROUNDS = 2
 SIGMA_AT_LEAST = 1e-6
 LEAST_WEIGHT = 1e-9
 OWN_PLACE_SIGMAS = 1e4
 """Contacts that share no place are free within so many standard deviations of a frame."""
-OUTLINE_SHARE = 0.05
-"""Outline and contact agree to this share of the ball's diameter."""
-OUTLINE_PX = 1.5
 PLACE_SIGMAS = 4.0
 
 

@@ -24,7 +24,6 @@ from count_video.motion.finding import (
     JUMP_SIGMAS,
     OWN_PLACE_SIGMAS,
     SELECTION_ROUNDS,
-    TURN_LOG_RATIO,
     peaks,
     smoothness_of,
 )
@@ -32,6 +31,7 @@ from count_video.motion.flight import Motion, straying
 from count_video.motion.joint import Contacts, Fitting, fit_contacts
 from count_video.motion.model import Kind, Paths
 from count_video.motion.pieces import WINDOW_FRAMES
+from count_video.motion.priors import TURN_LOG_RATIO
 from count_video.motion.swinging import excess, is_sharp, is_smooth
 from count_video.records import Floats
 from count_video.signals import low_points

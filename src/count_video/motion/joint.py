@@ -14,15 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from count_video.lasting import LASTS_FRAMES, Errors
-from count_video.motion.model import TIME_MOVES_FRAMES, Kind, Model, Paths
+from count_video.motion.model import Kind, Model, Paths
 from count_video.motion.pieces import HALF_EXPOSURE
+from count_video.motion.priors import STRAY_SIGMAS, TIME_MOVES_FRAMES
 from count_video.records import Collision, Floats, Velocities
 
 CAUCHY_SIGMAS = 3.0
 """From here on a residual counts less than its square."""
-STRAY_SIGMAS = 0.4
-"""Contacts stray from one place by this share of the noise of a frame: outlines are measured a
-little off where they lie unluckily on the pixels (0.02 px on rendered clips, truth known)."""
 ROUNDS = 4
 SETTLED_FRAMES = 0.02
 """The fit is repeated with rows chosen by its times until these move by less than this."""

@@ -7,23 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from count_video.motion.flight import POINTS_AT_LEAST, Motion, flies_freely
-from count_video.motion.impacts import (
-    Impact,
-    find_turns,
-    stop_of,
-    stop_tolerance,
-    unseen_around,
-)
+from count_video.motion.impacts import Impact, find_turns, stop_of, stop_tolerance, unseen_around
+from count_video.motion.priors import CHANCE_LEAVING, CHANCE_UNSEEN
 
 UNSEEN_SHARE = 0.3
+"""An impact may lie before the first one, in pictures of which this share do not show the body."""
 CONTACT_PICTURES = 1.0
 SHORTER_AT_MOST = 1.6
 """A flight is not longer than the longest after it by more: bodies that lose 60 % of their speed at
 an impact are hardly said to bounce."""
-CHANCE_LEAVING = 0.5
-CHANCE_UNSEEN = 0.3
-"""Chances that an impact lies before the first one, in pictures of which this share do not show the
-body: it comes into sight as it moves away from the stop, or toward it."""
 FALLEN_BACK = 1.3
 TAIL_PICTURES = 4.0
 SAME_TURN_PICTURES = 2.0

@@ -28,22 +28,20 @@ from numpy.typing import NDArray
 
 from count_video.lasting import Errors, errors_of, flight_of
 from count_video.motion.pieces import WINDOW_FRAMES, pieces_of
+from count_video.motion.priors import (
+    BEND_FRAMES,
+    PARALLAX_SIGMA,
+    RATE_SQUARED_SIGMA,
+    TIME_MOVES_FRAMES,
+)
 from count_video.records import Floats
 from count_video.signals import sigma_of
 
 Kind = Literal["wall", "far", "bodies"]
 """What touches: the ball and a wall at smaller places, one at larger places, or both bodies."""
 
-PARALLAX_SIGMA = 0.05
-"""Growth of the distance at contact with the place, px per px: cameras some metres away."""
-TIME_MOVES_FRAMES = 1.5
-"""A contact lies in one of the steps next to the frame where it is looked for."""
-RATE_SQUARED_SIGMA = 0.01
-"""Of w^2 in (radians per frame) squared: a swing of some sixty frames."""
 BEND_SHOWN_ROWS = 5
 """So many rows of a piece show its acceleration; where none do, ..."""
-BEND_FRAMES = 100.0
-"""... the fastest body may change its velocity wholly within so many frames."""
 
 FIRST, LAST, BEND, SWING, SLOPE = range(5)
 NODE_SLOTS = 4

@@ -10,6 +10,17 @@ from count_video.motion.certainty import chances_of_sum
 from count_video.motion.flight import Motion, straying
 from count_video.motion.impacts import Impact
 from count_video.motion.missing import chance_before, ends_at_stop, in_a_tail, passed_over
+from count_video.motion.priors import (
+    CHANCE_CLEAR,
+    CHANCE_CUT_OFF,
+    CHANCE_HARDLY_SHOWN,
+    CHANCE_PASSED_OVER,
+    CHANCE_SINGLE,
+    CHANCE_STRAYING,
+    CHANCE_WALL_AHEAD,
+    CHANCE_WEAK,
+    CHANCES_TAIL,
+)
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.records import Collision
@@ -17,25 +28,6 @@ from count_video.records import Collision
 CLEAR_SIGMAS = 10.0
 CERTAIN_PICTURES = 4
 """One impact at least must be as clear as this, and shown by so many pictures on either side."""
-CHANCE_CLEAR = 0.995
-CHANCE_WEAK = 0.9
-CHANCE_HARDLY_SHOWN = 0.6
-"""Chances that an impact is one: its jump exceeds its uncertainty by this factor or not, or too
-few pictures show the body before or after it."""
-CHANCE_SINGLE = 0.8
-"""And where it is the only one at its stop, so that nothing else tells where the stop is; two
-bodies that touch tell it by their outlines."""
-CHANCE_PASSED_OVER = 0.5
-CHANCE_CUT_OFF = 0.5
-"""Chances that a turn at the stop which is no clear impact is one, and that a clip which begins or
-ends with the body at the stop shows one more."""
-CHANCE_STRAYING = 0.4
-"""Chance that a flight which strays from free flight hides one more."""
-CHANCES_TAIL = (0.5, 0.25, 0.15)
-"""A body that bounces lower and lower goes on to do so below what the pictures show: where its
-last flight is shorter than this, these are the chances of one more, and each after it."""
-CHANCE_WALL_AHEAD = 0.4
-"""Chance that what a body moves towards when the clip ends is a wall, which it strikes."""
 STRAYING_AT_MOST = 0.4
 """Where a larger share of the flights strays, the turns are not those of a body that bounces."""
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from count_video.motion.burst import Rival
+from count_video.motion.priors import PROBABILITY_RESOLVED
 from count_video.motion.reasons import ENDS_EARLY, Cause, Reason
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.swing import Swing
@@ -16,8 +17,6 @@ from count_video.verdict.masses import contradiction, with_mass_ratio, with_mass
 from count_video.verdict.timed import timed
 from count_video.verdict.wording import sentence, sentences
 
-PROBABILITY_RESOLVED = 0.98
-"""Share of resolved clips that come out right, not above what tests have shown."""
 OUTLINES_SHARE = 0.05
 """A ball whose width is wrong by a tenth has its edge wrong by this share of it. Outlines that are
 learnt rightly meet to a hundredth."""
