@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.lasting import LASTS_FRAMES, Errors
+from count_video.lasting import Errors
 from count_video.motion.model import Kind, Model, Paths
 from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.priors import STRAY_SIGMAS, TIME_MOVES_FRAMES
@@ -207,8 +207,9 @@ def _covariance(model: Model, values: Floats) -> tuple[Floats, float]:
     for number, error in enumerate(model.errors):
         rows = body == number
         dense = model.dense(weighted, rows)
-        together = _correlation(error, model.sigma[number], model.frame[rows])
-        total += dense.T @ (dense if together is None else together @ dense)
+        if error is not None:
+            covariance = error.covariance_of(model.frame[rows]) / model.sigma[number] ** 2
+        total += dense.T @ (dense if error is None else covariance @ dense)
     return inverse @ total @ inverse, _loss(model, found, values)
 
 
@@ -264,18 +265,6 @@ def _robust(residuals: Floats) -> tuple[Floats, Floats]:
     loss = np.sqrt(np.log1p(unit**2))
     slope = np.divide(unit, (1 + unit**2) * loss, out=np.ones_like(unit), where=loss > 1e-6)
     return CAUCHY_SIGMAS * np.copysign(loss, unit), np.abs(slope)
-
-
-def _correlation(error: Errors | None, sigma: float, frame: Floats) -> Floats | None:
-    """Covariance of residuals in sigmas, shape (n, n); None where they are independent."""
-    if error is None:
-        return None
-    apart = np.abs(frame[:, None] - frame)
-    total = error.white_px2 * np.eye(len(frame))
-    for lasts, variance in zip(LASTS_FRAMES, error.lasting_px2, strict=True):
-        if variance > 0:
-            total += variance * np.exp(-apart / lasts)
-    return np.asarray(total / sigma**2)
 
 
 def collisions_of(fitted: Contacts, sign: int = 1) -> list[Collision]:
