@@ -6,7 +6,9 @@ from dataclasses import replace
 from fractions import Fraction
 
 from count_video.between.infer import Between, Misfit
-from count_video.between.rivals import Knowledge
+from count_video.between.rivals import PAIR, Knowledge
+from count_video.motion.priors import STRAYING_WRONG
+from count_video.motion.reasons import Cause
 from count_video.motion.seen import SeenCollisions
 from count_video.records import FootageInfo, TrialResult
 from count_video.verdict.masses import with_mass_ratio
@@ -24,6 +26,7 @@ LISTED_AT_MOST = 4
 """Of more likely counts than so many only the range is named, ..."""
 RANGED_AT_MOST = 10
 """... and of more than so many only about where they are: the ends were not looked for."""
+NOT_DESCRIBED = frozenset((Cause.MODEL_STRAYS, Cause.MODEL_DIFFERS))
 MASS_RELATIVE_SIGMA = 0.002
 """Standard uncertainty of a mass ratio that the user gives: kitchen scales and a ring of thread."""
 
@@ -101,9 +104,18 @@ def sure_enough(between: Between) -> bool:
 
 
 def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
-    """Add what the fit tells of the physics; nothing where it does not describe the track."""
+    """Add what the fit tells of the physics; where it does not describe the track, doubt the count.
+
+    Two collisions are missed together if any are, one with either thing.
+    """
     if isinstance(between, Misfit):
-        return result
+        if result.count is None or between.reason.cause not in NOT_DESCRIBED:
+            return result
+        chances = {n: p * (1 - STRAYING_WRONG) for n, p in result.probability.items()}
+        missed = result.count + PAIR
+        chances[missed] = chances.get(missed, 0.0) + STRAYING_WRONG
+        reasons = filter(None, (result.reason, sentence(between.reason)))
+        return replace(result, reason="; ".join(reasons), probability=chances)
     return replace(
         with_mass_ratio(result, between.mass_ratio),
         energy_kept=between.energy_kept,
