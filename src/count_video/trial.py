@@ -130,17 +130,15 @@ def _observed(
 
 
 def _certain(trial: Trial) -> bool:
-    """Whether two bodies were counted, one of them round, whose outlines meet where they touch.
+    """Whether two bodies were counted that may be ball and heavy body: one is round, or they touch.
 
-    Of a body whose outline is wrong, a part may have been followed that leaves the picture early,
-    and the scale would be wrong.
+    Of a body whose outline is wrong, a part may have been followed that leaves the picture early.
     """
     at_wall = trial.found is not None
-    if at_wall and (trial.track is None or not trial.track.ball_is_round):
-        return False
     if not verdict.is_settled(trial.result, at_wall=at_wall):
         return False
-    return not at_wall or trial.result.millimetres_per_px is not None
+    touch = trial.result.millimetres_per_px is not None
+    return not at_wall or touch or (trial.track is not None and trial.track.ball_is_round is True)
 
 
 def _likeliest(offered: Iterable[Track], footage: Footage, settings: TrialSettings) -> Trial | None:

@@ -41,7 +41,7 @@ behind it."""
 POINTS_AT_LEAST = 16
 POINTS_AT_MOST = 500
 """More points are thinned out at random: the vote does not need them."""
-RADIUS_SHARE = (0.28, 0.7)
+RADIUS_SHARE = (0.2, 0.7)
 """Radius as a share of the height of the area that is searched."""
 VOTES_SHARE = 0.8
 REFINED = 12

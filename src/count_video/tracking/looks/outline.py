@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.looks.circle import circle_through
+from count_video.tracking.looks.circle import Circle, circle_through
 from count_video.tracking.looks.peak import beyond, peak_of
 from count_video.tracking.looks.sprite import Pixels, Sprite, make_sprite
 
@@ -26,6 +26,8 @@ PIECE_HEIGHT = 0.2
 """A piece of the outline has these shares of the clearest piece's weight and of the height."""
 BEYOND_OUTLINE_PX = 2
 """Pixels kept beyond the outline: the blurred edge reaches that far."""
+OUTSIDE_SHARE = 0.35
+"""A circle is the outline if no larger share of what moves lies outside of it."""
 ROWS_AT_LEAST = 8
 FAINT_SHARE = 0.5
 """Edges in a smaller share of the rows are no outline."""
@@ -73,9 +75,14 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     clarity[:, (columns < fence[0]) | (columns > fence[1])] = 0
     body = _own_edges(clarity)
     circle = circle_through(*_edge_points(np.where(body, clarity, 0)), clarity.shape)
+    inside = _within(circle, body.shape)
+    if (
+        mean.moving is not None
+        and (mean.moving & ~inside).mean() > OUTSIDE_SHARE * mean.moving.mean()
+    ):
+        circle = None
     if circle is not None:
-        y, x = np.indices(body.shape)
-        body &= np.hypot(x - circle.x_px, y - circle.y_px) < circle.radius_px + BEYOND_OUTLINE_PX
+        body &= inside
     elif mean.moving is not None and body.any(axis=1).sum() < FAINT_SHARE * body.shape[0]:
         # Too faint for edges of its own: what moves together, less the blur of the decision.
         body = cv2.erode(mean.moving.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
@@ -91,6 +98,15 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     if ends[1] - ends[0] < ROWS_AT_LEAST:  # an edge and no body
         return None
     return _cut_out(mean, (rows, left, right), ends, circle is not None)
+
+
+def _within(circle: Circle | None, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Mark a circle with its blurred edge, shape (height, width); everything without a circle."""
+    if circle is None:
+        return np.ones(shape, np.bool_)
+    y, x = np.indices(shape)
+    away = np.hypot(x - circle.x_px, y - circle.y_px)
+    return np.asarray(away < circle.radius_px + BEYOND_OUTLINE_PX)
 
 
 def _cut_out(

@@ -22,9 +22,8 @@ from count_video.tracking.moving.layers import (
     BODIES_AT_MOST,
     Clip,
     add_bodies,
+    apart,
     learn_again,
-    moves,
-    same_body,
 )
 from count_video.tracking.moving.proposals import (
     Proposal,
@@ -36,7 +35,7 @@ from count_video.tracking.moving.proposals import (
 from count_video.tracking.moving.regions import share_unexplained
 from count_video.tracking.moving.rigid import scene_path
 from count_video.tracking.moving.samples import Samples, choose_samples
-from count_video.tracking.moving.shape import Box, Shape
+from count_video.tracking.moving.shape import Box, Shape, size_of
 from count_video.tracking.moving.template import Rough, line_tilt_deg
 from count_video.tracking.moving.views import ByFrame, Turned, levelled
 from count_video.tracking.steadying.camera import Camera, Motion
@@ -52,11 +51,13 @@ LANDMARKS_OF = 16
 """What stands still is learnt from so many samples."""
 BACKGROUND_OF = 15
 """The background is the median of so many samples."""
-SCENE_BLOCKS_PX, STILL_SHARE = 1.0, 0.08
+SCENE_BLOCKS_PX, STILL_SHARE = 1.0, 0.12
 """If the background moves by so many px of a thumbnail, a smaller share than this of the blocks
 with edges can stay as they are."""
-MORE_ROUNDS = 3
-"""So often more bodies are looked for in what those that are known leave unexplained."""
+TIMES_LEARNT, SETTLED_PX = 2, 2.0
+"""Outlines are learnt at most so often, until their sizes change by less than this."""
+ROUNDS = 4
+"""So often bodies are looked for in what those that are known leave unexplained."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ def find_movers(
         proposals = [turned(one) for one in proposals]
         tilt = line_tilt_deg([one.path_px for one in proposals[:2]])
     roughs = roughly(proposals, frames[samples.chosen])
-    motion = _camera_motion(pictures, samples, roughs, upright) if scene.shift_px.any() else None
+    motion = _camera_motion(pictures, scene, roughs, upright) if scene.shift_px.any() else None
     shift = np.zeros((len(frames), 2)) if motion is None else np.nan_to_num(motion.shift_px)
     views = Turned(pictures) if upright else pictures
     rows = dict(zip(frames[samples.chosen].tolist(), samples.chosen.tolist(), strict=True))
@@ -121,8 +122,7 @@ def find_movers(
     sampled = ByFrame(views, rows)
     clip = Clip(views, frames, sampled, scene.background(sampled, upright, []), slope, shift)
     followed = _followed(clip, scene, roughs, (upright, enough))
-    shapes = [clip.shape(seen) for seen in followed]
-    left = share_unexplained(scene.small, scene.hidden(list(rows), shapes, upright))
+    left = share_unexplained(scene.small, scene.hidden(clip, followed, upright))
     if motion is not None:
         followed = [_less_sure(seen, motion, upright) for seen in followed]
     return Movers(followed, tilt, upright, motion, left)
@@ -137,33 +137,46 @@ def _followed(
     """Find bodies in the samples, round after round, and follow them through all pictures."""
     upright, enough = way
     few = clip.only(scene.samples.chosen)
-    found = add_bodies(few, roughs, [])
-    for _ in range(MORE_ROUNDS):
-        if enough(found) or len(found) >= BODIES_AT_MOST:
-            break
-        shapes = [few.shape(seen) for seen in found]
-        proposals = scene.proposals(scene.hidden(few.frames.tolist(), shapes, upright))
-        if upright:
-            proposals = [turned(one) for one in proposals]
-        more = add_bodies(few, roughly(proposals, few.frames), found)
+    found: list[Followed] = []
+    for _ in range(ROUNDS):
+        more = add_bodies(few, roughs, found)
         if len(more) == len(found):
             break
-        found = more
-    shapes = [few.shape(seen) for seen in found]
-    few = replace(few, background=scene.background(few.samples, upright, shapes))
-    followed: list[Followed] = []
-    for body in [learn_again(few, seen, found) for seen in found]:
-        seen = clip.follow(body)
-        if moves(seen) and not any(same_body(seen, other) for other in followed):
-            followed.append(seen)
-    return followed
+        few, found = _learnt_again(few, scene, more, upright, times=1)
+        if enough(found) or len(found) >= BODIES_AT_MOST:
+            break
+        proposals = scene.proposals(scene.hidden(few, found, upright))
+        roughs = roughly([turned(one) for one in proposals] if upright else proposals, few.frames)
+    _, found = _learnt_again(few, scene, found, upright, times=TIMES_LEARNT)
+    return apart([clip.follow(seen.body) for seen in found])
+
+
+def _learnt_again(
+    few: Clip, scene: _Scene, found: Sequence[Followed], upright: bool, *, times: int
+) -> tuple[Clip, list[Followed]]:
+    """Learn the background without known bodies, and each of them without the others.
+
+    What an outline does not cover yet is in the background, and what it covers too much is not: the
+    outlines are learnt anew until they stay as they are.
+    """
+    found = list(found)
+    for _ in range(times):
+        before = [few.shape(seen) for seen in found]
+        few = replace(few, background=scene.background(few.samples, upright, before))
+        found = [few.follow(learn_again(few, seen, found)) for seen in found]
+        sizes = np.array(
+            [[size_of(one.box) for one in before], [size_of(s.body.box) for s in found]]
+        )
+        if np.abs(np.diff(sizes, axis=0)).max() < SETTLED_PX:
+            break
+    return few, found
 
 
 class _Scene:
     """The samples, made alike and small, and what moves in them."""
 
     def __init__(self, samples: Samples, small: Sequence[Luma], scale: int) -> None:
-        self.samples, self.small, self._scale = samples, small, scale
+        self.samples, self.small, self.scale = samples, small, scale
         self._corners = follow_corners(small, samples.moved)
         self.shift_px: Floats = scene_path(self._corners)
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
@@ -177,29 +190,30 @@ class _Scene:
         if known is not None:
             corners = follow_corners(self.small, self.samples.moved, known)
         proposed = propose(self.small, corners, self.shift_px, known)
-        return [at_full_size(one, self._scale) for one in proposed]
+        return [at_full_size(one, self.scale) for one in proposed]
 
     def background(
         self, sampled: Mapping[int, Luma], upright: bool, known: Sequence[Shape]
     ) -> Background:
         """Learn what stands still from samples by their frame index, but for what shapes hide."""
         frames = list(sampled)
-        shift = self._scale * (self.shift_px[:, ::-1] if upright else self.shift_px)
+        shift = self.scale * (self.shift_px[:, ::-1] if upright else self.shift_px)
         shifts = {frame: (x, y) for frame, (x, y) in zip(frames, shift.tolist(), strict=True)}
         lamps = dict(zip(frames, (1 / self.samples.gains).tolist(), strict=True))
         some = np.linspace(0, len(frames) - 1, BACKGROUND_OF).astype(int)
         return background_of({frames[k]: sampled[frames[k]] for k in some}, shifts, lamps, known)
 
     def hidden(
-        self, frames: Sequence[int], shapes: Sequence[Shape], upright: bool
+        self, clip: Clip, found: Sequence[Followed], upright: bool
     ) -> list[NDArray[np.bool_]]:
         """Mark where each sample shows known bodies, shape (height, width) of a sample."""
         shape = self.small[0].shape[::-1] if upright else self.small[0].shape
+        shapes = [clip.shape(seen) for seen in found]
         marks = []
-        for frame in frames:
+        for frame in clip.samples:
             mark = np.zeros(shape, np.uint8)
             for one in shapes:
-                one.mark(mark, frame, scale=self._scale)
+                one.mark(mark, frame, scale=self.scale)
             marks.append(np.ascontiguousarray(mark.T if upright else mark) > 0)
         return marks
 
@@ -213,10 +227,11 @@ def _less_sure(seen: Followed, motion: Motion, upright: bool) -> Followed:
 
 
 def _camera_motion(
-    pictures: Sequence[Luma], samples: Samples, roughs: Sequence[Rough], upright: bool
+    pictures: Sequence[Luma], scene: _Scene, roughs: Sequence[Rough], upright: bool
 ) -> Motion | None:
-    some = np.linspace(0, len(samples.chosen) - 1, LANDMARKS_OF).astype(int)
-    landmarks = landmarks_of([pictures[samples.chosen[k]] for k in some])
+    chosen = scene.samples.chosen
+    some = np.linspace(0, len(chosen) - 1, LANDMARKS_OF).astype(int)
+    landmarks = landmarks_of([pictures[chosen[k]] for k in some])
     if landmarks is None:
         return None
     camera = Camera(clear_of(landmarks, [_swept(rough, upright) for rough in roughs[:2]]))

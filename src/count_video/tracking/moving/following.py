@@ -32,8 +32,6 @@ REACH_OVER_HEIGHT = 0.25
 """Large bodies are seen from close by, and move by more px."""
 REACH_OVER_SPEED = 3.0
 """A search reaches this many times as far as the body ever moved in a frame."""
-LOST_GROWTH = 1.5
-"""Growth of the reach for each frame without a sighting."""
 BACK_FROM = 4
 """From the first picture in which a body is known it is followed on, and, from so many later, back
 to the first of the clip."""
@@ -132,8 +130,7 @@ class _Path:
 
     def _searched(self, picture: Luma, near: Place) -> Fit | None:
         large = REACH_OVER_HEIGHT * self._sprite.shape[0]
-        reach = max(REACH_AT_LEAST_PX, large, REACH_OVER_SPEED * self._fastest)
-        reach *= LOST_GROWTH ** min(self._lost, 12)
+        reach = max(REACH_AT_LEAST_PX, large, REACH_OVER_SPEED * self._fastest) * (1 + self._lost)
         within = reach if reach < picture.shape[1] else None
         return self._believed(search(picture, self._sprite, near, self._slope, within))
 

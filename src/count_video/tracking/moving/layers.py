@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +66,7 @@ class Clip:
 
     def shape(self, seen: Followed) -> Shape:
         """Describe what a body hides."""
-        return Shape(self.sightings(seen), seen.body.box)
+        return Shape(self.sightings(seen), seen.body.box, seen.body.sprite)
 
 
 def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -> list[Followed]:
@@ -93,15 +94,67 @@ def _travel_px(seen: Followed) -> float:
     return float(np.hypot(np.ptp(x), np.ptp(y))) if len(x) else 0.0
 
 
-def moves(seen: Followed) -> bool:
+def apart(followed: Sequence[Followed]) -> list[Followed]:
+    """Bodies that move, each only once and each in a place of its own."""
+    once: list[Followed] = []
+    for seen in followed:
+        if not any(same_body(seen, other) for other in once):
+            once.append(seen)
+    paths = [_unbroken(seen) for seen in once]
+    lost = [np.zeros(len(path), np.bool_) for path in paths]
+    for one, other in permutations(range(len(once)), 2):
+        shorter = paths[one] < paths[other]
+        lost[one] |= shorter & _overlap(once[one], once[other])
+    kept = [_without(seen, rows) for seen, rows in zip(once, lost, strict=True)]
+    return [seen for seen in kept if _moves(seen)]
+
+
+def _unbroken(seen: Followed) -> NDArray[np.intp]:
+    """Length of the unbroken path that each sighting is part of, shape (n,)."""
+    known = np.flatnonzero(np.isfinite(seen.x_px))
+    length = np.zeros(len(seen.x_px), np.intp)
+    pieces = np.split(known, np.flatnonzero(_jumps(seen)) + 1)
+    for piece in pieces:
+        length[piece] = len(piece)
+    return length
+
+
+def _overlap(one: Followed, other: Followed) -> NDArray[np.bool_]:
+    """Where the middle of one of two bodies lies within the outline of the other, shape (n,)."""
+    sizes = [
+        (seen.body.right_edge_px - seen.body.left_edge_px, seen.body.sprite.shape[0])
+        for seen in (one, other)
+    ]
+    width, height = np.max(sizes, axis=0) / 2
+    middles = [seen.y_px + size[1] / 2 for seen, size in zip((one, other), sizes, strict=True)]
+    near = np.abs(one.middle_px - other.middle_px) < width
+    return np.asarray(near & (np.abs(middles[0] - middles[1]) < height))
+
+
+def _without(seen: Followed, rows: NDArray[np.bool_]) -> Followed:
+    x, y, sigma = (
+        np.where(rows, np.nan, places) for places in (seen.x_px, seen.y_px, seen.sigma_px)
+    )
+    return replace(seen, x_px=x, y_px=y, sigma_px=sigma)
+
+
+def _jumps(seen: Followed) -> NDArray[np.bool_]:
+    """Which steps from one sighting to the next are too long for a body, shape (sightings - 1,)."""
+    x, y = (place[np.isfinite(place)] for place in (seen.x_px, seen.y_px))
+    steps = np.hypot(np.diff(x), np.diff(y))
+    if len(steps) == 0:
+        return np.zeros(0, np.bool_)
+    around = np.pad(steps, NEIGHBOURS // 2, mode="edge")
+    usual = np.median(np.lib.stride_tricks.sliding_window_view(around, NEIGHBOURS), axis=1)
+    return np.asarray(steps > JUMP_STEPS * usual + JUMP_PX)
+
+
+def _moves(seen: Followed) -> bool:
     """Whether a template was followed along a path: scenery stays, or is mistaken for its like."""
     x, y = (place[np.isfinite(place)] for place in (seen.x_px, seen.y_px))
     if len(x) < STEADY_AT_LEAST:
         return False
-    steps = np.hypot(np.diff(x), np.diff(y))
-    around = np.pad(steps, NEIGHBOURS // 2, mode="edge")
-    usual = np.median(np.lib.stride_tricks.sliding_window_view(around, NEIGHBOURS), axis=1)
-    jumps = steps[steps > JUMP_STEPS * usual + JUMP_PX]
+    jumps = np.hypot(np.diff(x), np.diff(y))[_jumps(seen)]
     travel = _travel_px(seen)
     return travel > MOVES_PX and float(jumps.sum()) < JUMPS_SHARE * travel
 

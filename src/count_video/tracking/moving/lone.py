@@ -69,7 +69,7 @@ def lone_track(seen: Observation) -> Track:
     """
     bodies = [body for body in seen.movers.bodies if was_followed(body.x_px)]
     if not bodies:
-        raise TrackingError("nothing that moves can be followed through the clip as one body")
+        raise TrackingError("nothing moves that can be followed through the clip as one body")
     places = [_places(body, seen) for body in bodies]
     travel = [_travel(place) for place in places]
     size = [place.width_px * place.height_px for place in places]

@@ -40,6 +40,8 @@ SAMPLES_AT_LEAST = 6
 HELD_SHARE = 0.6
 """A region that holds this share of a group's corners shows the group's body."""
 INNER_QUANTILE = 0.3
+ODD_FACTOR = 3.0
+"""Samples count as if they differed from the background by this factor more than usual at most."""
 TRAVEL_SIZES = 0.15
 """A path shorter than this share of the region's size is no motion."""
 
@@ -100,11 +102,18 @@ def find_regions(
 
 
 def share_unexplained(pictures: Sequence[Luma], known: Sequence[NDArray[np.bool_]]) -> float:
-    """Share of all differences from the background that lies outside of the known bodies."""
-    whole, _ = _changes(pictures, None)
-    rest, _ = _changes(pictures, known)
-    total = sum(float(one.sum()) for one in whole)
-    return sum(float(one.sum()) for one in rest) / total if total > 0 else 0.0
+    """Share of all differences from the background that lies outside of the known bodies.
+
+    A few samples that differ altogether, as those of a title do, count like others.
+    """
+    whole, rest = (
+        np.array([float(one.sum()) for one in _changes(pictures, marks)[0]])
+        for marks in (None, known)
+    )
+    most = ODD_FACTOR * float(np.median(whole))
+    weight = np.minimum(whole, most) / np.maximum(whole, 1.0)
+    total = float((whole * weight).sum())
+    return float((rest * weight).sum()) / total if total > 0 else 0.0
 
 
 def _changes(

@@ -1,12 +1,15 @@
-"""What hides something else in a picture: a box around a body, by the place of the body."""
+"""What a body hides of a picture: a box around it, or its pixels, by the place of the body."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from count_video.tracking.looks.sprite import Pixels, Sprite
 
 Luma = NDArray[np.uint8]
 Place = tuple[float, float]
@@ -19,6 +22,11 @@ DIFFERENT_PX = 2.0
 """Paths whose distance varies by less, as a standard deviation, may be those of one body."""
 
 
+def size_of(box: Box) -> Place:
+    """Width and height of a box."""
+    return box[2] - box[0], box[3] - box[1]
+
+
 @dataclass(frozen=True)
 class Shape:
     """A box that moves."""
@@ -27,6 +35,25 @@ class Shape:
     """Frame index -> image x and y of a point that moves with it."""
     box: Box
     """From that point."""
+    sprite: Sprite | None = None
+    """Its appearance, with that point at the top left; None where it is not known."""
+
+    def paint(self, piece: Pixels, frame: int, corner: Place) -> NDArray[np.bool_]:
+        """Paint the body over what lies behind it in a piece of a picture, in place.
+
+        ``corner`` is where the piece's top left pixel lies. Returns where the body is, shape
+        (height, width).
+        """
+        place, sprite = self.places.get(frame), self.sprite
+        if place is None or sprite is None:
+            return np.zeros(piece.shape, np.bool_)
+        shift = np.array([[1.0, 0.0, place[0] - corner[0]], [0.0, 1.0, place[1] - corner[1]]])
+        size, edge = piece.shape[::-1], cv2.BORDER_REPLICATE
+        held = (sprite.weight > 0).astype(np.uint8)
+        body = cv2.warpAffine(held, shift, size, flags=cv2.INTER_NEAREST) > 0
+        seen = cv2.warpAffine(sprite.appearance, shift, size, borderMode=edge)
+        np.copyto(piece, seen, where=body)
+        return np.asarray(body)
 
     def mark(self, picture: Luma, frame: int, corner: Place = (0.0, 0.0), scale: int = 1) -> None:
         """Mark the box with ones, in a picture of zeros.

@@ -1,9 +1,10 @@
-"""The template of a body: its mean appearance over many pictures, with a weight for each pixel.
+"""The template of a body: its median appearance over many pictures, with a weight for each pixel.
 
-Pieces of pictures are laid upon each other where the body's corners were followed to, averaged, and
-registered to their mean; the mean of the registered pieces is the template. What is not the body
-varies from picture to picture and gets little weight. Pictures count by how rare they are: those in
-which a body rests, or two move along side by side, are many and show nothing new.
+Pieces of pictures are laid upon each other where the body's corners were followed to, and
+registered to their median; the median of the registered pieces is the template. A pixel belongs to
+the body if the median explains the pieces better than what lies behind it does: the background and
+the bodies that are known already. Pictures are chosen by how rare they are: those in which a body
+rests, or two move along side by side, are many and show nothing new.
 """
 
 from __future__ import annotations
@@ -27,8 +28,9 @@ Luma = NDArray[np.uint8]
 
 SURROUNDINGS = 0.6
 """The surroundings that are averaged too, on all sides, as a share of the box's longer side."""
-SHOWN_AT_LEAST = 0.15
-"""A pixel is learnt only if no other body hides it in this share of the pictures."""
+SHOWN_AT_LEAST, SHOWN_PICTURES = 0.15, 4
+"""A pixel is learnt only if nothing hides it in more than this share, and number, of pictures: of
+fewer, the median is always near."""
 EDGE_PX = 3
 """So far around what moves with a body its blurred edges reach."""
 WIDE_ROWS = 0.45
@@ -36,6 +38,9 @@ WIDE_ROWS = 0.45
 twentieth of its height at the top and at the bottom. Threads are narrower."""
 THREAD_SHARE = 0.1
 """What is narrower than this share of a body's shorter side is no part of it, but a thread."""
+GAP_SHARES = 0.1, 0.15
+"""Where a body is as bright as what lies behind it, gaps of these shares of its shorter side, from
+row to row and from column to column, are its own."""
 PART_SHARE = 0.1
 """A long plain body shows its two ends and nothing between them: parts at least so large, as a
 share of the largest, belong to it."""
@@ -44,14 +49,19 @@ ROUNDING = 0.3
 NOISE_FLOOR = 0.25
 """Variance in grey levels squared that every pixel has at least (rounding, compression)."""
 PICTURES, PICTURES_AT_LEAST, PIXELS = 40, 12, 2_000_000
-"""A template is the mean of so many pictures; of large bodies of fewer, so that all pieces together
-have no more pixels than this."""
+"""A template is the median of so many pictures; of large bodies of fewer, so that all pieces have
+no more pixels than this together."""
 MOST, MOST_SIGMAS = 0.65, 0.935
 """Pieces agree if this share of them does: a neighbour stands at one distance in many pictures, but
 not in most. Of normal noise, that share lies within so many standard deviations."""
+NOISE_STRIDE = 4
+"""Noise is told by every fourth pixel of every fourth row."""
+MEDIAN_TO_SIGMA = 1.4826
+CUT_SIGMAS, CUT_LEVELS = 6.0, 10.0
+"""Mistakes larger than so many standard deviations and grey levels count as such ones."""
 NEIGHBOURHOOD_PX, COVERED_RATIO = 5, 1.25
-"""A pixel moves with the body if the pieces differ from what lies behind it by this many times the
-variance that they have among each other, over a neighbourhood of this side."""
+"""A pixel moves with the body if the pieces differ from what lies behind it by this many times as
+much as from their median, over a neighbourhood of this side."""
 ROUND_HEIGHT = 0.87, 1.15
 """Height of the rows at least half as wide as a ball's outline, over its width."""
 ROUNDS = 3
@@ -133,25 +143,24 @@ def learn(
     Returns
     -------
     Body or None
-        None where the pieces show no outline, or too few agree with their mean.
+        None where the pieces show no outline, or too few agree with their median.
     """
     left, top, right, bottom = (round(edge) for edge in rough.box)
     shape = bottom - top, right - left
     margin = round(SURROUNDINGS * max(shape))
     rarity = _rarity(rough.path_px, others)
     chosen = _some(rarity, (shape[0] + 2 * margin, shape[1] + 2 * margin))
-    if len(chosen) < len(rarity):  # chosen by their rarity, they count alike
-        rarity = dict.fromkeys(chosen, 1.0)
     places = {k: _plus(rough.path_px[k], (left, top)) for k in chosen if k in pictures}
     if rough.blurred:
-        places = _aligned(pictures, places, (shape, 0))
+        places = _aligned(pictures, places, shape)
     cut: _Cut | None = None
     corner, agreement = (float(left), float(top)), 0.0
     for _ in range(ROUNDS):
         if len(places) < SIGHTINGS_AT_LEAST:
             return None
         fence = rough.fence[0] - corner[0], rough.fence[1] - corner[0]
-        mean = _average((pictures, background, known), places, rarity, (shape, margin))
+        pieces = _pieces((pictures, background, known), places, (shape, margin))
+        mean = _median(pieces)
         cut = _own_part(mean, shape, margin, fence)
         if cut is None:
             return None
@@ -204,9 +213,11 @@ def _connected(
     """Part of what moves with a body that hangs together with its box, without threads."""
     if moving is None:
         return None
-    width = max(NEIGHBOURHOOD_PX + 2, round(THREAD_SHARE * min(shape))) | 1
+    width = max(NEIGHBOURHOOD_PX + 4, round(THREAD_SHARE * min(shape))) | 1
     kernel = np.ones((width, width), np.uint8)
-    opened = cv2.morphologyEx(moving.astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    gap = np.ones([round(share * min(shape)) | 1 for share in GAP_SHARES], np.uint8)
+    whole = cv2.morphologyEx(moving.astype(np.uint8), cv2.MORPH_CLOSE, gap)
+    opened = cv2.morphologyEx(whole, cv2.MORPH_OPEN, kernel)
     _, labels = cv2.connectedComponents(opened)
     inner = labels[margin : margin + shape[0], margin : margin + shape[1]]
     held = np.bincount(inner.ravel(), minlength=2)
@@ -235,16 +246,16 @@ def _without_threads(
 
 
 def _aligned(
-    pictures: Mapping[int, Luma], places: Mapping[int, Place], extent: tuple[tuple[int, int], int]
+    pictures: Mapping[int, Luma], places: Mapping[int, Place], shape: tuple[int, int]
 ) -> dict[int, Place]:
     """Places that are right to some px, made better by registration to one of the pieces."""
-    (height, width), margin = extent
     if not places:
         return {}
-    weight = np.zeros((height, width), dtype=np.float32)
+    height, width = shape
+    weight = np.zeros(shape, dtype=np.float32)
     y, x = np.indices(weight.shape)
     across, along = (height - 1) / 2, (width - 1) / 2
-    weight[((y - across) / across) ** 2 + ((x - along) / (along - margin)) ** 2 < 1] = 1.0
+    weight[((y - across) / across) ** 2 + ((x - along) / along) ** 2 < 1] = 1.0
     best: dict[int, Place] = {}
     for first in sorted(places)[len(places) // 4 :: max(1, len(places) // 4)]:
         sprite = make_sprite(look(pictures[first], *places[first], (height, width)), weight)
@@ -324,30 +335,88 @@ def _rarity(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) ->
     }
 
 
-def _average(
-    seen: tuple[Mapping[int, Luma], Background, Sequence[Shape]],
+@dataclass(frozen=True)
+class _Pieces:
+    """Pieces of n pictures, laid upon each other; arrays have shape (n, height, width)."""
+
+    seen: Pixels
+    behind: Pixels
+    """What lies behind the body there: the background with the bodies that are known."""
+    covered: NDArray[np.bool_]
+    """Where a piece shows nothing: beyond its picture, or where something of unknown look is."""
+    others: NDArray[np.bool_]
+    """Where bodies that are known are."""
+
+    @property
+    def least(self) -> float:
+        """A pixel that is not covered in more pictures than this is learnt."""
+        return max(SHOWN_AT_LEAST * len(self.seen), SHOWN_PICTURES)
+
+
+def _pieces(
+    source: tuple[Mapping[int, Luma], Background, Sequence[Shape]],
     places: Mapping[int, Place],
-    rarity: Mapping[int, float],
     shape_and_margin: tuple[tuple[int, int], int],
-) -> Mean:
-    """Weighted mean and variance of pieces of pictures at these places, with a margin around."""
-    pictures, background, known = seen
+) -> _Pieces:
+    """Cut pieces out of pictures at these places, with a margin around."""
+    pictures, background, known = source
     (height, width), margin = shape_and_margin
     shape = height + 2 * margin, width + 2 * margin
-    places = {k: _plus(place, (-margin, -margin)) for k, place in places.items()}
-    pieces = np.array(
-        [background.levelled(pictures[k], k, place, shape) for k, place in places.items()]
-    )
-    behind = np.array([background.behind(k, place, shape) for k, place in places.items()])
-    covered = np.array([hidden(known, k, place, shape) > 0 for k, place in places.items()])
-    shown = np.mean(covered, axis=0) < 1 - SHOWN_AT_LEAST
-    typical = _quantile(pieces, covered, 0.5)
-    own = _quantile(np.abs(pieces - typical), covered, MOST)
-    still = _quantile(np.abs(pieces - behind), covered, MOST)
+    boxes = [one for one in known if one.sprite is None]
+    seen, behind, covered, others = [], [], [], []
+    for frame, inner in places.items():
+        place = _plus(inner, (-margin, -margin))
+        beyond = _outside(place, shape, pictures[frame].shape)
+        back = background.behind(frame, place, shape)
+        body = [one.paint(back, frame, place) for one in known if one.sprite is not None]
+        seen.append(background.levelled(pictures[frame], frame, place, shape))
+        behind.append(back)
+        covered.append(beyond | (hidden(boxes, frame, place, shape) > 0))
+        others.append(np.logical_or.reduce([np.zeros(shape, np.bool_), *body]))
+    return _Pieces(np.array(seen), np.array(behind), np.array(covered), np.array(others))
+
+
+def _median(pieces: _Pieces) -> Mean:
+    """Median and variance of pieces, and which pixels move with the body.
+
+    A pixel moves with the body if the median explains the pieces better than what lies behind it
+    does. Mistakes beyond what noise makes count alike, so that what passes by in a few pictures
+    decides nothing.
+    """
+    hidden_by = pieces.covered | pieces.others
+    often = (~hidden_by).sum(axis=0) > pieces.least
+    free = np.where(often, hidden_by, pieces.covered)
+    typical = _quantile(pieces.seen, free, 0.5)
+    inner, outer = np.abs(pieces.seen - typical), np.abs(pieces.seen - pieces.behind)
+    most = np.float32(_largest_mistake(inner, outer, free))
+    own, still = (_mean(np.minimum(one, most), pieces.covered) for one in (inner, outer))
     size = NEIGHBOURHOOD_PX, NEIGHBOURHOOD_PX
     moving = cv2.blur(still, size) > COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
-    variance = (own / MOST_SIGMAS) ** 2 + NOISE_FLOOR
+    shown = (~pieces.covered).sum(axis=0) > pieces.least
+    variance = (_quantile(inner, free, MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
     return Mean(typical, variance, np.asarray(moving & shown))
+
+
+def _largest_mistake(inner: Pixels, outer: Pixels, covered: NDArray[np.bool_]) -> float:
+    """Grey levels that noise does not exceed, by the better of two explanations of each pixel."""
+    some = (slice(None), slice(None, None, NOISE_STRIDE), slice(None, None, NOISE_STRIDE))
+    usual = [_quantile(one[some], covered[some], 0.5) for one in (inner, outer)]
+    return max(CUT_SIGMAS * MEDIAN_TO_SIGMA * float(np.median(np.minimum(*usual))), CUT_LEVELS)
+
+
+def _outside(place: Place, shape: tuple[int, int], picture: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Mark what of a piece lies beyond the border of its picture."""
+    x, y = place[0] + np.arange(shape[1]), place[1] + np.arange(shape[0])
+    beyond_x, beyond_y = (
+        (at < 0) | (at > size - 1) for at, size in ((x, picture[1]), (y, picture[0]))
+    )
+    return np.asarray(beyond_y[:, None] | beyond_x[None, :])
+
+
+def _mean(values: Pixels, covered: NDArray[np.bool_]) -> Pixels:
+    """Mean over the pictures in which a pixel is not covered, shape (height, width); else 0."""
+    count = np.maximum((~covered).sum(axis=0), 1)
+    return np.asarray((values * ~covered).sum(axis=0) / count, np.float32)
 
 
 def _quantile(values: Pixels, covered: NDArray[np.bool_], share: float) -> Pixels:
