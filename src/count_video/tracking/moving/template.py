@@ -65,6 +65,8 @@ much as from their median, over a neighbourhood of this side."""
 ROUND_HEIGHT = 0.87, 1.15
 """Height of the rows at least half as wide as a ball's outline, over its width."""
 ROUNDS = 3
+AREA_SHARE = 0.6
+"""What fills more of the picture than this is the scene."""
 SIGHTINGS_AT_LEAST = 4
 AGREEMENT_AT_LEAST = 0.5
 """Correlation below which a piece is not taken for the body."""
@@ -155,8 +157,9 @@ def learn(
         places = _aligned(pictures, places, shape)
     cut: _Cut | None = None
     corner, agreement = (float(left), float(top)), 0.0
+    largest = AREA_SHARE * float(background.luma.size)
     for _ in range(ROUNDS):
-        if len(places) < SIGHTINGS_AT_LEAST:
+        if len(places) < SIGHTINGS_AT_LEAST or shape[0] * shape[1] > largest:
             return None
         fence = rough.fence[0] - corner[0], rough.fence[1] - corner[0]
         pieces = _pieces((pictures, background, known), places, (shape, margin))
