@@ -164,7 +164,7 @@ def _learnt_again(
     for _ in range(times):
         before = [few.shape(seen) for seen in found]
         few = replace(few, background=scene.background(few.samples, upright, before))
-        found = [few.follow(learn_again(few, seen, found)) for seen in found]
+        found = [few.as_learnt(learn_again(few, seen, found)) for seen in found]
         sizes = np.array(
             [[size_of(one.box) for one in before], [size_of(s.body.box) for s in found]]
         )

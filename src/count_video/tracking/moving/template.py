@@ -349,6 +349,8 @@ class _Pieces:
     """Where a piece shows nothing: beyond its picture, or where something of unknown look is."""
     others: NDArray[np.bool_]
     """Where bodies that are known are."""
+    around: tuple[tuple[int, int], tuple[int, int]]
+    """Rows above and below, columns before and after, that no picture shows: left out here."""
 
     @property
     def least(self) -> float:
@@ -364,11 +366,17 @@ def _pieces(
     """Cut pieces out of pictures at these places, with a margin around."""
     pictures, background, known = source
     (height, width), margin = shape_and_margin
-    shape = height + 2 * margin, width + 2 * margin
+    corners = np.array(list(places.values())) - margin
+    size = background.luma.shape
+    columns, rows = (
+        _shown(corners[:, axis], length + 2 * margin, size[1 - axis])
+        for axis, length in enumerate((width, height))
+    )
+    shape = height + 2 * margin - sum(rows), width + 2 * margin - sum(columns)
     boxes = [one for one in known if one.sprite is None]
     seen, behind, covered, others = [], [], [], []
     for frame, inner in places.items():
-        place = _plus(inner, (-margin, -margin))
+        place = _plus(inner, (columns[0] - margin, rows[0] - margin))
         beyond = _outside(place, shape, pictures[frame].shape)
         back = background.behind(frame, place, shape)
         body = [one.paint(back, frame, place) for one in known if one.sprite is not None]
@@ -376,7 +384,15 @@ def _pieces(
         behind.append(back)
         covered.append(beyond | (hidden(boxes, frame, place, shape) > 0))
         others.append(np.logical_or.reduce([np.zeros(shape, np.bool_), *body]))
-    return _Pieces(np.array(seen), np.array(behind), np.array(covered), np.array(others))
+    arrays = [np.array(one) for one in (seen, behind, covered, others)]
+    return _Pieces(arrays[0], arrays[1], arrays[2], arrays[3], (rows, columns))
+
+
+def _shown(begins: Floats, length: int, size: int) -> tuple[int, int]:
+    """How many px at both ends of pieces lie beyond all pictures of this size."""
+    before = int(np.clip(np.floor(-begins.max()), 0, length - 1))
+    after = int(np.clip(np.floor(length - size + begins.min()), 0, length - 1 - before))
+    return before, after
 
 
 def _median(pieces: _Pieces) -> Mean:
@@ -397,7 +413,11 @@ def _median(pieces: _Pieces) -> Mean:
     moving = cv2.blur(still, size) > COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
     shown = (~pieces.covered).sum(axis=0) > pieces.least
     variance = (_quantile(inner, free, MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
-    return Mean(typical, variance, np.asarray(moving & shown))
+    return Mean(
+        np.pad(typical, pieces.around),
+        np.pad(variance, pieces.around, constant_values=NOISE_FLOOR),
+        np.pad(moving & shown, pieces.around),
+    )
 
 
 def _largest_mistake(inner: Pixels, outer: Pixels, covered: NDArray[np.bool_]) -> float:
