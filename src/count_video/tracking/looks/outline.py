@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.looks.circle import Circle, circle_through
+from count_video.tracking.looks.circle import RADIUS_SHARE, Circle, circle_through
 from count_video.tracking.looks.peak import beyond, peak_of
 from count_video.tracking.looks.sprite import Pixels, Sprite, make_sprite
 
@@ -26,6 +26,8 @@ PIECE_HEIGHT = 0.2
 """A piece of the outline has these shares of the clearest piece's weight and of the height."""
 BEYOND_OUTLINE_PX = 2
 """Pixels kept beyond the outline: the blurred edge reaches that far."""
+RADIUS_SHARE_OF_MOVING = 0.2, 0.7
+"""Radius of a ball as a share of the height: the blur around small ones is part of what moves."""
 OUTSIDE_SHARE = 0.35
 """A circle is the outline if no larger share of what moves lies outside of it."""
 ROWS_AT_LEAST = 8
@@ -74,7 +76,8 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     columns = np.arange(clarity.shape[1])
     clarity[:, (columns < fence[0]) | (columns > fence[1])] = 0
     body = _own_edges(clarity)
-    circle = circle_through(*_edge_points(np.where(body, clarity, 0)), clarity.shape)
+    radius = RADIUS_SHARE if mean.moving is None else RADIUS_SHARE_OF_MOVING
+    circle = circle_through(*_edge_points(np.where(body, clarity, 0)), clarity.shape, radius)
     inside = _within(circle, body.shape)
     if (
         mean.moving is not None
