@@ -130,15 +130,15 @@ def _observed(
 
 
 def _certain(trial: Trial) -> bool:
-    """Whether two bodies were counted that may be ball and heavy body: one is round, or they touch.
+    """Whether two bodies were counted that may be ball and heavy body: their outlines touch.
 
-    Of a body whose outline is wrong, a part may have been followed that leaves the picture early.
+    Of a body whose outline is wrong, a part may have been followed that leaves the picture early,
+    and there is no scale.
     """
     at_wall = trial.found is not None
     if not verdict.is_settled(trial.result, at_wall=at_wall):
         return False
-    touch = trial.result.millimetres_per_px is not None
-    return not at_wall or touch or (trial.track is not None and trial.track.ball_is_round is True)
+    return not at_wall or trial.result.millimetres_per_px is not None
 
 
 def _likeliest(offered: Iterable[Track], footage: Footage, settings: TrialSettings) -> Trial | None:
