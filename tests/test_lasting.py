@@ -65,11 +65,11 @@ def test_too_little_freedom_tells_nothing() -> None:
     assert errors_of([flight(np.zeros(6), 0.0, 1.0)]) is None
 
 
-def test_a_sum_of_errors_varies_by_their_covariance() -> None:
+def test_errors_vary_together_by_what_lasts_of_them() -> None:
     errors = Errors(0.5, np.array([2.0, 0.0, 0.0, 0.0]))
     half = np.exp(-1.0 / LASTS_FRAMES[0])
 
+    covariance = errors.covariance_of(np.array([0.0, 1.0]))
+
     assert errors.sigma_px == pytest.approx(np.sqrt(2.5))
-    assert errors.variance_of(np.array([3.0]), np.array([2.0])) == pytest.approx(4 * 2.5)
-    found = errors.variance_of(np.array([0.0, 1.0]), np.array([1.0, -1.0]))
-    assert found == pytest.approx(2 * 0.5 + 2 * 2.0 * (1 - half))
+    assert covariance == pytest.approx(np.array([[2.5, 2.0 * half], [2.0 * half, 2.5]]))

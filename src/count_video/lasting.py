@@ -102,13 +102,14 @@ class Errors:
         """Standard deviation of one error."""
         return float(np.sqrt(self.white_px2 + self.lasting_px2.sum()))
 
-    def variance_of(self, clock: Floats, weights: Floats) -> float:
-        """Variance of a sum of errors in px squared, for frames and weights of shape (n,)."""
+    def covariance_of(self, clock: Floats) -> Floats:
+        """Covariance of errors in px squared in frames of shape (n,), shape (n, n)."""
         apart = np.abs(clock[:, None] - clock)
-        total = self.white_px2 * float(weights @ weights)
+        total = self.white_px2 * np.eye(len(clock))
         for lasts, variance in zip(LASTS_FRAMES, self.lasting_px2, strict=True):
-            total += float(variance * (weights @ np.exp(-apart / lasts) @ weights))
-        return total
+            if variance > 0:
+                total += variance * np.exp(-apart / lasts)
+        return np.asarray(total)
 
 
 def errors_of(flights: Sequence[Flight]) -> Errors | None:

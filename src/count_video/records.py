@@ -9,7 +9,7 @@ Conventions
 - Image x points right and y down, in px; an integer is the centre of a pixel.
 - A *position along the line of motion* is measured in px of image x (y for an upright line), so it
   grows to the right (downward). Metres point away from the wall; only
-  ``count_video.collisions.gaps`` turns one into the other.
+  ``count_video.motion.gaps`` turns one into the other.
 - Not seen is NaN, never 0 or -1.
 """
 

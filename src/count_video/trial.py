@@ -2,7 +2,7 @@
 
 file -> frames            footage
 frames -> track           tracking
-track -> collisions       collisions
+track -> collisions       motion
 in doubt -> fitted        between (a model of the motion, for what lies between the frames)
 collisions -> result      verdict
 
@@ -19,14 +19,14 @@ from pathlib import Path
 
 from count_video import verdict
 from count_video.between.infer import Between, Misfit, count_between, measure_burst
-from count_video.collisions.alone import seen_impacts
-from count_video.collisions.cadence import cadence_of
-from count_video.collisions.clock import as_shown, seen_by_clock
-from count_video.collisions.meeting import only_turns, without_wall
-from count_video.collisions.seen import SeenCollisions
-from count_video.collisions.weighing import SeenImpacts, with_wall_ahead
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage, open_footage
+from count_video.motion.alone import seen_impacts
+from count_video.motion.cadence import cadence_of
+from count_video.motion.clock import as_shown, seen_by_clock
+from count_video.motion.meeting import only_turns, without_wall
+from count_video.motion.seen import SeenCollisions
+from count_video.motion.weighing import SeenImpacts, with_wall_ahead
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import FootageInfo, Track, TrialResult, WallSide
 from count_video.tracking.ahead import stands_ahead

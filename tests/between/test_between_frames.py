@@ -10,7 +10,8 @@ from synthetic_tracks import FilmedTrial, Filming, film, random_trial
 
 from count_video.between.infer import Between, Misfit, count_between
 from count_video.between.rivals import Knowledge
-from count_video.collisions.seen import seen_collisions
+from count_video.motion.reasons import Cause
+from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.records import Track
@@ -135,15 +136,15 @@ def test_a_last_collision_at_the_very_turn_is_judged_by_the_model() -> None:
     assert between.count == trial.count
 
 
-def test_a_ball_that_creeps_to_the_wall_at_last_leaves_no_sure_count() -> None:
-    """It strikes at a hundredth of a pixel a frame: no flight shows that it turned."""
+def test_a_ball_that_creeps_to_the_wall_at_last_is_counted_or_leaves_a_doubt() -> None:
+    """It strikes at a hundredth of a pixel a frame: single frames hardly show that it turned."""
     heavy = 33 * SETUP.light_mass_kg
     trial = filmed(replace(SETUP, heavy_mass_kg=heavy, wall_gap_m=0.0133), 2500.0)
 
     found = seen_collisions(trial.track)
 
-    assert found.burst == trial.count - 1
-    assert any("creeps up to the wall" in reason for reason in found.shortcomings)
+    faint = any(reason.cause is Cause.GRAZES_WALL for reason in found.shortcomings)
+    assert found.burst == trial.count - 1 if faint else found.burst == trial.count
 
 
 def mirrored(track: Track) -> Track:

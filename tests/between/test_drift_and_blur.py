@@ -12,7 +12,7 @@ from count_video.between.model import follow_one
 from count_video.between.parameters import DRIFTS, FIRST_DEVIATION, Column
 from count_video.between.rivals import Knowledge
 from count_video.between.sampling import blur_of
-from count_video.collisions.seen import seen_collisions
+from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.records import Floats, Track
 

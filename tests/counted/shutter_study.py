@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from count_video.collisions.seen import seen_collisions
 from count_video.footage.reader import open_footage
+from count_video.motion.seen import seen_collisions
 from count_video.records import Floats
 from count_video.tracking.observation import observe, pair_tracks
 from count_video.tracking.view import TrackSettings

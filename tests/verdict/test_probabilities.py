@@ -2,12 +2,15 @@ from __future__ import annotations
 
 import pytest
 
-from count_video.collisions.burst import Rival
+from count_video.motion.burst import Rival
+from count_video.motion.priors import PROBABILITY_RESOLVED
+from count_video.motion.reasons import Cause, Reason
 from count_video.verdict import probabilities
-from count_video.verdict.resolved import PROBABILITY_RESOLVED
+
+OPEN = Reason(Cause.TURN_OPEN, (100.0,))
 
 
-@pytest.mark.parametrize("rival", [None, Rival(30, 0.4, ""), Rival(27, 0.4, "")])
+@pytest.mark.parametrize("rival", [None, Rival(30, 0.4, OPEN), Rival(27, 0.4, OPEN)])
 def test_probabilities_sum_to_one(rival: Rival | None) -> None:
     told = probabilities(31, rival)
 
@@ -23,7 +26,7 @@ def test_a_count_without_a_rival_has_what_resolved_clips_deserve() -> None:
 
 
 def test_a_rival_takes_its_share_from_the_count_and_no_more() -> None:
-    told = probabilities(5, Rival(3, 0.25, ""))
+    told = probabilities(5, Rival(3, 0.25, OPEN))
 
     assert told[5] == pytest.approx(0.75 * PROBABILITY_RESOLVED)
     assert told[3] == pytest.approx(0.25 * PROBABILITY_RESOLVED)

@@ -10,7 +10,7 @@ from count_video.between.model import Paths, follow_one
 from count_video.between.observations import Observations
 from count_video.between.solving import Solution
 from count_video.between.tangents import tangents_of
-from count_video.collisions.seen import SeenCollisions
+from count_video.motion.seen import SeenCollisions
 from count_video.records import Collision, CollisionKind, Floats, Velocities
 
 SAME_FRAMES = 0.5

@@ -21,8 +21,8 @@ from count_video.between.parameters import (
 )
 from count_video.between.rivals import with_deviations
 from count_video.between.solving import Solution, noise_of, solve
-from count_video.collisions.seen import SeenCollisions
-from count_video.collisions.swing import Swing
+from count_video.motion.seen import SeenCollisions
+from count_video.motion.swing import Swing
 from count_video.records import Collision, Floats
 
 FIRST_COLLISIONS = 4

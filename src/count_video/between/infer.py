@@ -19,18 +19,13 @@ from count_video.between.events import collisions_of
 from count_video.between.forward import calm_beginning, forward_fit
 from count_video.between.observations import Observations, observe
 from count_video.between.parameters import FIRST_DEVIATION, Column, Prior
-from count_video.between.rivals import SCATTERS, Knowledge, coarse_fits, fine_fit, prior_of
+from count_video.between.rivals import Knowledge, coarse_fits, fine_fit, prior_of
 from count_video.between.solving import Solution, modelled
 from count_video.between.starting import rough_values
-from count_video.between.weighing import (
-    Weighed,
-    doubted,
-    fine_fits,
-    probabilities,
-    shifted,
-    weigh,
-)
-from count_video.collisions.seen import SeenCollisions
+from count_video.between.weighing import Weighed, doubted, fine_fits, probabilities, shifted, weigh
+from count_video.motion.priors import SCATTERS
+from count_video.motion.reasons import Cause, Reason
+from count_video.motion.seen import SeenCollisions
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
 FRAMES_AT_LEAST = 20
@@ -72,8 +67,7 @@ class Between:
 class Misfit:
     """The model does not describe the track."""
 
-    reason: str
-    """A clause for the user."""
+    reason: Reason
 
 
 def count_between(
@@ -103,7 +97,7 @@ def count_between(
         rough[Column.LIGHTNESS] = lightness
     coarse = coarse_fits(observed, rough, prior, found.burst)
     if not np.isfinite(coarse[0].loss):
-        return Misfit("no motion of two bodies and a wall resembles the track")
+        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     promising = [fit for fit in coarse[:RIVALS] if fit.loss < coarse[0].loss + COARSELY_LOST]
     fits, noise = fine_fits(observed, prior, promising)
     strayed = _strayed(fits[0], observed, track)
@@ -126,7 +120,7 @@ def measure_burst(
     rough, prior = start
     coarse = forward_fit(observed, rough, prior, found, found.burst)
     if not np.isfinite(coarse.loss):
-        return Misfit("no motion of two bodies and a wall has these collisions")
+        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     fits, noise = fine_fits(observed, prior, [coarse])
     strayed = _strayed(fits[0], observed, track)
     if strayed is not None:
@@ -136,7 +130,7 @@ def measure_burst(
     measured = _answer(found, observed, {(fit.count, scatter): (0.0, fit)})
     seen = all(collision.seen for collision in measured.collisions)
     if not seen or measured.count != found.burst:
-        return Misfit("the fitted collisions are not those that were seen")
+        return Misfit(Reason(Cause.MODEL_DIFFERS))
     return measured
 
 
@@ -146,7 +140,7 @@ def _start(
     """Rough parameters and the prior; a misfit where there is nothing to begin with."""
     before = int((observed.frame < -1).sum())
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
-        return Misfit("too few frames surround the collisions to fit a model of the motion to them")
+        return Misfit(Reason(Cause.MODEL_LACKS_FRAMES))
     burst = found.collisions[: found.burst]
     rough = rough_values(observed, burst, known.expected_rate, found.swing)
     return rough, prior_of(rough, known)
@@ -158,10 +152,7 @@ def _strayed(solution: Solution, observed: Observations, track: Track) -> Misfit
     limit = max(MISFIT_SIGMAS * observed.ball_sigma_px, MISFIT_SHARE * track.ball_diameter_px)
     if misfit_px <= limit:
         return None
-    return Misfit(
-        f"the modelled motion strays from the track by {misfit_px:.1f} px where "
-        f"{limit:.1f} are allowed: something else than two swinging bodies and a wall took part"
-    )
+    return Misfit(Reason(Cause.MODEL_STRAYS, (misfit_px, limit)))
 
 
 def _root_mean_square(solution: Solution) -> float:

@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from count_video.between.drift import drift_shape
-from count_video.collisions.gaps import Gaps, gaps_of
-from count_video.collisions.seen import SeenCollisions
+from count_video.motion.gaps import Gaps, gaps_of
+from count_video.motion.seen import SeenCollisions
 from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
 

@@ -22,22 +22,21 @@ from count_video.between.parameters import (
 )
 from count_video.between.scanning import MOST_COLLISIONS, scan
 from count_video.between.solving import Noise, Solution, modelled, noise_of, solve
+from count_video.motion.priors import (
+    BALL_RATE_SIGMA,
+    DRIFT_SIGMA_PX,
+    EXPOSURE,
+    PARALLAX_SIGMA,
+    PULL_SHARE,
+    RATE_SIGMA,
+    RATE_SIGMA_UNKNOWN,
+    RESTITUTION,
+    USUAL_RATE_PER_S,
+)
 from count_video.records import Floats
 
-USUAL_RATE_PER_S = 3.13
-"""Angular rate of a thread of 1 m, radians per second."""
-RATE_SIGMA = 0.3
-"""Of its logarithm: threads from half a metre to two."""
-RATE_SIGMA_UNKNOWN = 1.0
-"""The same where the capture rate is not known."""
-PULL_SHARE = 0.3
-"""The heavy body hangs from the ball's rest by about this share of the ball's way to the wall."""
-DRIFT_SIGMA_PX = 0.02
-"""Errors of outlines that hang together, as measured on rendered clips whose truth is known."""
 FLOORS_PX = (6.0, 0.6)
 """The fit begins coarsely: far from the solution only large residuals should pull."""
-SCATTERS = (0.0002, 0.001, 0.005, 0.02)
-"""Standard deviations of the restitution from collision to collision that are tried."""
 UNEVEN = 0.015
 """Starts differ if the difference of their restitutions does by so much."""
 STARTS = 3
@@ -82,12 +81,12 @@ def prior_of(rough: Floats, known: Knowledge) -> Prior:
     pull = PULL_SHARE * np.exp(2 * rate) * (rough[Column.BALL_REST] - rough[Column.WALL])
     prior = prior.with_value(Column.HEAVY_PULL, 0.0, float(pull))
     prior = prior.with_value(Column.SWING, rate, sigma)
-    prior = prior.with_value(Column.BALL_SWING, 0.0, 0.05)
-    prior = prior.with_value(Column.EXPOSURE, 0.5, 0.3)
-    prior = prior.with_value(Column.PARALLAX, 0.0, 0.05)
+    prior = prior.with_value(Column.BALL_SWING, 0.0, BALL_RATE_SIGMA)
+    prior = prior.with_value(Column.EXPOSURE, *EXPOSURE)
+    prior = prior.with_value(Column.PARALLAX, 0.0, PARALLAX_SIGMA)
     prior.sigma[FIRST_DRIFT:FIRST_DEVIATION] = DRIFT_SIGMA_PX
-    prior = prior.with_value(Column.BODIES, 0.95, 0.1)
-    prior = prior.with_value(Column.BOUNCE, 0.95, 0.1)
+    prior = prior.with_value(Column.BODIES, *RESTITUTION)
+    prior = prior.with_value(Column.BOUNCE, *RESTITUTION)
     if known.mass_ratio is not None:
         relative = max(known.mass_ratio_sigma / known.mass_ratio, 1e-4)
         prior = prior.with_value(Column.LIGHTNESS, -float(np.log(known.mass_ratio)), relative)

@@ -16,7 +16,7 @@ import numpy as np
 
 from count_video.between.observations import Observations
 from count_video.between.parameters import FIRST_DEVIATION, Column
-from count_video.collisions.swing import Swing
+from count_video.motion.swing import Swing
 from count_video.records import Collision, Floats
 
 CLEAR_FRAMES = 0.6

@@ -11,15 +11,9 @@ import numpy as np
 
 from count_video.between.observations import Observations
 from count_video.between.parameters import FIRST_DEVIATION, Prior
-from count_video.between.rivals import (
-    HOPELESS,
-    SCATTERS,
-    fine_fit,
-    log_evidence,
-    recounted,
-    refloored,
-)
+from count_video.between.rivals import HOPELESS, fine_fit, log_evidence, recounted, refloored
 from count_video.between.solving import Noise, Solution, noise_of, scaled
+from count_video.motion.priors import DOUBT, SCATTERS
 from count_video.records import Floats
 
 Weighed = dict[tuple[int, float], tuple[float, Solution]]
@@ -36,8 +30,6 @@ BELIEVED = 0.5
 """Part of the differences in evidence that is believed. A tracker's errors hang together in more
 ways than the fit allows for: of ten rendered clips of long bursts, whose truth is known, the counts
 strayed by one and a half times what the whole evidence says."""
-DOUBT = 0.02
-"""Share of counts that turn out wrong for reasons outside the model."""
 
 
 def fine_fits(

@@ -141,13 +141,14 @@ def _followed(
     for _ in range(ROUNDS):
         more = add_bodies(few, roughs, found)
         if len(more) == len(found):
-            break
+            break  # of what is left, nothing can be followed
         few, found = _learnt_again(few, scene, more, upright, times=1)
         if enough(found) or len(found) >= BODIES_AT_MOST:
             break
         proposals = scene.proposals(scene.hidden(few, found, upright))
         roughs = roughly([turned(one) for one in proposals] if upright else proposals, few.frames)
-    _, found = _learnt_again(few, scene, found, upright, times=TIMES_LEARNT)
+    if found:
+        _, found = _learnt_again(few, scene, found, upright, times=TIMES_LEARNT)
     return apart([clip.follow(seen.body) for seen in found])
 
 
@@ -163,7 +164,7 @@ def _learnt_again(
     for _ in range(times):
         before = [few.shape(seen) for seen in found]
         few = replace(few, background=scene.background(few.samples, upright, before))
-        found = [few.follow(learn_again(few, seen, found)) for seen in found]
+        found = [few.as_learnt(learn_again(few, seen, found)) for seen in found]
         sizes = np.array(
             [[size_of(one.box) for one in before], [size_of(s.body.box) for s in found]]
         )

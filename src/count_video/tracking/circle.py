@@ -59,7 +59,12 @@ class Circle:
     radius_px: float
 
 
-def circle_through(x: Floats, y: NDArray[np.intp], shape: tuple[int, ...]) -> Circle | None:
+def circle_through(
+    x: Floats,
+    y: NDArray[np.intp],
+    shape: tuple[int, ...],
+    radius_share: tuple[float, float] = RADIUS_SHARE,
+) -> Circle | None:
     """Find the circle that most of its sectors show; None if there is none.
 
     Parameters
@@ -68,6 +73,8 @@ def circle_through(x: Floats, y: NDArray[np.intp], shape: tuple[int, ...]) -> Ci
         Edge points, shape (n,), in px.
     shape
         Height and width of the area they lie in.
+    radius_share
+        Smallest and largest radius as a share of this height.
     """
     if len(x) < POINTS_AT_LEAST:
         return None
@@ -76,7 +83,7 @@ def circle_through(x: Floats, y: NDArray[np.intp], shape: tuple[int, ...]) -> Ci
     voters = points
     if len(points) > POINTS_AT_MOST:
         voters = points[rng.choice(len(points), POINTS_AT_MOST, replace=False)]
-    low, high = (share * shape[0] for share in RADIUS_SHARE)
+    low, high = (share * shape[0] for share in radius_share)
     circles = _sized(_through_three(_triples(voters, rng)), low, high)[:PROPOSALS]
     best = np.argsort(-_votes(voters, circles), kind="stable")[:REFINED]
     circles = _sized(np.array([_refined(points, circle) for circle in circles[best]]), low, high)

@@ -56,6 +56,12 @@ class Clip:
         """Find a body in all pictures."""
         return follow(self.pictures, self.frames, body, self.slope, self.shift_px)
 
+    def as_learnt(self, body: Body) -> Followed:
+        """Take a body to be where it was when it was learnt, without an uncertainty."""
+        places = np.array([body.sightings.get(int(k), (np.nan, np.nan)) for k in self.frames])
+        x, y = (places - self.shift_px).T
+        return Followed(body, x, y, 0.0 * x)
+
     def sightings(self, seen: Followed) -> dict[int, Place]:
         """Places in the pictures as they are, by frame index."""
         x, y = seen.x_px + self.shift_px[:, 0], seen.y_px + self.shift_px[:, 1]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.circle import circle_through
+from count_video.tracking.circle import RADIUS_SHARE, Circle, circle_through
 from count_video.tracking.peak import beyond, peak_of
 from count_video.tracking.sprite import Pixels, Sprite, make_sprite
 
@@ -26,6 +26,8 @@ PIECE_HEIGHT = 0.2
 """A piece of the outline has these shares of the clearest piece's weight and of the height."""
 BEYOND_OUTLINE_PX = 2
 """Pixels kept beyond the outline: the blurred edge reaches that far."""
+RADIUS_SHARE_OF_MOVING = 0.2, 0.7
+"""Radius of a ball as a share of the height: the blur around small ones is part of what moves."""
 OUTSIDE_SHARE = 0.35
 """A circle is the outline if no larger share of what moves lies outside of it."""
 ROWS_AT_LEAST = 8
@@ -74,14 +76,12 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     columns = np.arange(clarity.shape[1])
     clarity[:, (columns < fence[0]) | (columns > fence[1])] = 0
     body = _own_edges(clarity)
-    circle = circle_through(*_edge_points(np.where(body, clarity, 0)), clarity.shape)
-    inside = np.ones(body.shape, np.bool_)
-    if circle is not None:
-        y, x = np.indices(body.shape)
-        inside = np.hypot(x - circle.x_px, y - circle.y_px) < circle.radius_px + BEYOND_OUTLINE_PX
+    radius = RADIUS_SHARE if mean.moving is None else RADIUS_SHARE_OF_MOVING
+    circle = circle_through(*_edge_points(np.where(body, clarity, 0)), clarity.shape, radius)
+    inside = _within(circle, body.shape)
     if (
         mean.moving is not None
-        and (mean.moving & ~inside).sum() > OUTSIDE_SHARE * mean.moving.sum()
+        and (mean.moving & ~inside).mean() > OUTSIDE_SHARE * mean.moving.mean()
     ):
         circle = None
     if circle is not None:
@@ -101,6 +101,15 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     if ends[1] - ends[0] < ROWS_AT_LEAST:  # an edge and no body
         return None
     return _cut_out(mean, (rows, left, right), ends, circle is not None)
+
+
+def _within(circle: Circle | None, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Mark a circle with its blurred edge, shape (height, width); everything without a circle."""
+    if circle is None:
+        return np.ones(shape, np.bool_)
+    y, x = np.indices(shape)
+    away = np.hypot(x - circle.x_px, y - circle.y_px)
+    return np.asarray(away < circle.radius_px + BEYOND_OUTLINE_PX)
 
 
 def _cut_out(

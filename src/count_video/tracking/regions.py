@@ -95,7 +95,9 @@ def find_regions(
 
     ``known`` marks where each sample shows bodies that are not asked for.
     """
-    changes, scale = _changes(pictures, known)
+    changes, scale = _changes(pictures)
+    if known is not None:
+        _leave_out(changes, known)
     boxes = [[box * scale for box in _regions(_mask(one))] for one in changes]
     sums = [np.asarray(cv2.integral(one), np.float64) for one in changes]
     return Regions(boxes, sums, scale)
@@ -106,19 +108,17 @@ def share_unexplained(pictures: Sequence[Luma], known: Sequence[NDArray[np.bool_
 
     A few samples that differ altogether, as those of a title do, count like others.
     """
-    whole, rest = (
-        np.array([float(one.sum()) for one in _changes(pictures, marks)[0]])
-        for marks in (None, known)
-    )
+    changes, _ = _changes(pictures)
+    whole = np.array([float(one.sum()) for one in changes])
+    _leave_out(changes, known)
+    rest = np.array([float(one.sum()) for one in changes])
     most = ODD_FACTOR * float(np.median(whole))
     weight = np.minimum(whole, most) / np.maximum(whole, 1.0)
     total = float((whole * weight).sum())
     return float((rest * weight).sum()) / total if total > 0 else 0.0
 
 
-def _changes(
-    pictures: Sequence[Luma], known: Sequence[NDArray[np.bool_]] | None
-) -> tuple[list[Luma], int]:
+def _changes(pictures: Sequence[Luma]) -> tuple[list[Luma], int]:
     """Reduced differences of each sample from the median of all, 0 where they are noise.
 
     Returns how many px of the samples one of theirs holds as well.
@@ -132,12 +132,16 @@ def _changes(
     away = differences(small)
     spread = np.median(np.array(away[:: max(1, len(away) // NOISE_OF)]))
     least = max(NOISE_SIGMAS * 1.4826 * float(spread), NOISE_LEVELS)
-    for row, one in enumerate(away):
+    for one in away:
         one[one <= least] = 0
-        if known is not None:
-            mark = known[row].astype(np.uint8)
-            one[cv2.resize(mark, size, interpolation=cv2.INTER_NEAREST) > 0] = 0
     return away, scale
+
+
+def _leave_out(changes: Sequence[Luma], known: Sequence[NDArray[np.bool_]]) -> None:
+    """Set changes to 0, in place, where each sample shows bodies that are known."""
+    for one, mark in zip(changes, known, strict=True):
+        small = cv2.resize(mark.astype(np.uint8), one.shape[::-1], interpolation=cv2.INTER_NEAREST)
+        one[small > 0] = 0
 
 
 def moving_regions(regions: Regions) -> list[RigidGroup]:

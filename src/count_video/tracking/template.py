@@ -1,9 +1,10 @@
-"""The template of a body: its mean appearance over many pictures, with a weight for each pixel.
+"""The template of a body: its median appearance over many pictures, with a weight for each pixel.
 
-Pieces of pictures are laid upon each other where the body's corners were followed to, averaged, and
-registered to their mean; the mean of the registered pieces is the template. What is not the body
-varies from picture to picture and gets little weight. Pictures count by how rare they are: those in
-which a body rests, or two move along side by side, are many and show nothing new.
+Pieces of pictures are laid upon each other where the body's corners were followed to, and
+registered to their median; the median of the registered pieces is the template. A pixel belongs to
+the body if the median explains the pieces better than what lies behind it does: the background and
+the bodies that are known already. Pictures are chosen by how rare they are: those in which a body
+rests, or two move along side by side, are many and show nothing new.
 """
 
 from __future__ import annotations
@@ -18,18 +19,16 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.background import Background
+from count_video.tracking.composite import NEIGHBOURHOOD_PX, cut_pieces, median_of
 from count_video.tracking.outline import Mean, Outline, find_outline
 from count_video.tracking.registration import register
-from count_video.tracking.shape import Box, Place, Shape, hidden
-from count_video.tracking.sprite import Pixels, Sprite, look, make_sprite
+from count_video.tracking.shape import Box, Place, Shape
+from count_video.tracking.sprite import Sprite, look, make_sprite
 
 Luma = NDArray[np.uint8]
 
 SURROUNDINGS = 0.6
 """The surroundings that are averaged too, on all sides, as a share of the box's longer side."""
-SHOWN_AT_LEAST, SHOWN_PICTURES = 0.15, 4
-"""A pixel is learnt only if nothing hides it in more than this share, and number, of pictures: of
-fewer, the median is always near."""
 EDGE_PX = 3
 """So far around what moves with a body its blurred edges reach."""
 WIDE_ROWS = 0.45
@@ -43,26 +42,14 @@ row to row and from column to column, are its own."""
 PART_SHARE = 0.1
 """A long plain body shows its two ends and nothing between them: parts at least so large, as a
 share of the largest, belong to it."""
-ROUNDING = 0.3
-"""Grey levels by which bytes differ from what they stand for, as a standard deviation."""
-NOISE_FLOOR = 0.25
-"""Variance in grey levels squared that every pixel has at least (rounding, compression)."""
 PICTURES, PICTURES_AT_LEAST, PIXELS = 40, 12, 2_000_000
-"""A template is the mean of so many pictures; of large bodies of fewer, so that all pieces together
-have no more pixels than this."""
-MOST, MOST_SIGMAS = 0.65, 0.935
-"""Pieces agree if this share of them does: a neighbour stands at one distance in many pictures, but
-not in most. Of normal noise, that share lies within so many standard deviations."""
-NOISE_STRIDE = 4
-"""Noise is told by every fourth pixel of every fourth row."""
-CUT_SIGMAS, CUT_LEVELS = 6.0, 10.0
-"""Mistakes larger than so many standard deviations and grey levels count as such ones."""
-NEIGHBOURHOOD_PX, COVERED_RATIO = 5, 1.25
-"""A pixel moves with the body if the pieces differ from what lies behind it by this many times the
-variance that they have among each other, over a neighbourhood of this side."""
+"""A template is the median of so many pictures; of large bodies of fewer, so that all pieces have
+no more pixels than this together."""
 ROUND_HEIGHT = 0.87, 1.15
 """Height of the rows at least half as wide as a ball's outline, over its width."""
 ROUNDS = 3
+AREA_SHARE = 0.6
+"""What fills more of the picture than this is the scene."""
 SIGHTINGS_AT_LEAST = 4
 AGREEMENT_AT_LEAST = 0.5
 """Correlation below which a piece is not taken for the body."""
@@ -141,7 +128,7 @@ def learn(
     Returns
     -------
     Body or None
-        None where the pieces show no outline, or too few agree with their mean.
+        None where the pieces show no outline, or too few agree with their median.
     """
     left, top, right, bottom = (round(edge) for edge in rough.box)
     shape = bottom - top, right - left
@@ -150,14 +137,16 @@ def learn(
     chosen = _some(rarity, (shape[0] + 2 * margin, shape[1] + 2 * margin))
     places = {k: _plus(rough.path_px[k], (left, top)) for k in chosen if k in pictures}
     if rough.blurred:
-        places = _aligned(pictures, places, (shape, 0))
+        places = _aligned(pictures, places, shape)
     cut: _Cut | None = None
     corner, agreement = (float(left), float(top)), 0.0
+    largest = AREA_SHARE * float(background.luma.size)
     for _ in range(ROUNDS):
-        if len(places) < SIGHTINGS_AT_LEAST:
+        if len(places) < SIGHTINGS_AT_LEAST or shape[0] * shape[1] > largest:
             return None
         fence = rough.fence[0] - corner[0], rough.fence[1] - corner[0]
-        mean = _average((pictures, background, known), places, (shape, margin))
+        pieces = cut_pieces((pictures, background, known), places, (shape, margin))
+        mean = median_of(pieces)
         cut = _own_part(mean, shape, margin, fence)
         if cut is None:
             return None
@@ -243,16 +232,16 @@ def _without_threads(
 
 
 def _aligned(
-    pictures: Mapping[int, Luma], places: Mapping[int, Place], extent: tuple[tuple[int, int], int]
+    pictures: Mapping[int, Luma], places: Mapping[int, Place], shape: tuple[int, int]
 ) -> dict[int, Place]:
     """Places that are right to some px, made better by registration to one of the pieces."""
-    (height, width), margin = extent
     if not places:
         return {}
-    weight = np.zeros((height, width), dtype=np.float32)
+    height, width = shape
+    weight = np.zeros(shape, dtype=np.float32)
     y, x = np.indices(weight.shape)
     across, along = (height - 1) / 2, (width - 1) / 2
-    weight[((y - across) / across) ** 2 + ((x - along) / (along - margin)) ** 2 < 1] = 1.0
+    weight[((y - across) / across) ** 2 + ((x - along) / along) ** 2 < 1] = 1.0
     best: dict[int, Place] = {}
     for first in sorted(places)[len(places) // 4 :: max(1, len(places) // 4)]:
         sprite = make_sprite(look(pictures[first], *places[first], (height, width)), weight)
@@ -330,80 +319,6 @@ def _rarity(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) ->
         k: float(np.prod([1 / c[b[k]] for b, c in zip(bins, counts, strict=True) if k in b]))
         for k in path
     }
-
-
-def _average(
-    seen: tuple[Mapping[int, Luma], Background, Sequence[Shape]],
-    places: Mapping[int, Place],
-    shape_and_margin: tuple[tuple[int, int], int],
-) -> Mean:
-    """Median and variance of pieces of pictures at these places, with a margin around.
-
-    A pixel moves with the body if its median explains the pieces better than what lies behind it
-    does: the background and the bodies that are known. Mistakes beyond what noise makes count
-    alike, so that what passes by in a few pictures decides nothing.
-    """
-    pictures, background, known = seen
-    (height, width), margin = shape_and_margin
-    shape = height + 2 * margin, width + 2 * margin
-    places = {k: _plus(place, (-margin, -margin)) for k, place in places.items()}
-    pieces = np.array(
-        [background.levelled(pictures[k], k, place, shape) for k, place in places.items()]
-    )
-    behind = np.array([background.behind(k, place, shape) for k, place in places.items()])
-    boxes = [one for one in known if one.sprite is None]
-    covered = np.array(
-        [
-            (hidden(boxes, k, place, shape) > 0) | _outside(place, shape, pictures[k].shape)
-            for k, place in places.items()
-        ]
-    )
-    painted = np.array(
-        [
-            np.logical_or.reduce(
-                [np.zeros(shape, bool), *(one.paint(piece, k, place) for one in known)]
-            )
-            for piece, (k, place) in zip(behind, places.items(), strict=True)
-        ]
-    )
-    free = covered | painted
-    least = max(SHOWN_AT_LEAST * len(pieces), SHOWN_PICTURES)
-    free = np.where((~free).sum(axis=0) > least, free, covered)
-    typical = _quantile(pieces, free, 0.5)
-    inner, outer = np.abs(pieces - typical), np.abs(pieces - behind)
-    some = (slice(None), slice(None, None, NOISE_STRIDE), slice(None, None, NOISE_STRIDE))
-    usual = [_quantile(one[some], covered[some], 0.5) for one in (inner, outer)]
-    most = max(CUT_SIGMAS * 1.4826 * float(np.median(np.minimum(*usual))), CUT_LEVELS)
-    own, still = (_mean(np.minimum(one, np.float32(most)), covered) for one in (inner, outer))
-    size = NEIGHBOURHOOD_PX, NEIGHBOURHOOD_PX
-    moving = cv2.blur(still, size) > COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
-    shown = (~covered).sum(axis=0) > least
-    variance = (_quantile(inner, free, MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
-    return Mean(typical, variance, np.asarray(moving & shown))
-
-
-def _outside(place: Place, shape: tuple[int, int], picture: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Mark what of a piece lies beyond the border of its picture."""
-    x, y = place[0] + np.arange(shape[1]), place[1] + np.arange(shape[0])
-    beyond_x, beyond_y = (
-        (at < 0) | (at > size - 1) for at, size in ((x, picture[1]), (y, picture[0]))
-    )
-    return np.asarray(beyond_y[:, None] | beyond_x[None, :])
-
-
-def _mean(values: Pixels, covered: NDArray[np.bool_]) -> Pixels:
-    """Mean over the pictures in which a pixel is not covered, shape (height, width); else 0."""
-    count = np.maximum((~covered).sum(axis=0), 1)
-    return np.asarray((values * ~covered).sum(axis=0) / count, np.float32)
-
-
-def _quantile(values: Pixels, covered: NDArray[np.bool_], share: float) -> Pixels:
-    """Quantile over the pictures in which a pixel is not covered, shape (height, width); else 0."""
-    ordered = np.sort(np.where(covered, np.float32(np.inf), values), axis=0)
-    count = len(values) - covered.sum(axis=0)
-    place = np.minimum((share * count).astype(np.intp), len(values) - 1)
-    found = np.take_along_axis(ordered, place[None], axis=0)[0]
-    return np.where(np.isfinite(found), found, np.float32(0)).astype(np.float32)
 
 
 def _registered(

@@ -6,12 +6,15 @@ from dataclasses import replace
 from fractions import Fraction
 
 from count_video.between.infer import Between, Misfit
-from count_video.between.rivals import Knowledge
-from count_video.collisions.seen import SeenCollisions
+from count_video.between.rivals import PAIR, Knowledge
+from count_video.motion.priors import STRAYING_WRONG
+from count_video.motion.reasons import Cause
+from count_video.motion.seen import SeenCollisions
 from count_video.records import FootageInfo, TrialResult
 from count_video.verdict.masses import with_mass_ratio
 from count_video.verdict.resolved import LIKELY_ABOVE
 from count_video.verdict.timed import timed
+from count_video.verdict.wording import sentence
 
 PROBABILITY_AT_LEAST = 0.5
 """A count that is inferred must be more probable than all others together, ..."""
@@ -23,6 +26,7 @@ LISTED_AT_MOST = 4
 """Of more likely counts than so many only the range is named, ..."""
 RANGED_AT_MOST = 10
 """... and of more than so many only about where they are: the ends were not looked for."""
+NOT_DESCRIBED = frozenset((Cause.MODEL_STRAYS, Cause.MODEL_DIFFERS))
 MASS_RELATIVE_SIGMA = 0.002
 """Standard uncertainty of a mass ratio that the user gives: kitchen scales and a ring of thread."""
 
@@ -38,7 +42,7 @@ def knowledge(info: FootageInfo, masses: tuple[Fraction, Fraction] | None) -> Kn
 def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misfit) -> TrialResult:
     """Complete the answer by what lies between the frames, or say why nothing can be said."""
     if isinstance(between, Misfit):
-        return replace(result, reason=f"{result.reason}; {between.reason}")
+        return replace(result, reason=f"{result.reason}; {sentence(between.reason)}")
     count = between.count
     least = min(found.burst, found.rival.count) if found.rival else found.burst
     if count < least:
@@ -100,9 +104,18 @@ def sure_enough(between: Between) -> bool:
 
 
 def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
-    """Add what the fit tells of the physics; nothing where it does not describe the track."""
+    """Add what the fit tells of the physics; where it does not describe the track, doubt the count.
+
+    Two collisions are missed together if any are, one with either thing.
+    """
     if isinstance(between, Misfit):
-        return result
+        if result.count is None or between.reason.cause not in NOT_DESCRIBED:
+            return result
+        chances = {n: p * (1 - STRAYING_WRONG) for n, p in result.probability.items()}
+        missed = result.count + PAIR
+        chances[missed] = chances.get(missed, 0.0) + STRAYING_WRONG
+        reasons = filter(None, (result.reason, sentence(between.reason)))
+        return replace(result, reason="; ".join(reasons), probability=chances)
     return replace(
         with_mass_ratio(result, between.mass_ratio),
         energy_kept=between.energy_kept,

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from count_video.collisions.weighing import SeenImpacts
+from count_video.motion.weighing import SeenImpacts
 from count_video.records import FootageInfo, FootageReport, Track, TrialResult
 from count_video.verdict.blank import nothing_to_count
 from count_video.verdict.missing import with_missing
 from count_video.verdict.timed import timed
+from count_video.verdict.wording import sentences
 
 IMPACTS_PROBABILITY_AT_LEAST = 0.25
 """A smaller number of impacts is a lower bound, no count: more of them are likely not seen."""
@@ -34,14 +35,15 @@ def impacts_counted(
     chance = probability.get(len(collisions), 0.0)
     likely = chance >= max(IMPACTS_PROBABILITY_AT_LEAST, *probability.values(), 0.0)
     counts = likely and not found.shortcomings
-    reasons = found.shortcomings or found.doubts
+    reason = sentences(found.shortcomings or found.doubts)
     if not (likely or found.shortcomings):
         likelier = max(probability, key=probability.__getitem__)
-        reasons = (*reasons, f"{len(collisions)} impacts are seen, but {likelier} are likelier")
+        more = f"{len(collisions)} impacts are seen, but {likelier} are likelier"
+        reason = f"{reason}; {more}" if reason else more
     return replace(
         nothing_to_count(info, report, ""),
         status="counted" if counts else "not_counted",
-        reason="; ".join(reasons) or None,
+        reason=reason,
         count=len(collisions) if counts else None,
         seen=len(collisions),
         between_frames=0 if counts else None,

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from count_video.collisions.burst import Rival
-from count_video.collisions.seen import SeenCollisions
-from count_video.collisions.swing import Swing
+from count_video.motion.burst import Rival
+from count_video.motion.priors import PROBABILITY_RESOLVED
+from count_video.motion.reasons import ENDS_EARLY, Cause, Reason
+from count_video.motion.seen import SeenCollisions
+from count_video.motion.swing import Swing
 from count_video.records import Estimate, FootageInfo, FootageReport, Track, TrialResult
 from count_video.verdict.blank import nothing_to_count
 from count_video.verdict.masses import contradiction, with_mass_ratio, with_masses
 from count_video.verdict.timed import timed
+from count_video.verdict.wording import sentence, sentences
 
-PROBABILITY_RESOLVED = 0.98
-"""Share of resolved clips that come out right, not above what tests have shown."""
 OUTLINES_SHARE = 0.05
 """A ball whose width is wrong by a tenth has its edge wrong by this share of it. Outlines that are
 learnt rightly meet to a hundredth."""
 LIKELY_ABOVE = 0.02
 """Less likely counts are not named."""
-MADE_UP_FOR = "the clip ends"
-"""How the shortcomings begin that a fitted model can make up for: it knows what follows."""
 
 
 def counted(
@@ -71,21 +69,20 @@ def _vague_outlines(apart_px: float, ball_diameter_px: float) -> tuple[str, ...]
 def why_not(found: SeenCollisions) -> str | None:
     """Why the burst cannot be counted, as one sentence; None if it can."""
     if found.burst == 0:
-        return "no collision is seen: no gap between two bodies closes and opens with a jump"
-    reasons: Sequence[str] = (*found.shortcomings, *found.doubts)
-    return "; ".join(reasons) if reasons else None
+        return sentence(Reason(Cause.NO_COLLISION))
+    return sentences((*found.shortcomings, *found.doubts))
 
 
 def _open(found: SeenCollisions) -> str | None:
     """Say what leaves a count open between two that are both likely."""
     likely = found.rival is not None and found.rival.probability > LIKELY_ABOVE
-    return found.rival.reason if found.rival and likely else None
+    return sentence(found.rival.reason) if found.rival and likely else None
 
 
 def leaves_room(found: SeenCollisions) -> bool:
     """Whether collisions may lie where no frame shows them, and the beginning is there."""
     doubtful = bool(found.doubts or found.shortcomings)
-    whole = all(shortcoming.startswith(MADE_UP_FOR) for shortcoming in found.shortcomings)
+    whole = all(shortcoming.cause in ENDS_EARLY for shortcoming in found.shortcomings)
     return found.burst > 1 and doubtful and whole
 
 

@@ -1,0 +1,1 @@
+"""Which explanation of the tracks has the most evidence."""

@@ -1,0 +1,112 @@
+"""The clock that a clip was made by, and the collisions by it.
+
+Frames are usually as even as the camera took them. Converters put copies between them, and
+slow-motion exports leave pictures out in a part of the clip; what is then found by an even clock
+has to be told by the frames that show it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from count_video.motion.cadence import Cadence, cadence_of
+from count_video.motion.gaps import gaps_of
+from count_video.motion.left_out import LeftOut, left_out
+from count_video.motion.ramps import Ramp, ramps_of, sharpened, stray_px
+from count_video.motion.reasons import Cause
+from count_video.motion.seen import SeenCollisions, seen_collisions
+from count_video.motion.swing import borne_out, fit_path
+from count_video.records import Track, TrialResult
+
+STRAYS_LESS = 0.6
+"""A clock of changing rate has two more parameters to choose. What the path leaves over hangs
+together over some ten pictures: of a hundred that is worth ten numbers, and by chance, at three
+standard deviations, two parameters take up to two thirds of their squares."""
+SHARPENED_AT_MOST = 3
+"""So many clocks are looked at closely, those by which the cylinder strays least: first by the
+collisions that an even clock shows, then by their own."""
+
+STEP_FRAMES = 3.0
+"""A change of the rate this near to a step of the places is that step: a rate makes none."""
+
+Clock = Cadence | Ramp | LeftOut
+
+
+def seen_by_clock(track: Track) -> tuple[Clock | None, Track, SeenCollisions]:
+    """Find the collisions by the clock that the clip was made by.
+
+    Returns the clock (None where the frames are even), the track by that clock, and what it shows.
+    """
+    cadence = cadence_of(track)
+    even = cadence.evened(track) if cadence else track
+    found = seen_collisions(even)
+    gap = left_out(even, found.collisions, found.burst) if cadence is None else None
+    if gap is None and found.borne_out and not found.doubts and not found.shortcomings:
+        return cadence, even, found
+    whole = gap.evened(even) if gap else even
+    without = seen_collisions(whole) if gap else found
+    ramp = likeliest_ramp(track, found)
+    if ramp is not None:
+        steady = ramp.evened(track)
+        other = _judged_by_burst(seen_collisions(steady, pace=1.0), steady)
+        sure = other.borne_out and not other.doubts and not other.shortcomings
+        likelier = gap is None or (
+            not gap.flown
+            and min(abs(change - gap.after) for change in ramp.changes) > STEP_FRAMES
+            and _stray_px(steady, other) < _stray_px(whole, without)
+        )
+        if sure and likelier and ramp.resolves(other.collisions[: other.burst]):
+            return ramp, steady, other
+    if gap is not None:
+        return gap, whole, replace(without, doubts=(*without.doubts, *gap.doubts))
+    return cadence, even, found
+
+
+def _stray_px(track: Track, found: SeenCollisions) -> float:
+    """By how much the cylinder strays from its path through the burst; inf where none is known."""
+    path = fit_path(gaps_of(track), found.collisions[: found.burst])
+    return float("inf") if path is None else path.stray_px
+
+
+def _judged_by_burst(found: SeenCollisions, track: Track) -> SeenCollisions:
+    """Let the cylinder's path bear out the burst alone.
+
+    A clip that leaves pictures out after it may not show each stroke that follows.
+    """
+    gaps = gaps_of(track)
+    if not borne_out(fit_path(gaps, found.collisions[: found.burst]), gaps):
+        return found
+    others = tuple(one for one in found.shortcomings if one.cause is not Cause.STRAYS)
+    return replace(found, borne_out=True, shortcomings=others)
+
+
+def likeliest_ramp(track: Track, found: SeenCollisions) -> Ramp | None:
+    """Find the clock by which the cylinder strays least from its path; None if it is even.
+
+    ``found`` is what the clip shows by an even clock. Whether the collisions by the clock leave
+    doubts has no say: the count must not choose the clock that it is told by.
+    """
+    even = found.collisions[: found.burst]
+    nearest = sorted(ramps_of(track), key=lambda ramps: stray_px(ramps[0], track, even))
+    tried = []
+    for ramps in nearest[:SHARPENED_AT_MOST]:
+        seen = seen_collisions(ramps[0].evened(track), pace=1.0)
+        shown = [ramps[0].shown(collision) for collision in seen.collisions[: seen.burst]]
+        slow = [ramp for ramp in ramps if ramp.slows(shown)]
+        tried += [(stray_px(ramp, track, shown), ramp, shown) for ramp in slow]
+    best = sorted(tried, key=lambda one: one[0])[:SHARPENED_AT_MOST]
+    sharp = [sharpened(ramp, track, shown) for _, ramp, shown in best]
+    stray, ramp = min(sharp, key=lambda one: one[0], default=(np.inf, None))
+    return ramp if stray < STRAYS_LESS * _stray_px(track, found) else None
+
+
+def as_shown(result: TrialResult, clock: Clock | None) -> TrialResult:
+    """Tell collisions by the frames that show them, where these were not taken evenly."""
+    if clock is None:
+        return result
+    warnings = (
+        (*result.warnings, clock.warning) if not isinstance(clock, Cadence) else result.warnings
+    )
+    return replace(result, collisions=tuple(map(clock.shown, result.collisions)), warnings=warnings)

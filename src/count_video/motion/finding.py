@@ -1,0 +1,198 @@
+r"""Which low points of the two gaps are collisions: one likelihood ratio for each.
+
+The ball stands between two gaps, one to the wall and one to the heavy body. Each collision is a
+low point of one of them, but so is each turn of a swing. All low points are fitted together as
+contacts, each with a place of its own. What is none has no jump of the velocity, for the flights on
+both sides may bend, or it lies where others are not. The least likely is left out, and the rest is
+fitted anew, until all have a jump at the common place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from count_video.motion.gaps import Gaps
+from count_video.motion.joint import ROUNDS, Contacts, Fitting, fit_contacts
+from count_video.motion.model import Paths, weighted_median
+from count_video.motion.priors import (
+    OUTLINE_PX,
+    OUTLINE_SHARE,
+    STRAY_SIGMAS,
+    TIME_MOVES_FRAMES,
+    TURN_LOG_RATIO,
+)
+from count_video.records import CollisionKind, Floats
+from count_video.signals import low_points, sigma_of
+
+KINDS: tuple[CollisionKind, ...] = ("wall", "bodies")
+HYSTERESIS_SIGMAS = 6.0
+"""Of 10 000 independent frames none strays from its neighbours by so much."""
+JUMP_SIGMAS = 5.0
+"""The likelihood ratio of a jump against none is exp(n^2 / 2) at n standard uncertainties; this
+is 3e5, against a prior of some 1e-2 for a low point that is a turn."""
+SELECTION_ROUNDS = 2
+SIGMA_AT_LEAST = 1e-6
+LEAST_WEIGHT = 1e-9
+OWN_PLACE_SIGMAS = 1e4
+"""Contacts that share no place are free within so many standard deviations of a frame."""
+PLACE_SIGMAS = 4.0
+
+
+@dataclass(frozen=True)
+class LowPoint:
+    """A closing of a gap."""
+
+    kind: CollisionKind
+    lowest: float
+    """Frame coordinate of its lowest sample."""
+    frame: float
+    """Best frame coordinate so far."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """Contacts of a clip."""
+
+    contacts: Contacts
+    low_points: tuple[LowPoint, ...]
+    """Of each contact."""
+    elsewhere: tuple[tuple[float, float], ...]
+    """Frame and jump over its uncertainty of jumps where there is no contact."""
+
+
+def low_points_of(gaps: Gaps) -> list[LowPoint]:
+    """Low points of both gaps, in order of time."""
+    found = []
+    for kind in KINDS:
+        signal = gaps.closing(kind)
+        depth = HYSTERESIS_SIGMAS * sigma_of(signal)
+        lowest = gaps.frame[low_points(signal, depth)].tolist()
+        found += [LowPoint(kind, frame, frame) for frame in lowest]
+    return sorted(found, key=lambda point: point.frame)
+
+
+def find_contacts(gaps: Gaps, ball_diameter_px: float) -> Found:
+    """Find the contacts of a clip of ball, heavy body and wall."""
+    paths = Paths(gaps.frame, gaps.ball_px, gaps.heavy_px)
+    points = low_points_of(gaps)
+    elsewhere: list[tuple[float, float]] = []
+    tolerance = max(OUTLINE_PX, OUTLINE_SHARE * ball_diameter_px)
+    how = Fitting(OWN_PLACE_SIGMAS, rounds=SELECTION_ROUNDS)
+    for stray_sigmas in (OWN_PLACE_SIGMAS, STRAY_SIGMAS):
+        how = replace(how, stray_sigmas=stray_sigmas)
+        while points:
+            fitted = _fit(paths, points, how)
+            how = replace(how, rounds=1, errors=fitted.errors)
+            points = [replace(p, frame=float(f)) for p, f in zip(points, fitted.frame, strict=True)]
+            worst = (
+                _worst(fitted, tolerance)
+                or _strayed(fitted, points, gaps)
+                or _apart(fitted, points, gaps, tolerance)
+            )
+            if not worst:
+                break
+            jump, sigma = jumps_of(fitted)
+            clear = [n for n in worst if jump[n] > JUMP_SIGMAS * sigma[n]]
+            elsewhere += [(points[n].frame, float(jump[n] / sigma[n])) for n in clear]
+            points = [point for n, point in enumerate(points) if n not in worst]
+    return Found(_fit(paths, points, replace(how, rounds=ROUNDS)), tuple(points), tuple(elsewhere))
+
+
+def _fit(paths: Paths, points: Sequence[LowPoint], how: Fitting) -> Contacts:
+    return fit_contacts(paths, [p.kind for p in points], [p.frame for p in points], how)
+
+
+def jumps_of(fitted: Contacts) -> tuple[Floats, Floats]:
+    """Jump of the opening velocity and its standard uncertainty; NaN where not shown."""
+    ball = fitted.bodies[0]
+    outward = np.where([kind == "far" for kind in fitted.kinds], -1.0, 1.0)
+    jump, variance = outward * ball.jump, ball.jump_sigma**2
+    for body in fitted.bodies[1:]:
+        touching = np.array([kind == "bodies" for kind in fitted.kinds])
+        jump = np.where(touching, body.jump - jump, jump)
+        variance = np.where(touching, variance + body.jump_sigma**2, variance)
+    return jump, np.sqrt(variance)
+
+
+def smoothness_of(fitted: Contacts) -> Floats:
+    """Logarithm of the likelihood ratio of no jump against one; 0 where none is shown.
+
+    Jumps are expected to be as large as the largest speeds of the ball, against which their
+    uncertainty is a share: what is not measured speaks for neither.
+    """
+    jump, sigma = jumps_of(fitted)
+    speed = float(np.nanmax(np.abs(fitted.bodies[0].rate), initial=0.0))
+    ratio = 1 + (speed / np.maximum(sigma, SIGMA_AT_LEAST)) ** 2
+    clear = np.maximum(jump, 0.0) / np.maximum(sigma, SIGMA_AT_LEAST)
+    return np.nan_to_num(np.log(ratio) / 2 - clear**2 / 2 * (1 - 1 / ratio))
+
+
+def _worst(fitted: Contacts, tolerance_px: float) -> list[int]:
+    """Contacts that are none, each less likely one than its neighbours; empty if all of them are.
+
+    Turns are taken out before what jumps elsewhere, which they may have misled.
+    """
+    turns = smoothness_of(fitted) - TURN_LOG_RATIO
+    if turns.max() > 0:
+        return peaks(turns)
+    jump, sigma = jumps_of(fitted)
+    away = np.zeros(len(jump))
+    for kind in set(fitted.kinds):
+        own = np.array([one == kind for one in fitted.kinds])
+        level = weighted_median(
+            fitted.stray_px[own], np.maximum(np.nan_to_num(jump / sigma)[own], LEAST_WEIGHT)
+        )
+        allowed = tolerance_px + PLACE_SIGMAS * fitted.stray_sigma[own]
+        away[own] = np.abs(fitted.stray_px[own] - level) / allowed - 1
+    return peaks(away)
+
+
+def _strayed(fitted: Contacts, points: Sequence[LowPoint], gaps: Gaps) -> list[int]:
+    """Contacts that lie farther from their lowest sample than the steps next to it, or the noise.
+
+    So it is where pictures in between do not show the body: what happened there is not seen.
+    """
+    lowest = np.array([point.lowest for point in points])
+    place = np.searchsorted(gaps.frame, lowest)
+    steps = np.diff(gaps.frame, prepend=gaps.frame[0], append=gaps.frame[-1])
+    longest = np.maximum(np.maximum(steps[place], steps[place + 1]), 1.0)
+    allowed = TIME_MOVES_FRAMES * longest + PLACE_SIGMAS * fitted.frame_sigma
+    return peaks(np.abs(fitted.frame - lowest) / allowed - 1)
+
+
+def _apart(
+    fitted: Contacts, points: Sequence[LowPoint], gaps: Gaps, tolerance_px: float
+) -> list[int]:
+    """Contacts too crowded to show a jump whose lowest sample is nowhere near the others' place.
+
+    Between two frames the gap was lower than any sample shows, by up to one frame's motion.
+    """
+    jump, _ = jumps_of(fitted)
+    away = np.zeros(len(points))
+    for n, point in enumerate(points):
+        if np.isnan(jump[n]):
+            signal = gaps.closing(point.kind)
+            place = int(np.searchsorted(gaps.frame, point.lowest))
+            moved = np.abs(np.diff(signal[max(0, place - 2) : place + 3]))
+            motion = float(moved[np.isfinite(moved)].max(initial=0.0))
+            allowed = tolerance_px + PLACE_SIGMAS * sigma_of(signal) + motion
+            away[n] = abs(signal[place] - _closed(fitted, point.kind, gaps)) / allowed - 1
+    return peaks(away)
+
+
+def _closed(fitted: Contacts, kind: CollisionKind, gaps: Gaps) -> float:
+    """Gap of a kind where it is closed."""
+    if kind == "bodies":
+        return fitted.distance_px - gaps.near_edge_px
+    walls = [ball for ball, one in zip(fitted.ball_px, fitted.kinds, strict=True) if one == kind]
+    return float(np.median(walls))
+
+
+def peaks(values: Floats, above: float = 0.0) -> list[int]:
+    """List the values above a level that are above both neighbours as well."""
+    padded = np.concatenate([[-np.inf], values, [-np.inf]])
+    highest = (values > padded[:-2]) & (values >= padded[2:]) & (values > above)
+    return [int(index) for index in np.flatnonzero(highest)]

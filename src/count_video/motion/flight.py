@@ -1,0 +1,125 @@
+"""One body's motion seen from a frame of reference that falls along with it.
+
+Between impacts a body that is thrown, or slides down an incline, has one constant acceleration: its
+path bends, and turns round smoothly where no contact is. With half that acceleration times the time
+squared taken off, flights become straight lines, whatever their height, and only impacts are left
+as corners.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+from count_video.signals import low_points
+
+Rows = NDArray[np.intp]
+
+STRAY_SHARE = 0.03
+"""A free flight strays from its parabola by less than this share of its extent (RMS); half a swing
+of a pendulum or a spring strays by 4 %, as it holds no parabola."""
+STRAY_SIGMAS = 3.0
+QUARTILE = 0.3186
+"""Lower quartile of a standard normal value without its sign."""
+NOISE_AT_LEAST_PX = 0.1
+"""The centre of a patch is told no better than this."""
+STEP_SHARE = 0.2
+"""Step of the differences that tell the acceleration, as a share of the time between turns."""
+TURN_SIGMAS = 3.0
+POINTS_FOR_BEND = 5
+POINTS_AT_LEAST = 3
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Places of one body along one direction; arrays have shape (n,)."""
+
+    frame: Floats
+    """Frame coordinates in pictures, increasing."""
+    place_px: Floats
+    """NaN where not seen."""
+    acceleration: float
+    """The usual one, in px per picture squared."""
+    sigma_px: float
+    """Noise of one place."""
+
+    @property
+    def levelled_px(self) -> Floats:
+        """Places seen from the falling frame of reference, in which flights are straight."""
+        clock = self.frame - self.frame[0]
+        return np.asarray(self.place_px - self.acceleration * clock**2 / 2)
+
+
+def motion_of(frame: Floats, place_px: Floats) -> Motion:
+    """Measure acceleration and noise of a path, shape (n,), in pictures and px."""
+    return Motion(frame, place_px, usual_acceleration(frame, place_px), _noise_px(place_px))
+
+
+def _noise_px(place_px: Floats) -> float:
+    """Estimate the noise of one place from third differences, as ``signals.noise_px`` does.
+
+    The lower quartile tells it: short flights leave fewer than half of them clear of corners.
+    """
+    third = np.diff(place_px[np.isfinite(place_px)], n=3)
+    if len(third) == 0:
+        return NOISE_AT_LEAST_PX
+    spread = float(np.quantile(np.abs(third), 0.25)) / QUARTILE / float(np.sqrt(20.0))
+    return max(spread, NOISE_AT_LEAST_PX)
+
+
+def usual_acceleration(frame: Floats, place_px: Floats) -> float:
+    """Median of the second differences over a few pictures; corners are too few to matter.
+
+    Each counts by the speed at which the body moves there, so that rest says nothing. Over one
+    picture noise, and places that are whole px, hide a small acceleration; over more they do not.
+    """
+    step = max(1, round(STEP_SHARE * _between_turns(frame, place_px)))
+    far = 2 * step
+    second = place_px[far:] - 2 * place_px[step:-step] + place_px[:-far]
+    speed = np.abs(place_px[far:] - place_px[:-far])
+    even = np.isfinite(second) & (np.abs(frame[far:] - frame[:-far] - far) < 0.5)
+    if not even.any() or float(speed[even].sum()) == 0.0:
+        return 0.0
+    order = np.argsort(second[even])
+    share = np.cumsum(speed[even][order])
+    middle = np.searchsorted(share, share[-1] / 2)
+    return float(second[even][order][middle]) / step**2
+
+
+def _between_turns(frame: Floats, place_px: Floats) -> float:
+    """Median time in pictures between turns of a path, of whatever sort; 0 for fewer than two."""
+    depth = TURN_SIGMAS * _noise_px(place_px)
+    turns = np.sort(np.concatenate([low_points(sign * place_px, depth) for sign in (1, -1)]))
+    return float(np.median(np.diff(frame[turns]))) if len(turns) > 1 else 0.0
+
+
+def flies_freely(motion: Motion, rows: Rows) -> bool:
+    """Whether one parabola tells the places in these rows, as far as they can tell."""
+    if len(rows) <= POINTS_AT_LEAST:
+        return True
+    time, places = motion.frame[rows], motion.levelled_px[rows]
+    order = 2 if len(time) >= POINTS_FOR_BEND else 1
+    flight = np.polynomial.Polynomial.fit(time, places, order)
+    freedom = max(len(time) - order - 1, 1)
+    stray = float(np.sqrt(np.sum((places - flight(time)) ** 2) / freedom))
+    extent = float(np.ptp(motion.place_px[rows]))
+    return stray <= max(STRAY_SIGMAS * motion.sigma_px, STRAY_SHARE * extent)
+
+
+def strays(motion: Motion, between: tuple[float, float], contact: float) -> bool:
+    """Whether a body strays from free flight between two impacts, clear of both contacts.
+
+    ``contact`` is half the time in pictures that a contact takes.
+    """
+    chosen = (motion.frame > between[0] + contact) & (motion.frame < between[1] - contact)
+    return not flies_freely(motion, np.flatnonzero(chosen & np.isfinite(motion.place_px)))
+
+
+def straying(motion: Motion, impacts: Sequence[float], contact: float) -> list[tuple[float, float]]:
+    """Flights between neighbouring impacts that are not those of a free body."""
+    return [pair for pair in pairwise(impacts) if strays(motion, pair, contact)]

@@ -1,0 +1,89 @@
+"""What is expected before the places of a clip are seen: all priors of the inference.
+
+Values with an uncertainty are normal. Where nothing is known of real clips, the source is named as
+an estimate.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+# Contacts and flights: the joint fit.
+
+PARALLAX_SIGMA: Final = 0.05
+"""Growth of the distance at contact with the place, px per px: cameras some metres away."""
+TIME_MOVES_FRAMES: Final = 1.5
+"""A contact lies in one of the steps next to the frame where it is looked for."""
+RATE_SQUARED_SIGMA: Final = 0.01
+"""Of w^2 in (radians per frame) squared: a swing of some sixty frames."""
+BEND_FRAMES: Final = 100.0
+"""Where no flight shows its acceleration, the fastest body may change its velocity wholly within so
+many frames: an estimate."""
+STRAY_SIGMAS: Final = 0.4
+"""Contacts stray from one place by this share of the noise of a frame: outlines are measured a
+little off where they lie unluckily on the pixels (0.02 px on rendered clips, truth known)."""
+OUTLINE_SHARE: Final = 0.05
+OUTLINE_PX: Final = 1.5
+"""Outline and contact agree to this share of the ball's diameter, or to so many px: the widths that
+learnt outlines have on rendered clips, truth known."""
+TURN_LOG_RATIO: Final = 2.0
+"""A low point is a turn from this logarithm of the likelihood ratio on: most are collisions."""
+
+# Two pendulums and a wall: the fit of a whole burst.
+
+USUAL_RATE_PER_S: Final = 3.13
+"""Angular rate of a thread of 1 m, radians per second."""
+RATE_SIGMA: Final = 0.3
+"""Of its logarithm: threads from half a metre to two."""
+RATE_SIGMA_UNKNOWN: Final = 1.0
+"""The same where the capture rate is not known."""
+BALL_RATE_SIGMA: Final = 0.05
+"""Of the logarithm of the ball's rate over the heavy body's: both hang from one height."""
+PULL_SHARE: Final = 0.3
+"""The heavy body hangs from the ball's rest by about this share of the ball's way to the wall."""
+EXPOSURE: Final = (0.5, 0.3)
+"""Mean and standard deviation of the part of a frame during which the shutter is open."""
+RESTITUTION: Final = (0.95, 0.1)
+"""Mean and standard deviation of hard bodies' restitution."""
+SCATTERS: Final = (0.0002, 0.001, 0.005, 0.02)
+"""Standard deviations of the restitution from collision to collision that are tried."""
+DRIFT_SIGMA_PX: Final = 0.02
+"""Errors of outlines that hang together, as measured on rendered clips whose truth is known."""
+
+# Impacts of one body alone, or of two without a wall: chances, estimates all of them.
+
+CHANCE_CLEAR: Final = 0.995
+CHANCE_WEAK: Final = 0.9
+CHANCE_HARDLY_SHOWN: Final = 0.6
+"""Chances that an impact is one: its jump exceeds its uncertainty by far or not, or too few
+pictures show the body before or after it."""
+CHANCE_SINGLE: Final = 0.8
+"""And where it is the only one at its stop, so that nothing else tells where the stop is; two
+bodies that touch tell it by their outlines."""
+CHANCE_PASSED_OVER: Final = 0.5
+CHANCE_CUT_OFF: Final = 0.5
+"""Chances that a turn at the stop which is no clear impact is one, and that a clip which begins or
+ends with the body at the stop shows one more."""
+CHANCE_LEAVING: Final = 0.5
+CHANCE_UNSEEN: Final = 0.3
+"""Chances that an impact lies before the first one, in pictures that do not show the body: it comes
+into sight as it moves away from the stop, or toward it."""
+CHANCE_STRAYING: Final = 0.4
+"""Chance that a flight which strays from free flight hides one more."""
+CHANCES_TAIL: Final = (0.5, 0.25, 0.15)
+"""A body that bounces lower and lower goes on to do so below what the pictures show: where its
+last flight is shorter than this, these are the chances of one more, and each after it."""
+CHANCE_WALL_AHEAD: Final = 0.4
+"""Chance that what a body moves towards when the clip ends is a wall, which it strikes."""
+
+# What no model knows.
+
+PROBABILITY_RESOLVED: Final = 0.98
+"""Share of clips with resolved collisions that come out right, not above what tests have shown."""
+STRAYING_WRONG: Final = 0.15
+"""Probability that a count of resolved collisions is wrong where a fitted model of the whole motion
+does not describe the track. Of 376 tracks counted rightly one in nineteen strays from it, of those
+counted wrongly two of three (frames cut out of clips, truth known); these are taken for one in 70.
+"""
+DOUBT: Final = 1 - PROBABILITY_RESOLVED
+"""Share of counts that turn out wrong for reasons outside the model."""

@@ -1,0 +1,93 @@
+"""Why a clip supports no count, or why a count is in doubt: causes with their figures.
+
+What is decided by them is decided by the cause; ``verdict`` makes the sentences.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, auto
+
+
+class Cause(Enum):
+    """What stands against a count; ``Reason.figures`` are listed in brackets, frames first."""
+
+    NO_COLLISION = auto()
+    NEVER_TOUCH = auto()
+    """The outlines stay apart where the ball turns back."""
+    STARTS_MOVING = auto()
+    """The ball moves to the wall when the clip starts."""
+    STARTS_CLOSE = auto()
+    """Too few frames before the first collision tell whether the ball was at rest."""
+    STARTS_LATE = auto()
+    """The ball is not at rest before the first collision that is seen."""
+    ENDS_AT_CONTACT = auto()
+    ENDS_APPROACHING = auto()
+    """The heavy body still moves to the wall at the end."""
+    ENDS_HIDDEN = auto()
+    """The heavy body is out of the picture at the end, where it may be struck again."""
+    ENDS_CATCHING_UP = auto()
+    """The ball catches up with the heavy body at the end."""
+    ENDS_RETURNING = auto()
+    """The ball moves to the wall at the end."""
+    GRAZES_WALL = auto()
+    """The ball creeps up to the wall after the last collision that is seen."""
+    STRAYS = auto()
+    """The heavy body's path does not follow from its swing and the collisions."""
+    WALL_MISSED = auto()
+    """Between two frames [two] the ball must have met the wall, ..."""
+    BODY_MISSED = auto()
+    """... or the heavy body [two]."""
+    PAIR_MISSED = auto()
+    """A flight is too long beside its neighbours [two]."""
+    UNRESOLVED = auto()
+    """Collisions follow each other too fast [the shortest interval, that which shows each]."""
+    JUMPS_ELSEWHERE = auto()
+    """The ball turns where nothing is [all frames]."""
+    LEFT_OUT = auto()
+    """Frames are missing without a trace in the time stamps [frame, how many]."""
+    TURN_OPEN = auto()
+    """The heavy body turns round just when it is struck [frame]."""
+    NO_IMPACT = auto()
+    TOO_FAINT = auto()
+    NO_FLIGHTS = auto()
+    """The path between the turns is not that of a body that bounces."""
+    NOT_FREE = auto()
+    """The body does not fly freely in some frames [first and last of each span]."""
+    BEFORE_UNSEEN = auto()
+    TURNS_OPEN = auto()
+    """Turns at a stop may be impacts [all frames]."""
+    CUT_AT_STOP = auto()
+    TOO_FREQUENT = auto()
+    WALL_AHEAD = auto()
+    UNLIKE = auto()
+    """Two bodies are not of a kind, and neither reaches a wall."""
+    MEETS_OTHERS = auto()
+    ENDS_TOGETHER = auto()
+    STARTS_TOGETHER = auto()
+    MODEL_LACKS_FRAMES = auto()
+    MODEL_FITS_NOTHING = auto()
+    MODEL_DIFFERS = auto()
+    """The collisions of the fitted model are not those that are seen."""
+    MODEL_STRAYS = auto()
+    """The fitted model strays from the track [root mean square in px, what is allowed]."""
+
+
+ENDS_EARLY = frozenset(
+    (
+        Cause.ENDS_AT_CONTACT,
+        Cause.ENDS_APPROACHING,
+        Cause.ENDS_HIDDEN,
+        Cause.ENDS_CATCHING_UP,
+        Cause.ENDS_RETURNING,
+    )
+)
+"""A fitted model of the motion makes up for these: it knows what follows."""
+
+
+@dataclass(frozen=True)
+class Reason:
+    """A cause and its figures."""
+
+    cause: Cause
+    figures: tuple[float, ...] = ()

@@ -1,0 +1,86 @@
+"""The collisions that the frames show: sign changes of a relative velocity, at a contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from count_video.motion.burst import Rival, find_burst
+from count_video.motion.finding import find_contacts
+from count_video.motion.gaps import gaps_of
+from count_video.motion.joint import collisions_of
+from count_video.motion.pace import (
+    frames_per_picture,
+    in_frames,
+    in_pictures,
+    swing_in_frames,
+)
+from count_video.motion.reasons import Cause, Reason
+from count_video.motion.resolution import shortest_interval, unexplained, unresolved
+from count_video.motion.swing import Swing, borne_out, fit_path, swing_of
+from count_video.records import Collision, Track
+
+FEW_TO_BELIEVE = 2
+"""Outlines can be learnt wrongly: against more collisions than this in a row they have no say."""
+APART_SHARE = 0.5
+"""Bodies whose outlines stay this share of the ball's diameter apart do not touch: a camera that
+looks obliquely shows a gap at contact, but one small beside the ball."""
+
+
+@dataclass(frozen=True)
+class SeenCollisions:
+    """What the frames of one clip show."""
+
+    collisions: tuple[Collision, ...]
+    """In order of time, numbered from 1; real times are not filled in."""
+    burst: int
+    """How many of them belong to the first burst."""
+    rival: Rival | None
+    """How many may belong to it just as well; None where that is clear."""
+    shortcomings: tuple[Reason, ...]
+    """Why the clip does not show the whole burst; empty if it does."""
+    doubts: tuple[Reason, ...]
+    """Why collisions may be missing between the frames; empty if all are resolved."""
+    shortest_interval_frames: float
+    """Between neighbours of the first burst; inf for fewer than two."""
+    swing: Swing | None
+    """The heavy body's path; None where the frames do not show all velocity steps."""
+    outlines_apart_px: float
+    """Gap between the outlines of ball and heavy body where these touch: about 0 where both were
+    learnt rightly; NaN where no collision shows it."""
+    borne_out: bool
+    """Whether the heavy body's whole path follows from its swing and the collisions: then both
+    bodies were followed rightly."""
+
+
+def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
+    """Find the collisions that a track of both bodies shows.
+
+    ``pace`` is the number of frames from one picture to the next where the pictures are closest;
+    if it is not given, the usual number.
+    """
+    pace = frames_per_picture(track) if pace is None else pace
+    gaps = gaps_of(in_pictures(track, pace))
+    found = find_contacts(gaps, track.ball_diameter_px)
+    collisions = collisions_of(found.contacts, gaps.sign)
+    path = fit_path(gaps, collisions)
+    right = borne_out(path, gaps)
+    burst = find_burst(collisions, found.contacts, gaps, swing_of(path))
+    inside = collisions[: burst.count]
+    shortcomings = burst.shortcomings
+    apart = found.contacts.distance_px - gaps.near_edge_px
+    if len(inside) <= FEW_TO_BELIEVE and apart > APART_SHARE * track.ball_diameter_px:
+        shortcomings = (Reason(Cause.NEVER_TOUCH), *shortcomings)
+    doubts = (*unresolved(inside, gaps, pace), *unexplained(found.elsewhere, inside, burst, pace))
+    if right is False and not doubts:
+        shortcomings = (*shortcomings, Reason(Cause.STRAYS))
+    return SeenCollisions(
+        collisions=tuple(in_frames(collision, pace) for collision in collisions),
+        burst=burst.count,
+        rival=burst.rival,
+        shortcomings=shortcomings,
+        doubts=doubts,
+        shortest_interval_frames=shortest_interval(inside) * pace,
+        swing=swing_in_frames(swing_of(fit_path(gaps, inside)), pace),
+        outlines_apart_px=apart,
+        borne_out=bool(right),
+    )

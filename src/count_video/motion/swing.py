@@ -1,0 +1,194 @@
+"""The heavy body's path through the burst: its swing, and the steps that the ball gave it.
+
+Single velocity steps of the heavy body drown in noise at 1:100, their sum does not. Between the
+collisions it swings on its threads, x'' = -w^2 (x - x0), and momentum that the ball takes is
+momentum that it gives. So its whole path is linear in five unknowns:
+
+    x(t) = a + b t + w^2 x0 t^2 / 2 - w^2 * (second integral of x) + r * sum_i s_i * max(t - t_i, 0)
+
+with the ball's velocity steps -s_i at the times t_i of the `bodies` collisions and r = m/M.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from count_video.lasting import integral
+from count_video.motion.gaps import Gaps
+from count_video.records import Collision, Floats
+from count_video.signals import sigma_of
+
+FRAMES_BEYOND = 60.0
+"""The path is used this far before the first and after the last collision."""
+POINTS_AT_LEAST = 20
+UNSHOWN_AT_MOST = 0.34
+"""Share of the velocity steps that need not be shown."""
+FREE_SHARE = 0.5
+"""A step that is not shown is filled in from its neighbours, for of many steps each is like the
+next; of few it need not be, and where the path strays less than this share with a step of its own
+instead, it is not."""
+STRAY_AT_LEAST_PX = 0.5
+STRAY_SHARE = 0.004
+STRAY_SIGMAS = 3.0
+"""A heavy body that was followed rightly, through collisions that are all known, strays less than
+this from its path, or than this share of its way (lenses bend a straight line, converted clips
+blend pictures), or than so many standard deviations of its places."""
+REST_SIGMAS = 3.0
+"""A body that stays this close to where it is first seen is still at rest."""
+MOVES_AT_LEAST_PX = 2.0
+"""What moves less all along is scenery. The heavy body comes and goes by more than the ball hangs
+from it, which is more than can be told to be two bodies."""
+CORRELATED_FRAMES = 10
+"""What is left over is not white (reflections creep over polished brass): so many neighbouring
+frames count as one."""
+
+
+@dataclass(frozen=True)
+class Swing:
+    """What the heavy body's path tells."""
+
+    mass_ratio: float
+    """Heavy over light mass, from the velocity steps."""
+    mass_ratio_relative_sigma: float
+    """Its standard uncertainty as a share of the value."""
+    rate_squared: float
+    """Square of the pendulum's angular rate, in (radians per frame) squared; may come out
+    negative where the swing is too short to show."""
+    rate_squared_sigma: float
+    centre_px: float
+    """Distance of the heavy body's face where its threads hang straight down."""
+
+
+@dataclass(frozen=True)
+class HeavyPath:
+    """The linear model fitted to the heavy body's path."""
+
+    solution: Floats
+    """Its five unknowns, shape (5,)."""
+    sigma: Floats
+    """Their standard uncertainties, shape (5,)."""
+    stray_px: float
+    """RMS by which the places stray from the model."""
+    mean_px: float
+    """Mean of the places."""
+    way_px: float
+    """From the nearest place to the farthest."""
+
+
+def fit_path(gaps: Gaps, collisions: Sequence[Collision]) -> HeavyPath | None:
+    """Fit the heavy body's path; None where steps are not shown, or nothing can be solved.
+
+    Distances are those of ``gaps``. The uncertainties hold the scatter about the path.
+    """
+    bodies = [collision for collision in collisions if collision.kind == "bodies"]
+    times = np.array([collision.frame for collision in bodies])
+    steps = gaps.sign * np.array(
+        [c.velocity_after.ball_px_frame - c.velocity_before.ball_px_frame for c in bodies]
+    )
+    if len(steps) == 0 or np.isnan(steps).mean() > UNSHOWN_AT_MOST:
+        return None
+    used = (gaps.frame > times[0] - FRAMES_BEYOND) & (gaps.frame < times[-1] + FRAMES_BEYOND)
+    used &= np.isfinite(gaps.heavy_px) & (gaps.frame >= _let_go(gaps, times[0]))
+    frame, place = gaps.frame[used], gaps.heavy_px[used]
+    if len(frame) < POINTS_AT_LEAST:
+        return None
+    solved = _solved(frame, place, times, steps)
+    return None if solved is None else HeavyPath(*solved, float(place.mean()), float(np.ptp(place)))
+
+
+def _let_go(gaps: Gaps, first: float) -> float:
+    """Frame from which the heavy body swings: before, a hand or a magnet may hold it at rest."""
+    seen = np.isfinite(gaps.heavy_px) & (gaps.frame < first)
+    if not seen.any():
+        return -np.inf
+    frame, place = gaps.frame[seen], gaps.heavy_px[seen]
+    away = np.abs(place - place[0]) > REST_SIGMAS * sigma_of(gaps.heavy_px)
+    return float(frame[np.argmax(away)]) if away.any() else -np.inf
+
+
+def _solved(
+    frame: Floats, place: Floats, times: Floats, steps: Floats
+) -> tuple[Floats, Floats, float] | None:
+    """Solve for the five unknowns, with steps as they are shown, NaN where they are not."""
+    filled = _solve(_design(frame, place, times, -_filled(steps)), place)
+    shown = np.isfinite(steps)
+    if filled is None or shown.all():
+        return filled
+    design = _design(frame, place, times[shown], -steps[shown])
+    free = _solve(np.column_stack([design, _ramps(frame, times[~shown])]), place)
+    if free is None or free[2] > FREE_SHARE * filled[2]:
+        return filled
+    solution, sigma, stray = free
+    unknowns = design.shape[1]
+    return solution[:unknowns], sigma[:unknowns], stray
+
+
+def swing_of(path: HeavyPath | None) -> Swing | None:
+    """Tell the swing of a path; None where it is not known or gives no mass ratio."""
+    if path is None or path.solution[4] <= 0:
+        return None
+    _, _, bend, rate_squared, share = path.solution
+    return Swing(
+        mass_ratio=1 / share,
+        mass_ratio_relative_sigma=path.sigma[4] / share,
+        rate_squared=rate_squared,
+        rate_squared_sigma=path.sigma[3],
+        centre_px=path.mean_px + 2 * bend / rate_squared if rate_squared else np.nan,
+    )
+
+
+def borne_out(path: HeavyPath | None, gaps: Gaps) -> bool | None:
+    """Whether the heavy body moves as one that swings and takes these strokes.
+
+    If it does not, a body was mistaken for another or for scenery, or collisions are missing. None
+    where the frames do not show enough to tell.
+    """
+    if path is None:
+        return None
+    if path.way_px < MOVES_AT_LEAST_PX:
+        return False
+    noise = STRAY_SIGMAS * sigma_of(gaps.heavy_px)
+    return path.stray_px < max(STRAY_AT_LEAST_PX, STRAY_SHARE * path.way_px, noise)
+
+
+def _filled(steps: Floats) -> Floats:
+    """Put in steps that the frames do not show, from their neighbours: they change slowly."""
+    number = np.arange(len(steps))
+    shown = np.isfinite(steps)
+    return np.interp(number, number[shown], steps[shown])
+
+
+def _design(frame: Floats, place: Floats, times: Floats, steps: Floats) -> Floats:
+    """Columns of the linear model, shape (n, 5)."""
+    clock = frame - frame[0]
+    centred = place - place.mean()
+    twice = integral(frame, integral(frame, centred))
+    ramps = _ramps(frame, times) @ steps
+    return np.stack([np.ones_like(clock), clock, clock**2, -twice, ramps], axis=1)
+
+
+def _ramps(frame: Floats, times: Floats) -> Floats:
+    """Return what a step of 1 at each time adds to the places, shape (n, times)."""
+    return np.maximum(frame[:, None] - times, 0.0)
+
+
+def _solve(design: Floats, place: Floats) -> tuple[Floats, Floats, float] | None:
+    """Coefficients, their standard uncertainties, and the RMS of what is left over.
+
+    None where the columns are not independent.
+    """
+    scale = np.abs(design).max(axis=0)
+    if not np.all(scale > 0):
+        return None
+    scaled = design / scale
+    solution, _, rank, _ = np.linalg.lstsq(scaled, place, rcond=None)
+    if rank < design.shape[1]:
+        return None
+    left_over = place - scaled @ solution
+    variance = float(left_over @ left_over) / (len(place) - design.shape[1])
+    covariance = CORRELATED_FRAMES * variance * np.linalg.inv(scaled.T @ scaled)
+    stray = float(np.sqrt(np.mean(left_over**2)))
+    return solution / scale, np.sqrt(np.diag(covariance)) / scale, stray

@@ -1,0 +1,115 @@
+"""What speaks for the impacts found in a clip, what is in doubt, and why it supports no count."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from count_video.motion.certainty import chances_of_sum
+from count_video.motion.flight import Motion, straying
+from count_video.motion.impacts import Impact
+from count_video.motion.missing import chance_before, ends_at_stop, in_a_tail, passed_over
+from count_video.motion.priors import (
+    CHANCE_CLEAR,
+    CHANCE_CUT_OFF,
+    CHANCE_HARDLY_SHOWN,
+    CHANCE_PASSED_OVER,
+    CHANCE_SINGLE,
+    CHANCE_STRAYING,
+    CHANCE_WALL_AHEAD,
+    CHANCE_WEAK,
+    CHANCES_TAIL,
+)
+from count_video.motion.reasons import Cause, Reason
+from count_video.motion.resolution import RESOLVED_FRAMES
+from count_video.records import Collision
+
+CLEAR_SIGMAS = 10.0
+CERTAIN_PICTURES = 4
+"""One impact at least must be as clear as this, and shown by so many pictures on either side."""
+STRAYING_AT_MOST = 0.4
+"""Where a larger share of the flights strays, the turns are not those of a body that bounces."""
+
+
+@dataclass(frozen=True)
+class SeenImpacts:
+    """What the frames of one clip show."""
+
+    collisions: tuple[Collision, ...]
+    """In order of time, numbered from 1; real times are not filled in."""
+    shortcomings: tuple[Reason, ...]
+    """Why the clip supports no count; empty if it does."""
+    doubts: tuple[Reason, ...]
+    """What lowers the probability."""
+    probability: dict[int, float]
+    """Of each count."""
+
+
+def weighed(
+    motion: Motion,
+    impacts: Sequence[Impact],
+    timing: tuple[float, float],
+    collisions: Sequence[Collision],
+) -> SeenImpacts:
+    """Weigh what was found.
+
+    ``timing`` is half the time that a contact takes, in pictures, and the frames a picture;
+    ``collisions`` are the impacts as they will be told.
+    """
+    contact, pace = timing
+    frames = [impact.frame for impact in impacts]
+    strays = straying(motion, frames, contact)
+    told = zip(impacts, collisions, strict=True)
+    chances = [_chance(impact, impacts, collision.kind) for impact, collision in told]
+    doubts: list[Reason] = []
+    if strays:
+        spans = tuple(frame * pace for span in strays for frame in span)
+        doubts.append(Reason(Cause.NOT_FREE, spans))
+        chances += [CHANCE_STRAYING] * len(strays)
+    if impacts and (unseen := chance_before(motion, impacts)) > 0:
+        doubts.append(Reason(Cause.BEFORE_UNSEEN))
+        chances.append(unseen)
+    if over := passed_over(motion, impacts):
+        doubts.append(Reason(Cause.TURNS_OPEN, tuple(frame * pace for frame in over)))
+        chances += [CHANCE_PASSED_OVER] * len(over)
+    if cut_off := ends_at_stop(motion, impacts):
+        doubts.append(Reason(Cause.CUT_AT_STOP))
+        chances += [CHANCE_CUT_OFF] * cut_off
+    if any(b - a < RESOLVED_FRAMES for a, b in pairwise(frames)) or in_a_tail(motion, impacts):
+        doubts.append(Reason(Cause.TOO_FREQUENT))
+        chances += CHANCES_TAIL
+    shortcomings = tuple(_shortcomings(impacts, len(strays)))
+    return SeenImpacts(tuple(collisions), shortcomings, tuple(doubts), chances_of_sum(chances))
+
+
+def with_wall_ahead(found: SeenImpacts) -> SeenImpacts:
+    """Doubt a count of two bodies one of which moves towards something when the clip ends."""
+    more = CHANCE_WALL_AHEAD
+    chances: dict[int, float] = {}
+    for count, chance in found.probability.items():
+        chances[count] = chances.get(count, 0.0) + chance * (1 - more)
+        chances[count + 1] = chances.get(count + 1, 0.0) + chance * more
+    return replace(found, doubts=(*found.doubts, Reason(Cause.WALL_AHEAD)), probability=chances)
+
+
+def _shortcomings(impacts: Sequence[Impact], strays: int) -> list[Reason]:
+    if not impacts:
+        return [Reason(Cause.NO_IMPACT)]
+    if not any(_is_certain(impact) for impact in impacts):
+        return [Reason(Cause.TOO_FAINT)]
+    if strays > STRAYING_AT_MOST * max(len(impacts) - 1, 1):
+        return [Reason(Cause.NO_FLIGHTS)]
+    return []
+
+
+def _is_certain(impact: Impact) -> bool:
+    return impact.clarity > CLEAR_SIGMAS and impact.pictures >= CERTAIN_PICTURES
+
+
+def _chance(impact: Impact, impacts: Sequence[Impact], kind: str) -> float:
+    if impact.clarity == 0:
+        return CHANCE_HARDLY_SHOWN
+    clear = CHANCE_CLEAR if impact.clarity > CLEAR_SIGMAS else CHANCE_WEAK
+    alone = sum(other.side == impact.side for other in impacts) == 1
+    return min(clear, CHANCE_SINGLE) if alone and kind == "wall" else clear

@@ -1,0 +1,95 @@
+"""Sentences for the reasons why a clip supports no count, or why a count is in doubt."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final
+
+from count_video.motion.reasons import Cause, Reason
+
+NAMED_AT_MOST = 3
+ENDS = "the clip ends {}, before the burst can be over; let it run longer"
+SENTENCES: Final = {
+    Cause.NO_COLLISION: "no collision is seen: no gap between two bodies closes and opens with a "
+    "jump",
+    Cause.NEVER_TOUCH: "the two bodies that move never touch: where they turn back, a gap stays "
+    "between them",
+    Cause.STARTS_MOVING: "the clip starts after the first collision: the ball already moves to the "
+    "wall; start the clip while the ball is still at rest",
+    Cause.STARTS_CLOSE: "the clip starts too close to its first collision to tell whether the ball "
+    "was at rest; start it some frames earlier",
+    Cause.STARTS_LATE: "the clip starts after the first collision: the ball is not at rest before "
+    "the first one seen; start the clip earlier",
+    Cause.ENDS_AT_CONTACT: ENDS.format("right after a collision"),
+    Cause.ENDS_APPROACHING: ENDS.format("while the cylinder still moves to the wall"),
+    Cause.ENDS_HIDDEN: ENDS.format(
+        "while the cylinder, out of the picture, may be struck once more"
+    ),
+    Cause.ENDS_CATCHING_UP: ENDS.format("while the ball still catches up with the cylinder"),
+    Cause.ENDS_RETURNING: ENDS.format("while the ball still moves to the wall"),
+    Cause.GRAZES_WALL: "after the last collision that is seen the ball creeps up to the wall: "
+    "whether it strikes it before the burst is over is too faint to tell",
+    Cause.STRAYS: "the cylinder does not move as its swing and these collisions would have it: "
+    "some were missed, or something else was taken for a body",
+    Cause.WALL_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the wall was "
+    "missed",
+    Cause.BODY_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the cylinder "
+    "was missed",
+    Cause.PAIR_MISSED: "between frames {:.1f} and {:.1f} at least two collisions were missed",
+    Cause.UNRESOLVED: "collisions follow each other within {:.1f} pictures, less than the {} that "
+    "show each for certain; film at a higher rate",
+    Cause.JUMPS_ELSEWHERE: "the ball turns sharply where by its place it strikes nothing (frame "
+    "{frames})",
+    Cause.LEFT_OUT: "about {1:.0f} frames are left out after frame {0:.0f}, in which collisions "
+    "may have happened",
+    Cause.TURN_OPEN: "the cylinder turns round at frame {:.0f}, just when the ball strikes it: "
+    "whether that collision still belongs to the burst is not certain",
+    Cause.NO_IMPACT: "no impact is seen: what moves turns round smoothly, if at all, and jumps "
+    "nowhere",
+    Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to tell impacts by",
+    Cause.NO_FLIGHTS: "the body's path between its turns is not that of one that bounces: impacts "
+    "and smooth turns cannot be told apart",
+    Cause.NOT_FREE: "the body does not fly freely in frames {spans}",
+    Cause.BEFORE_UNSEEN: "what came before the first impact is not seen: one may be missing",
+    Cause.TURNS_OPEN: "whether the turns at the stop in frames {turns} are impacts cannot be told",
+    Cause.CUT_AT_STOP: "the clip is cut off where the body is at its stop: one may be missing",
+    Cause.TOO_FREQUENT: "the last impacts follow each other faster than the pictures show: some "
+    "may be missed",
+    Cause.WALL_AHEAD: "the clip ends while a body moves towards something that stands in its way: "
+    "if that is a wall, let the clip run until the last collision",
+    Cause.UNLIKE: "the two bodies are not of a kind, and neither reaches a wall: let the clip run "
+    "until the burst is over",
+    Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else: show the trial "
+    "from the ball at rest until the heavy body is driven back, or bodies that meet nothing but "
+    "each other",
+    Cause.ENDS_TOGETHER: "the clip ends before the bodies have parted; let it run longer",
+    Cause.STARTS_TOGETHER: "the clip starts when the bodies are next to each other; start it "
+    "earlier",
+    Cause.MODEL_LACKS_FRAMES: "too few frames surround the collisions to fit a model of the motion "
+    "to them",
+    Cause.MODEL_FITS_NOTHING: "no motion of two bodies and a wall resembles the track",
+    Cause.MODEL_DIFFERS: "the fitted collisions are not those that were seen",
+    Cause.MODEL_STRAYS: "the modelled motion strays from the track by {:.1f} px where {:.1f} are "
+    "allowed: something else than two swinging bodies and a wall took part",
+}
+
+
+def sentence(reason: Reason) -> str:
+    """Tell a reason in words for the user."""
+    figures = reason.figures
+    frames = ", ".join(f"{frame:.1f}" for frame in figures[:NAMED_AT_MOST])
+    more = len(figures) - NAMED_AT_MOST
+    return SENTENCES[reason.cause].format(
+        *figures,
+        frames=f"{frames} and {more} more" if more > 0 else frames,
+        turns=", ".join(f"{frame:.0f}" for frame in figures),
+        spans=", ".join(
+            f"{first:.0f} to {last:.0f}"
+            for first, last in zip(figures[:-1:2], figures[1::2], strict=True)
+        ),
+    )
+
+
+def sentences(reasons: Iterable[Reason]) -> str | None:
+    """Tell reasons one after the other; None if there are none."""
+    return "; ".join(map(sentence, reasons)) or None

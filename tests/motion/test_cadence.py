@@ -1,0 +1,110 @@
+"""Copies between evenly taken pictures, and copies in the place of lost ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from free_paths import between_stops, lone, noisy
+from hypothesis import given
+from hypothesis import strategies as st
+
+from count_video.motion.alone import seen_impacts
+from count_video.motion.cadence import cadence_of
+from count_video.records import Collision, Floats, Track
+
+NOISE_PX = 0.1
+PICTURES = 240
+TIME_WITHIN = 0.1
+"""Frames; at 4 px a frame and 0.1 px of noise a corner is known to some hundredths."""
+
+
+@cache
+def filmed() -> tuple[Track, list[float]]:
+    """A body between two stops, and its impacts, by pictures; none is just at a picture."""
+    place, impacts = between_stops(4.13, 90.0, PICTURES)
+    return lone(noisy(place, NOISE_PX)), impacts
+
+
+@cache
+def an_impact() -> Collision:
+    return seen_impacts(filmed()[0]).collisions[0]
+
+
+def first_shown(every: int) -> Floats:
+    """Frame in which each picture comes first when one of ``every`` is shown twice."""
+    pictures = np.arange(PICTURES)
+    return (pictures + pictures // every).astype(float)
+
+
+def when_shown(impact: float, every: int) -> float:
+    """Frame of an impact: between the last copy of the picture before and the picture after."""
+    before = int(np.floor(impact))
+    return float(first_shown(every)[before + 1]) - 1.0 + impact - before
+
+
+@pytest.mark.parametrize("every", [2, 4, 5, 24])
+def test_pictures_with_copies_between_them_are_timed_evenly(every: int) -> None:
+    track, impacts = filmed()
+    copied = replace(track, frame=first_shown(every))
+    cadence = cadence_of(copied)
+    assert cadence is not None
+    assert np.ptp(np.diff(cadence.evened(copied).frame)) == pytest.approx(0.0, abs=1e-9)
+    found = [cadence.shown(c).frame for c in seen_impacts(cadence.evened(copied)).collisions]
+    wanted = [when_shown(impact, every) for impact in impacts]
+    assert found == pytest.approx(wanted, abs=TIME_WITHIN)
+
+
+def test_copies_that_were_not_noticed_at_first_are_left_out_once_their_time_is_known() -> None:
+    track, _ = filmed()
+    noticed = replace(track, frame=first_shown(5))
+    # The first ten pictures with their two copies, as a track that takes them for pictures.
+    rows = np.r_[0:5, 4, 5:10, 9, 10:PICTURES]
+    body = track.ball
+    ball = replace(body, position_px=body.position_px[rows], sigma_px=body.sigma_px[rows])
+    missed = replace(track, frame=np.r_[0:12, noticed.frame[10:]].astype(float), ball=ball)
+    cadence = cadence_of(missed)
+    assert cadence is not None
+    assert cadence.frame.tolist() == noticed.frame.tolist()
+    assert cadence.evened(missed).ball.position_px == pytest.approx(body.position_px)
+
+
+@pytest.mark.parametrize("every", [5, 24])
+def test_frames_stay_even_where_copies_stand_for_lost_pictures(every: int) -> None:
+    track, _ = filmed()
+    kept = np.arange(PICTURES) % every != every - 1
+    ball = replace(
+        track.ball, position_px=track.ball.position_px[kept], sigma_px=track.ball.sigma_px[kept]
+    )
+    assert cadence_of(replace(track, frame=track.frame[kept], ball=ball)) is None
+
+
+def test_frames_without_copies_are_even() -> None:
+    track, _ = filmed()
+    assert cadence_of(track) is None
+    assert cadence_of(replace(track, frame=2.0 * track.frame)) is None
+
+
+def test_a_body_at_rest_tells_nothing() -> None:
+    still = lone(noisy(np.full(PICTURES, 50.0), NOISE_PX))
+    assert cadence_of(replace(still, frame=first_shown(5))) is None
+
+
+@given(st.integers(2, 30), st.lists(st.floats(0.0, PICTURES - 1.001), min_size=2, max_size=8))
+def test_shown_frames_keep_the_order_and_lie_between_the_pictures(
+    every: int, places: list[float]
+) -> None:
+    track, _ = filmed()
+    cadence = cadence_of(replace(track, frame=first_shown(every)))
+    assert cadence is not None
+    one = an_impact()
+    shown = [
+        cadence.shown(replace(one, frame=cadence.frame[0] + cadence.step * place)).frame
+        for place in sorted(places)
+    ]
+    assert np.all(np.diff(shown) >= -1e-6)
+    for place, frame in zip(sorted(places), shown, strict=True):
+        before = int(np.floor(place + 1e-9))
+        assert frame <= first_shown(every)[before + 1] + 1e-6

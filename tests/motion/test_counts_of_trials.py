@@ -1,0 +1,216 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from filmed_trials import (
+    PX_PER_M,
+    RESOLVED_FRAMES,
+    FilmedTrial,
+    Filming,
+    film,
+    film_motion,
+    resolving_fps,
+)
+from hypothesis import HealthCheck, Phase, assume, given, settings
+from hypothesis import strategies as st
+
+from count_video.motion.reasons import Cause
+from count_video.motion.seen import SeenCollisions, seen_collisions
+from count_video.physics.setup import Setup
+from count_video.physics.simulator import Motion, simulate
+from count_video.records import Track
+
+LIGHT_KG = 0.0105
+TIME_FRAMES = 0.5
+"""Half a frame, and what noise adds: its share of the jump of the relative velocity."""
+NOISE_SHARE = 6.0
+SLOWEST_PX_FRAME = 0.05
+SHALLOWEST_PX = 2.0
+"""Twenty standard deviations of the noisiest track; three frames sample two thirds of it."""
+MASS_RATIO_SHARE = 0.02
+
+masses = st.floats(0.0, np.log(250.0)).map(lambda log: LIGHT_KG * float(np.exp(log)))
+setups = st.builds(
+    Setup,
+    heavy_mass_kg=masses,
+    wall_gap_m=st.floats(0.02, 0.07),
+    bodies_gap_m=st.floats(0.0, 0.004),
+    release_m=st.floats(0.06, 0.09),
+    restitution_bodies=st.floats(0.95, 1.0),
+    restitution_wall=st.floats(0.95, 1.0),
+)
+
+
+def shown(trial: FilmedTrial) -> bool:
+    """Whether each collision is one that the frames can show.
+
+    The relative velocity is at least 0.05 px a frame on one side, and before and after it the gap
+    is open by two pixels.
+    """
+    scale = PX_PER_M / _fps(trial)
+    times = np.array([c.time_s for c in trial.motion.burst])
+    for number, bounce in enumerate(trial.motion.burst):
+        before = bounce.light_before_m_s - bounce.heavy_before_m_s * (bounce.kind == "bodies")
+        if abs(before) * scale < SLOWEST_PX_FRAME:
+            return False
+        for other in (number - 1, number + 1):
+            if not 0 <= other < len(times):
+                continue
+            between = np.linspace(times[number], times[other], 40)
+            sample = trial.motion.sample(between)
+            gap = sample.ball_far_face_m
+            if bounce.kind == "bodies":
+                gap = sample.heavy_face_m - sample.ball_near_face_m
+            if gap.max() * PX_PER_M < SHALLOWEST_PX:
+                return False
+    return True
+
+
+def _fps(trial: FilmedTrial) -> float:
+    first, last = trial.motion.burst[0], trial.motion.burst[-1]
+    return float((trial.frames[-1] - trial.frames[0]) / (last.time_s - first.time_s))
+
+
+def counted(found: SeenCollisions) -> tuple[int, tuple[str, ...]]:
+    inside = found.collisions[: found.burst]
+    return found.burst, tuple(collision.kind for collision in inside)
+
+
+@settings(
+    max_examples=200,
+    suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
+    phases=[Phase.generate],  # a trial that fails is as plain as it can be: nothing to shrink
+)
+@given(
+    setups,
+    st.floats(RESOLVED_FRAMES, 7.0),
+    st.floats(0.02, 0.1),
+    st.floats(0.0, 1.0),
+    st.integers(0, 1000),
+)
+def test_resolved_trials_are_counted_exactly_with_kinds_and_times(
+    setup: Setup, interval: float, noise: float, phase: float, seed: int
+) -> None:
+    motion = simulate(setup)
+    assume(motion.count >= 3)
+    fps = resolving_fps(motion, interval)
+    trial = film_motion(motion, Filming(fps, noise, clock_phase=phase), seed)
+    assume(shown(trial))
+
+    found = seen_collisions(trial.track)
+
+    assert counted(found) == (motion.count, trial.kinds)
+    for collision, frame, bounce in zip(found.collisions, trial.frames, motion.burst, strict=False):
+        jump = bounce.light_after_m_s - bounce.light_before_m_s
+        blurred = NOISE_SHARE * noise / (abs(jump) * PX_PER_M / fps)
+        assert collision.frame == pytest.approx(frame, abs=TIME_FRAMES + blurred)
+
+
+def velocity_sign_changes(motion: Motion) -> int:
+    """Return how often the ball's own velocity changes its sign in the burst."""
+    return sum(c.light_before_m_s * c.light_after_m_s < 0 for c in motion.burst)
+
+
+def test_the_relative_velocity_counts_31_where_the_balls_own_would_count_29() -> None:
+    # At 1:100 the first collision sets a ball at rest in motion and the last only slows it down.
+    setup = Setup(
+        heavy_mass_kg=100.0,
+        light_mass_kg=1.0,
+        mounting="free",
+        heavy_velocity_m_s=-0.4,
+        release_m=0.09,
+        wall_gap_m=0.03,
+    )
+    motion = simulate(setup)
+    trial = film_motion(motion, Filming(resolving_fps(motion, 4.0)))
+
+    found = seen_collisions(trial.track)
+
+    assert velocity_sign_changes(motion) == 29
+    assert counted(found) == (31, trial.kinds)
+
+
+@pytest.mark.parametrize(
+    ("heavy", "count"), [(1, 3), (2, 5), (4, 6), (16, 12), (64, 25), (100, 31)]
+)
+def test_free_bodies_are_counted_as_the_theory_says(heavy: int, count: int) -> None:
+    setup = Setup(
+        heavy_mass_kg=float(heavy),
+        light_mass_kg=1.0,
+        mounting="free",
+        heavy_velocity_m_s=-0.4,
+        release_m=0.09,
+        wall_gap_m=0.03,
+    )
+    motion = simulate(setup)
+
+    found = seen_collisions(film_motion(motion, Filming(resolving_fps(motion, 4.0), 0.03)).track)
+
+    assert found.burst == motion.count == count
+    assert found.doubts == ()
+
+
+@pytest.mark.parametrize("wall_gap_m", [0.03, 0.04, 0.05, 0.07])
+def test_the_apparatus_is_counted_at_every_distance_of_its_wall(wall_gap_m: float) -> None:
+    motion = simulate(Setup(wall_gap_m=wall_gap_m))
+    trial = film_motion(motion, Filming(resolving_fps(motion, 4.0), 0.03))
+
+    found = seen_collisions(trial.track)
+
+    assert counted(found) == (motion.count, trial.kinds)
+    assert found.doubts == ()
+    assert found.shortest_interval_frames == pytest.approx(trial.shortest_frames, abs=0.5)
+
+
+def test_positions_and_velocities_at_a_collision_are_those_of_the_bodies() -> None:
+    setup = Setup(heavy_mass_kg=LIGHT_KG * 16, wall_gap_m=0.03)
+    motion = simulate(setup)
+    filming = Filming(1000.0, 0.03)
+    trial = film(setup, filming)
+
+    found = seen_collisions(trial.track)
+
+    scale = PX_PER_M / filming.capture_fps
+    noise_px_frame = 0.05
+    for collision, bounce in zip(found.collisions, motion.burst, strict=True):
+        place = motion.sample(np.array([bounce.time_s])).ball_far_face_m[0]
+        centre_px = filming.shift_px + PX_PER_M * (place + setup.ball_diameter_m / 2)
+        assert collision.position_px == pytest.approx(centre_px, abs=0.2)
+        for velocities, light, heavy in (
+            (collision.velocity_before, bounce.light_before_m_s, bounce.heavy_before_m_s),
+            (collision.velocity_after, bounce.light_after_m_s, bounce.heavy_after_m_s),
+        ):
+            assert velocities.ball_px_frame == pytest.approx(light * scale, abs=noise_px_frame)
+            assert velocities.heavy_px_frame == pytest.approx(heavy * scale, abs=noise_px_frame)
+
+
+@pytest.mark.parametrize("ratio", [4.0, 16.0, 64.0, 100.0])
+def test_the_mass_ratio_is_told_by_the_swing(ratio: float) -> None:
+    setup = Setup(heavy_mass_kg=LIGHT_KG * ratio, wall_gap_m=0.03)
+    motion = simulate(setup)
+    trial = film_motion(motion, Filming(resolving_fps(motion, 8.0, 480.0), 0.02))
+
+    swing = seen_collisions(trial.track).swing
+
+    assert swing is not None
+    assert swing.mass_ratio == pytest.approx(ratio, rel=MASS_RATIO_SHARE)
+
+
+@pytest.mark.parametrize(("ratio", "believed"), [(1 / 3, False), (16.0, True)])
+def test_outlines_that_stay_apart_speak_against_a_few_collisions_only(
+    ratio: float, believed: bool
+) -> None:
+    motion = simulate(Setup(heavy_mass_kg=LIGHT_KG * ratio, wall_gap_m=0.03))
+    track = film_motion(motion, Filming(capture_fps=600.0)).track
+    assert track.heavy is not None
+    away = track.heavy.position_px + track.ball_diameter_px
+    apart = replace(track, heavy=replace(track.heavy, position_px=away))
+
+    assert not never_touch(track)
+    assert never_touch(apart) is not believed
+
+
+def never_touch(track: Track) -> bool:
+    return any(reason.cause is Cause.NEVER_TOUCH for reason in seen_collisions(track).shortcomings)

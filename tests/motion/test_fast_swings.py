@@ -1,0 +1,47 @@
+"""Bodies that swing so fast that a few dozen frames are a good part of a period."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from filmed_trials import Filming, film
+
+from count_video.motion.gaps import gaps_of
+from count_video.motion.seen import seen_collisions
+from count_video.motion.swing import fit_path
+from count_video.physics.setup import Setup
+from count_video.records import Track
+
+
+def held_first(track: Track, frames: int) -> Track:
+    """Let bodies rest where they are at first for some frames more, as if a hand held one."""
+    assert track.heavy is not None
+    bodies = [
+        replace(
+            body,
+            position_px=np.concatenate([np.full(frames, body.position_px[0]), body.position_px]),
+            sigma_px=np.concatenate([np.full(frames, body.sigma_px[0]), body.sigma_px]),
+        )
+        for body in (track.ball, track.heavy)
+    ]
+    frame = np.arange(float(len(track.frame) + frames))
+    return replace(track, frame=frame, ball=bodies[0], heavy=bodies[1])
+
+
+def test_a_body_that_is_held_at_first_bears_out_its_collisions() -> None:
+    setup = Setup(heavy_mass_kg=0.2, light_mass_kg=0.1, wall_gap_m=0.03, release_m=0.06)
+    whole = film(setup, Filming(capture_fps=60.0, lead_frames=12, tail_frames=20))
+    held = held_first(whole.track, 25)
+
+    found, alone = seen_collisions(held), seen_collisions(whole.track)
+
+    assert alone.borne_out
+    assert found.borne_out
+    assert found.burst == alone.burst
+    paths = [fit_path(gaps_of(t), f.collisions) for t, f in ((held, found), (whole.track, alone))]
+    assert paths[0] is not None
+    assert paths[1] is not None
+    # The held part takes no part: the same mass ratio comes out.
+    assert paths[0].solution[4] == pytest.approx(paths[1].solution[4], rel=0.02)

@@ -1,0 +1,192 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from free_paths import SIZE_PX, between_stops, bouncing, lone, noisy, pair
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from count_video.motion.alone import seen_impacts
+from count_video.motion.certainty import chances_of_sum
+from count_video.motion.flight import usual_acceleration
+from count_video.motion.reasons import Cause
+from count_video.motion.weighing import SeenImpacts
+from count_video.records import Floats
+
+NOISE_PX = 0.2
+TIME_FRAMES = 0.1
+"""Bounces at several px a frame, seen with that noise, are placed far better than this."""
+DYING = [24.0, 20.4, 17.3, 14.7, 12.5]
+PULL = 0.8
+
+
+def frames(found: SeenImpacts) -> list[float]:
+    return [collision.frame for collision in found.collisions]
+
+
+def counts(found: SeenImpacts) -> bool:
+    return not found.shortcomings
+
+
+def assert_found(found: SeenImpacts, impacts: list[float]) -> None:
+    assert counts(found), found.shortcomings
+    assert frames(found) == pytest.approx(impacts, abs=TIME_FRAMES)
+    assert max(found.probability, key=lambda n: found.probability[n]) == len(impacts)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_every_bounce_of_a_dropped_ball_is_an_impact_whichever_side_is_down(sign: int) -> None:
+    place, impacts = bouncing(DYING, PULL, drop=20.3)
+
+    found = seen_impacts(lone(sign * noisy(place, NOISE_PX)))
+
+    assert_found(found, impacts)
+    assert {collision.kind for collision in found.collisions} == {"wall"}
+    assert found.probability[len(impacts)] > 0.9
+
+
+def test_bounces_between_two_stops_count_at_both() -> None:
+    place, impacts = between_stops(speed=6.5, width=210.0, frames=160)
+
+    assert_found(seen_impacts(lone(noisy(place, NOISE_PX))), impacts)
+
+
+def test_impacts_told_in_frames_are_the_same_where_every_picture_comes_twice() -> None:
+    place, impacts = bouncing(DYING, PULL, drop=20.3)
+
+    found = seen_impacts(lone(noisy(place, NOISE_PX), pace=2.0))
+
+    assert frames(found) == pytest.approx([2 * i for i in impacts], abs=2 * TIME_FRAMES)
+
+
+@given(st.floats(30.0, 140.0), st.floats(0.0, 6.28), st.floats(20.0, 200.0), st.integers(0, 9))
+@settings(max_examples=25)
+def test_a_swing_has_no_impacts(period: float, phase: float, reach: float, seed: int) -> None:
+    swing = reach * np.cos(2 * np.pi * np.arange(200) / period + phase)
+
+    assert not counts(seen_impacts(lone(noisy(swing, NOISE_PX, seed))))
+
+
+@given(st.floats(0.2, 2.0), st.floats(10.0, 40.0), st.integers(0, 9))
+@settings(max_examples=15)
+def test_a_throw_has_no_impacts(pull: float, half: float, seed: int) -> None:
+    frame = np.arange(int(2 * half))
+
+    assert not counts(seen_impacts(lone(noisy(pull / 2 * (frame - half) ** 2, NOISE_PX, seed))))
+
+
+def test_a_body_at_rest_has_no_impacts() -> None:
+    assert not counts(seen_impacts(lone(noisy(np.full(90, 50.0), NOISE_PX))))
+
+
+def test_pictures_without_the_body_within_a_flight_hide_nothing() -> None:
+    place, impacts = bouncing(DYING, PULL, drop=20.3)
+    place = noisy(place, NOISE_PX)
+    place[28:36] = np.nan
+
+    assert_found(seen_impacts(lone(place)), impacts)
+
+
+def test_a_ball_that_falls_back_unseen_leaves_a_doubt() -> None:
+    place, impacts = bouncing([*DYING, 40.0], PULL, drop=20.3)
+    place[int(impacts[-1]) + 8 :] = np.nan
+    place = np.append(noisy(place, NOISE_PX), np.full(30, np.nan))
+
+    found = seen_impacts(lone(place))
+
+    assert found.doubts
+    assert found.probability[len(impacts)] < 0.9
+
+
+@pytest.mark.parametrize("hidden", range(0, 62, 3))
+def test_a_hidden_beginning_never_makes_a_smaller_count_a_sure_one(hidden: int) -> None:
+    place, impacts = bouncing(DYING, PULL, drop=20.3)
+    place = noisy(place, NOISE_PX)
+    place[:hidden] = np.nan
+
+    found = seen_impacts(lone(place))
+
+    if len(found.collisions) < len(impacts):
+        assert not counts(found) or found.probability[len(found.collisions)] < 0.9
+
+
+def test_bounces_too_frequent_for_the_pictures_are_said_to_be_so() -> None:
+    flights = [24 * 0.75**n for n in range(12)]
+    place, _ = bouncing([*flights, 30.0], PULL, drop=24.0)
+    place[int(24 + sum(flights)) :] = 300.0
+
+    found = seen_impacts(lone(noisy(place, 0.05)))
+
+    assert found.doubts
+    assert max(found.probability.values()) < 0.9
+
+
+def test_a_pendulum_that_strikes_ever_more_gently_has_no_tail_of_unseen_impacts() -> None:
+    # Half a swing takes as long however wide it is: no flight is too short for the pictures.
+    half, count = 29.3, 9
+    frame = 10.0 + np.arange(int(count * half) + 6)
+    flight = np.floor(frame / half)
+    place = 110.0 * 0.75**flight * np.abs(np.sin(np.pi * frame / half))
+
+    found = seen_impacts(lone(noisy(place, 0.05)))
+
+    assert len(found.collisions) == count
+    assert not found.doubts
+
+
+def two_that_meet(frames_before: int, frames_after: int) -> tuple[Floats, Floats, float]:
+    """Two equal bodies that exchange their velocities, 3 and -1 px per frame, at contact."""
+    time = np.arange(-frames_before, frames_after) + 0.4
+    left = np.where(time < 0, 3.0, -1.0) * time
+    right = np.where(time < 0, -1.0, 3.0) * time + SIZE_PX
+    return left, right, frames_before - 0.4
+
+
+def test_two_bodies_that_meet_and_part_collide_once() -> None:
+    left, right, contact = two_that_meet(30, 30)
+
+    found = seen_impacts(pair(noisy(left, NOISE_PX), noisy(right, NOISE_PX, 1)))
+
+    assert_found(found, [contact])
+    (collision,) = found.collisions
+    assert collision.kind == "bodies"
+    assert collision.velocity_before.ball_px_frame == pytest.approx(3.0, abs=0.1)
+    assert collision.velocity_after.heavy_px_frame == pytest.approx(3.0, abs=0.1)
+
+
+def test_bodies_that_turn_without_touching_do_not_collide() -> None:
+    swing = 30 * np.cos(2 * np.pi * np.arange(160) / 50)
+
+    assert not counts(seen_impacts(pair(swing - 45, 45 - swing)))
+
+
+@pytest.mark.parametrize(("before", "after"), [(40, 8), (8, 40)])
+def test_two_bodies_cut_off_next_to_each_other_are_not_counted(before: int, after: int) -> None:
+    left, right, _ = two_that_meet(before, after)
+
+    found = seen_impacts(pair(noisy(left, NOISE_PX), noisy(right, NOISE_PX, 1)))
+
+    assert not counts(found)
+
+
+def test_two_bodies_of_which_one_bounces_off_a_wall_are_not_counted() -> None:
+    left, right, _ = two_that_meet(40, 60)
+    left = np.where(left < -30, -60 - left, left)
+
+    found = seen_impacts(pair(noisy(left, NOISE_PX), noisy(right, NOISE_PX, 1)))
+
+    assert any(reason.cause is Cause.MEETS_OTHERS for reason in found.shortcomings)
+
+
+def test_the_usual_acceleration_is_that_of_the_flights() -> None:
+    place, _ = bouncing(DYING, PULL, drop=20.3)
+
+    assert usual_acceleration(np.arange(len(place), dtype=float), place) == pytest.approx(PULL)
+
+
+def test_the_sum_of_certain_events_is_their_number() -> None:
+    assert chances_of_sum([1.0, 1.0, 1.0]) == {3: 1.0}
+
+
+def test_the_sum_of_two_even_chances_is_binomial() -> None:
+    assert chances_of_sum([0.5, 0.5]) == pytest.approx({0: 0.25, 1: 0.5, 2: 0.25})

@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from filmed_trials import FilmedTrial, Filming, film
+
+from count_video.motion.clock import seen_by_clock
+from count_video.motion.left_out import LeftOut, left_out
+from count_video.motion.seen import seen_collisions
+from count_video.physics.setup import Setup
+from count_video.records import BodyTrack, Track
+
+FPS = 480.0
+SETUP = Setup(heavy_mass_kg=0.168, wall_gap_m=0.03)
+"""1:16."""
+
+
+@pytest.fixture(scope="module")
+def whole() -> FilmedTrial:
+    return film(SETUP, Filming(FPS))
+
+
+def without(track: Track, after: float, frames: int) -> Track:
+    """Leave frames out, and number the others as if they had not been."""
+    kept = (track.frame <= after) | (track.frame > after + frames)
+    late = track.frame > after
+    assert track.heavy is not None
+    return replace(
+        track,
+        frame=(track.frame - frames * late)[kept],
+        ball=_rows(track.ball, kept),
+        heavy=_rows(track.heavy, kept),
+    )
+
+
+def _rows(body: BodyTrack, kept: np.ndarray) -> BodyTrack:
+    return replace(body, position_px=body.position_px[kept], sigma_px=body.sigma_px[kept])
+
+
+def clear_places(trial: FilmedTrial) -> list[float]:
+    """Frames in the middle of the longest flights of the burst."""
+    frames = np.array(trial.frames)
+    longest = np.argsort(np.diff(frames))[-2:]
+    return [float(np.floor(frames[n] + np.diff(frames)[n] / 2)) for n in longest]
+
+
+def test_an_even_clip_lacks_no_frames(whole: FilmedTrial) -> None:
+    found = seen_collisions(whole.track)
+
+    assert left_out(whole.track, found.collisions, found.burst) is None
+
+
+@pytest.mark.parametrize("frames", [1, 3, 5])
+def test_frames_left_out_of_a_flight_are_noticed_and_made_up_for(
+    whole: FilmedTrial, frames: int
+) -> None:
+    for after in clear_places(whole):
+        clock, _, found = seen_by_clock(without(whole.track, after, frames))
+
+        assert isinstance(clock, LeftOut)
+        assert (clock.after, clock.frames) == (after, frames)
+        assert found.burst == whole.motion.count
+
+
+def test_collisions_in_frames_left_out_are_not_passed_over(whole: FilmedTrial) -> None:
+    """Two of them, after which the bodies go on as if none had been."""
+    middle = np.array(whole.frames[2:4])
+    after = float(np.floor(middle[0] - 2))
+    frames = int(np.ceil(middle[1] + 2) - after)
+
+    clock, _, found = seen_by_clock(without(whole.track, after, frames))
+
+    assert found.burst < whole.motion.count
+    assert found.doubts or found.shortcomings
+    assert clock is None or isinstance(clock, LeftOut)
+
+
+def test_collisions_are_told_by_the_frames_that_are_there(whole: FilmedTrial) -> None:
+    found = seen_collisions(whole.track).collisions[0]
+    clock = LeftOut(after=100.0, frames=9, flown=True)
+
+    told = [
+        clock.shown(replace(found, frame=at)).frame for at in (99.0, 100.0, 105.0, 110.0, 120.0)
+    ]
+
+    assert told == pytest.approx([99.0, 100.0, 100.5, 101.0, 111.0])

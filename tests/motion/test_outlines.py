@@ -1,0 +1,54 @@
+"""Outlines that do not meet where the bodies touch tell that the ball's width is no measure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from filmed_trials import Filming, film
+
+from count_video import verdict
+from count_video.motion.seen import seen_collisions
+from count_video.physics.setup import Setup
+from count_video.records import FootageInfo, FootageReport, Track, TrialResult
+
+BALL_MM = 40.0
+CONTACT_PX = 0.3
+"""Contacts are known to a few times the noise of the places, 0.05 px."""
+INFO = FootageInfo(Path("a.mp4"), "h264", "yuv420p", 640, 360, 0, None, 30.0, None, "unknown")
+
+
+@pytest.fixture(scope="module")
+def track() -> Track:
+    setup = Setup(heavy_mass_kg=0.2, light_mass_kg=0.01, wall_gap_m=0.03, release_m=0.06)
+    return film(setup, Filming(capture_fps=960.0)).track
+
+
+def narrowed(track: Track, share: float) -> Track:
+    """Make the ball's outline narrower by a share of its width, from both sides."""
+    off = share * track.ball_diameter_px / 2
+    ball = track.ball
+    narrow = replace(ball, low_edge_px=ball.low_edge_px + off, high_edge_px=ball.high_edge_px - off)
+    return replace(track, ball=narrow, ball_diameter_px=track.ball_diameter_px - 2 * off)
+
+
+def answer(track: Track) -> TrialResult:
+    found = seen_collisions(track)
+    return verdict.counted(INFO, FootageReport(100, None, 0, 0, ()), track, found, None, BALL_MM)
+
+
+def test_outlines_that_are_right_meet_and_give_a_scale(track: Track) -> None:
+    assert seen_collisions(track).outlines_apart_px == pytest.approx(0.0, abs=CONTACT_PX)
+    assert answer(track).millimetres_per_px == pytest.approx(BALL_MM / track.ball_diameter_px)
+
+
+@pytest.mark.parametrize("share", [0.15, 0.4, -0.3])
+def test_a_ball_of_the_wrong_width_gives_no_scale_but_its_count(track: Track, share: float) -> None:
+    wrong = narrowed(track, share)
+    result = answer(wrong)
+    off = share * track.ball_diameter_px / 2
+    assert seen_collisions(wrong).outlines_apart_px == pytest.approx(off, abs=CONTACT_PX)
+    assert result.count == answer(track).count
+    assert result.millimetres_per_px is None
+    assert any("millimetres" in warning for warning in result.warnings)

@@ -1,0 +1,211 @@
+"""Exports whose rate changes inside the clip, and what the cylinder's path says of a track."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from filmed_trials import FilmedTrial, Filming, film_motion, part
+from numpy.typing import NDArray
+
+from count_video.motion.clock import seen_by_clock
+from count_video.motion.gaps import gaps_of
+from count_video.motion.ramps import Ramp, ramps_of
+from count_video.motion.rate_changes import rate_changes
+from count_video.motion.reasons import Cause
+from count_video.motion.seen import seen_collisions
+from count_video.physics.setup import Setup
+from count_video.physics.simulator import simulate
+from count_video.records import BodyTrack, Floats, Track
+
+LIGHT_KG = 0.0105
+NOISE_PX = 0.03
+CAPTURE_FPS = 1200.0
+TIME_WITHIN = 0.5
+"""Frames: a step at a change of the rate is known to a part of a frame only."""
+
+
+@cache
+def trial(ratio: float = 16.0) -> FilmedTrial:
+    motion = simulate(Setup(heavy_mass_kg=ratio * LIGHT_KG, wall_gap_m=0.03))
+    return film_motion(motion, Filming(CAPTURE_FPS, NOISE_PX, lead_frames=120, tail_frames=240))
+
+
+def ramped(whole: FilmedTrial, factor: int) -> tuple[Track, Floats]:
+    """One picture of ``factor`` before and after the middle of the burst, and all between.
+
+    Returns the track and the pictures that were kept.
+    """
+    frame = whole.track.frame
+    begin, end = (
+        float(whole.frames[a] + whole.frames[a + 1]) / 2 for a in (1, len(whole.frames) - 3)
+    )
+    sparse = (frame < begin) | (frame > end)
+    kept = np.flatnonzero(~sparse | (frame % factor == 0))
+    return rows_of(whole.track, kept), frame[kept]
+
+
+def rows_of(track: Track, kept: NDArray[np.intp]) -> Track:
+    """Leave out all pictures but these and number them evenly."""
+    assert track.heavy is not None
+    bodies = [
+        BodyTrack(b.position_px[kept], b.sigma_px[kept], b.low_edge_px, b.high_edge_px)
+        for b in (track.ball, track.heavy)
+    ]
+    return replace(track, frame=np.arange(float(len(kept))), ball=bodies[0], heavy=bodies[1])
+
+
+@pytest.mark.parametrize("factor", [2, 3, 4])
+def test_a_ramp_is_undone(factor: int) -> None:
+    whole = trial()
+    track, kept = ramped(whole, factor)
+
+    ramp, _, found = seen_by_clock(track)
+
+    assert isinstance(ramp, Ramp)
+    assert found.burst == len(whole.frames)
+    assert f"factor of {factor}" in ramp.warning
+    shown = np.array([ramp.shown(collision).frame for collision in found.collisions])
+    truth = np.interp(whole.frames, kept, track.frame)
+    assert np.abs(shown[: found.burst] - truth).max() < TIME_WITHIN
+
+
+def test_velocities_of_a_ramp_are_those_of_the_frames() -> None:
+    whole = trial()
+    track, _ = ramped(whole, 4)
+    ramp, _, found = seen_by_clock(track)
+    assert isinstance(ramp, Ramp)
+
+    first = ramp.shown(found.collisions[0])
+
+    # One picture of four is left about the first collision: the cylinder comes on by so much.
+    assert track.heavy is not None
+    coming = np.diff(track.heavy.position_px)[int(first.frame) - 6 : int(first.frame)].mean()
+    assert first.velocity_before.heavy_px_frame == pytest.approx(coming, rel=0.05)
+
+
+@pytest.mark.parametrize("after", [0.6, 1.4, 2.6])
+def test_a_ramp_next_to_a_collision_is_undone(after: float) -> None:
+    """Wherever the change lies between the first two collisions: in sparse pictures from one."""
+    whole = trial()
+    begin = float(whole.frames[0]) + 4 * after
+    frame = whole.track.frame
+    end = float(whole.frames[-3] + whole.frames[-2]) / 2
+    kept = np.flatnonzero((frame > begin) & (frame < end) | (frame % 4 == 0))
+
+    ramp, _, found = seen_by_clock(rows_of(whole.track, kept))
+
+    assert isinstance(ramp, Ramp)
+    assert ramp.factor == 4
+    assert found.burst == len(whole.frames)
+    assert ramp.changes == pytest.approx(
+        np.interp([begin, end], frame[kept], range(len(kept))), abs=1
+    )
+
+
+def test_the_ball_at_rest_says_nothing_against_a_change() -> None:
+    whole = trial()
+    begin = float(whole.frames[0]) - 30.0
+    frame = whole.track.frame
+    kept = np.flatnonzero((frame > begin) | (frame % 4 == 0))
+
+    changes = rate_changes(gaps_of(rows_of(whole.track, kept)))
+
+    assert [round(1 / change.factor) for change in changes] == [4]
+    assert changes[0].picture == pytest.approx(begin / 4, abs=1)
+
+
+@pytest.mark.parametrize("end", [2, 4])
+def test_no_other_clock_makes_up_for_collisions_that_are_missed(end: int) -> None:
+    """Every eighth picture of a burst shows too few: that is no reason to change the rate."""
+    whole = trial(60.0)
+    kept = np.arange(0, len(whole.track.frame) * end // 4, 8)
+
+    clock, _, found = seen_by_clock(rows_of(whole.track, kept))
+
+    assert clock is None
+    assert found.doubts or found.shortcomings
+
+
+@pytest.mark.parametrize("ratio", [1.0, 4.0, 16.0, 60.0])
+def test_a_clip_of_one_rate_has_no_other_clock(ratio: float) -> None:
+    assert not list(ramps_of(trial(ratio).track))
+
+
+def test_a_clock_counts_many_times_where_pictures_are_left_out() -> None:
+    ramp = Ramp(np.arange(7.0), (2.0, 4.5), sparse_first=True, factor=4)
+
+    assert ramp.steady.tolist() == [0.0, 4.0, 8.0, 9.0, 10.0, 12.5, 16.5]
+
+
+def test_a_collision_told_by_a_clock_and_back_is_the_same() -> None:
+    hit = seen_collisions(trial().track).collisions[0]
+    ramp = Ramp(np.arange(200.0), (40.0, 90.0), sparse_first=False, factor=3)
+
+    for frame in (20.3, 61.7, 120.1):
+        there = ramp.timed(replace(hit, frame=frame))
+        back = ramp.shown(there)
+        assert back.frame == pytest.approx(frame)
+        assert back.velocity_after.ball_px_frame == pytest.approx(hit.velocity_after.ball_px_frame)
+
+
+def test_collisions_must_be_resolved_also_where_pictures_are_rare() -> None:
+    whole = trial()
+    ramp = Ramp(np.arange(80.0), (10.0,), sparse_first=True, factor=4)
+    hits = seen_collisions(whole.track).collisions
+
+    rare = [replace(hits[0], frame=12.0), replace(hits[1], frame=18.0)]
+    dense = [replace(hits[0], frame=50.0), replace(hits[1], frame=56.0)]
+
+    assert not ramp.resolves(rare)
+    assert ramp.resolves(dense)
+
+
+def test_a_cylinder_that_leaves_its_path_is_no_evidence() -> None:
+    whole = trial()
+    assert whole.track.heavy is not None
+    good = seen_collisions(whole.track)
+    # As if another thing was taken for it for a while, between two of its strokes.
+    begin, end = (int(whole.frames[place]) for place in (0, 2))
+    away = whole.track.heavy.position_px.copy()
+    away[begin + 8 : end - 8] += 8.0
+    bad = seen_collisions(replace(whole.track, heavy=replace(whole.track.heavy, position_px=away)))
+
+    assert good.borne_out
+    assert all(reason.cause is not Cause.STRAYS for reason in good.shortcomings)
+    assert not bad.borne_out
+
+
+def test_a_missed_pair_of_strokes_is_not_borne_out() -> None:
+    whole = trial()
+    middle = int(whole.frames[len(whole.frames) // 2])
+
+    # Frames left out for a while: two strokes lie in the gap.
+    before, after = part(whole.track, 0, middle - 20), part(whole.track, middle + 20)
+    assert before.heavy is not None
+    assert after.heavy is not None
+    bodies = [
+        replace(
+            a,
+            position_px=np.concatenate([a.position_px, b.position_px]),
+            sigma_px=np.concatenate([a.sigma_px, b.sigma_px]),
+        )
+        for a, b in ((before.ball, after.ball), (before.heavy, after.heavy))
+    ]
+    frame = np.arange(float(len(bodies[0].position_px)))
+
+    cut = replace(whole.track, frame=frame, ball=bodies[0], heavy=bodies[1])
+
+    assert not seen_collisions(cut).borne_out
+
+
+def test_a_clip_with_one_stroke_against_the_wall_alone_is_judged() -> None:
+    whole = trial()
+
+    found = seen_collisions(part(whole.track, int(whole.frames[0]) + 2, int(whole.frames[2]) - 2))
+
+    assert [collision.kind for collision in found.collisions] == ["wall"]
+    assert found.shortcomings
+    assert not found.borne_out

@@ -1,0 +1,120 @@
+"""Bodies side by side: which pixels are whose, and which places."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+from count_video.tracking.background import background_of
+from count_video.tracking.following import Followed
+from count_video.tracking.layers import apart
+from count_video.tracking.shape import Shape
+from count_video.tracking.sprite import Sprite, look, make_sprite
+from count_video.tracking.template import Body, Rough, learn
+
+Luma = NDArray[np.uint8]
+
+SIZE = 90, 300
+SIDE = 40
+TOP = 25
+"""Side of two square bodies in px, and the row at which they begin."""
+FRAMES = range(40)
+TOGETHER = 32
+"""So many frames long they touch; then one of them moves on alone."""
+EDGE_PX = 1.5
+"""Outlines are found to about half a pixel; the blur of a texture's last pixels adds to it."""
+
+
+def texture(seed: int, size: tuple[int, int], low: int, high: int) -> Luma:
+    rng = np.random.default_rng(seed)
+    coarse = rng.integers(low, high, (size[0] // 4 + 1, size[1] // 4 + 1))
+    return np.kron(coarse, np.ones((4, 4)))[: size[0], : size[1]].astype(np.uint8)
+
+
+def left_at(frame: int) -> float:
+    return 60.0 + 2.0 * frame
+
+
+def right_at(frame: int) -> float:
+    return left_at(frame) + SIDE + 5.0 * max(0, frame - TOGETHER)
+
+
+def pictures() -> dict[int, Luma]:
+    seen = {}
+    for frame in FRAMES:
+        picture = texture(1, SIZE, 90, 130)
+        for seed, x in ((2, left_at(frame)), (3, right_at(frame))):
+            body = texture(seed, (SIDE, SIDE), 20, 230)
+            picture[TOP : TOP + SIDE, round(x) : round(x) + SIDE] = body
+        seen[frame] = picture
+    return seen
+
+
+def shape_of_right() -> Shape:
+    whole = look(texture(3, (SIDE, SIDE), 20, 230), 0.0, 0.0, (SIDE, SIDE))
+    sprite = make_sprite(whole, np.ones((SIDE, SIDE), np.float32))
+    places = {frame: (right_at(frame), float(TOP)) for frame in FRAMES}
+    return Shape(places, (0.0, 0.0, SIDE - 1.0, SIDE - 1.0), sprite)
+
+
+def test_a_neighbour_that_touches_most_of_the_time_is_no_part_of_a_body() -> None:
+    path = {frame: (left_at(frame), float(TOP)) for frame in FRAMES}
+    right = shape_of_right()
+    known = [Shape(path, (0.0, 0.0, SIDE - 1.0, SIDE - 1.0)), right]
+    still = dict.fromkeys(FRAMES, (0.0, 0.0))
+    seen = pictures()
+    background = background_of(seen, still, dict.fromkeys(FRAMES, 1.0), known)
+    rough = Rough(path, (0.0, 0.0, float(SIDE), float(SIDE)), (-np.inf, np.inf))
+
+    body = learn(seen, background, rough, [right.places], [right])
+
+    assert body is not None
+    first = body.learnt[0]
+    right_px = body.sightings[first][0] + body.right_edge_px - left_at(first)
+    assert right_px == pytest.approx(SIDE - 0.5, abs=EDGE_PX)
+
+
+def test_a_body_is_painted_where_it_is() -> None:
+    right = shape_of_right()
+    piece = np.zeros((SIDE + 20, SIDE + 20), np.float32)
+    corner = right.places[0][0] - 10.0, TOP - 10.0
+
+    painted = right.paint(piece, 0, corner)
+
+    assert right.sprite is not None
+    inside = slice(10, 10 + SIDE)
+    assert np.array_equal(piece[inside, inside], right.sprite.appearance)
+    assert painted.sum() == SIDE * SIDE
+    assert not right.paint(piece, len(FRAMES), corner).any()  # not seen in that frame
+
+
+def sprite() -> Sprite:
+    return make_sprite(np.ones((SIDE, SIDE), np.float32), np.ones((SIDE, SIDE), np.float32))
+
+
+def followed(x_px: Floats) -> Followed:
+    body = Body(sprite(), 0.0, float(SIDE), False, {}, (), 1.0)
+    known = np.where(np.isfinite(x_px), 1.0, np.nan)
+    return Followed(body, x_px, TOP * known, 0.01 * known)
+
+
+def test_a_place_belongs_to_the_body_that_came_there_by_an_unbroken_path() -> None:
+    frame = np.arange(60.0)
+    stays = 200.0 + 0.5 * frame
+    leaves = np.where(frame < 40, 100.0 - 3.0 * frame, np.nan)
+    mistaken = np.where(frame < 50, leaves, stays)  # having left, it is taken for its like
+
+    first, second = apart([followed(mistaken), followed(stays)])
+
+    np.testing.assert_array_equal(first.x_px, leaves)
+    np.testing.assert_array_equal(second.x_px, stays)
+
+
+def test_what_never_moves_or_only_jumps_is_no_body() -> None:
+    frame = np.arange(60.0)
+    rests = np.full(60, 80.0)
+    jumps = 20.0 + 200.0 * (frame // 12 % 2)
+
+    assert apart([followed(rests), followed(jumps)]) == []
