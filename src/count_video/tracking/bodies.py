@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.background import Background, background_of
+from count_video.tracking.background import Background, background_of, camera_moved
 from count_video.tracking.camera import Camera, Motion
 from count_video.tracking.corners import follow_corners
 from count_video.tracking.following import Followed
@@ -51,9 +51,6 @@ LANDMARKS_OF = 16
 """What stands still is learnt from so many samples."""
 BACKGROUND_OF = 15
 """The background is the median of so many samples."""
-SCENE_BLOCKS_PX, STILL_SHARE = 1.0, 0.12
-"""If the background moves by so many px of a thumbnail, a smaller share than this of the blocks
-with edges can stay as they are."""
 TIMES_LEARNT, SETTLED_PX = 2, 2.0
 """Outlines are learnt at most so often, until their sizes change by less than this."""
 ROUNDS = 4
@@ -181,9 +178,8 @@ class _Scene:
         self._corners = follow_corners(small, samples.moved)
         self.shift_px: Floats = scene_path(self._corners)
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
-        if np.ptp(self.shift_px) > SCENE_BLOCKS_PX * small[0].shape[1] / samples.width_px:
-            # So far a camera does not move without a change of nearly all edges in the picture.
-            self.shift_px = self.shift_px * (samples.still_share < STILL_SHARE)
+        if self.shift_px.any() and not camera_moved(small, self.shift_px):
+            self.shift_px = np.zeros_like(self.shift_px)
 
     def proposals(self, known: Sequence[NDArray[np.bool_]] | None = None) -> list[Proposal]:
         """Find what may be a body where no known one is marked, in px of the clip's pictures."""

@@ -81,25 +81,39 @@ def rigid_groups(trajectories: Trajectories, scene_px: Floats) -> list[RigidGrou
 def scene_path(trajectories: Trajectories) -> Floats:
     """How far the camera has moved each sample, shape (samples, 2); 0 where nothing shows it.
 
-    Of the corners taken from the whole picture, those that keep their distances make rigid scenes;
-    the one that spreads furthest is the background.
+    Of the corners taken from the whole picture, those that keep their distances make rigid scenes.
+    The background is the calmest of them: bodies move further than a camera does, and where
+    anything stays in its place in the picture, so does the camera. Of scenes as calm it is the one
+    that spreads furthest.
     """
     whole = trajectories.anywhere & (trajectories.seen.mean(axis=1) > SCENE_SEEN)
     places, seen = trajectories.places_px[whole], trajectories.seen[whole]
     still = np.zeros(trajectories.places_px.shape[1:])
-    if len(places) < CORNERS_AT_LEAST:
+    joined = _joined(places, seen, still=True) if len(places) else np.empty((0, 0), np.bool_)
+    scenes = [np.flatnonzero(row) for row in joined if row.sum() >= CORNERS_AT_LEAST]
+    if not scenes:
         return still
-    joined = _joined(places, seen, still=True)
-    spread = [float(np.ptp(places[row][:, places.shape[1] // 2], axis=0).max()) for row in joined]
-    members = np.flatnonzero(joined[int(np.argmax(spread))])
-    if len(members) < CORNERS_AT_LEAST:
-        return still
+    motion = np.array([_motion_px(places[members]) for members in scenes])
+    spread = [float(np.nanmax(np.ptp(_means(places[members]), axis=0))) for members in scenes]
+    calm = motion < motion.min() + SHAKEN_PX
+    members = scenes[int(np.argmax(np.where(calm, spread, -1.0)))]
     path = _path(places[members], seen[members])
     if not np.isfinite(path).any():
         return still
     path -= np.nanmedian(path, axis=0)
     moves = float(np.nanmax(path) - np.nanmin(path)) > SHAKEN_PX
     return np.nan_to_num(path) if moves else still
+
+
+def _means(places: Points) -> Floats:
+    """Mean place of each corner, shape (corners, 2)."""
+    return np.asarray(np.nanmean(places, axis=1), np.float64)
+
+
+def _motion_px(places: Points) -> float:
+    """Root mean square displacement of corners from their mean places, in px."""
+    away = places - _means(places)[:, None]
+    return float(np.sqrt(np.nanmean(away**2)))
 
 
 def _moving(places: Points, seen: NDArray[np.bool_]) -> Indices:

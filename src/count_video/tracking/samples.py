@@ -34,8 +34,6 @@ PAIRS = 200
 MOVES_SIGMAS, MOVES_LEVELS = 6.0, 0.7
 """A block in which something moves changes by more than the noise and by more than this, in grey
 levels."""
-EDGE_LEVELS = 3.0
-"""Standard deviation of a block that holds an edge, in grey levels."""
 MEDIAN_OF = 31
 MOVED_SIGMAS = 3.0
 SEED = 20260101
@@ -53,8 +51,6 @@ class Samples:
     """Blocks of the picture in which anything moves, shape (rows, columns)."""
     width_px: int
     """Width of the thumbnails they were chosen by."""
-    still_share: float
-    """Share of the blocks with edges in which nothing moves."""
     moved: NDArray[np.bool_]
     """Where each sample differs from the median of all, shape (len(chosen), height, width) of a
     thumbnail."""
@@ -97,7 +93,7 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     noise, largest, active = _changes(level)
     if not active.any():
         none = np.empty((0, 1, 1), np.bool_)
-        return Samples(np.empty(0, np.intp), np.empty(0), active, 0, 1.0, none)
+        return Samples(np.empty(0, np.intp), np.empty(0), active, 0, none)
     share = CHANGE_SHARE
     chosen = _walk(level, noise, largest, share)
     while len(chosen) > SAMPLES_AT_MOST:
@@ -106,20 +102,8 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     even = np.linspace(0, len(level) - 1, min(SAMPLES_AT_LEAST, len(level))).astype(np.intp)
     together = np.union1d(chosen, even)
     some = [level[k] for k in together]
-    still = _still_share(some, active)
     width = thumbnails[0].shape[1]
-    return Samples(rows[together], gains[together], active, width, still, _moved(some))
-
-
-def _still_share(level: Sequence[Luma], active: NDArray[np.bool_]) -> float:
-    """Share of the blocks with edges in which nothing moves; 0 where there are no edges."""
-    middle = median_picture(level[:: max(1, len(level) // MEDIAN_OF)])
-    mean, square = (
-        cv2.resize(one, active.shape[::-1], interpolation=cv2.INTER_AREA)
-        for one in (middle.astype(np.float32), middle.astype(np.float32) ** 2)
-    )
-    edges = square - mean**2 > EDGE_LEVELS**2
-    return float(np.mean(~active[edges])) if edges.any() else 0.0
+    return Samples(rows[together], gains[together], active, width, _moved(some))
 
 
 def differences(pictures: Sequence[Luma]) -> list[Luma]:
