@@ -35,9 +35,9 @@ from count_video.tracking.observation import Observation, observe, pair_tracks
 from count_video.tracking.view import Region, TrackSettings
 
 PARTS = (
-    "what was followed as ball and heavy body may be parts of them: the ball is not round, and "
-    "their outlines do not meet where they collide; light the bodies better, or give their part "
-    "of the picture with --region"
+    "what was followed as ball and heavy body may be parts of them: their outlines do not meet "
+    "where they collide, and their motion shows no momentum to be kept; light the bodies better, "
+    "or give their part of the picture with --region"
 )
 STROKE_SIGMAS = 4.0
 """The heavy body's path shows the strokes if they exceed their uncertainty by this factor."""
@@ -119,14 +119,14 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
 
 
 def _may_be_bodies(trial: Trial) -> bool:
-    """Whether what was followed to a wall is round, or touches, or shows momentum to be kept.
+    """Whether what was followed to a wall touches, shows momentum to be kept, or obeys the law.
 
     Parts of bodies that were followed do none of these.
     """
     if trial.found is None or trial.track is None:
         return True
     touching = trial.result.millimetres_per_px is not None
-    return trial.track.ball_is_round is True or touching or _strokes_show(trial)
+    return touching or isinstance(trial.between, Between) or _strokes_show(trial)
 
 
 def _likeliest(
