@@ -70,7 +70,8 @@ class Movers:
     motion: Motion | None
     """How the camera moved, by image x and y; None where it stood."""
     unexplained: float
-    """Share of what differs from the background that is outside of the bodies."""
+    """Share of what differs from the background that is outside of the bodies, in the typical
+    picture."""
 
 
 NOTHING_MOVES = Movers([], 0.0, upright=False, motion=None, unexplained=0.0)
@@ -119,7 +120,8 @@ def find_movers(
     sampled = ByFrame(views, rows)
     clip = Clip(views, frames, sampled, scene.background(sampled, upright, []), slope, shift)
     followed = _followed(clip, scene, roughs, (upright, enough))
-    left = share_unexplained(scene.small, scene.hidden(clip, followed, upright))
+    hidden = scene.hidden(clip, followed, upright)
+    left = share_unexplained(scene.small, samples.chosen, hidden)
     if motion is not None:
         followed = [_less_sure(seen, motion, upright) for seen in followed]
     return Movers(followed, tilt, upright, motion, left)
@@ -145,7 +147,8 @@ def _followed(
         proposals = scene.proposals(scene.hidden(few, found, upright))
         roughs = roughly([turned(one) for one in proposals] if upright else proposals, few.frames)
     if found:
-        _, found = _learnt_again(few, scene, found, upright, times=TIMES_LEARNT)
+        few, found = _learnt_again(few, scene, found, upright, times=TIMES_LEARNT)
+    clip = replace(clip, background=few.background)
     return apart([clip.follow(seen.body) for seen in found])
 
 

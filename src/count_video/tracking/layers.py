@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.background import Background
-from count_video.tracking.following import Followed, follow
+from count_video.tracking.following import Followed, Scene, follow
 from count_video.tracking.shape import Place, Shape
 from count_video.tracking.template import Body, Rough, learn
 from count_video.tracking.views import Chosen
@@ -54,7 +54,8 @@ class Clip:
 
     def follow(self, body: Body) -> Followed:
         """Find a body in all pictures."""
-        return follow(self.pictures, self.frames, body, self.slope, self.shift_px)
+        scene = Scene(self.background.luma, self.slope, self.shift_px)
+        return follow(self.pictures, self.frames, body, scene)
 
     def as_learnt(self, body: Body) -> Followed:
         """Take a body to be where it was when it was learnt, without an uncertainty."""
@@ -104,7 +105,7 @@ def apart(followed: Sequence[Followed]) -> list[Followed]:
     """Bodies that move, each only once and each in a place of its own."""
     once: list[Followed] = []
     for seen in followed:
-        if not any(same_body(seen, other) for other in once):
+        if _moves(seen) and not any(same_body(seen, other) for other in once):
             once.append(seen)
     paths = [_unbroken(seen) for seen in once]
     lost = [np.zeros(len(path), np.bool_) for path in paths]

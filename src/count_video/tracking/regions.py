@@ -40,8 +40,6 @@ SAMPLES_AT_LEAST = 6
 HELD_SHARE = 0.6
 """A region that holds this share of a group's corners shows the group's body."""
 INNER_QUANTILE = 0.3
-ODD_FACTOR = 3.0
-"""Samples count as if they differed from the background by this factor more than usual at most."""
 TRAVEL_SIZES = 0.15
 """A path shorter than this share of the region's size is no motion."""
 
@@ -103,19 +101,20 @@ def find_regions(
     return Regions(boxes, sums, scale)
 
 
-def share_unexplained(pictures: Sequence[Luma], known: Sequence[NDArray[np.bool_]]) -> float:
-    """Share of all differences from the background that lies outside of the known bodies.
+def share_unexplained(
+    pictures: Sequence[Luma], rows: NDArray[np.intp], known: Sequence[NDArray[np.bool_]]
+) -> float:
+    """Share of the differences from the background that lies outside of the known bodies.
 
-    A few samples that differ altogether, as those of a title do, count like others.
+    That of the typical picture of the clip, of which these are those with the numbers ``rows``: a
+    hand that is there at the beginning moves most, but not for long.
     """
     changes, _ = _changes(pictures)
     whole = np.array([float(one.sum()) for one in changes])
     _leave_out(changes, known)
     rest = np.array([float(one.sum()) for one in changes])
-    most = ODD_FACTOR * float(np.median(whole))
-    weight = np.minimum(whole, most) / np.maximum(whole, 1.0)
-    total = float((whole * weight).sum())
-    return float((rest * weight).sum()) / total if total > 0 else 0.0
+    share = np.divide(rest, whole, out=np.zeros_like(rest), where=whole > 0)
+    return float(np.median(np.interp(np.arange(rows[0], rows[-1] + 1), rows, share)))
 
 
 def _changes(pictures: Sequence[Luma]) -> tuple[list[Luma], int]:

@@ -154,7 +154,7 @@ def learn(
         places, agreement = _registered(pictures, moved, cut.outline)
         corner, shape = _plus(corner, cut.corner), cut.outline.sprite.shape
         margin = round(SURROUNDINGS * max(shape))
-    if cut is None or len(places) < SIGHTINGS_AT_LEAST:
+    if cut is None or len(places) < SIGHTINGS_AT_LEAST or shape[0] * shape[1] > largest:
         return None
     return _body(cut.outline, rough.path_px, places, (corner, agreement))
 
