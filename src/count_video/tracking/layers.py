@@ -105,7 +105,7 @@ def apart(followed: Sequence[Followed]) -> list[Followed]:
     """Bodies that move, each only once and each in a place of its own."""
     once: list[Followed] = []
     for seen in followed:
-        if _moves(seen) and not any(same_body(seen, other) for other in once):
+        if _moves_on(seen) and not any(same_body(seen, other) for other in once):
             once.append(seen)
     paths = [_unbroken(seen) for seen in once]
     lost = [np.zeros(len(path), np.bool_) for path in paths]
@@ -118,12 +118,24 @@ def apart(followed: Sequence[Followed]) -> list[Followed]:
 
 def _unbroken(seen: Followed) -> NDArray[np.intp]:
     """Length of the unbroken path that each sighting is part of, shape (n,)."""
-    known = np.flatnonzero(np.isfinite(seen.x_px))
     length = np.zeros(len(seen.x_px), np.intp)
-    pieces = np.split(known, np.flatnonzero(_jumps(seen)) + 1)
-    for piece in pieces:
+    for piece in _pieces(seen):
         length[piece] = len(piece)
     return length
+
+
+def _pieces(seen: Followed) -> list[NDArray[np.intp]]:
+    """Which pictures show the unbroken pieces of a path."""
+    known = np.flatnonzero(np.isfinite(seen.x_px))
+    return np.split(known, np.flatnonzero(_jumps(seen)) + 1)
+
+
+def _moves_on(seen: Followed) -> bool:
+    """Whether a template moves on in some piece of its path, and does not only jump."""
+    ways = [
+        np.ptp(seen.x_px[piece]) + np.ptp(seen.y_px[piece]) for piece in _pieces(seen) if len(piece)
+    ]
+    return max(ways, default=0.0) > MOVES_PX
 
 
 def _overlap(one: Followed, other: Followed) -> NDArray[np.bool_]:
