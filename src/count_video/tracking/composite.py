@@ -60,22 +60,22 @@ class Pieces:
 def cut_pieces(
     source: tuple[Mapping[int, Luma], Background, Sequence[Shape]],
     places: Mapping[int, Place],
-    shape_and_margin: tuple[tuple[int, int], int],
+    shape_and_margin: tuple[tuple[int, int], tuple[int, int]],
 ) -> Pieces:
-    """Cut pieces out of pictures at these places, with a margin around."""
+    """Cut pieces out of pictures at these places, with a margin of some rows and columns around."""
     pictures, background, known = source
     (height, width), margin = shape_and_margin
-    corners = np.array(list(places.values())) - margin
+    corners = np.array(list(places.values())) - margin[::-1]
     size = background.luma.shape
     columns, rows = (
-        _shown(corners[:, axis], length + 2 * margin, size[1 - axis])
+        _shown(corners[:, axis], length + 2 * margin[1 - axis], size[1 - axis])
         for axis, length in enumerate((width, height))
     )
-    shape = height + 2 * margin - sum(rows), width + 2 * margin - sum(columns)
+    shape = height + 2 * margin[0] - sum(rows), width + 2 * margin[1] - sum(columns)
     boxes = [one for one in known if one.sprite is None]
     seen, behind, covered, others = [], [], [], []
     for frame, inner in places.items():
-        place = inner[0] + (columns[0] - margin), inner[1] + (rows[0] - margin)
+        place = inner[0] + (columns[0] - margin[1]), inner[1] + (rows[0] - margin[0])
         beyond = _outside(place, shape, pictures[frame].shape)
         back = background.behind(frame, place, shape)
         body = [one.paint(back, frame, place) for one in known if one.sprite is not None]

@@ -27,8 +27,9 @@ from count_video.tracking.sprite import Sprite, look, make_sprite
 
 Luma = NDArray[np.uint8]
 
-SURROUNDINGS = 0.6
-"""The surroundings that are averaged too, on all sides, as a share of the box's longer side."""
+SURROUNDINGS, ENDS_APART = 0.6, 1.5
+"""The surroundings that are averaged too, on all sides, as a share of the box's longer side, and at
+both ends also of its height: the other end of a plain body may be so far away."""
 EDGE_PX = 3
 """So far around what moves with a body its blurred edges reach."""
 WIDE_ROWS = 0.45
@@ -41,7 +42,9 @@ GAP_SHARES = 0.1, 0.15
 row to row and from column to column, are its own."""
 PART_SHARE = 0.1
 """A long plain body shows its two ends and nothing between them: parts at least so large, as a
-share of the largest, belong to it."""
+share of the largest, belong to it if they lie in its box, ..."""
+AS_HIGH_SHARE = 0.6
+"""... and parts beside it if they are nearly as high, in this share of its rows."""
 PICTURES, PICTURES_AT_LEAST, PIXELS = 40, 12, 2_000_000
 """A template is the median of so many pictures; of large bodies of fewer, so that all pieces have
 no more pixels than this together."""
@@ -132,9 +135,9 @@ def learn(
     """
     left, top, right, bottom = (round(edge) for edge in rough.box)
     shape = bottom - top, right - left
-    margin = round(SURROUNDINGS * max(shape))
+    margin = _margin(shape)
     rarity = _rarity(rough.path_px, others)
-    chosen = _some(rarity, (shape[0] + 2 * margin, shape[1] + 2 * margin))
+    chosen = _some(rarity, (shape[0] + 2 * margin[0], shape[1] + 2 * margin[1]))
     places = {k: _plus(rough.path_px[k], (left, top)) for k in chosen if k in pictures}
     if rough.blurred:
         places = _aligned(pictures, places, shape)
@@ -153,10 +156,16 @@ def learn(
         moved = {k: _plus(place, cut.corner) for k, place in places.items()}
         places, agreement = _registered(pictures, moved, cut.outline)
         corner, shape = _plus(corner, cut.corner), cut.outline.sprite.shape
-        margin = round(SURROUNDINGS * max(shape))
+        margin = _margin(shape)
     if cut is None or len(places) < SIGHTINGS_AT_LEAST or shape[0] * shape[1] > largest:
         return None
     return _body(cut.outline, rough.path_px, places, (corner, agreement))
+
+
+def _margin(shape: tuple[int, int]) -> tuple[int, int]:
+    """Rows and columns around a box of this shape that are averaged too."""
+    around = SURROUNDINGS * max(shape)
+    return round(around), round(max(around, ENDS_APART * shape[0]))
 
 
 @dataclass(frozen=True)
@@ -169,7 +178,7 @@ class _Cut:
 
 
 def _own_part(
-    mean: Mean, shape: tuple[int, int], margin: int, fence: tuple[float, float]
+    mean: Mean, shape: tuple[int, int], margin: tuple[int, int], fence: tuple[float, float]
 ) -> _Cut | None:
     """Cut out what moves with the body and hangs together with its box; None if nothing does.
 
@@ -186,15 +195,15 @@ def _own_part(
         mean.variance[top:bottom, left:right],
         own[top:bottom, left:right],
     )
-    begin = left - margin
+    begin = left - margin[1]
     outline = find_outline(part, (fence[0] - begin, fence[1] - begin))
     if outline is None:
         return None
-    return _Cut(outline, (begin + outline.begin_px, top - margin))
+    return _Cut(outline, (begin + outline.begin_px, top - margin[0]))
 
 
 def _connected(
-    moving: NDArray[np.bool_] | None, shape: tuple[int, int], margin: int
+    moving: NDArray[np.bool_] | None, shape: tuple[int, int], margin: tuple[int, int]
 ) -> NDArray[np.bool_] | None:
     """Part of what moves with a body that hangs together with its box, without threads."""
     if moving is None:
@@ -205,24 +214,26 @@ def _connected(
     whole = cv2.morphologyEx(moving.astype(np.uint8), cv2.MORPH_CLOSE, gap)
     opened = cv2.morphologyEx(whole, cv2.MORPH_OPEN, kernel)
     _, labels = cv2.connectedComponents(opened)
-    inner = labels[margin : margin + shape[0], margin : margin + shape[1]]
-    held = np.bincount(inner.ravel(), minlength=2)
+    box = tuple(slice(begin, begin + size) for begin, size in zip(margin, shape, strict=True))
+    inner = labels[box]
+    held = np.bincount(inner.ravel(), minlength=max(2, int(labels.max()) + 1))
     held[0] = 0
     if not held.any():
         return None
-    parts = np.flatnonzero(held > PART_SHARE * held.max())
-    own = _without_threads(np.isin(labels, parts), margin, shape)
+    parts = held > PART_SHARE * held.max()
+    rows = (labels == np.argmax(held)).any(axis=1)
+    beside = [(labels[rows] == k).any(axis=1).mean() > AS_HIGH_SHARE for k in range(len(held))]
+    beside[0] = False
+    own = _without_threads(np.isin(labels, np.flatnonzero(parts | beside)), box)
     return np.asarray((cv2.dilate(own.astype(np.uint8), kernel) > 0) & moving)
 
 
-def _without_threads(
-    own: NDArray[np.bool_], margin: int, shape: tuple[int, int]
-) -> NDArray[np.bool_]:
+def _without_threads(own: NDArray[np.bool_], box: tuple[slice, ...]) -> NDArray[np.bool_]:
     """Keep the rows about the widest one of the box that are nearly as wide."""
     last = own.shape[1] - np.argmax(own[:, ::-1], axis=1)
     wide = np.where(own.any(axis=1), last - np.argmax(own, axis=1), 0)
-    inner = wide[margin : margin + shape[0]]
-    middle = margin + int(np.argmax(inner))
+    inner = wide[box[0]]
+    middle = box[0].start + int(np.argmax(inner))
     narrow = np.flatnonzero(wide < WIDE_ROWS * inner.max())
     begin = int(narrow[narrow < middle].max(initial=-1)) + 1
     end = int(narrow[narrow > middle].min(initial=len(wide)))
