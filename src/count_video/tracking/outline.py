@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.circle import RADIUS_SHARE, Circle, circle_through
+from count_video.tracking.circle import Circle, circle_through
 from count_video.tracking.peak import beyond, peak_of
 from count_video.tracking.sprite import Pixels, Sprite, make_sprite
 
@@ -26,7 +26,7 @@ PIECE_HEIGHT = 0.2
 """A piece of the outline has these shares of the clearest piece's weight and of the height."""
 BEYOND_OUTLINE_PX = 2
 """Pixels kept beyond the outline: the blurred edge reaches that far."""
-RADIUS_SHARE_OF_MOVING = 0.2, 0.7
+RADIUS_SHARE = 0.2, 0.7
 """Radius of a ball as a share of the height: the blur around small ones is part of what moves."""
 OUTSIDE_SHARE = 0.35
 """A circle is the outline if no larger share of what moves lies outside of it."""
@@ -45,9 +45,8 @@ class Mean:
 
     appearance: Pixels
     variance: Pixels
-    moving: NDArray[np.bool_] | None = None
-    """Where the pictures agree with each other better than with the background; None where no
-    background is known."""
+    moving: NDArray[np.bool_]
+    """Where the pictures agree with each other better than with the background."""
 
 
 @dataclass(frozen=True)
@@ -71,22 +70,16 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     """
     slope = np.gradient(mean.appearance)[1]
     clarity = np.abs(slope) / np.sqrt(mean.variance)
-    if mean.moving is not None:
-        clarity[~mean.moving] = 0
+    clarity[~mean.moving] = 0
     columns = np.arange(clarity.shape[1])
     clarity[:, (columns < fence[0]) | (columns > fence[1])] = 0
     body = _own_edges(clarity)
-    radius = RADIUS_SHARE if mean.moving is None else RADIUS_SHARE_OF_MOVING
-    circle = circle_through(*_edge_points(np.where(body, clarity, 0)), clarity.shape, radius)
-    inside = _within(circle, body.shape)
-    if (
-        mean.moving is not None
-        and (mean.moving & ~inside).mean() > OUTSIDE_SHARE * mean.moving.mean()
-    ):
-        circle = None
+    points = _edge_points(np.where(body, clarity, 0)), _ends(mean, slope, fence)
+    circles = (circle_through(*some, clarity.shape, RADIUS_SHARE) for some in points)
+    circle = next((one for one in circles if one is not None and _holds(one, mean)), None)
     if circle is not None:
-        body &= inside
-    elif mean.moving is not None and body.any(axis=1).sum() < FAINT_SHARE * body.shape[0]:
+        body = mean.moving & _within(circle, body.shape)
+    elif body.any(axis=1).sum() < FAINT_SHARE * body.shape[0]:
         # Too faint for edges of its own: what moves together, less the blur of the decision.
         body = cv2.erode(mean.moving.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     rows = np.flatnonzero(body.sum(axis=1) >= 3)
@@ -103,10 +96,24 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     return _cut_out(mean, (rows, left, right), ends, circle is not None)
 
 
-def _within(circle: Circle | None, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Mark a circle with its blurred edge, shape (height, width); everything without a circle."""
-    if circle is None:
-        return np.ones(shape, np.bool_)
+def _ends(mean: Mean, slope: Pixels, fence: tuple[float, float]) -> tuple[Floats, NDArray[np.intp]]:
+    """Places and rows of the steepest edges near both ends of what moves in each row."""
+    columns = np.arange(slope.shape[1])
+    own = mean.moving & (columns >= fence[0]) & (columns <= fence[1])
+    rows = np.flatnonzero(own.any(axis=1))
+    first = np.argmax(own[rows], axis=1)
+    last = own.shape[1] - 1 - np.argmax(own[rows, ::-1], axis=1)
+    return np.r_[_edges(slope, rows, first, 1), _edges(slope, rows, last, -1)], np.r_[rows, rows]
+
+
+def _holds(circle: Circle, mean: Mean) -> bool:
+    """Whether a circle holds most of what moves."""
+    outside = mean.moving & ~_within(circle, mean.moving.shape)
+    return bool(outside.sum() <= OUTSIDE_SHARE * mean.moving.sum())
+
+
+def _within(circle: Circle, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Mark a circle with its blurred edge, shape (height, width)."""
     y, x = np.indices(shape)
     away = np.hypot(x - circle.x_px, y - circle.y_px)
     return np.asarray(away < circle.radius_px + BEYOND_OUTLINE_PX)
@@ -124,8 +131,7 @@ def _cut_out(
         mask[row, max(0, first - BEYOND_OUTLINE_PX) : last + BEYOND_OUTLINE_PX + 1] = True
     columns = np.flatnonzero(mask.any(axis=0))
     begin, end = int(columns[0]), int(columns[-1]) + 1
-    if mean.moving is not None:
-        mask &= mean.moving
+    mask &= mean.moving
     weight = np.where(mask, 1 / mean.variance, 0)[:, begin:end]
     sprite = make_sprite(mean.appearance[:, begin:end], weight.astype(np.float32))
     return Outline(sprite, ends[0] - begin, ends[1] - begin, round_, begin)
@@ -165,16 +171,20 @@ def _edge_points(clarity: Pixels) -> tuple[Floats, NDArray[np.intp]]:
 def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> float:
     """Find the outermost point of one side of the outline, to a small part of a pixel.
 
-    In every row the edge is the steepest place within a few pixels of the mask's end. About where
-    the outermost one is tells a quantile over the rows, which a stray row does not move; it would
-    take noise for outline, so the mean of the edges nearby stands for it.
+    About where the outermost edge is tells a quantile over the rows, which a stray row does not
+    move; it would take noise for outline, so the mean of the edges nearby stands for it.
     """
+    edges = _edges(slope, rows, ends, inward)
+    outermost = float(np.quantile(edges, 0.1 if inward > 0 else 0.9, method="nearest"))
+    return float(edges[np.abs(edges - outermost) <= NEAR_OUTERMOST_PX].mean())
+
+
+def _edges(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> Floats:
+    """Edge of each row: the steepest place within a few px of the mask's end."""
     steepest = []
-    for row, end in zip(rows, ends, strict=True):
+    for row, end in zip(rows.tolist(), ends.tolist(), strict=True):
         begin, stop = sorted((end - (EDGE_REACH_PX - 1) * inward, end + EDGE_REACH_PX * inward))
         begin, stop = max(begin, 0), min(stop + 1, slope.shape[1])
         steepness = np.abs(slope[row, begin:stop])
         steepest.append(begin + peak_of(steepness, int(np.argmax(steepness))))
-    edges = np.array(steepest)
-    outermost = float(np.quantile(edges, 0.1 if inward > 0 else 0.9, method="nearest"))
-    return float(edges[np.abs(edges - outermost) <= NEAR_OUTERMOST_PX].mean())
+    return np.array(steepest)

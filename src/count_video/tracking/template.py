@@ -203,11 +203,9 @@ def _own_part(
 
 
 def _connected(
-    moving: NDArray[np.bool_] | None, shape: tuple[int, int], margin: tuple[int, int]
+    moving: NDArray[np.bool_], shape: tuple[int, int], margin: tuple[int, int]
 ) -> NDArray[np.bool_] | None:
     """Part of what moves with a body that hangs together with its box, without threads."""
-    if moving is None:
-        return None
     width = max(NEIGHBOURHOOD_PX + 4, round(THREAD_SHARE * min(shape))) | 1
     kernel = np.ones((width, width), np.uint8)
     gap = np.ones([round(share * min(shape)) | 1 for share in GAP_SHARES], np.uint8)
