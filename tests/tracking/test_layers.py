@@ -63,7 +63,8 @@ def test_the_camera_moves_the_background_and_not_what_stands_in_it() -> None:
 
 def before_the_scene(body_px: NDArray[np.float64], scene_px: NDArray[np.float64]) -> list[NDArray]:
     """Pictures of a large body, striped across its way, and of a scene that move on their own."""
-    wide = np.tile(scene(), (1, 3))
+    coarse = np.random.default_rng(5).integers(40, 140, (SIZE[0] // 6, SIZE[1] // 2))
+    wide = np.kron(coarse, np.ones((6, 6))).astype(np.uint8)
     striped = np.repeat(np.random.default_rng(6).integers(0, 255, (40, 1)), 90, axis=1)
     pictures = []
     for x, shake in zip(body_px, scene_px, strict=True):

@@ -31,13 +31,10 @@ POORER_SIDE = 0.1
 """In the rows within 0.7 radii of the centre the outermost points must lie this near to the circle,
 in these shares of the rows on either side. A square's side can be that near to a circle in up to
 70 % of them; a ball's far side may fade into what lies behind."""
-LARGE_PX = 24.0
-SECTORS_NEARLY_ALL, EITHER_SIDE = 20, 0.4
-SECTORS_ALL = 22
+LARGE_PX, SQUARE_SECTORS, NEARLY_ALL = 24.0, 16, 22
 """No straight side is mistaken for the arc of a circle at least this large: a square is near to it
-in no more than 16 sectors. If points lie in nearly all sectors, a smaller share of the rows will
-do; if in all but a few, none need be outermost: a ball that hardly moves keeps parts of what lies
-behind it."""
+in no more than so many sectors. If more hold points, one side will do, and if nearly all do, none
+need be outermost: a ball that hardly moves keeps parts of what lies behind it."""
 POINTS_AT_LEAST = 16
 POINTS_AT_MOST = 500
 """More points are thinned out at random: the vote does not need them."""
@@ -166,9 +163,8 @@ def _shown(points: Floats, circle: Floats) -> bool:
     """Whether the circle is the outline: all around, and outermost in most rows."""
     sectors = int(_votes(points, circle[None])[0])
     poorer, better = sorted(_outermost_share(points, circle, side) for side in (-1, 1))
-    nearly = sectors >= SECTORS_NEARLY_ALL and poorer >= EITHER_SIDE
-    if circle[2] >= LARGE_PX and (sectors >= SECTORS_ALL or nearly):
-        return True
+    if circle[2] >= LARGE_PX and sectors > SQUARE_SECTORS:
+        return better >= BETTER_SIDE or sectors >= NEARLY_ALL
     return sectors >= SECTORS_AT_LEAST and poorer >= POORER_SIDE and better >= BETTER_SIDE
 
 
