@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.circle import Circle, circle_through
+from count_video.tracking.circle import LARGE_PX, Circle, circle_through
 from count_video.tracking.peak import beyond, peak_of
 from count_video.tracking.sprite import Pixels, Sprite, make_sprite
 
@@ -74,9 +74,11 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     columns = np.arange(clarity.shape[1])
     clarity[:, (columns < fence[0]) | (columns > fence[1])] = 0
     body = _own_edges(clarity)
-    points = _edge_points(np.where(body, clarity, 0)), _ends(mean, slope, fence)
-    circles = (circle_through(*some, clarity.shape, RADIUS_SHARE) for some in points)
-    circle = next((one for one in circles if one is not None and _holds(one, mean)), None)
+    circle = circle_through(*_edge_points(np.where(body, clarity, 0)), clarity.shape, RADIUS_SHARE)
+    if circle is None or not _holds(circle, mean):
+        circle = circle_through(*_ends(mean, slope, fence), clarity.shape, RADIUS_SHARE)
+        if circle is not None and (circle.radius_px < LARGE_PX or not _holds(circle, mean)):
+            circle = None
     if circle is not None:
         body = mean.moving & _within(circle, body.shape)
     elif body.any(axis=1).sum() < FAINT_SHARE * body.shape[0]:

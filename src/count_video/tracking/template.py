@@ -44,7 +44,8 @@ PART_SHARE = 0.1
 """A long plain body shows its two ends and nothing between them: parts at least so large, as a
 share of the largest, belong to it if they lie in its box, ..."""
 AS_HIGH_SHARE = 0.6
-"""... and parts beside it if they are nearly as high, in this share of its rows."""
+"""... and beside a box that is higher than wide parts that are nearly as high, in this share of its
+rows: it may be that of one end."""
 PICTURES, PICTURES_AT_LEAST, PIXELS = 40, 12, 2_000_000
 """A template is the median of so many pictures; of large bodies of fewer, so that all pieces have
 no more pixels than this together."""
@@ -135,9 +136,9 @@ def learn(
     """
     left, top, right, bottom = (round(edge) for edge in rough.box)
     shape = bottom - top, right - left
-    margin = _margin(shape)
+    margin = _margin(shape, rough)
     rarity = _rarity(rough.path_px, others)
-    chosen = _some(rarity, (shape[0] + 2 * margin[0], shape[1] + 2 * margin[1]))
+    chosen = _some(rarity, (shape[0] + 2 * margin[0], shape[1] + 2 * margin[0]))
     places = {k: _plus(rough.path_px[k], (left, top)) for k in chosen if k in pictures}
     if rough.blurred:
         places = _aligned(pictures, places, shape)
@@ -156,16 +157,17 @@ def learn(
         moved = {k: _plus(place, cut.corner) for k, place in places.items()}
         places, agreement = _registered(pictures, moved, cut.outline)
         corner, shape = _plus(corner, cut.corner), cut.outline.sprite.shape
-        margin = _margin(shape)
+        margin = _margin(shape, rough)
     if cut is None or len(places) < SIGHTINGS_AT_LEAST or shape[0] * shape[1] > largest:
         return None
     return _body(cut.outline, rough.path_px, places, (corner, agreement))
 
 
-def _margin(shape: tuple[int, int]) -> tuple[int, int]:
+def _margin(shape: tuple[int, int], rough: Rough) -> tuple[int, int]:
     """Rows and columns around a box of this shape that are averaged too."""
     around = SURROUNDINGS * max(shape)
-    return round(around), round(max(around, ENDS_APART * shape[0]))
+    ends = 0.0 if rough.blurred or shape[1] > shape[0] else ENDS_APART * shape[0]
+    return round(around), round(max(around, ends))
 
 
 @dataclass(frozen=True)
@@ -220,9 +222,10 @@ def _connected(
         return None
     parts = held > PART_SHARE * held.max()
     rows = (labels == np.argmax(held)).any(axis=1)
-    beside = [(labels[rows] == k).any(axis=1).mean() > AS_HIGH_SHARE for k in range(len(held))]
-    beside[0] = False
-    own = _without_threads(np.isin(labels, np.flatnonzero(parts | beside)), box)
+    if shape[1] <= shape[0]:
+        high = [(labels[rows] == k).any(axis=1).mean() for k in range(1, len(held))]
+        parts[1:] |= np.array(high) > AS_HIGH_SHARE
+    own = _without_threads(np.isin(labels, np.flatnonzero(parts)), box)
     return np.asarray((cv2.dilate(own.astype(np.uint8), kernel) > 0) & moving)
 
 
