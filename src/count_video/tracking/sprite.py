@@ -202,9 +202,15 @@ def _cut(picture: Picture, left: int, top: int, shape: tuple[int, int]) -> Pictu
     rows, columns = picture.shape
     if left >= 0 and top >= 0 and left + width <= columns and top + height <= rows:
         return picture[top : top + height, left : left + width]
-    y = np.clip(np.arange(top, top + height), 0, rows - 1)
-    x = np.clip(np.arange(left, left + width), 0, columns - 1)
-    return picture[np.ix_(y, x)]
+    inside = picture[max(0, top) : max(0, top + height), max(0, left) : max(0, left + width)]
+    if inside.size == 0:  # nothing but the border, going on
+        y = np.clip(np.arange(top, top + height), 0, rows - 1)
+        x = np.clip(np.arange(left, left + width), 0, columns - 1)
+        return picture[np.ix_(y, x)]
+    above, before = max(0, -top), max(0, -left)
+    around = above, height - above - inside.shape[0], before, width - before - inside.shape[1]
+    border = cv2.BORDER_REPLICATE
+    return np.asarray(cv2.copyMakeBorder(np.ascontiguousarray(inside), *around, border), np.uint8)
 
 
 def smooth(piece: Picture | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
