@@ -220,12 +220,16 @@ def _connected(
     held[0] = 0
     if not held.any():
         return None
-    parts = held > PART_SHARE * held.max()
-    rows = (labels == np.argmax(held)).any(axis=1)
+    main = labels == np.argmax(held)
+    rows, columns = main.any(axis=1), main.any(axis=0)
+    numbers = np.flatnonzero(np.bincount(labels.ravel()))[1:]
+    beside = [k for k in numbers if not (labels[:, columns] == k).any()]
+    as_high = [k for k in beside if (labels[rows] == k).any(axis=1).mean() > AS_HIGH_SHARE]
+    held[beside] = 0
+    parts = np.flatnonzero(held > PART_SHARE * held.max()).tolist()
     if shape[1] <= shape[0]:
-        high = [(labels[rows] == k).any(axis=1).mean() for k in range(1, len(held))]
-        parts[1:] |= np.array(high) > AS_HIGH_SHARE
-    own = _without_threads(np.isin(labels, np.flatnonzero(parts)), box)
+        parts += as_high
+    own = _without_threads(np.isin(labels, parts), box)
     return np.asarray((cv2.dilate(own.astype(np.uint8), kernel) > 0) & moving)
 
 
