@@ -51,7 +51,8 @@ PICTURES, PICTURES_AT_LEAST, PIXELS = 40, 12, 2_000_000
 no more pixels than this together."""
 ROUND_HEIGHT = 0.87, 1.15
 """Height of the rows at least half as wide as a ball's outline, over its width."""
-ROUNDS = 3
+ROUNDS, ROUNDS_AGAIN = 3, 2
+"""So often a body is cut out and registered: once less if its places are known already."""
 AREA_SHARE = 0.6
 """What fills more of the picture than this is the scene."""
 SIGHTINGS_AT_LEAST = 4
@@ -145,7 +146,7 @@ def learn(
     cut: _Cut | None = None
     corner, agreement = (float(left), float(top)), 0.0
     largest = AREA_SHARE * float(background.luma.size)
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if rough.corners is not None else ROUNDS_AGAIN):
         if len(places) < SIGHTINGS_AT_LEAST or shape[0] * shape[1] > largest:
             return None
         fence = rough.fence[0] - corner[0], rough.fence[1] - corner[0]
