@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from evidence_made import CLIP, Made
 from matplotlib.axes import Axes
+from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 from PIL import Image
@@ -23,7 +24,7 @@ from count_video.reports.campaign_page import campaign_figure
 from count_video.reports.drawing import MARKS, drawable, picture_bytes, rgb
 from count_video.reports.figure import panel_figures, thumbnail_jpeg, trial_figure
 from count_video.reports.frame_samples import SpaceTimeSampler
-from count_video.reports.material import Material, SpaceTime
+from count_video.reports.material import Material, SpaceTime, measured_states, scale_of
 from count_video.reports.theory_picture import theory_figure
 from table_rows import row, rows_of
 from tiers import rest_slow
@@ -198,6 +199,31 @@ def test_the_measured_states_start_on_the_circle_and_keep_their_energy(
     assert energy[0] == pytest.approx(100.0)
     # The set-up is lossless; velocities are measured to a few per cent.
     assert np.abs(energy - 100.0).max() < 15
+
+
+def bars(axes: Axes, name: str) -> np.ndarray:
+    """Half the lengths of the vertical bars around the points of a name, shape (n,)."""
+    drawn = [one for one in axes.containers if isinstance(one, ErrorbarContainer)]
+    (found,) = [one for one in drawn if one.get_label() == name]
+    (segments,) = (np.array(lines.get_segments()) for lines in found[2])
+    return np.asarray(np.ptp(segments[:, :, 1], axis=1) / 2)
+
+
+def test_velocities_and_energies_have_bars_of_their_standard_uncertainty(
+    figure: Figure, material: Material
+) -> None:
+    sides = [v for c in material.result.collisions for v in (c.velocity_before, c.velocity_after)]
+    sigma = np.array([(v.ball_sigma_px_frame, v.heavy_sigma_px_frame) for v in sides])
+    assert np.isfinite(sigma).all()
+    assert sigma.min() > 0
+    speed = scale_of(material.result).speed
+    velocities = panel(figure, "Velocities")
+    assert bars(velocities, "ball") == pytest.approx(sigma[:, 0] * speed)
+    assert bars(velocities, "cylinder") == pytest.approx(sigma[:, 1] * speed)
+    states = measured_states(material)
+    assert states is not None
+    wanted = 200 * np.abs(states.scaled_light) * states.light_sigma
+    assert bars(panel(figure, "Energy"), "ball, moving") == pytest.approx(wanted, abs=1e-9)
 
 
 def test_without_a_mass_ratio_the_panels_say_what_they_need(material: Material) -> None:

@@ -54,6 +54,7 @@ COLLISION_KEYS = [
     "velocity_before_px_frame",
     "velocity_after_px_frame",
 ]
+VELOCITY_KEYS = ["ball", "heavy", "ball_sigma", "heavy_sigma"]
 
 # Text as file names bring it: any code point, lone surrogates and line ends among them.
 any_text = st.text(st.characters(exclude_categories=()))
@@ -92,7 +93,7 @@ def test_no_key_is_ever_left_out(result: TrialResult) -> None:
     assert parsed["schema_version"] == 1
     for collision in json_object(result)["collisions"]:  # type: ignore[attr-defined]
         assert list(collision) == COLLISION_KEYS
-        assert list(collision["velocity_before_px_frame"]) == ["ball", "heavy"]
+        assert list(collision["velocity_before_px_frame"]) == VELOCITY_KEYS
 
 
 TOLD_DIFFERENTLY = {
@@ -131,8 +132,9 @@ def test_a_clip_is_named_as_it_was_given(name: str) -> None:
 def test_a_velocity_that_was_not_seen_is_null() -> None:
     line = json_line(MADE)
     (collision,) = strict(line)["collisions"]  # type: ignore[misc]
-    assert collision["velocity_before_px_frame"] == {"ball": 0.0, "heavy": None}
-    assert collision["velocity_after_px_frame"] == {"ball": -4.5, "heavy": None}
+    before, after = (collision[f"velocity_{side}_px_frame"] for side in ("before", "after"))
+    assert (before["ball"], before["heavy"], before["heavy_sigma"]) == (0.0, None, None)
+    assert (after["ball"], after["heavy"], after["heavy_sigma"]) == (-4.5, None, None)
     assert "NaN" not in line
 
 

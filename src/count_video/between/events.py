@@ -24,25 +24,57 @@ SAME_SHARE = 0.5
 def collisions_of(
     observed: Observations, solution: Solution, found: SeenCollisions
 ) -> tuple[Collision, ...]:
-    """Collisions of the fitted burst, numbered from 1."""
+    """Collisions of the fitted burst, numbered from 1.
+
+    The time is that of a collision seen in the frames, where there is one; the rest is the model's.
+    """
     start = float(observed.frame[0]) - 1.0
     paths = follow_one(solution.values, solution.count, start)
     frames = observed.origin + paths.time[0, 1:]
-    sigmas = _time_sigmas(solution, paths)
+    sigmas, *state_sigmas = _sigmas(solution, paths)
     partners = _partners(frames, sigmas, found.collisions[: found.burst])
-    return tuple(
-        _collision(observed, paths, event, (frames[event], sigmas[event]), partners.get(event))
-        for event in range(solution.count)
-    )
+    states = (paths.before[:, 0, 1:].T, paths.states[:, 0, 1:].T)
+    collisions = []
+    for event in range(solution.count):
+        partner = partners.get(event)
+        when = (frames[event], sigmas[event])
+        frame, sigma = when if partner is None else (partner.frame, partner.frame_sigma)
+        before, after = (
+            _velocities(state[event], state_sigma[event], observed.sign)
+            for state, state_sigma in zip(states, state_sigmas, strict=True)
+        )
+        collisions.append(
+            Collision(
+                number=event + 1,
+                kind=_kind(event),
+                frame=float(frame),
+                frame_sigma=float(sigma),
+                time_s=None,
+                seen=partner is not None,
+                position_px=observed.sign * float(states[1][event, 2]),
+                velocity_before=before,
+                velocity_after=after,
+            )
+        )
+    return tuple(collisions)
 
 
-def _time_sigmas(solution: Solution, paths: Paths) -> Floats:
-    """Give the standard uncertainties of the event times, shape (events,)."""
-    times = tangents_of(paths, solution.values).time
-    jacobian = np.where(np.isfinite(times), times, 0.0)
+def _sigmas(solution: Solution, paths: Paths) -> list[Floats]:
+    """Give the standard uncertainties of the events.
+
+    Returns
+    -------
+    list
+        Of the times, shape (events,); of the state before and of that after, shape (events, 4).
+    """
+    tangents = tangents_of(paths, solution.values)
     covariance = np.linalg.pinv(solution.hessian, hermitian=True)
-    variances = np.einsum("ep,pq,eq->e", jacobian, covariance, jacobian, optimize=True)
-    return np.asarray(np.sqrt(np.maximum(variances, 0.0)))
+    sigmas = []
+    for jacobian in (tangents.time, tangents.arriving, tangents.states[1:]):
+        known = np.where(np.isfinite(jacobian), jacobian, 0.0)
+        variances = np.einsum("...p,pq,...q->...", known, covariance, known, optimize=True)
+        sigmas.append(np.asarray(np.sqrt(np.maximum(variances, 0.0))))
+    return sigmas
 
 
 def _partners(frames: Floats, sigmas: Floats, seen: Sequence[Collision]) -> dict[int, Collision]:
@@ -72,25 +104,8 @@ def _kind(event: int) -> CollisionKind:
     return "wall" if event % 2 else "bodies"
 
 
-def _collision(
-    observed: Observations,
-    paths: Paths,
-    event: int,
-    when: tuple[float, float],
-    partner: Collision | None,
-) -> Collision:
-    """One collision; its time is the seen one where there is one, the rest is the model's."""
-    before, after = paths.before[:, 0, event + 1], paths.states[:, 0, event + 1]
-    sign = observed.sign
-    frame, sigma = when if partner is None else (partner.frame, partner.frame_sigma)
-    return Collision(
-        number=event + 1,
-        kind=_kind(event),
-        frame=float(frame),
-        frame_sigma=float(sigma),
-        time_s=None,
-        seen=partner is not None,
-        position_px=sign * float(after[2]),
-        velocity_before=Velocities(sign * float(before[3]), sign * float(before[1])),
-        velocity_after=Velocities(sign * float(after[3]), sign * float(after[1])),
+def _velocities(state: Floats, sigma: Floats, sign: int) -> Velocities:
+    """Velocities of a state (heavy body's place and velocity, then the ball's) in the picture."""
+    return Velocities(
+        sign * float(state[3]), sign * float(state[1]), float(sigma[3]), float(sigma[1])
     )

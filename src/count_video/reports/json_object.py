@@ -34,6 +34,8 @@ _NAMES = {
     "velocity_after": "velocity_after_px_frame",
     "ball_px_frame": "ball",
     "heavy_px_frame": "heavy",
+    "ball_sigma_px_frame": "ball_sigma",
+    "heavy_sigma_px_frame": "heavy_sigma",
 }
 """Keys that are not called as the field of the record is."""
 _KEYS = (

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Collision, Floats, Frame, MotionLine, Track, TrialResult, Velocities
+from count_video.records import Collision, Floats, Frame, MotionLine, Track, TrialResult
 
 Luma = NDArray[np.uint8]
 Point = tuple[float, float]
@@ -173,6 +173,10 @@ class States:
     """V1 = sqrt(M) v1, away from the wall, in units of the first state's length; NaN if unknown."""
     scaled_light: Floats
     """V2 = sqrt(m) v2, likewise."""
+    heavy_sigma: Floats
+    """Standard uncertainty of V1, in the same unit, which counts as exact; NaN if unknown."""
+    light_sigma: Floats
+    """Standard uncertainty of V2, likewise."""
     swing_energy: Floats
     """Energy stored in the heavy body's swing, in units of the first state's kinetic energy and
     counted from there; 0 where the swing is not known."""
@@ -184,22 +188,25 @@ def measured_states(material: Material) -> States | None:
     if not burst or ratio is None:
         return None
     velocities = [burst[0].velocity_before, *(c.velocity_after for c in burst)]
-    points = np.array([_scaled(v, ratio) for v in velocities]) * material.outward
-    length = float(np.hypot(*points[0]))
+    heavy, light, heavy_sigma, light_sigma = np.array(
+        [
+            (v.heavy_px_frame, v.ball_px_frame, v.heavy_sigma_px_frame, v.ball_sigma_px_frame)
+            for v in velocities
+        ]
+    ).T * np.array([[math.sqrt(ratio)], [1.0]] * 2)
+    length = math.hypot(heavy[0], light[0])
     if not (length > 0 and math.isfinite(length)):
         return None
     times = np.array([burst[0].frame, *(c.frame for c in burst)])
     swing = _swing_energy(material, times) * ratio
     return States(
-        number=np.arange(len(points), dtype=np.float64),
-        scaled_heavy=points[:, 0] / length,
-        scaled_light=points[:, 1] / length,
+        number=np.arange(len(velocities), dtype=np.float64),
+        scaled_heavy=material.outward * heavy / length,
+        scaled_light=material.outward * light / length,
+        heavy_sigma=heavy_sigma / length,
+        light_sigma=light_sigma / length,
         swing_energy=(swing - swing[0]) / length**2,
     )
-
-
-def _scaled(velocities: Velocities, ratio: float) -> Point:
-    return math.sqrt(ratio) * velocities.heavy_px_frame, velocities.ball_px_frame
 
 
 def _swing_energy(material: Material, frames: Floats) -> Floats:

@@ -49,6 +49,8 @@ MOST_STATES = 45
 SWING_WORTH_A_WORD = 0.05
 """Share of the energy in the swing from which on it is mentioned."""
 BRIGHTEST_PERCENTILES = (1.0, 99.5)
+BARS: Any = {"elinewidth": 1.0, "capsize": 2.0}
+"""Bars of one standard uncertainty to either side."""
 
 
 # ---- space and time ---------------------------------------------------------------------------
@@ -227,11 +229,13 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     known: list[Floats] = []
     for label, colour, body in bodies:
         _draw_steps(axes, material, body.position_px, colour, unit)
-        field = "ball_px_frame" if label == "ball" else "heavy_px_frame"
+        name = "ball" if label == "ball" else "heavy"
         sides = [side for c in collisions for side in (c.velocity_before, c.velocity_after)]
-        fitted = np.array([getattr(side, field) for side in sides]) * unit
+        fitted = np.array([getattr(side, f"{name}_px_frame") for side in sides]) * unit
+        sigma = np.array([getattr(side, f"{name}_sigma_px_frame") for side in sides]) * abs(unit)
         times = np.repeat([c.frame for c in collisions], 2)
-        axes.plot(times, fitted, color=colour, linewidth=2.0, label=label, gid=label)
+        drawn = axes.errorbar(times, fitted, sigma, color=colour, lw=2.0, label=label, **BARS)
+        drawn.lines[0].set_gid(label)
         known.append(fitted[(times >= frames[0]) & (times <= frames[1]) & np.isfinite(fitted)])
     for collision in collisions:
         colour = MARKS[collision.kind].colour
@@ -244,7 +248,7 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     axes.set_ylim(float(values.min()) - beside, float(values.max()) + beside)
     axes.set_xlabel("frame")
     axes.set_ylabel(f"velocity ({scale.speed_unit})\naway from the wall is up")
-    axes.set_title("Velocities: dots from frame to frame, lines fitted between the collisions")
+    axes.set_title("Velocities: dots from frame to frame, lines and bars fitted between collisions")
 
 
 def _draw_steps(axes: Axes, material: Material, place_px: Floats, colour: str, unit: float) -> None:
@@ -271,7 +275,7 @@ def draw_states(axes: Axes, material: Material) -> None:
     count = collision_count(ratio)
     draw_phase_circle(axes, ratio, 1, count, lines=(GREY, 0.55), points=False)
     points = np.column_stack([states.scaled_heavy, states.scaled_light])
-    _draw_points(axes, material, points)
+    _draw_points(axes, material, points, np.column_stack([states.heavy_sigma, states.light_sigma]))
     step = 1 if len(points) <= MOST_STATES else 5
     length = np.maximum(np.hypot(*points.T), 1e-9)[:, None]
     texts = [f"{k:.0f}" if k % step == 0 else "" for k in states.number]
@@ -284,7 +288,9 @@ def draw_states(axes: Axes, material: Material) -> None:
         axes.text(0.0, -0.12, words, ha="center", va="top", fontsize=9, bbox=PAPER)
 
 
-def _draw_points(axes: Axes, material: Material, points: Floats) -> None:
+def _draw_points(axes: Axes, material: Material, points: Floats, sigmas: Floats) -> None:
+    """Draw the measured states, their uncertainties and the kinds that led to them, (n, 2) each."""
+    axes.errorbar(*points.T, *sigmas.T[::-1], fmt="none", ecolor=GREY, zorder=3, **BARS)
     axes.plot(*points[0], "^", color=BLACK, markersize=8, gid="state", zorder=4)
     kinds = np.array([None, *(collision.kind for collision in material.burst)])
     for kind, mark in MARKS.items():
@@ -304,17 +310,17 @@ def _say_instead(axes: Axes, material: Material) -> None:
 
 def draw_energy(axes: Axes, material: Material) -> None:
     """Draw each share of the energy against the collision's number, in % of the first state's."""
-    axes.set_title("Energy after each collision")
+    axes.set_title("Energy after each collision; bars: standard uncertainty")
     states = measured_states(material)
     if states is None:
         _say_instead(axes, material)
         return
-    for label, shape, colour, share in _energies(states, material):
-        thick = 2.0 if colour == BLACK else 1.5
-        gid = "total" if colour == BLACK else None
-        axes.plot(
-            states.number, share, f"{shape}-", color=colour, ms=4, lw=thick, label=label, gid=gid
+    for label, shape, colour, (share, sigma) in _energies(states, material):
+        style: Any = {"fmt": f"{shape}-", "color": colour, "ms": 4, "label": label, **BARS}
+        drawn = axes.errorbar(
+            states.number, share, sigma, lw=2.0 if colour == BLACK else 1.5, **style
         )
+        drawn.lines[0].set_gid("total" if colour == BLACK else label)
     axes.axhline(100.0, color=BLACK, linewidth=0.7, linestyle=":")
     axes.set_xlabel("after collision number (0: before the first)")
     axes.set_ylabel("energy (% of the first state's)")
@@ -323,16 +329,24 @@ def draw_energy(axes: Axes, material: Material) -> None:
     axes.legend(loc="upper center", ncols=2, fontsize=9)
 
 
-def _energies(states: States, material: Material) -> list[tuple[str, str, str, Floats]]:
+def _energies(
+    states: States, material: Material
+) -> list[tuple[str, str, str, tuple[Floats, Floats]]]:
+    """Label, mark, colour, and the share with its uncertainty in %, of each kind of energy.
+
+    That of a square is twice the value times its uncertainty; the two bodies' are independent.
+    """
     heavy, light = 100 * states.scaled_heavy**2, 100 * states.scaled_light**2
-    swing = 100 * states.swing_energy
+    heavy_sigma = 200 * np.abs(states.scaled_heavy) * states.heavy_sigma
+    light_sigma = 200 * np.abs(states.scaled_light) * states.light_sigma
+    swing, both_sigma = 100 * states.swing_energy, np.hypot(heavy_sigma, light_sigma)
     shares = [
-        ("cylinder, moving", "s", HEAVY, heavy),
-        ("ball, moving", "o", BALL, light),
-        ("raised by the swing", "^", GREEN, swing),
-        ("all together", "D", BLACK, heavy + light + swing),
+        ("cylinder, moving", "s", HEAVY, (heavy, heavy_sigma)),
+        ("ball, moving", "o", BALL, (light, light_sigma)),
+        ("raised by the swing", "^", GREEN, (swing, np.zeros_like(swing))),
+        ("all together", "D", BLACK, (heavy + light + swing, both_sigma)),
     ]
     if material.pendulum is None:
         unknown = "both together; the swing is not known"
-        return [*shares[:2], (unknown, "D", BLACK, heavy + light)]
+        return [*shares[:2], (unknown, "D", BLACK, (heavy + light, both_sigma))]
     return shares

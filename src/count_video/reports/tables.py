@@ -30,6 +30,8 @@ COLLISION_COLUMNS = np.dtype(
             *("number", "kind", "seen", "in_burst", "frame", "frame_sigma", "time_s", "ball_px"),
             *("ball_before_px_frame", "ball_after_px_frame"),
             *("heavy_before_px_frame", "heavy_after_px_frame"),
+            *("ball_before_sigma_px_frame", "ball_after_sigma_px_frame"),
+            *("heavy_before_sigma_px_frame", "heavy_after_sigma_px_frame"),
         )
     ]
 )
@@ -79,6 +81,8 @@ def collisions_array(result: TrialResult) -> NDArray[np.void]:
             *(math.nan if c.time_s is None else c.time_s, c.position_px),
             *(c.velocity_before.ball_px_frame, c.velocity_after.ball_px_frame),
             *(c.velocity_before.heavy_px_frame, c.velocity_after.heavy_px_frame),
+            *(c.velocity_before.ball_sigma_px_frame, c.velocity_after.ball_sigma_px_frame),
+            *(c.velocity_before.heavy_sigma_px_frame, c.velocity_after.heavy_sigma_px_frame),
         )
         for c in result.collisions
     ]
