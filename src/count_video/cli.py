@@ -21,7 +21,7 @@ from count_video.ending import before_the_end, end_well_on_signals
 from count_video.errors import CountVideoError, UsageError
 from count_video.options import complete_options, is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.reports.printable import printable
+from count_video.reports.words import printable
 
 if TYPE_CHECKING:
     from count_video.api import Result
@@ -216,7 +216,7 @@ def _quieten_the_drawing() -> None:
 
 
 def _answer_theory(options: argparse.Namespace) -> int:
-    from count_video.reports.theory_text import theory_text
+    from count_video.reports.plan_text import theory_text
 
     print(theory_text(*options.theory))
     if options.output is not None:
@@ -316,7 +316,7 @@ def _say_what_is_kept(files: Sequence[Path]) -> None:
     others = ", ".join(printable(file.name) for file in files if file != first)
     words = printable(str(first)) + (" (open it in a browser)" if first.suffix == ".html" else "")
     words += f", and beside it {others}" if others else ""
-    from count_video.reports.text import labelled
+    from count_video.reports.words import labelled
 
     print("", *labelled("Written", words, _columns()), sep="\n", flush=True)
 

@@ -24,8 +24,8 @@ from count_video.reports.campaign import (
     trial_line,
     trials_csv,
 )
-from count_video.reports.printable import printable
 from count_video.reports.progress_bar import CampaignBar
+from count_video.reports.words import printable
 from table_rows import row
 
 KEYS = [
@@ -65,6 +65,11 @@ def test_who_needs_a_person_is_marked_everywhere_with_what_to_do(
     assert (cells_of(trial)[0]["needs_a_person"] == "yes") == doubtful
     told = json.loads(campaign_json([trial], summarise([trial])))["need_a_person"]
     assert [doubt["what_to_do"] for doubt in told] == [advice(trial)] * doubtful
+
+
+def test_who_gave_no_video_is_not_advised_to_film_again() -> None:
+    assert "video file" in advice(row(count=None, frames_decoded=None))
+    assert "film it again" in advice(row(count=None, frames_decoded=300))
 
 
 def test_those_who_need_a_person_come_first_with_the_reason() -> None:

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from count_video.records import Collision, TrialResult, Velocities
-from count_video.reports.printable import printable
-from count_video.reports.text import plural, result_text
+from count_video.reports.text import result_text
+from count_video.reports.words import plural, printable
 
 TERMINAL_WIDTH = 80
 
@@ -121,6 +121,24 @@ def test_sentences_are_as_wide_as_is_asked_for(width: int) -> None:
     result = made_result(2, warnings=(" ".join(["word"] * 60),), collisions=())
     longest = max(map(len, result_text(result, width).splitlines()))
     assert width - len(" words") < longest <= width
+
+
+@pytest.mark.parametrize("width", [40, 60])
+def test_a_table_that_is_too_wide_goes_on_below_and_loses_no_figure(width: int) -> None:
+    result = made_result(3, after=1)
+    narrow, whole = result_text(result, width), result_text(result)
+    assert max(map(len, narrow.splitlines())) <= width
+    for number in range(1, 5):
+        figures = [cells[1:] for cells in rows(narrow) if cells[0] == str(number)]
+        (row,) = [cells[1:] for cells in rows(whole) if cells[0] == str(number)]
+        assert [cell for part in figures for cell in part] == row
+        assert len(figures) > 1
+
+
+@pytest.mark.parametrize("width", range(30, 100, 7))
+def test_the_name_of_an_option_is_never_parted(width: int) -> None:
+    text = result_text(made_result(1, capture_fps=None), width)
+    assert any("--capture-fps" in line for line in text.splitlines())
 
 
 def test_without_a_capture_rate_no_time_is_shown_and_the_option_is_named() -> None:

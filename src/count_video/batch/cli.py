@@ -24,7 +24,7 @@ from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
-from count_video.reports.printable import printable
+from count_video.reports.words import printable
 from count_video.trial import TrialSettings
 
 EXIT_COUNTED, EXIT_NOT_COUNTED = 0, 1

@@ -10,22 +10,26 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from count_video.inputs import MASS_RATIO, stored_number
 from count_video.physics.theory import collision_count
 from count_video.records import Estimate
 from count_video.reports.json_object import FIGURE, SCHEMA_VERSION, plain
-from count_video.reports.printable import printable
-from count_video.reports.text import counts_words, ratio_words
+from count_video.reports.words import WIDTH, counts_words, printable, ratio_words
+
+if TYPE_CHECKING:
+    from count_video.planning.tolerances import TrialTable
 
 SURE = 0.9
 """A count less probable than this needs a person."""
 EXACT = 1e-9
 """A mass ratio whose uncertainty is a smaller share of it is taken as given."""
-WIDTH = 80
 TRIAL_HEADING = f"{'trial':<24}  count  probability"
 _BAR_AT_MOST = 40
+
+Line = tuple[str, str, str]
+"""A label, a value, and a remark beside it."""
 
 
 @dataclass(frozen=True)
@@ -191,6 +195,8 @@ def advice(row: TrialRow) -> str:
         return "remove what prevented the writing and start the same command again"
     if row.count is not None:
         return "compare the clip with the listed collisions (count-video CLIP)"
+    if row.result["frames_decoded"] is None:
+        return "give a video file that can be read, and start the same command again"
     return (
         "if the clip shows the trial, say where with start, end and region or name the wall's "
         "side, or film it again at a higher rate"
@@ -234,49 +240,54 @@ def _why(row: TrialRow) -> str:
 
 
 def _table_lines(one: Summary) -> list[str]:
+    more = [entry(*line) for line in physics_lines(one)]
+    table = [entry(*line) for line in summary_lines(one)]
+    return [*table, *histogram_lines(one.histogram, one.theories), *([""] if more else []), *more]
+
+
+def summary_lines(one: Summary) -> list[Line]:
+    """List the lines of the paper's table for the trials of a campaign."""
     uncertainty, source = one.mean_uncertainty, ""
     if one.theory_source == "measured":
         source = f"(measured mass ratio {ratio_words(one.mass_ratio)})"
     beside = "" if uncertainty is None else f"± {uncertainty:.2f} by the counts' own probabilities"
-    lines = [
-        entry("Number of trials", str(one.trials)),
-        entry("  of these counted", str(one.counted)),
-        *paper_lines(one.maximum, one.minimum, one.mean, beside),
-        *deviation_lines(one.sd_population, one.sd_sample),
-        entry("Theory", theory_words(one), source),
-        *histogram_lines(one.histogram, one.theories),
-    ]
+    return paper_lines(one, ("counted", one.counted), (theory_words(one), source), beside)
+
+
+def physics_lines(one: Summary) -> list[Line]:
+    """List the lines of what is known of the bodies, as far as it is known."""
     physics = [
         ("Restitution between the bodies", one.restitution_bodies),
         ("Restitution at the wall", one.restitution_wall),
         ("Energy kept", one.energy_kept),
     ]
-    more = [
-        entry(label, f"{spread.mean:.3f}", f"SD {spread.sd:.3f} over {spread.number}")
+    lines = [
+        (label, f"{spread.mean:.3f}", f"SD {spread.sd:.3f} over {spread.number}")
         for label, spread in physics
         if spread is not None
     ]
     if one.geometric_share is not None:
-        more.append(entry("Geometric endings", f"{one.geometric_share:.0%}"))
-    return [*lines, "", *more] if more else lines
+        lines.append(("Geometric endings", f"{one.geometric_share:.0%}", ""))
+    return lines
 
 
 def paper_lines(
-    maximum: int | None, minimum: int | None, mean: float | None, beside: str = ""
-) -> list[str]:
-    """Write the first lines of the paper's table."""
-    return [
-        entry("Maximum value", _number(maximum)),
-        entry("Minimum value", _number(minimum)),
-        entry("Mean value", _number(mean, 2), beside),
-    ]
+    table: Summary | TrialTable, counted: tuple[str, int], theory: tuple[str, str], beside: str = ""
+) -> list[Line]:
+    """List the lines of the paper's table.
 
-
-def deviation_lines(population: float | None, sample: float | None) -> list[str]:
-    """Write both standard deviations; the paper's is the first."""
+    ``counted`` says in words which trials have a count, and how many; ``theory`` is the theory's
+    count and where it is from; ``beside`` stands beside the mean.
+    """
     return [
-        entry("Standard deviation", _number(population, 2), "(population)"),
-        entry("  of a sample", _number(sample, 2), "(divided by n - 1)"),
+        ("Number of trials", str(table.trials), ""),
+        (f"  of these {counted[0]}", str(counted[1]), ""),
+        ("Maximum value", _number(table.maximum), ""),
+        ("Minimum value", _number(table.minimum), ""),
+        ("Mean value", _number(table.mean, 2), beside),
+        ("Standard deviation", _number(table.sd_population, 2), "(population)"),
+        ("  of a sample", _number(table.sd_sample, 2), "(divided by n - 1)"),
+        ("Theory", *theory),
     ]
 
 

@@ -20,12 +20,13 @@ from count_video.reports.campaign import (
     Summary,
     TrialRow,
     advice,
+    physics_lines,
+    summary_lines,
     theory_words,
 )
 from count_video.reports.drawing import SKY_BLUE, VERMILION, picture_bytes, styled
 from count_video.reports.page import MEDIA_TYPES, render
-from count_video.reports.printable import printable
-from count_video.reports.text import plural, ratio_words
+from count_video.reports.words import plural, printable, ratio_words
 
 
 def campaign_files(
@@ -85,37 +86,15 @@ def campaign_page(
     return render(
         "campaign",
         summary=summary.whole,
-        groups=[(ratio_words(group.mass_ratio), _table(group)) for group in summary.groups],
+        groups=[
+            (ratio_words(group.mass_ratio), [*summary_lines(group), *physics_lines(group)])
+            for group in summary.groups
+        ],
         trials=[_trial(row) for row in ordered],
         doubtful=sum(row.needs_a_person for row in rows),
         picture=base64.b64encode(picture[0]).decode("ascii"),
         picture_type=picture[1],
     )
-
-
-def _table(one: Summary) -> list[tuple[str, str]]:
-    """Rows of the paper's table and what goes with it; what is not known is left out."""
-    decimals = [
-        ("Mean", one.mean),
-        ("Standard deviation", one.sd_population),
-        ("Sample standard deviation", one.sd_sample),
-        ("Uncertainty of the mean", one.mean_uncertainty),
-    ]
-    spreads = [
-        ("Restitution, bodies", one.restitution_bodies),
-        ("Restitution, wall", one.restitution_wall),
-        ("Energy kept", one.energy_kept),
-    ]
-    rows = [(label, value) for label, value in (("Maximum", one.maximum), ("Minimum", one.minimum))]
-    lines = [(label, str(value)) for label, value in rows if value is not None]
-    lines += [(label, f"{value:.2f}") for label, value in decimals if value is not None]
-    lines.append(("Number of trials", f"{one.trials}, {one.counted} counted"))
-    if one.theories:
-        lines.append(("Theory", theory_words(one)))
-    lines += [(label, f"{s.mean:.3f} ± {s.sd:.3f}") for label, s in spreads if s is not None]
-    if one.geometric_share is not None:
-        lines.append(("Geometric endings", f"{one.geometric_share:.0%}"))
-    return lines
 
 
 def _trial(row: TrialRow) -> dict[str, object]:

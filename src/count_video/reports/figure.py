@@ -34,7 +34,7 @@ from count_video.reports.panels import (
     legend_handles,
     worth_enlarging,
 )
-from count_video.reports.text import plural
+from count_video.reports.words import plural
 
 PANELS = ("space-time", "enlarged", "velocities", "phase-circle", "energy")
 """Names of the panels that may get files of their own."""

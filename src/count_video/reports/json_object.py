@@ -19,7 +19,7 @@ import numpy as np
 from count_video.inputs import Range, stored_number
 from count_video.planning.stored import PLAN_VERSION, request_object
 from count_video.records import PlanComparison, TrialResult
-from count_video.reports.printable import storable
+from count_video.reports.words import storable
 
 if TYPE_CHECKING:
     from count_video.planning.camera import CameraView

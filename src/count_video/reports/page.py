@@ -17,8 +17,9 @@ from count_video.planning.expected import expected_counts
 from count_video.records import Collision, Estimate, Floats, TrialResult
 from count_video.reports.frame_samples import ContactFrame
 from count_video.reports.material import burst_size
-from count_video.reports.printable import printable, storable
-from count_video.reports.text import counts_words, plural, ratio_words, result_text
+from count_video.reports.tables import collision_lines
+from count_video.reports.text import comparison_lines, result_notes
+from count_video.reports.words import counts_words, plural, printable, ratio_words, storable
 
 MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 
@@ -59,7 +60,9 @@ def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | N
         answer=_answer(result),
         doubt=printable(result.reason or ""),
         facts=_facts(result),
-        text=result_text(result),
+        notes=result_notes(result),
+        table="\n".join(collision_lines(result)),
+        compared="\n".join(comparison_lines(result.comparison)),
         video=None if footage is None else _base64(footage.mp4),
         picture=None if picture is None else _base64(picture.data),
         picture_type=None if picture is None else picture.media_type,

@@ -35,8 +35,8 @@ from count_video.reports.material import (
     measured_states,
     scale_of,
 )
-from count_video.reports.text import counts_words
 from count_video.reports.theory_picture import draw_phase_circle
+from count_video.reports.words import counts_words
 
 TIME = "time"
 """Group of the panels in which time runs to the right."""
@@ -290,7 +290,8 @@ def draw_states(axes: Axes, material: Material) -> None:
 
 def _draw_points(axes: Axes, material: Material, points: Floats, sigmas: Floats) -> None:
     """Draw the measured states, their uncertainties and the kinds that led to them, (n, 2) each."""
-    axes.errorbar(*points.T, *sigmas.T[::-1], fmt="none", ecolor=GREY, zorder=3, **BARS)
+    (x, y), (x_sigma, y_sigma) = points.T, sigmas.T
+    axes.errorbar(x, y, y_sigma, x_sigma, fmt="none", ecolor=GREY, zorder=3, **BARS)
     axes.plot(*points[0], "^", color=BLACK, markersize=8, gid="state", zorder=4)
     kinds = np.array([None, *(collision.kind for collision in material.burst)])
     for kind, mark in MARKS.items():

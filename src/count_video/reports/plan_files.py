@@ -18,7 +18,12 @@ from count_video.reports.drawing import picture_bytes
 from count_video.reports.json_object import plan_object
 from count_video.reports.page import render
 from count_video.reports.plan_picture import map_csv, plan_figure
-from count_video.reports.plan_text import change_words, plan_headline, plan_text
+from count_video.reports.plan_text import (
+    change_words,
+    plan_headline,
+    plan_notes,
+    table_lines,
+)
 
 MOST_RATIO = 10_000.0
 """Largest mass ratio that the sliders reach, unless a larger one is planned."""
@@ -78,7 +83,8 @@ def plan_page(plan: Plan) -> str:
         sliders=_sliders(planned),
         alike=planned["heavyThread"] == planned["lightThread"],
         change=change_words(plan),
-        text=plan_text(plan),
+        notes=plan_notes(plan),
+        table="\n".join(table_lines(plan.table)),
         data=_data(plan, planned),
     )
 

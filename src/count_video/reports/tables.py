@@ -1,46 +1,50 @@
-"""The track, the collisions and a plan's map as tables: for a spreadsheet, and for NumPy."""
+"""The track and the collisions as tables: for NumPy, for a spreadsheet, and for a terminal."""
 
 from __future__ import annotations
 
 import csv
 import io
 import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Track, TrialResult
+from count_video.records import Collision, Track, TrialResult
 from count_video.reports.material import burst_size, scale_of
+from count_video.reports.words import WIDTH, fixed
 
 _TYPES = {"number": "i8", "kind": "U6", "seen": "?", "in_burst": "?", "quality": "U5"}
 """Of the columns that are no float64."""
-TRACK_COLUMNS = np.dtype(
-    [
-        (name, _TYPES.get(name, "f8"))
-        for name in (
-            *("frame", "time_s", "ball_px", "ball_sigma_px", "heavy_px", "heavy_sigma_px"),
-            *("ball_mm", "ball_sigma_mm", "heavy_mm", "heavy_sigma_mm", "quality"),
-        )
-    ]
+_TRACK = (
+    *("frame", "time_s", "ball_px", "ball_sigma_px", "heavy_px", "heavy_sigma_px"),
+    *("ball_mm", "ball_sigma_mm", "heavy_mm", "heavy_sigma_mm", "quality"),
 )
-COLLISION_COLUMNS = np.dtype(
-    [
-        (name, _TYPES.get(name, "f8"))
-        for name in (
-            *("number", "kind", "seen", "in_burst", "frame", "frame_sigma", "time_s", "ball_px"),
-            *("ball_before_px_frame", "ball_after_px_frame"),
-            *("heavy_before_px_frame", "heavy_after_px_frame"),
-            *("ball_before_sigma_px_frame", "ball_after_sigma_px_frame"),
-            *("heavy_before_sigma_px_frame", "heavy_after_sigma_px_frame"),
-        )
-    ]
+_VELOCITIES = {
+    f"{body}_{side}{sigma}_px_frame": (f"velocity_{side}", f"{body}{sigma}_px_frame")
+    for sigma in ("", "_sigma")
+    for body in ("ball", "heavy")
+    for side in ("before", "after")
+}
+"""Columns of velocities, and the fields of a collision that they show."""
+_COLLISION = (
+    *("number", "kind", "seen", "in_burst", "frame", "frame_sigma", "time_s", "ball_px"),
+    *_VELOCITIES,
 )
+TRACK_COLUMNS = np.dtype([(name, _TYPES.get(name, "f8")) for name in _TRACK])
+COLLISION_COLUMNS = np.dtype([(name, _TYPES.get(name, "f8")) for name in _COLLISION])
 _DECIMALS = {
     **dict.fromkeys(("frame", "frame_sigma", "ball_px"), 3),
     **dict.fromkeys(("ball_mm", "ball_sigma_mm", "heavy_mm", "heavy_sigma_mm"), 5),
     "time_s": 6,
 }
 """Decimals of numbers in a spreadsheet; 4 where a column is not named."""
+NOT_KNOWN = "-"
+
+
+# ---- for NumPy and for a spreadsheet -----------------------------------------------------------
 
 
 def track_array(track: Track | None, result: TrialResult) -> NDArray[np.void]:
@@ -71,18 +75,15 @@ def track_array(track: Track | None, result: TrialResult) -> NDArray[np.void]:
 def collisions_array(result: TrialResult) -> NDArray[np.void]:
     """Return a row a collision, those after the burst as well; shape (collisions,).
 
-    ``in_burst`` is true for those that the count includes. Velocities are px a frame along the
-    line of motion; ``time_s`` is NaN without a capture rate.
+    ``in_burst`` is true for those that the count includes. Velocities and their standard
+    uncertainties are px a frame along the line of motion; ``time_s`` is NaN without a capture rate.
     """
     size = burst_size(result)
     rows = [
         (
             *(c.number, c.kind, c.seen, c.number <= size, c.frame, c.frame_sigma),
             *(math.nan if c.time_s is None else c.time_s, c.position_px),
-            *(c.velocity_before.ball_px_frame, c.velocity_after.ball_px_frame),
-            *(c.velocity_before.heavy_px_frame, c.velocity_after.heavy_px_frame),
-            *(c.velocity_before.ball_sigma_px_frame, c.velocity_after.ball_sigma_px_frame),
-            *(c.velocity_before.heavy_sigma_px_frame, c.velocity_after.heavy_sigma_px_frame),
+            *(getattr(getattr(c, side), field) for side, field in _VELOCITIES.values()),
         )
         for c in result.collisions
     ]
@@ -110,3 +111,111 @@ def _cell(value: object, decimals: int) -> str:
     if isinstance(value, float):
         return f"{value:.{decimals}f}" if math.isfinite(value) else ""
     return str(value)
+
+
+# ---- for a terminal ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table of text; its cells are text already."""
+
+    heading: str
+    width: int
+    """Least number of characters, the space before the column included."""
+    group: str = ""
+    """Heading shared with the columns beside it; empty for none."""
+    align: str = ">"
+    """``>`` for numbers, ``<`` for words."""
+
+
+def text_table(
+    columns: Sequence[Column], rows: Sequence[Sequence[str] | str], width: int = WIDTH
+) -> list[str]:
+    """Lay rows out in columns; a row that is one text stands as it is.
+
+    What is wider than ``width`` goes on below, beginning with the first column again.
+    """
+    lines: list[str] = []
+    for part in _parts(columns, width):
+        shown = [columns[place] for place in part]
+        lines += [""] if lines else []
+        lines += _headings(shown)
+        for row in rows:
+            lines.append(row if isinstance(row, str) else _row(shown, [row[k] for k in part]))
+    return lines
+
+
+def _parts(columns: Sequence[Column], width: int) -> Iterator[list[int]]:
+    """Yield the places of the columns that fit side by side, the first column in each part.
+
+    Columns of one group stay together.
+    """
+    part, used = [0], columns[0].width
+    for _, places in groupby(range(1, len(columns)), lambda place: columns[place].group or place):
+        group = list(places)
+        wide = sum(columns[place].width for place in group)
+        if used + wide > width and len(part) > 1:
+            yield part
+            part, used = [0], columns[0].width
+        part += group
+        used += wide
+    yield part
+
+
+def _headings(columns: Sequence[Column]) -> list[str]:
+    # A group's name stands over its first column and runs on over the others of the group.
+    groups, end = "", 0
+    for place, column in enumerate(columns):
+        if column.group and (place == 0 or columns[place - 1].group != column.group):
+            groups = groups.ljust(end + 4) + column.group
+        end += column.width
+    heading_row = _row(columns, [column.heading for column in columns])
+    return [groups, heading_row] if groups else [heading_row]
+
+
+def _row(columns: Sequence[Column], cells: Sequence[str]) -> str:
+    paired = zip(columns, cells, strict=True)
+    # A cell wider than its column keeps its gap: the row grows, the numbers never touch.
+    return "".join(f" {cell:{c.align}{c.width - 1}}" for c, cell in paired).rstrip()
+
+
+_NUMBERS = {
+    "frame": (Column("frame", 10), 2),
+    "time_s": (Column("time/s", 10), 5),
+    "ball_px": (Column("ball/px", 9), 1),
+    **{
+        f"{body}_{side}_px_frame": (Column(side, 9, f"{body} px/frame"), 3)
+        for body in ("ball", "heavy")
+        for side in ("before", "after")
+    },
+}
+"""Columns of the table of collisions by those of the array, and their decimals."""
+
+
+def collision_lines(result: TrialResult, width: int = WIDTH) -> list[str]:
+    """Lay the collisions out in rows; those after the counted ones follow under a line of words.
+
+    Columns of which nothing is known (times without a capture rate, a heavy body that is not
+    there) are left out.
+    """
+    table, collisions = collisions_array(result), result.collisions
+    known = [name for name in _NUMBERS if np.isfinite(table[name]).any()]
+    columns = [Column("no.", 6), Column(" kind", 9, align="<"), *(_NUMBERS[n][0] for n in known)]
+    rows: list[Sequence[str] | str] = [
+        [*_named(c), *(_number(row[name], _NUMBERS[name][1]) for name in known)]
+        for c, row in zip(collisions, table, strict=True)
+    ]
+    if result.count is not None and result.count < len(rows):
+        rows.insert(result.count, "  after the heavy body turned back:")
+    if not all(c.seen for c in collisions):
+        return [*text_table(columns, rows, width), "  * inferred between frames"]
+    return text_table(columns, rows, width) if rows else []
+
+
+def _named(collision: Collision) -> tuple[str, str]:
+    return str(collision.number), f" {collision.kind}{'' if collision.seen else '*'}"
+
+
+def _number(value: float, decimals: int) -> str:
+    return fixed(value, decimals) if math.isfinite(value) else NOT_KNOWN

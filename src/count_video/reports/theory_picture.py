@@ -31,7 +31,7 @@ from count_video.reports.drawing import (
     place_numbers,
     styled,
 )
-from count_video.reports.theory_text import facts, plain, powers_table
+from count_video.reports.plan_text import facts, plain, powers_table
 
 MOST_POINTS = 700
 """More points than this melt into a line; the circle is then drawn alone."""

@@ -214,7 +214,7 @@
 
   function drawDot(context, scale) {
     const [x, y] = [scale.x(values.gap), scale.y(values.release)];
-    context.strokeStyle = colour("dot");
+    context.strokeStyle = colour("vermilion");
     context.lineWidth = 2;
     context.beginPath();
     context.ellipse(x, y, Math.abs(scale.x(2 * data.tolerances.gap_m) - scale.x(0)),
@@ -222,7 +222,7 @@
     context.stroke();
     context.beginPath();
     context.arc(x, y, 5, 0, 2 * Math.PI);
-    context.fillStyle = colour("dot");
+    context.fillStyle = colour("vermilion");
     context.fill();
   }
 
@@ -277,7 +277,7 @@
     context.fillStyle = colour("wall");
     context.fillRect(x(from), y(0), x(to) - x(from), y(bottom) - y(0));
     if (frame) {
-      context.strokeStyle = colour("dot");
+      context.strokeStyle = colour("vermilion");
       context.strokeRect(x(frame[0]), 9, x(frame[1]) - x(frame[0]), height - 46);
     }
     drawMarks(context, found, { x, y, from, to, few: !frame, diameter });
@@ -306,7 +306,7 @@
       if (c.time < from || c.time > to) return;
       const bodies = c.kind === "bodies";
       const [px, py] = [x(c.time), y(bodies ? c.place + diameter : 0)];
-      const ink = colour(bodies ? "bodies" : "at-wall");
+      const ink = colour(bodies ? "vermilion" : "blue");
       context.beginPath();
       if (bodies) context.arc(px, py, 5, 0, 2 * Math.PI); else context.rect(px - 4.5, py - 4.5, 9, 9);
       context.lineWidth = 2;
@@ -356,7 +356,7 @@
       const [x, y] = [cx + radius * v1, cy - radius * v2];
       context.beginPath();
       if (c.kind === "bodies") context.arc(x, y, 4, 0, 2 * Math.PI); else context.rect(x - 3.5, y - 3.5, 7, 7);
-      context.fillStyle = colour(c.kind === "bodies" ? "bodies" : "at-wall");
+      context.fillStyle = colour(c.kind === "bodies" ? "vermilion" : "blue");
       context.fill();
       const away = 1 + 16 / Math.max(30, radius * Math.hypot(v1, v2));
       if (found.collisions.length <= 45 || k % 20 === 0) {
