@@ -220,7 +220,7 @@ def _answer_theory(options: argparse.Namespace) -> int:
 
     print(theory_text(*options.theory))
     if options.output is not None:
-        from count_video.reports.theory_picture import write_theory_picture
+        from count_video.reports.figure import write_theory_picture
 
         write_theory_picture(tuple(options.theory), options.output, options.picture_format)
         _say_what_is_kept([options.output / f"theory.{options.picture_format}"])
@@ -236,7 +236,7 @@ def _answer_plan(options: argparse.Namespace) -> int:
     request = PlanRequest(**plan_values(options), tolerances=tolerances)
     kept = options.output is not None
     if kept:
-        from count_video.reports.plan_files import NAMES, open_folder, write_plan
+        from count_video.reports.plan_picture import NAMES, open_folder, write_plan
 
         outputs = open_folder(options.output)
         outputs.csv_dialect = options.csv_dialect

@@ -20,12 +20,17 @@ from PIL import Image
 from count_video.batch.summary import summarise
 from count_video.followed import followed
 from count_video.footage.reader import open_footage
-from count_video.reports.campaign_page import campaign_figure
 from count_video.reports.drawing import MARKS, drawable, picture_bytes, rgb
-from count_video.reports.figure import panel_figures, thumbnail_jpeg, trial_figure
+from count_video.reports.figure import (
+    campaign_figure,
+    panel_figures,
+    theory_figure,
+    thumbnail_jpeg,
+    trial_figure,
+)
 from count_video.reports.frame_samples import SpaceTimeSampler
-from count_video.reports.material import Material, SpaceTime, measured_states, scale_of
-from count_video.reports.theory_picture import theory_figure
+from count_video.reports.material import Material, SpaceTime, scale_of
+from count_video.reports.states import measured_states
 from table_rows import row, rows_of
 from tiers import rest_slow
 

@@ -106,7 +106,7 @@ def _conclude(rows: list[TrialRow], store: ResultStore | None, options: argparse
         print("", campaign_text(rows, summary), sep="\n", flush=True)
     if store is not None:
         write_tables(rows, summary, store)
-        from count_video.reports.campaign_page import campaign_files
+        from count_video.reports.figure import campaign_files
 
         for name, content in campaign_files(rows, summary, options.picture_format).items():
             store.outputs.write(name, content)

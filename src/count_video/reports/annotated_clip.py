@@ -29,15 +29,13 @@ from count_video.reports.drawing import (
     text_width,
     write,
 )
-from count_video.reports.frame_samples import ContactFrames, SpaceTimeSampler
-from count_video.reports.material import (
-    SpaceTime,
-    ball_edges_px,
-    burst_size,
-    contact_px,
+from count_video.reports.frame_samples import (
+    ContactFrames,
+    SpaceTimeSampler,
     image_point,
     shift_of,
 )
+from count_video.reports.material import SpaceTime, ball_edges_px, burst_size, contact_px
 
 LONGEST_PX = 1280
 """Of the footage's sides."""

@@ -36,6 +36,8 @@ BLACK, GREY, WHITE = "#000000", "#666666", "#FFFFFF"
 ORANGE, SKY_BLUE, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
 BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 BALL, HEAVY = SKY_BLUE, ORANGE
+OWN = "#8fd4b4"
+"""Of the theory's count on a map; the pages have the same."""
 
 FONT = "DejaVu Sans"
 """Comes with matplotlib, so that pictures are the same on every machine."""
@@ -60,6 +62,8 @@ HALO = (effects.withStroke(linewidth=2.5, foreground="white"),)
 """A white rim that keeps numbers readable on footage."""
 PAPER = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 2}
 """A white ground that keeps words readable on lines."""
+BARS: Any = {"elinewidth": 1.0, "capsize": 2.0}
+"""Bars of one standard uncertainty to either side."""
 _FINE = 4
 """Bits of a fraction of a pixel that the drawing routines take."""
 

@@ -8,20 +8,15 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
-from count_video.physics.theory import collision_count
-from count_video.planning.expected import expected_counts
 from count_video.records import Collision, Floats
 from count_video.reports.drawing import (
     BALL,
+    BARS,
     BLACK,
-    BLUE,
-    GREEN,
     GREY,
     HEAVY,
     MARKS,
-    PAPER,
     WHITE,
     YELLOW,
     number_marks,
@@ -29,14 +24,10 @@ from count_video.reports.drawing import (
 from count_video.reports.material import (
     Material,
     Range,
-    States,
     ball_edges_px,
     contact_px,
-    measured_states,
     scale_of,
 )
-from count_video.reports.theory_picture import draw_phase_circle
-from count_video.reports.words import counts_words
 
 TIME = "time"
 """Group of the panels in which time runs to the right."""
@@ -44,13 +35,7 @@ ENLARGED_SHARE = 0.5
 """What takes more than this share of the whole is not worth a panel that enlarges it."""
 MOST_NUMBERS = 60
 """Of more collisions than these not every one is numbered in the enlarged panel either."""
-MOST_STATES = 45
-"""From more states on only every fifth is numbered."""
-SWING_WORTH_A_WORD = 0.05
-"""Share of the energy in the swing from which on it is mentioned."""
 BRIGHTEST_PERCENTILES = (1.0, 99.5)
-BARS: Any = {"elinewidth": 1.0, "capsize": 2.0}
-"""Bars of one standard uncertainty to either side."""
 
 
 # ---- space and time ---------------------------------------------------------------------------
@@ -259,95 +244,3 @@ def _draw_steps(axes: Axes, material: Material, place_px: Floats, colour: str, u
     clear = np.searchsorted(times, frame[1:]) == np.searchsorted(times, frame[:-1])
     middle = (frame[1:] + frame[:-1]) / 2
     axes.plot(middle[clear], step[clear], ".", color=colour, markersize=5, alpha=0.55)
-
-
-# ---- phase circle and energy ------------------------------------------------------------------
-
-
-def draw_states(axes: Axes, material: Material) -> None:
-    """Draw the phase circle: theory and measurement; a sentence where the ratio is not known."""
-    axes.set_title("Phase circle: theory (lines) and measured states")
-    states, ratio = measured_states(material), material.result.mass_ratio
-    expected = expected_counts(material.result)
-    if states is None or ratio is None or expected is None:
-        _say_instead(axes, material)
-        return
-    count = collision_count(ratio)
-    draw_phase_circle(axes, ratio, 1, count, lines=(GREY, 0.55), points=False)
-    points = np.column_stack([states.scaled_heavy, states.scaled_light])
-    _draw_points(axes, material, points, np.column_stack([states.heavy_sigma, states.light_sigma]))
-    step = 1 if len(points) <= MOST_STATES else 5
-    length = np.maximum(np.hypot(*points.T), 1e-9)[:, None]
-    texts = [f"{k:.0f}" if k % step == 0 else "" for k in states.number]
-    number_marks(axes, points, texts, points / length, size=9)
-    words = f"M : m = {ratio:.4g} : 1\ntheory counts {counts_words(*expected.free)}"
-    axes.text(0.0, 0.06, words, ha="center", va="bottom", fontsize=11, bbox=PAPER)
-    axes.text(0.5, -0.03, "stops here", ha="center", va="top", fontsize=9, color=BLUE)
-    if float(states.swing_energy.max()) > SWING_WORTH_A_WORD:
-        words = "inside the circle: the swing\nholds part of the energy"
-        axes.text(0.0, -0.12, words, ha="center", va="top", fontsize=9, bbox=PAPER)
-
-
-def _draw_points(axes: Axes, material: Material, points: Floats, sigmas: Floats) -> None:
-    """Draw the measured states, their uncertainties and the kinds that led to them, (n, 2) each."""
-    (x, y), (x_sigma, y_sigma) = points.T, sigmas.T
-    axes.errorbar(x, y, y_sigma, x_sigma, fmt="none", ecolor=GREY, zorder=3, **BARS)
-    axes.plot(*points[0], "^", color=BLACK, markersize=8, gid="state", zorder=4)
-    kinds = np.array([None, *(collision.kind for collision in material.burst)])
-    for kind, mark in MARKS.items():
-        chosen = points[kinds == kind]
-        if len(chosen):
-            style: Any = {"color": mark.colour, "markeredgecolor": WHITE, "markersize": 7}
-            axes.plot(*chosen.T, mark.shape, gid="state", zorder=4, **style)
-
-
-def _say_instead(axes: Axes, material: Material) -> None:
-    """Fill a panel that cannot be drawn with the reason."""
-    one = material.track.heavy is None
-    reason = "one body alone" if one else "needs the mass ratio:\ngive --masses HEAVY LIGHT"
-    axes.set_axis_off()
-    axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", va="center", fontsize=12)
-
-
-def draw_energy(axes: Axes, material: Material) -> None:
-    """Draw each share of the energy against the collision's number, in % of the first state's."""
-    axes.set_title("Energy after each collision; bars: standard uncertainty")
-    states = measured_states(material)
-    if states is None:
-        _say_instead(axes, material)
-        return
-    for label, shape, colour, (share, sigma) in _energies(states, material):
-        style: Any = {"fmt": f"{shape}-", "color": colour, "ms": 4, "label": label, **BARS}
-        drawn = axes.errorbar(
-            states.number, share, sigma, lw=2.0 if colour == BLACK else 1.5, **style
-        )
-        drawn.lines[0].set_gid("total" if colour == BLACK else label)
-    axes.axhline(100.0, color=BLACK, linewidth=0.7, linestyle=":")
-    axes.set_xlabel("after collision number (0: before the first)")
-    axes.set_ylabel("energy (% of the first state's)")
-    axes.set_ylim(min(0.0, 110 * float(min(states.swing_energy))), 138.0)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.legend(loc="upper center", ncols=2, fontsize=9)
-
-
-def _energies(
-    states: States, material: Material
-) -> list[tuple[str, str, str, tuple[Floats, Floats]]]:
-    """Label, mark, colour, and the share with its uncertainty in %, of each kind of energy.
-
-    That of a square is twice the value times its uncertainty; the two bodies' are independent.
-    """
-    heavy, light = 100 * states.scaled_heavy**2, 100 * states.scaled_light**2
-    heavy_sigma = 200 * np.abs(states.scaled_heavy) * states.heavy_sigma
-    light_sigma = 200 * np.abs(states.scaled_light) * states.light_sigma
-    swing, both_sigma = 100 * states.swing_energy, np.hypot(heavy_sigma, light_sigma)
-    shares = [
-        ("cylinder, moving", "s", HEAVY, (heavy, heavy_sigma)),
-        ("ball, moving", "o", BALL, (light, light_sigma)),
-        ("raised by the swing", "^", GREEN, (swing, np.zeros_like(swing))),
-        ("all together", "D", BLACK, (heavy + light + swing, both_sigma)),
-    ]
-    if material.pendulum is None:
-        unknown = "both together; the swing is not known"
-        return [*shares[:2], (unknown, "D", BLACK, (heavy + light, both_sigma))]
-    return shares
