@@ -103,19 +103,19 @@ def test_the_enlarged_part_numbers_every_collision_that_it_shows(
     figure: Figure, material: Material
 ) -> None:
     axes = panel(figure, "Enlarged")
-    low, high = material.crowded_frames
+    low, high = material.dense_frames
     inside = [str(c.number) for c in material.result.collisions if low <= c.frame <= high]
     assert numbers(axes) == inside
     assert len(inside) >= round(0.6 * len(material.result.collisions))
     assert axes.get_xlim() == (low, high)
 
 
-@pytest.mark.parametrize("crowding", [1.0, 0.3])
+@pytest.mark.parametrize("closeness", [1.0, 0.3])
 def test_no_number_lies_on_another_and_each_is_nearest_to_its_own_mark(
-    material: Material, crowding: float
+    material: Material, closeness: float
 ) -> None:
     closer = tuple(
-        replace(c, frame=120.0 + crowding * (c.frame - 120.0)) for c in material.result.collisions
+        replace(c, frame=120.0 + closeness * (c.frame - 120.0)) for c in material.result.collisions
     )
     figure = trial_figure(replace(material, result=replace(material.result, collisions=closer)))
     for axes in figure.axes:
@@ -130,7 +130,7 @@ def test_no_number_lies_on_another_and_each_is_nearest_to_its_own_mark(
             assert nearest.xy == text.xy
 
 
-def test_a_trial_without_a_crowded_part_is_not_enlarged(material: Material) -> None:
+def test_a_trial_without_a_dense_part_is_not_enlarged(material: Material) -> None:
     three = material.result.collisions[:3]
     frames = (40.0, 120.0, 200.0)
     spread = tuple(replace(c, frame=frame) for c, frame in zip(three, frames, strict=True))
@@ -160,11 +160,11 @@ def test_letters_of_an_svg_are_letters(figure: Figure) -> None:
 
 
 def test_axes_say_what_they_show_and_in_which_unit(figure: Figure) -> None:
-    whole, crowd = panel(figure, "Space and time"), panel(figure, "Enlarged")
+    whole, enlarged = panel(figure, "Space and time"), panel(figure, "Enlarged")
     assert "(px)" in whole.get_ylabel()
-    assert "(px)" in crowd.get_ylabel()
+    assert "(px)" in enlarged.get_ylabel()
     assert "(m/s)" in panel(figure, "Velocities").get_ylabel()
-    for axes in (whole, crowd, panel(figure, "Velocities")):
+    for axes in (whole, enlarged, panel(figure, "Velocities")):
         assert axes.get_xlabel() == "frame"
     assert "V_1" in panel(figure, "Phase circle").get_xlabel()
     assert "(%" in panel(figure, "Energy").get_ylabel()

@@ -213,7 +213,7 @@ def test_dark_and_light_pages_differ_and_are_drawn(
         opened = open_page(browser, page_file, DESK, scheme)
         opened.wait_for_count(31)
         assert opened.complaints == []
-        for name in ("map", "whole", "crowd", "circle"):
+        for name in ("map", "whole", "enlarged", "circle"):
             assert len(opened.colours(name)) >= 3, name
         drawn[scheme] = opened.colours("map")
         ink, paper = opened.page.evaluate(

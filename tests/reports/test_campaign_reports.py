@@ -51,7 +51,7 @@ def cells_of(*rows: TrialRow) -> list[dict[str, str]]:
         (row(chance=0.9), False),
         (row(chance=0.89), True),
         (row(count=None), True),
-        (row(not_kept="no room"), True),
+        (row(not_kept="no space"), True),
     ],
     ids=["sure", "just sure", "less than sure", "not counted", "not kept"],
 )
@@ -63,8 +63,8 @@ def test_who_needs_a_person_is_marked_everywhere_with_what_to_do(
     assert ("need a person" in text_of(trial)) == doubtful
     assert (advice(trial) != "") == doubtful
     assert (cells_of(trial)[0]["needs_a_person"] == "yes") == doubtful
-    told = json.loads(campaign_json([trial], summarise([trial])))["need_a_person"]
-    assert [doubt["what_to_do"] for doubt in told] == [advice(trial)] * doubtful
+    said = json.loads(campaign_json([trial], summarise([trial])))["need_a_person"]
+    assert [doubt["what_to_do"] for doubt in said] == [advice(trial)] * doubtful
 
 
 def test_who_gave_no_video_is_not_advised_to_film_again() -> None:
@@ -88,8 +88,8 @@ def test_the_summary_is_the_papers_table() -> None:
         row(str(k), count, mass_ratio=None)
         for k, count in enumerate([31] * 22 + [30] * 4 + [29] * 3 + [28])
     ]
-    told = {line[:30].strip(): line[30:].split()[0] for line in text_of(*rows).splitlines()[:8]}
-    assert told == {
+    said = {line[:30].strip(): line[30:].split()[0] for line in text_of(*rows).splitlines()[:8]}
+    assert said == {
         "Number of trials": "30",
         "of these counted": "30",
         "Maximum value": "31",
@@ -127,20 +127,20 @@ def test_no_trial_at_all_has_a_summary() -> None:
 
 @pytest.mark.parametrize("count", [31, None])
 def test_the_keys_of_the_json_are_always_the_same(count: int | None) -> None:
-    told = json.loads(campaign_json([row(count=count)], summarise([row(count=count)])))
-    assert list(told) == KEYS
+    said = json.loads(campaign_json([row(count=count)], summarise([row(count=count)])))
+    assert list(said) == KEYS
 
 
-def test_the_physics_is_told_where_it_is_known() -> None:
+def test_the_physics_is_given_where_it_is_known() -> None:
     rows = [row("a", restitution_wall=0.98, ending="geometric"), row("b", restitution_wall=0.96)]
-    told = json.loads(campaign_json(rows, summarise(rows)))
-    assert told["restitution_wall"] == {
+    said = json.loads(campaign_json(rows, summarise(rows)))
+    assert said["restitution_wall"] == {
         "number": 2,
         "mean": pytest.approx(0.97),
         "sd": pytest.approx(0.01),
     }
-    assert told["restitution_bodies"] is None
-    assert told["geometric_share"] == 1.0
+    assert said["restitution_bodies"] is None
+    assert said["geometric_share"] == 1.0
     assert "Restitution at the wall" in text_of(*rows)
     assert "Restitution" not in text_of(row())
 
@@ -162,7 +162,7 @@ def test_a_name_is_never_a_spreadsheets_formula(name: str) -> None:
     assert cells_of(row(name))[0]["name"] == f"'{name}"
 
 
-def test_the_bar_tells_clips_done_and_gives_way_to_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_bar_shows_clips_done_and_gives_way_to_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "120")
     reader, writer = pty.openpty()

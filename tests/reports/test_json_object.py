@@ -96,7 +96,7 @@ def test_no_key_is_ever_left_out(result: TrialResult) -> None:
         assert list(collision["velocity_before_px_frame"]) == VELOCITY_KEYS
 
 
-TOLD_DIFFERENTLY = {
+WRITTEN_DIFFERENTLY = {
     *("clip", "reason", "probability", "collisions", "warnings", "corrections"),
     *("energy_kept", "restitution_bodies", "restitution_wall", "ending"),
     *("setup", "comparison"),
@@ -104,11 +104,11 @@ TOLD_DIFFERENTLY = {
 
 
 @given(any_result)
-def test_what_is_known_is_told_unchanged_and_the_rest_is_null(result: TrialResult) -> None:
+def test_what_is_known_is_written_unchanged_and_the_rest_is_null(result: TrialResult) -> None:
     parsed = strict(json_line(result))
     for field in fields(TrialResult):
         value = getattr(result, field.name)
-        if field.name in TOLD_DIFFERENTLY:
+        if field.name in WRITTEN_DIFFERENTLY:
             continue
         if isinstance(value, float):
             value = float(f"{value:.{SIGNIFICANT_DIGITS}g}") if math.isfinite(value) else None
@@ -196,7 +196,7 @@ MADE = TrialResult(
 )
 
 
-def test_what_the_fit_measured_is_told_with_its_uncertainty() -> None:
+def test_what_the_fit_measured_is_written_with_its_uncertainty() -> None:
     ending = Ending("geometric", energy_kept=0.625, heavy_speed=0.75, ball_speed=0.5)
     fitted = replace(
         MADE,

@@ -86,8 +86,8 @@ def test_the_kinds_of_the_burst_are_counted_apart() -> None:
 
 def test_every_collision_has_its_row_with_kind_and_frame() -> None:
     result = made_result(5, after=2)
-    told = [cells[:3] for cells in rows(result_text(result))]
-    assert told == [[str(c.number), c.kind, f"{c.frame:.2f}"] for c in result.collisions]
+    said = [cells[:3] for cells in rows(result_text(result))]
+    assert said == [[str(c.number), c.kind, f"{c.frame:.2f}"] for c in result.collisions]
 
 
 def test_collisions_after_the_burst_stand_under_a_line_of_their_own() -> None:
@@ -181,7 +181,7 @@ def test_the_bounds_on_pi_are_held_against_pi(count: int, place: str) -> None:
 @pytest.mark.parametrize(
     ("ratio", "words"), [(1 / 3, "0.3333"), (101.93098, "101.9"), (100.0, "100"), (1e6, "1000000")]
 )
-def test_the_mass_ratio_is_told_without_digits_that_nobody_measured(
+def test_the_mass_ratio_is_written_without_digits_that_nobody_measured(
     ratio: float, words: str
 ) -> None:
     assert f"  Mass ratio   {words}\n" in result_text(made_result(1, mass_ratio=ratio))
@@ -217,7 +217,7 @@ def test_what_was_found_is_shown_also_where_nothing_is_counted() -> None:
     assert "after the heavy body turned back" not in text
 
 
-def test_every_warning_is_told() -> None:
+def test_every_warning_is_given() -> None:
     warnings = ("12 frames are missing", "8 frames are copies")
     text = result_text(made_result(1, warnings=warnings))
     assert all(f"  Warning      {warning}" in text for warning in warnings)

@@ -2,8 +2,8 @@
 
 The strip is the space-time image as it grows: the newest frame's line is its top row, so it seems
 to flow out of the footage, and every contact stays in sight for a while. The clip plays slower
-where collisions crowd and faster where nothing happens; the header says so, and a line in it shows
-where on the real time axis the frame lies.
+where collisions follow each other fast and faster where nothing happens; the header says so, and a
+line in it shows where on the real time axis the frame lies.
 """
 
 from __future__ import annotations

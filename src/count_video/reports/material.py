@@ -13,7 +13,7 @@ from count_video.records import Collision, Floats, Track, TrialResult
 Luma = NDArray[np.uint8]
 Point = tuple[float, float]
 Range = tuple[float, float]
-CROWD_SHARE = 0.6
+DENSE_SHARE = 0.6
 """The enlarged stretch is the shortest that holds this share of the burst."""
 MARGIN_SHARE = 0.06
 """Of a stretch of frames, shown on either side of it."""
@@ -76,12 +76,12 @@ class Material:
         return max(ends[0], low - margin), min(ends[1], high + margin)
 
     @cached_property
-    def crowded_frames(self) -> Range:
+    def dense_frames(self) -> Range:
         """The shortest stretch of frames that holds most of the burst."""
         times = [collision.frame for collision in self.burst]
         if len(times) < 3:
             return self.shown_frames
-        held = max(3, round(CROWD_SHARE * len(times)))
+        held = max(3, round(DENSE_SHARE * len(times)))
         starts = range(len(times) - held + 1)
         start = min(starts, key=lambda first: times[first + held - 1] - times[first])
         low, high = times[start], times[start + held - 1]

@@ -72,6 +72,7 @@ def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | N
     name = Path(result.clip).name
     return render(
         "clip",
+        () if footage is None else ("clip",),
         clip=printable(name),
         command=_command(name),
         answer=_answer(result),
@@ -87,10 +88,18 @@ def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | N
     )
 
 
-def render(name: str, **values: object) -> str:
-    """Fill in a template of this package, with the style and the scripts that are called like it.
+def render(name: str, scripts: Sequence[str] = (), **values: object) -> str:
+    """Fill in a template of this package.
 
-    Everything that is filled in is escaped; ``own`` reads a file of the package as it is.
+    Parameters
+    ----------
+    name
+        Of the template; its style is called like it, and all pages share ``page.css``.
+    scripts
+        Names of the scripts that run on the page, in order.
+    values
+        What the template asks for. Everything that is filled in is escaped, so that no name can end
+        a script or begin an element.
     """
     made = Environment(
         loader=PackageLoader("count_video.reports"),
@@ -100,8 +109,10 @@ def render(name: str, **values: object) -> str:
         lstrip_blocks=True,
     )
     made.filters["digest"] = _digest
-    made.globals["own"] = _own_file
-    return made.get_template(f"{name}.html").render(**values)
+    style = _own_file("page.css") + _own_file(f"{name}.css")
+    texts = [_own_file(f"{script}.js") for script in scripts]
+    template = made.get_template(f"{name}.html")
+    return template.render({"data": None, **values, "style": style, "scripts": texts})
 
 
 def _digest(own_text: str) -> str:
@@ -110,10 +121,9 @@ def _digest(own_text: str) -> str:
     return f"sha256-{base64.b64encode(digest).decode('ascii')}"
 
 
-def _own_file(*names: str) -> Markup:
-    """Styles or scripts of this package, which go into a page as they are."""
-    folder = Path(__file__).parent / "templates"
-    return Markup("".join((folder / name).read_text("utf-8") for name in names))
+def _own_file(name: str) -> Markup:
+    """Read a style or script of this package, which goes into a page as it is."""
+    return Markup((Path(__file__).parent / "templates" / name).read_text("utf-8"))
 
 
 def _command(name: str) -> str:
@@ -191,6 +201,7 @@ def campaign_page(
     ordered = sorted(rows, key=lambda row: not row.needs_a_person)
     return render(
         "campaign",
+        ("campaign",),
         summary=summary.whole,
         groups=[
             (ratio_words(group.mass_ratio), [*summary_lines(group), *physics_lines(group)])
@@ -240,6 +251,7 @@ def plan_page(plan: Plan) -> str:
     planned = _planned(plan)
     return render(
         "plan",
+        ("plan_core", "plan"),
         headline=plan_headline(plan),
         count=plan.burst.count,
         sliders=_sliders(planned),

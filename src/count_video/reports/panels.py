@@ -42,8 +42,8 @@ BRIGHTEST_PERCENTILES = (1.0, 99.5)
 
 
 def worth_enlarging(material: Material) -> bool:
-    """Return whether the burst has a part that is crowded, and more than that part."""
-    (low, high), (first, last) = material.crowded_frames, material.shown_frames
+    """Return whether the burst has a part that is dense, and more than that part."""
+    (low, high), (first, last) = material.dense_frames, material.shown_frames
     return high - low < ENLARGED_SHARE * (last - first)
 
 
@@ -54,7 +54,7 @@ def draw_whole(axes: Axes, material: Material) -> None:
     axes.set_title("Space and time, the wall at the bottom")
     inside: Sequence[int] = ()
     if worth_enlarging(material):
-        low, high = material.crowded_frames
+        low, high = material.dense_frames
         axes.axvspan(low, high, fill=False, edgecolor=YELLOW, linewidth=2.0)
         axes.set_title("Space and time, the wall at the bottom; the framed part is enlarged")
         inside = [c.number for c in material.burst if low <= c.frame <= high][1:-1]
@@ -63,7 +63,7 @@ def draw_whole(axes: Axes, material: Material) -> None:
 
 def draw_enlarged(axes: Axes, material: Material) -> None:
     """Draw the part of the trial in which the collisions follow each other fastest."""
-    low, high = material.crowded_frames
+    low, high = material.dense_frames
     draw_space_time(axes, material, (low, high))
     _label(axes, material)
     shown = [c for c in material.result.collisions if low <= c.frame <= high]
@@ -204,8 +204,8 @@ def legend_handles(material: Material) -> list[Line2D]:
 
 
 def draw_velocities(axes: Axes, material: Material) -> None:
-    """Draw the velocities where the collisions crowd; positive is away from the wall."""
-    frames = material.crowded_frames if worth_enlarging(material) else material.shown_frames
+    """Draw the velocities where the collisions lie densest; positive is away from the wall."""
+    frames = material.dense_frames if worth_enlarging(material) else material.shown_frames
     scale, collisions = scale_of(material.result), material.result.collisions
     unit = scale.speed * material.outward
     bodies = [("ball", BALL, material.track.ball)]

@@ -174,7 +174,8 @@ def draw_states(axes: Axes, material: Material) -> None:
 def _draw_points(axes: Axes, material: Material, points: Floats, sigmas: Floats) -> None:
     """Draw the measured states, their uncertainties and the kinds that led to them, (n, 2) each."""
     (x, y), (x_sigma, y_sigma) = points.T, sigmas.T
-    axes.errorbar(x, y, y_sigma, x_sigma, fmt="none", ecolor=GREY, zorder=3, **BARS)
+    if np.isfinite(sigmas).any():
+        axes.errorbar(x, y, y_sigma, x_sigma, fmt="none", ecolor=GREY, zorder=3, **BARS)
     axes.plot(*points[0], "^", color=BLACK, markersize=8, gid="state", zorder=4)
     kinds = np.array([None, *(collision.kind for collision in material.burst)])
     for kind, mark in MARKS.items():

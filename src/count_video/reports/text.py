@@ -86,7 +86,7 @@ def result_notes(result: TrialResult) -> list[Note]:
         ("Footage", _footage(result)),
         *(("Warning", warning) for warning in result.warnings),
     ]
-    return [(label, sentence) for label, sentence in notes if sentence]
+    return [(label, printable(sentence)) for label, sentence in notes if sentence]
 
 
 def _advice(result: TrialResult) -> str:

@@ -233,7 +233,7 @@
     return Math.min(gaps[k], gaps[k + 1]) >= clear;
   }
 
-  function crowded(found) {
+  function densest(found) {
     const times = found.collisions.map((c) => c.time);
     const whole = [times[0], times[times.length - 1]];
     if (times.length < 3) return whole;
@@ -504,7 +504,7 @@
       list([]);
       element("bars").replaceChildren();
       element("sure").textContent = "";
-      for (const id of ["whole", "crowd", "circle"]) pen(id);
+      for (const id of ["whole", "enlarged", "circle"]) pen(id);
     } else {
       element("count").textContent = found.count;
       element("noun").textContent = found.count === 1 ? "collision" : "collisions";
@@ -513,10 +513,10 @@
       line.className = `theory ${found.count === theory ? "same" : "off"}`;
       list(factsOf(found));
       showTrials(theory);
-      const middle = crowded(found);
+      const middle = densest(found);
       const times = found.collisions.map((c) => c.time);
       drawPaths("whole", found, [times[0], times[times.length - 1]], middle);
-      drawPaths("crowd", found, middle, null);
+      drawPaths("enlarged", found, middle, null);
       drawCircle(found, values.heavy / values.light, theory);
     }
     drawMap(theory);
