@@ -131,7 +131,7 @@ def _answer(options: argparse.Namespace) -> int:
         from count_video.batch.cli import answer_campaign
         from count_video.settings import trial_settings
 
-        code = answer_campaign(options, trial_settings(**_settings(options)))
+        code = answer_campaign(options, trial_settings(**_settings(options)), _columns())
         if options.output is not None and not options.json:
             _say_what_is_kept([options.output / name for name in CAMPAIGN_FILES])
         return code
@@ -252,7 +252,7 @@ def _answer_plan(options: argparse.Namespace) -> int:
     else:
         from count_video.reports.plan_text import plan_text
 
-        print(plan_text(plan))
+        print(plan_text(plan, _columns()))
         if kept:
             _say_what_is_kept([options.output / name for name in NAMES])
     return EXIT_COUNTED

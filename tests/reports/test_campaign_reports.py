@@ -120,6 +120,21 @@ def test_a_long_campaign_keeps_its_histogram_on_the_screen() -> None:
     assert max(map(len, text_of(*rows).splitlines())) <= 80
 
 
+def test_one_trial_alone_has_no_spread() -> None:
+    assert "SD" not in text_of(row("a", restitution_wall=0.98))
+    assert "SD 0.010 over 2" in text_of(
+        row("a", restitution_wall=0.98), row("b", restitution_wall=0.96)
+    )
+
+
+@pytest.mark.parametrize("width", [40, 60])
+def test_sentences_are_as_wide_as_is_asked_for(width: int) -> None:
+    rows = [row("a", None, reason=" ".join(["word"] * 40))]
+    lines = campaign_text(rows, summarise(rows), width).partition("Number of")[0].splitlines()
+    assert max(map(len, lines)) <= width
+    assert len(lines) > 3
+
+
 def test_no_trial_at_all_has_a_summary() -> None:
     assert "Number of trials                     0" in text_of()
     assert json.loads(campaign_json([], summarise([])))["mean"] is None

@@ -203,9 +203,12 @@ def advice(row: TrialRow) -> str:
     )
 
 
-def campaign_text(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
-    """Write the end of a campaign's report: who needs a person first, then the paper's table."""
-    lines = [*_doubt_lines(rows)]
+def campaign_text(rows: Sequence[TrialRow], summary: CampaignSummary, width: int = WIDTH) -> str:
+    """Write the end of a campaign's report: who needs a person first, then the paper's table.
+
+    Sentences are wrapped at ``width`` columns; the table takes 80.
+    """
+    lines = [*_doubt_lines(rows, width)]
     if len(summary.groups) > 1:
         lines += [entry("Number of trials", str(summary.whole.trials))]
         lines += [entry("  of these counted", str(summary.whole.counted))]
@@ -215,7 +218,7 @@ def campaign_text(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
     return "\n".join([*lines, *_table_lines(summary.whole)])
 
 
-def _doubt_lines(rows: Sequence[TrialRow]) -> list[str]:
+def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
     doubtful = [row for row in rows if row.needs_a_person]
     if not doubtful:
         return []
@@ -223,8 +226,8 @@ def _doubt_lines(rows: Sequence[TrialRow]) -> list[str]:
     for what_to_do in dict.fromkeys(map(advice, doubtful)):
         for row in doubtful:
             if advice(row) == what_to_do:
-                lines += _wrapped(f"{row.name}: {_why(row)}")
-        lines += _wrapped(f"What to do: {what_to_do}.")
+                lines += _wrapped(f"{row.name}: {_why(row)}", width)
+        lines += _wrapped(f"What to do: {what_to_do}.", width)
     return [*lines, ""]
 
 
@@ -262,13 +265,19 @@ def physics_lines(one: Summary) -> list[Line]:
         ("Energy kept", one.energy_kept),
     ]
     lines = [
-        (label, f"{spread.mean:.3f}", f"SD {spread.sd:.3f} over {spread.number}")
+        (label, f"{spread.mean:.3f}", _over(spread))
         for label, spread in physics
         if spread is not None
     ]
     if one.geometric_share is not None:
         lines.append(("Geometric endings", f"{one.geometric_share:.0%}", ""))
     return lines
+
+
+def _over(spread: Spread) -> str:
+    if spread.number == 1:
+        return "of 1 trial"  # which has no spread
+    return f"SD {spread.sd:.3f} over {spread.number}"
 
 
 def paper_lines(
@@ -314,8 +323,8 @@ def _number(value: float | None, decimals: int = 0) -> str:
     return "-" if value is None else f"{value:.{decimals}f}"
 
 
-def _wrapped(text: str) -> list[str]:
-    return textwrap.wrap(printable(text), WIDTH, initial_indent="  ", subsequent_indent=" " * 6)
+def _wrapped(text: str, width: int) -> list[str]:
+    return textwrap.wrap(printable(text), width, initial_indent="  ", subsequent_indent=" " * 6)
 
 
 # ---- JSON and CSV -----------------------------------------------------------------------------

@@ -24,7 +24,7 @@ from count_video.planning.request import PlanRequest
 from count_video.planning.tolerances import Spread, TrialTable, restitution_range
 from count_video.planning.whole import Plan
 from count_video.reports.campaign import entry, histogram_lines, paper_lines
-from count_video.reports.words import Note, answer_text, plural
+from count_video.reports.words import WIDTH, Note, answer_text, plural
 
 LISTED_AT_MOST = 5
 """Of more counts than so many only the range is given."""
@@ -36,9 +36,10 @@ GOOD_BALL_PX = 60
 """From this width on a ball is followed well."""
 
 
-def plan_text(plan: Plan) -> str:
-    """Write the plan as plain text of at most 80 columns, without a line's end at its end."""
-    return answer_text(plan_headline(plan), plan_notes(plan), table_lines(plan.table))
+def plan_text(plan: Plan, width: int = WIDTH) -> str:
+    """Write the plan as plain text, in sentences of at most ``width`` columns."""
+    table = table_lines(plan.table)
+    return answer_text(plan_headline(plan), plan_notes(plan), table, width=width)
 
 
 def plan_headline(plan: Plan) -> str:
