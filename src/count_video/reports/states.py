@@ -198,7 +198,7 @@ def _say_instead(axes: Axes, material: Material) -> None:
 
 def draw_energy(axes: Axes, material: Material) -> None:
     """Draw each share of the energy against the collision's number, in % of the first state's."""
-    axes.set_title("Energy after each collision; bars: standard uncertainty")
+    axes.set_title("Energy after each collision; bars: uncertainty")
     states = measured_states(material)
     if states is None:
         _say_instead(axes, material)
