@@ -216,15 +216,16 @@ def _place(labels: Sequence[Annotation], marks: Floats, panel: Floats) -> None:
 
 
 # ---- footage ----------------------------------------------------------------------------------
+# A canvas is RGB, shape (height, width, 3); places and lengths on it are px.
 
 
 def ring(canvas: Pixels, centre: Point, radius: float, colour: Colour) -> None:
-    """Draw a circle, placed to a fraction of a pixel."""
+    """Draw a circle on a canvas (height, width, 3), placed to a fraction of a pixel."""
     cv2.circle(canvas, _fixed(centre), _length(radius), colour, 2, cv2.LINE_AA, _FINE)
 
 
 def path(canvas: Pixels, points: Sequence[Point], colour: Colour) -> None:
-    """Draw a line through points."""
+    """Draw a line through points (x, y) in px."""
     fixed = np.array([_fixed(point) for point in points], np.int32)
     cv2.polylines(canvas, [fixed], False, colour, 2, cv2.LINE_AA, _FINE)
 
@@ -232,7 +233,8 @@ def path(canvas: Pixels, points: Sequence[Point], colour: Colour) -> None:
 def mark(canvas: Pixels, kind: CollisionKind, at: Point, size: float, *, seen: bool = True) -> None:
     """Draw the mark of a collision: a disc between the bodies, a square at the wall.
 
-    What is inferred between frames is hollow: white with a thick rim of the colour.
+    ``size`` is half its width in px. What is inferred between frames is hollow: white with a thick
+    rim of the colour.
     """
     colour = rgb(MARKS[kind].colour)
     rim, inside = (rgb(WHITE), colour) if seen else (colour, rgb(WHITE))

@@ -181,7 +181,7 @@ class ContactFrames:
                     self._wanted[index].append(collision)
 
     def take(self, index: int, luma: Luma) -> None:
-        """Cut out what is wanted of the next frame."""
+        """Cut out what is wanted of the next frame, whose brightness has shape (height, width)."""
         for collision in self._wanted.get(index, ()):
             row = int(np.searchsorted(self.track.frame, index))
             cut = _cut(luma, collision, self.track, shift_of(self.track, row))

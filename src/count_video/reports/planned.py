@@ -67,7 +67,7 @@ class _Filmed:
         return self.plan.framing.ball_at_most_px / self.plan.request.ball_diameter_m
 
     def px(self, metres: Floats | float) -> Floats:
-        """Place in the picture of what lies so far from the wall."""
+        """Place in the picture, in px, of what lies so far from the wall; of the same shape."""
         wall_px = WALL_DIAMETERS * self.plan.motion.setup.ball_diameter_m * self.px_per_m
         return np.asarray(wall_px + self.px_per_m * np.asarray(metres))
 

@@ -1,4 +1,9 @@
-"""States and energies after each collision, drawn as the phase circle and against the number."""
+"""States and energies after each collision, drawn as the phase circle and against the number.
+
+The coordinates are those of G. Galperin (Playing pool with pi, 2003): V1 = sqrt(M) v1 and
+V2 = sqrt(m) v2, in which every collision without loss is a reflection and the energy is the square
+of the distance from the origin.
+"""
 
 from __future__ import annotations
 
@@ -222,7 +227,8 @@ def _energies(
 ) -> list[tuple[str, str, str, tuple[Floats, Floats]]]:
     """Label, mark, colour, and the share with its uncertainty in %, of each kind of energy.
 
-    That of a square is twice the value times its uncertainty; the two bodies' are independent.
+    Uncertainties are propagated to first order (JCGM 100:2008, 5.1.2): that of a square is twice
+    the value times its own. The two bodies' are taken as independent.
     """
     heavy, light = 100 * states.scaled_heavy**2, 100 * states.scaled_light**2
     heavy_sigma = 200 * np.abs(states.scaled_heavy) * states.heavy_sigma

@@ -91,7 +91,7 @@ def collisions_array(result: TrialResult) -> NDArray[np.void]:
 
 
 def table_csv(table: NDArray[np.void], **decimals: int) -> str:
-    """Write a structured array as CSV with a heading; what is not known is an empty cell.
+    """Write a structured array, shape (rows,), as CSV with a heading; NaN is an empty cell.
 
     ``decimals`` are those of columns that need others than is usual.
     """
