@@ -15,16 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from count_video.batch.summary import summarise
-from count_video.reports.campaign import (
-    COLUMNS,
-    TrialRow,
-    advice,
-    campaign_json,
-    campaign_text,
-    trial_line,
-    trials_csv,
-)
+from count_video.reports.campaign import TrialRow, advice, campaign_json, campaign_text, trial_line
 from count_video.reports.progress_bar import CampaignBar
+from count_video.reports.tables import TRIAL_COLUMNS, trials_csv
 from count_video.reports.words import printable
 from table_rows import row
 
@@ -166,7 +159,7 @@ def test_any_name_and_reason_stay_in_their_cell_and_off_the_terminal(
 ) -> None:
     trial = row(name, None, reason=reason, clip=name)
     (cells,) = cells_of(trial)
-    assert set(cells) == set(COLUMNS)
+    assert set(cells) == set(TRIAL_COLUMNS)
     assert cells["name"] in (printable(name), f"'{printable(name)}")
     assert all(sign.isprintable() or sign == "\n" for sign in text_of(trial))
     assert trial_line(trial).isprintable()

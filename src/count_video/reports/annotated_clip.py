@@ -130,7 +130,7 @@ class ClipLayout:
         return x + self.left_px, y + self.top_px
 
     def put(self, canvas: Pixels, luma: Pixels) -> Pixels:
-        """Put footage, shape (height, width), into its place, and return the rows down to its end."""
+        """Put footage (height, width) into its place, and return the rows down to its end."""
         size = (self.footage_width_px, self.footage_height_px)
         if luma.shape != size[::-1]:
             smooth = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_LINEAR

@@ -1,12 +1,10 @@
-"""A campaign's trials and what they say together: as text, as JSON and as a table."""
+"""A campaign's trials and what they say together: as text and as JSON."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -327,7 +325,7 @@ def _wrapped(text: str, width: int) -> list[str]:
     return textwrap.wrap(printable(text), width, initial_indent="  ", subsequent_indent=" " * 6)
 
 
-# ---- JSON and CSV -----------------------------------------------------------------------------
+# ---- JSON ------------------------------------------------------------------------------------
 
 
 def campaign_json(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
@@ -349,45 +347,3 @@ def _doubt(row: TrialRow) -> dict[str, object]:
         "reason": row.not_kept or row.result["reason"],
         "what_to_do": advice(row),
     }
-
-
-COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
-    "name": lambda row: row.name,
-    "clip": lambda row: row.result["clip"],
-    "status": lambda row: row.result["status"],
-    "count": lambda row: row.count,
-    "probability": lambda row: row.probability,
-    "needs_a_person": lambda row: "yes" if row.needs_a_person else "no",
-    "reason": lambda row: "; ".join(filter(None, (row.result["reason"], row.not_kept))),
-    "what_to_do": advice,
-    "seen": lambda row: row.result["seen"],
-    "between_frames": lambda row: row.result["between_frames"],
-    "capture_fps": lambda row: row.figure("capture_fps"),
-    "theory": lambda row: row.theory,
-    "mass_ratio": lambda row: row.figure("mass_ratio"),
-    "pi_low": lambda row: row.figure("pi_low"),
-    "pi_high": lambda row: row.figure("pi_high"),
-    "restitution_bodies": lambda row: row.figure("restitution", "bodies", "value"),
-    "restitution_wall": lambda row: row.figure("restitution", "wall", "value"),
-    "energy_kept": lambda row: row.figure("energy_kept"),
-    "ending": lambda row: row.ending,
-}
-"""Columns of the table of trials, and what stands in them; None is an empty cell."""
-
-
-def trials_csv(rows: Sequence[TrialRow]) -> str:
-    """Write the rows as CSV, those that need a person first; what is not known is an empty cell."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for row in sorted(rows, key=lambda row: not row.needs_a_person):
-        writer.writerow([_cell(value(row)) for value in COLUMNS.values()])
-    return text.getvalue()
-
-
-def _cell(value: object) -> str:
-    if value is None or isinstance(value, float):
-        return "" if value is None else f"{value:.6g}"
-    text = printable(str(value))
-    # A spreadsheet would run a cell that begins so as a formula; a clip's name is only text.
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text

@@ -1,11 +1,11 @@
-"""The track and the collisions as tables: for NumPy, for a spreadsheet, and for a terminal."""
+"""Track, collisions and trials as tables: for NumPy, for a spreadsheet, and for a terminal."""
 
 from __future__ import annotations
 
 import csv
 import io
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Collision, Track, TrialResult
+from count_video.reports.campaign import TrialRow, advice
 from count_video.reports.material import burst_size, scale_of
-from count_video.reports.words import WIDTH, fixed
+from count_video.reports.words import WIDTH, fixed, printable
 
 _TYPES = {"number": "i8", "kind": "U6", "seen": "?", "in_burst": "?", "quality": "U5"}
 """Of the columns that are no float64."""
@@ -41,6 +42,28 @@ _DECIMALS = {
     "time_s": 6,
 }
 """Decimals of numbers in a spreadsheet; 4 where a column is not named."""
+TRIAL_COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
+    "name": lambda row: row.name,
+    "clip": lambda row: row.result["clip"],
+    "status": lambda row: row.result["status"],
+    "count": lambda row: row.count,
+    "probability": lambda row: row.probability,
+    "needs_a_person": lambda row: row.needs_a_person,
+    "reason": lambda row: "; ".join(filter(None, (row.result["reason"], row.not_kept))),
+    "what_to_do": advice,
+    "seen": lambda row: row.result["seen"],
+    "between_frames": lambda row: row.result["between_frames"],
+    "capture_fps": lambda row: row.figure("capture_fps"),
+    "theory": lambda row: row.theory,
+    "mass_ratio": lambda row: row.figure("mass_ratio"),
+    "pi_low": lambda row: row.figure("pi_low"),
+    "pi_high": lambda row: row.figure("pi_high"),
+    "restitution_bodies": lambda row: row.figure("restitution", "bodies", "value"),
+    "restitution_wall": lambda row: row.figure("restitution", "wall", "value"),
+    "energy_kept": lambda row: row.figure("energy_kept"),
+    "ending": lambda row: row.ending,
+}
+"""Columns of the table of trials, and what stands in them; None is an empty cell."""
 NOT_KNOWN = "-"
 
 
@@ -95,22 +118,39 @@ def table_csv(table: NDArray[np.void], **decimals: int) -> str:
 
     ``decimals`` are those of columns that need others than is usual.
     """
+    names = table.dtype.names or ()
+    rows = (zip(names, row, strict=True) for row in table.tolist())
+    usual = _DECIMALS | decimals
+    return _csv(names, ([_cell(v, f".{usual.get(name, 4)}f") for name, v in row] for row in rows))
+
+
+def trials_csv(trials: Sequence[TrialRow]) -> str:
+    """Write the trials of a campaign as CSV, those that need a person first.
+
+    What is not known is an empty cell.
+    """
+    ordered = sorted(trials, key=lambda trial: not trial.needs_a_person)
+    rows = ([_cell(value(trial), ".6g") for value in TRIAL_COLUMNS.values()] for trial in ordered)
+    return _csv(TRIAL_COLUMNS, rows)
+
+
+def _csv(names: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
     target = io.StringIO()
     writer = csv.writer(target, lineterminator="\n")
-    names = table.dtype.names or ()
     writer.writerow(names)
-    for row in table.tolist():
-        cells = zip(names, row, strict=True)
-        writer.writerow([_cell(v, (_DECIMALS | decimals).get(name, 4)) for name, v in cells])
+    writer.writerows(rows)
     return target.getvalue()
 
 
-def _cell(value: object, decimals: int) -> str:
+def _cell(value: object, number: str) -> str:
+    """Write a value as a cell; ``number`` is the format of a float."""
+    if value is None or isinstance(value, float):
+        return f"{value:{number}}" if value is not None and math.isfinite(value) else ""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.{decimals}f}" if math.isfinite(value) else ""
-    return str(value)
+    text = printable(str(value))
+    # A spreadsheet would run a cell that begins so as a formula; a clip's name is only text.
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text
 
 
 # ---- for a terminal ----------------------------------------------------------------------------
