@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,39 +25,19 @@ SAME_SHARE = 0.5
 def collisions_of(
     observed: Observations, solution: Solution, found: SeenCollisions
 ) -> tuple[Collision, ...]:
-    """Collisions of the fitted burst, numbered from 1.
-
-    The time is that of a collision seen in the frames, where there is one; the rest is the model's.
-    """
+    """Collisions of the fitted burst, numbered from 1."""
     start = float(observed.frame[0]) - 1.0
     paths = follow_one(solution.values, solution.count, start)
     frames = observed.origin + paths.time[0, 1:]
     sigmas, *state_sigmas = _sigmas(solution, paths)
     partners = _partners(frames, sigmas, found.collisions[: found.burst])
-    states = (paths.before[:, 0, 1:].T, paths.states[:, 0, 1:].T)
-    collisions = []
-    for event in range(solution.count):
-        partner = partners.get(event)
-        when = (frames[event], sigmas[event])
-        frame, sigma = when if partner is None else (partner.frame, partner.frame_sigma)
-        before, after = (
-            _velocities(state[event], state_sigma[event], observed.sign)
-            for state, state_sigma in zip(states, state_sigmas, strict=True)
+    return tuple(
+        _with_sigmas(
+            _collision(observed, paths, event, (frames[event], sigmas[event]), partners.get(event)),
+            *(state_sigma[event] for state_sigma in state_sigmas),
         )
-        collisions.append(
-            Collision(
-                number=event + 1,
-                kind=_kind(event),
-                frame=float(frame),
-                frame_sigma=float(sigma),
-                time_s=None,
-                seen=partner is not None,
-                position_px=observed.sign * float(states[1][event, 2]),
-                velocity_before=before,
-                velocity_after=after,
-            )
-        )
-    return tuple(collisions)
+        for event in range(solution.count)
+    )
 
 
 def _sigmas(solution: Solution, paths: Paths) -> list[Floats]:
@@ -75,6 +56,20 @@ def _sigmas(solution: Solution, paths: Paths) -> list[Floats]:
         variances = np.einsum("...p,pq,...q->...", known, covariance, known, optimize=True)
         sigmas.append(np.asarray(np.sqrt(np.maximum(variances, 0.0))))
     return sigmas
+
+
+def _with_sigmas(collision: Collision, before: Floats, after: Floats) -> Collision:
+    """Give velocities the uncertainties of their states: the heavy body's 2nd, the ball's 4th."""
+
+    def known(velocities: Velocities, state: Floats) -> Velocities:
+        ball, heavy = float(state[3]), float(state[1])
+        return replace(velocities, ball_sigma_px_frame=ball, heavy_sigma_px_frame=heavy)
+
+    return replace(
+        collision,
+        velocity_before=known(collision.velocity_before, before),
+        velocity_after=known(collision.velocity_after, after),
+    )
 
 
 def _partners(frames: Floats, sigmas: Floats, seen: Sequence[Collision]) -> dict[int, Collision]:
@@ -104,8 +99,25 @@ def _kind(event: int) -> CollisionKind:
     return "wall" if event % 2 else "bodies"
 
 
-def _velocities(state: Floats, sigma: Floats, sign: int) -> Velocities:
-    """Velocities of a state (heavy body's place and velocity, then the ball's) in the picture."""
-    return Velocities(
-        sign * float(state[3]), sign * float(state[1]), float(sigma[3]), float(sigma[1])
+def _collision(
+    observed: Observations,
+    paths: Paths,
+    event: int,
+    when: tuple[float, float],
+    partner: Collision | None,
+) -> Collision:
+    """One collision; its time is the seen one where there is one, the rest is the model's."""
+    before, after = paths.before[:, 0, event + 1], paths.states[:, 0, event + 1]
+    sign = observed.sign
+    frame, sigma = when if partner is None else (partner.frame, partner.frame_sigma)
+    return Collision(
+        number=event + 1,
+        kind=_kind(event),
+        frame=float(frame),
+        frame_sigma=float(sigma),
+        time_s=None,
+        seen=partner is not None,
+        position_px=sign * float(after[2]),
+        velocity_before=Velocities(sign * float(before[3]), sign * float(before[1])),
+        velocity_after=Velocities(sign * float(after[3]), sign * float(after[1])),
     )
