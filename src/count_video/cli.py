@@ -21,7 +21,7 @@ from count_video.ending import before_the_end, end_well_on_signals
 from count_video.errors import CountVideoError, UsageError
 from count_video.options import complete_options, is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.reports.printable import printable
+from count_video.reports.words import printable
 
 if TYPE_CHECKING:
     from count_video.api import Result
@@ -131,7 +131,7 @@ def _answer(options: argparse.Namespace) -> int:
         from count_video.batch.cli import answer_campaign
         from count_video.settings import trial_settings
 
-        code = answer_campaign(options, trial_settings(**_settings(options)))
+        code = answer_campaign(options, trial_settings(**_settings(options)), _columns())
         if options.output is not None and not options.json:
             _say_what_is_kept([options.output / name for name in CAMPAIGN_FILES])
         return code
@@ -216,11 +216,11 @@ def _quieten_the_drawing() -> None:
 
 
 def _answer_theory(options: argparse.Namespace) -> int:
-    from count_video.reports.theory_text import theory_text
+    from count_video.reports.plan_text import theory_text
 
     print(theory_text(*options.theory))
     if options.output is not None:
-        from count_video.reports.theory_picture import write_theory_picture
+        from count_video.reports.figure import write_theory_picture
 
         write_theory_picture(tuple(options.theory), options.output, options.picture_format)
         _say_what_is_kept([options.output / f"theory.{options.picture_format}"])
@@ -236,7 +236,7 @@ def _answer_plan(options: argparse.Namespace) -> int:
     request = PlanRequest(**plan_values(options), tolerances=tolerances)
     kept = options.output is not None
     if kept:
-        from count_video.reports.plan_files import NAMES, open_folder, write_plan
+        from count_video.reports.plan_picture import NAMES, open_folder, write_plan
 
         outputs = open_folder(options.output)
         outputs.csv_dialect = options.csv_dialect
@@ -252,7 +252,7 @@ def _answer_plan(options: argparse.Namespace) -> int:
     else:
         from count_video.reports.plan_text import plan_text
 
-        print(plan_text(plan))
+        print(plan_text(plan, _columns()))
         if kept:
             _say_what_is_kept([options.output / name for name in NAMES])
     return EXIT_COUNTED
@@ -316,7 +316,7 @@ def _say_what_is_kept(files: Sequence[Path]) -> None:
     others = ", ".join(printable(file.name) for file in files if file != first)
     words = printable(str(first)) + (" (open it in a browser)" if first.suffix == ".html" else "")
     words += f", and beside it {others}" if others else ""
-    from count_video.reports.text import labelled
+    from count_video.reports.words import labelled
 
     print("", *labelled("Written", words, _columns()), sep="\n", flush=True)
 

@@ -23,7 +23,7 @@ from count_video.inputs import (
     stored_number,
 )
 from count_video.records import Collision, Correction, TrialResult
-from count_video.reports.printable import storable
+from count_video.reports.words import storable
 
 CORRECTIONS_VERSION = 1
 SAME_COLLISION_FRAMES = 1.0

@@ -15,6 +15,7 @@ Conventions
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -145,6 +146,10 @@ class Velocities:
 
     ball_px_frame: float
     heavy_px_frame: float
+    ball_sigma_px_frame: float = math.nan
+    """Standard uncertainty of the ball's."""
+    heavy_sigma_px_frame: float = math.nan
+    """Standard uncertainty of the heavy body's."""
 
 
 @dataclass(frozen=True)

@@ -80,10 +80,10 @@ def test_a_fault_in_the_work_is_the_answer_of_its_job_alone() -> None:
                 future.set_exception(ZeroDivisionError("a\nfault"))
             return future
 
-    told = dict(answers([job("a"), job("b"), job("c")], Faulty()))
-    reason = json.loads(told[job("b")].text)["reason"]
+    said = dict(answers([job("a"), job("b"), job("c")], Faulty()))
+    reason = json.loads(said[job("b")].text)["reason"]
     assert "ZeroDivisionError: a fault" in reason
-    assert [told[job(name)].final for name in "abc"] == [True, False, True]
+    assert [said[job(name)].final for name in "abc"] == [True, False, True]
 
 
 def test_a_job_that_the_cluster_lets_go_fails() -> None:
@@ -141,8 +141,8 @@ def test_a_campaign_that_is_done_lets_its_workers_end() -> None:
             return future
 
     workers = Plain()
-    told = list(run_campaign([job("a"), job("b")], lambda: workers, None))
-    assert [one.row.result["reason"] for one in told] == ["nothing to see"] * 2
+    said = list(run_campaign([job("a"), job("b")], lambda: workers, None))
+    assert [one.row.result["reason"] for one in said] == ["nothing to see"] * 2
     assert workers.closed == [False]
 
 

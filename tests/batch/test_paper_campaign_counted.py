@@ -44,8 +44,8 @@ def test_short_trials_of_the_papers_campaign_are_counted_as_they_are(
     }
     truth = json.loads((tmp_path / "campaign.truth.json").read_text("utf-8"))
     assert found == truth["counts"]
-    told = json.loads((results / "campaign.json").read_text("utf-8"))
-    assert {key: told[key] for key in ("trials", "maximum", "minimum", "mean", "theory")} == {
+    said = json.loads((results / "campaign.json").read_text("utf-8"))
+    assert {key: said[key] for key in ("trials", "maximum", "minimum", "mean", "theory")} == {
         "trials": len(SHORT),
         "maximum": truth["maximum"],
         "minimum": truth["minimum"],
@@ -68,9 +68,9 @@ def test_the_readmes_campaign_runs_as_printed_and_gives_the_papers_table(
     for line in shown:
         assert line in printed, "in this order"
     truth = json.loads(Path("trials/campaign.truth.json").read_text("utf-8"))
-    told = json.loads(Path("results/campaign.json").read_text("utf-8"))
+    said = json.loads(Path("results/campaign.json").read_text("utf-8"))
     for key in ("trials", "maximum", "minimum", "mean", "sd_population"):
-        assert told[key] == pytest.approx(truth[key], rel=1e-12)
+        assert said[key] == pytest.approx(truth[key], rel=1e-12)
 
 
 def test_the_page_names_every_key_of_the_campaigns_json() -> None:

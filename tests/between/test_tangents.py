@@ -63,6 +63,26 @@ def test_derivatives_are_those_of_the_motion(column: int) -> None:
         assert np.allclose(exact[:, column], difference, atol=DERIVATIVE_SHARE * max(scale, 1e-9))
 
 
+@pytest.mark.parametrize("column", range(FIRST_DEVIATION + 12))
+def test_velocities_before_a_collision_change_as_those_of_the_motion(column: int) -> None:
+    at = values(12)
+    step = np.zeros_like(at)
+    step[column] = STEP * (1e-3 if column == Column.HEAVY_PULL else 1.0)
+    above, below = (motion(at + side * step).before[[1, 3], 0, 1:] for side in (1, -1))
+    tangents, paths = tangents_of(motion(at), at), motion(at)
+    heavy, _, ball, _ = paths.before[:, 0, 1:]
+    laws = paths.pendulums
+    pulls = [
+        laws.heavy_rate[0] ** 2 * (laws.heavy_rest[0] - heavy),
+        laws.ball_rate[0] ** 2 * (laws.ball_rest[0] - ball),
+    ]
+    # A tangent is taken at a fixed time; the collision moves, and the pull acts for longer.
+    exact = tangents.arriving[:, [1, 3], column].T + pulls * tangents.time[:, column]
+    difference = (above - below) / (2 * step[column])
+    scale = np.abs(difference).max() + np.abs(exact).max()
+    assert np.allclose(exact, difference, atol=DERIVATIVE_SHARE * max(scale, 1e-9))
+
+
 def measured(at: Floats) -> tuple[Floats, Floats, Floats]:
     paths = motion(at)
     sampled = sample(paths, at[None], FRAME)

@@ -1,4 +1,4 @@
-"""A person's corrections: read from a file, laid over a result, told by the command."""
+"""A person's corrections: read from a file, laid over a result, printed by the command."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def test_a_file_that_is_no_such_json_is_refused(
         reviewed(result, tmp_path / "missing.json")
 
 
-def test_the_text_tells_the_reviewed_count_beside_the_tools_own(
+def test_the_text_has_the_reviewed_count_beside_the_tools_own(
     result: TrialResult, tmp_path: Path
 ) -> None:
     text = result_text(reviewed(result, saved(tmp_path, wrong(result, 3), missed(60.0, "bodies"))))
@@ -145,9 +145,9 @@ def test_the_command_reports_the_review(
 ) -> None:
     path = saved(tmp_path, wrong(result, 3))
     assert cli.main([str(CLIP), "--json", "--corrections", str(path)]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["count"], told["reviewed_count"]) == (12, 11)
-    assert [entry["number"] for entry in told["corrections"]] == [3]
+    said = json.loads(capsys.readouterr().out)
+    assert (said["count"], said["reviewed_count"]) == (12, 11)
+    assert [entry["number"] for entry in said["corrections"]] == [3]
 
 
 @pytest.mark.usefixtures("counted_before")

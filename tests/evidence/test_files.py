@@ -114,7 +114,7 @@ def test_nothing_of_this_is_paid_for_without_being_asked_for(arguments: list[str
     assert done.stderr.strip() == "[]"
 
 
-def test_the_theory_is_told_with_all_its_parts(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_theory_is_printed_with_all_its_parts(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["--theory", "1050", "10.5"]) == 0
     text = capsys.readouterr().out
     assert text.startswith("1050 and 10.5: 31 collisions\n")

@@ -13,8 +13,7 @@ from evidence_made import Made
 
 from count_video.batch.summary import summarise
 from count_video.records import Correction
-from count_video.reports.campaign_page import campaign_page
-from count_video.reports.page import Footage, clip_page
+from count_video.reports.page import Footage, campaign_page, clip_page
 from table_rows import row
 
 if TYPE_CHECKING:

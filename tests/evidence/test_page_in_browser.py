@@ -30,7 +30,7 @@ CONTRAST = """(element) => {
   const [a, b] = [light(getComputedStyle(element).color), light(paper(ground))];
   return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05); }"""
 PATIENCE = 200
-"""Looks at 50 ms each: what should happen at once may take long on a busy machine."""
+"""Waits of 50 ms each: what should happen at once may take long on a busy machine."""
 
 
 @dataclass

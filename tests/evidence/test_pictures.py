@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from evidence_made import CLIP, Made
 from matplotlib.axes import Axes
+from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 from PIL import Image
@@ -19,12 +20,17 @@ from PIL import Image
 from count_video.batch.summary import summarise
 from count_video.followed import followed
 from count_video.footage.reader import open_footage
-from count_video.reports.campaign_page import campaign_figure
 from count_video.reports.drawing import MARKS, drawable, picture_bytes, rgb
-from count_video.reports.figure import panel_figures, thumbnail_jpeg, trial_figure
+from count_video.reports.figure import (
+    campaign_figure,
+    panel_figures,
+    theory_figure,
+    thumbnail_jpeg,
+    trial_figure,
+)
 from count_video.reports.frame_samples import SpaceTimeSampler
-from count_video.reports.material import Material, SpaceTime
-from count_video.reports.theory_picture import theory_figure
+from count_video.reports.material import Material, SpaceTime, scale_of
+from count_video.reports.states import measured_states
 from table_rows import row, rows_of
 from tiers import rest_slow
 
@@ -97,19 +103,19 @@ def test_the_enlarged_part_numbers_every_collision_that_it_shows(
     figure: Figure, material: Material
 ) -> None:
     axes = panel(figure, "Enlarged")
-    low, high = material.crowded_frames
+    low, high = material.dense_frames
     inside = [str(c.number) for c in material.result.collisions if low <= c.frame <= high]
     assert numbers(axes) == inside
     assert len(inside) >= round(0.6 * len(material.result.collisions))
     assert axes.get_xlim() == (low, high)
 
 
-@pytest.mark.parametrize("crowding", [1.0, 0.3])
+@pytest.mark.parametrize("closeness", [1.0, 0.3])
 def test_no_number_lies_on_another_and_each_is_nearest_to_its_own_mark(
-    material: Material, crowding: float
+    material: Material, closeness: float
 ) -> None:
     closer = tuple(
-        replace(c, frame=120.0 + crowding * (c.frame - 120.0)) for c in material.result.collisions
+        replace(c, frame=120.0 + closeness * (c.frame - 120.0)) for c in material.result.collisions
     )
     figure = trial_figure(replace(material, result=replace(material.result, collisions=closer)))
     for axes in figure.axes:
@@ -124,7 +130,7 @@ def test_no_number_lies_on_another_and_each_is_nearest_to_its_own_mark(
             assert nearest.xy == text.xy
 
 
-def test_a_trial_without_a_crowded_part_is_not_enlarged(material: Material) -> None:
+def test_a_trial_without_a_dense_part_is_not_enlarged(material: Material) -> None:
     three = material.result.collisions[:3]
     frames = (40.0, 120.0, 200.0)
     spread = tuple(replace(c, frame=frame) for c, frame in zip(three, frames, strict=True))
@@ -154,11 +160,11 @@ def test_letters_of_an_svg_are_letters(figure: Figure) -> None:
 
 
 def test_axes_say_what_they_show_and_in_which_unit(figure: Figure) -> None:
-    whole, crowd = panel(figure, "Space and time"), panel(figure, "Enlarged")
+    whole, enlarged = panel(figure, "Space and time"), panel(figure, "Enlarged")
     assert "(px)" in whole.get_ylabel()
-    assert "(px)" in crowd.get_ylabel()
+    assert "(px)" in enlarged.get_ylabel()
     assert "(m/s)" in panel(figure, "Velocities").get_ylabel()
-    for axes in (whole, crowd, panel(figure, "Velocities")):
+    for axes in (whole, enlarged, panel(figure, "Velocities")):
         assert axes.get_xlabel() == "frame"
     assert "V_1" in panel(figure, "Phase circle").get_xlabel()
     assert "(%" in panel(figure, "Energy").get_ylabel()
@@ -198,6 +204,31 @@ def test_the_measured_states_start_on_the_circle_and_keep_their_energy(
     assert energy[0] == pytest.approx(100.0)
     # The set-up is lossless; velocities are measured to a few per cent.
     assert np.abs(energy - 100.0).max() < 15
+
+
+def bars(axes: Axes, name: str) -> np.ndarray:
+    """Half the lengths of the vertical bars around the points of a name, shape (n,)."""
+    drawn = [one for one in axes.containers if isinstance(one, ErrorbarContainer)]
+    (found,) = [one for one in drawn if one.get_label() == name]
+    (segments,) = (np.array(lines.get_segments()) for lines in found[2])
+    return np.asarray(np.ptp(segments[:, :, 1], axis=1) / 2)
+
+
+def test_velocities_and_energies_have_bars_of_their_standard_uncertainty(
+    figure: Figure, material: Material
+) -> None:
+    sides = [v for c in material.result.collisions for v in (c.velocity_before, c.velocity_after)]
+    sigma = np.array([(v.ball_sigma_px_frame, v.heavy_sigma_px_frame) for v in sides])
+    assert np.isfinite(sigma).all()
+    assert sigma.min() > 0
+    speed = scale_of(material.result).speed
+    velocities = panel(figure, "Velocities")
+    assert bars(velocities, "ball") == pytest.approx(sigma[:, 0] * speed)
+    assert bars(velocities, "cylinder") == pytest.approx(sigma[:, 1] * speed)
+    states = measured_states(material)
+    assert states is not None
+    wanted = 200 * np.abs(states.scaled_light) * states.light_sigma
+    assert bars(panel(figure, "Energy"), "ball, moving") == pytest.approx(wanted, abs=1e-9)
 
 
 def test_without_a_mass_ratio_the_panels_say_what_they_need(material: Material) -> None:

@@ -63,7 +63,7 @@ def test_outlines_follow_the_shake_and_positions_are_freed_of_it(
     assert np.abs(off).max() <= OUTLINE_WITHIN_PX
 
 
-def test_a_track_tells_how_its_camera_moved(shaken: tuple[Path, Track]) -> None:
+def test_a_track_holds_how_its_camera_moved(shaken: tuple[Path, Track]) -> None:
     clip, track = shaken
     assert track.shift_px is not None
     assert track.shift_px.shape == (len(track.frame), 2)

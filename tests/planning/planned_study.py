@@ -26,7 +26,7 @@ from count_video.physics.simulator import simulate
 from count_video.planning.comparison import compared
 from count_video.planning.request import PlanRequest
 from count_video.records import PlanComparison
-from count_video.reports.text_tables import NAMES
+from count_video.reports.text import NAMES
 from count_video.trial import TrialSettings, count_clip
 from synth_video import cli as synth_cli
 

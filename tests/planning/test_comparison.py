@@ -18,8 +18,7 @@ from count_video.planning.request import PlanRequest, Tolerances
 from count_video.planning.stored import PLAN_VERSION, read_request, request_object
 from count_video.records import Estimate, FittedSetup, TrialResult
 from count_video.reports.json_object import json_object
-from count_video.reports.text import result_text
-from count_video.reports.text_tables import comparison_lines, comparison_sentence
+from count_video.reports.text import comparison_lines, comparison_sentence, result_text
 
 PLANNED = PlanRequest(1050, 10.5, gap_m=0.03, capture_fps=960.0)
 PX_PER_MM, FPS = 2.0, 960.0

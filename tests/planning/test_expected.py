@@ -119,12 +119,13 @@ def test_an_uncertain_mass_ratio_leads_to_every_count_within_it(
 
 def test_pi_within_the_uncertainty_of_the_mass_ratio_is_not_called_outside() -> None:
     # 3 collisions of equal masses: pi is the upper bound itself, which 1.001 misses by little.
-    told = found(SETUP, count=3, mass_ratio=1.0009, pi_low=2.3555, pi_high=3.1407, setup=None)
+    result = found(SETUP, count=3, mass_ratio=1.0009, pi_low=2.3555, pi_high=3.1407, setup=None)
     assert (
-        "within the uncertainty" in notes(result_text(replace(told, mass_ratio_sigma=0.004)))["Pi"]
+        "within the uncertainty"
+        in notes(result_text(replace(result, mass_ratio_sigma=0.004)))["Pi"]
     )
-    assert "pi lies outside" in notes(result_text(replace(told, mass_ratio_sigma=0.0001)))["Pi"]
-    assert "pi lies outside" in notes(result_text(replace(told, mass_ratio_sigma=None)))["Pi"]
+    assert "pi lies outside" in notes(result_text(replace(result, mass_ratio_sigma=0.0001)))["Pi"]
+    assert "pi lies outside" in notes(result_text(replace(result, mass_ratio_sigma=None)))["Pi"]
 
 
 def test_without_a_mass_ratio_nothing_is_expected() -> None:

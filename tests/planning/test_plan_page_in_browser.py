@@ -13,7 +13,7 @@ from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.planning.request import PlanRequest
 from count_video.planning.whole import make_plan
-from count_video.reports.plan_files import plan_page
+from count_video.reports.page import plan_page
 
 if TYPE_CHECKING:
     from playwright import sync_api
@@ -213,7 +213,7 @@ def test_dark_and_light_pages_differ_and_are_drawn(
         opened = open_page(browser, page_file, DESK, scheme)
         opened.wait_for_count(31)
         assert opened.complaints == []
-        for name in ("map", "whole", "crowd", "circle"):
+        for name in ("map", "whole", "enlarged", "circle"):
             assert len(opened.colours(name)) >= 3, name
         drawn[scheme] = opened.colours("map")
         ink, paper = opened.page.evaluate(

@@ -125,7 +125,7 @@ def test_a_set_up_with_room_to_spare_is_left_alone() -> None:
     assert planned.proposals == ()
 
 
-def test_losses_that_squeeze_the_ball_to_rest_are_told_as_such() -> None:
+def test_losses_that_squeeze_the_ball_to_rest_are_named_as_such() -> None:
     spread = spread_of(PlanRequest(10_000, 1), 314)
     assert spread.endless_share > 0.5
     hard = spread_of(PlanRequest(10_000, 1, tolerances=STEEL), 314)

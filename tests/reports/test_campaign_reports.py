@@ -15,17 +15,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from count_video.batch.summary import summarise
-from count_video.reports.campaign import (
-    COLUMNS,
-    TrialRow,
-    advice,
-    campaign_json,
-    campaign_text,
-    trial_line,
-    trials_csv,
-)
-from count_video.reports.printable import printable
+from count_video.reports.campaign import TrialRow, advice, campaign_json, campaign_text, trial_line
 from count_video.reports.progress_bar import CampaignBar
+from count_video.reports.tables import TRIAL_COLUMNS, trials_csv
+from count_video.reports.words import printable
 from table_rows import row
 
 KEYS = [
@@ -51,7 +44,7 @@ def cells_of(*rows: TrialRow) -> list[dict[str, str]]:
         (row(chance=0.9), False),
         (row(chance=0.89), True),
         (row(count=None), True),
-        (row(not_kept="no room"), True),
+        (row(not_kept="no space"), True),
     ],
     ids=["sure", "just sure", "less than sure", "not counted", "not kept"],
 )
@@ -63,8 +56,13 @@ def test_who_needs_a_person_is_marked_everywhere_with_what_to_do(
     assert ("need a person" in text_of(trial)) == doubtful
     assert (advice(trial) != "") == doubtful
     assert (cells_of(trial)[0]["needs_a_person"] == "yes") == doubtful
-    told = json.loads(campaign_json([trial], summarise([trial])))["need_a_person"]
-    assert [doubt["what_to_do"] for doubt in told] == [advice(trial)] * doubtful
+    said = json.loads(campaign_json([trial], summarise([trial])))["need_a_person"]
+    assert [doubt["what_to_do"] for doubt in said] == [advice(trial)] * doubtful
+
+
+def test_who_gave_no_video_is_not_advised_to_film_again() -> None:
+    assert "video file" in advice(row(count=None, frames_decoded=None))
+    assert "film it again" in advice(row(count=None, frames_decoded=300))
 
 
 def test_those_who_need_a_person_come_first_with_the_reason() -> None:
@@ -83,8 +81,8 @@ def test_the_summary_is_the_papers_table() -> None:
         row(str(k), count, mass_ratio=None)
         for k, count in enumerate([31] * 22 + [30] * 4 + [29] * 3 + [28])
     ]
-    told = {line[:30].strip(): line[30:].split()[0] for line in text_of(*rows).splitlines()[:8]}
-    assert told == {
+    said = {line[:30].strip(): line[30:].split()[0] for line in text_of(*rows).splitlines()[:8]}
+    assert said == {
         "Number of trials": "30",
         "of these counted": "30",
         "Maximum value": "31",
@@ -115,6 +113,21 @@ def test_a_long_campaign_keeps_its_histogram_on_the_screen() -> None:
     assert max(map(len, text_of(*rows).splitlines())) <= 80
 
 
+def test_one_trial_alone_has_no_spread() -> None:
+    assert "SD" not in text_of(row("a", restitution_wall=0.98))
+    assert "SD 0.010 over 2" in text_of(
+        row("a", restitution_wall=0.98), row("b", restitution_wall=0.96)
+    )
+
+
+@pytest.mark.parametrize("width", [40, 60])
+def test_sentences_are_as_wide_as_is_asked_for(width: int) -> None:
+    rows = [row("a", None, reason=" ".join(["word"] * 40))]
+    lines = campaign_text(rows, summarise(rows), width).partition("Number of")[0].splitlines()
+    assert max(map(len, lines)) <= width
+    assert len(lines) > 3
+
+
 def test_no_trial_at_all_has_a_summary() -> None:
     assert "Number of trials                     0" in text_of()
     assert json.loads(campaign_json([], summarise([])))["mean"] is None
@@ -122,20 +135,20 @@ def test_no_trial_at_all_has_a_summary() -> None:
 
 @pytest.mark.parametrize("count", [31, None])
 def test_the_keys_of_the_json_are_always_the_same(count: int | None) -> None:
-    told = json.loads(campaign_json([row(count=count)], summarise([row(count=count)])))
-    assert list(told) == KEYS
+    said = json.loads(campaign_json([row(count=count)], summarise([row(count=count)])))
+    assert list(said) == KEYS
 
 
-def test_the_physics_is_told_where_it_is_known() -> None:
+def test_the_physics_is_given_where_it_is_known() -> None:
     rows = [row("a", restitution_wall=0.98, ending="geometric"), row("b", restitution_wall=0.96)]
-    told = json.loads(campaign_json(rows, summarise(rows)))
-    assert told["restitution_wall"] == {
+    said = json.loads(campaign_json(rows, summarise(rows)))
+    assert said["restitution_wall"] == {
         "number": 2,
         "mean": pytest.approx(0.97),
         "sd": pytest.approx(0.01),
     }
-    assert told["restitution_bodies"] is None
-    assert told["geometric_share"] == 1.0
+    assert said["restitution_bodies"] is None
+    assert said["geometric_share"] == 1.0
     assert "Restitution at the wall" in text_of(*rows)
     assert "Restitution" not in text_of(row())
 
@@ -146,7 +159,7 @@ def test_any_name_and_reason_stay_in_their_cell_and_off_the_terminal(
 ) -> None:
     trial = row(name, None, reason=reason, clip=name)
     (cells,) = cells_of(trial)
-    assert set(cells) == set(COLUMNS)
+    assert set(cells) == set(TRIAL_COLUMNS)
     assert cells["name"] in (printable(name), f"'{printable(name)}")
     assert all(sign.isprintable() or sign == "\n" for sign in text_of(trial))
     assert trial_line(trial).isprintable()
@@ -157,7 +170,7 @@ def test_a_name_is_never_a_spreadsheets_formula(name: str) -> None:
     assert cells_of(row(name))[0]["name"] == f"'{name}"
 
 
-def test_the_bar_tells_clips_done_and_gives_way_to_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_bar_shows_clips_done_and_gives_way_to_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "120")
     reader, writer = pty.openpty()

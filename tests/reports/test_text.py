@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from count_video.records import Collision, TrialResult, Velocities
-from count_video.reports.printable import printable
-from count_video.reports.text import plural, result_text
+from count_video.reports.text import result_text
+from count_video.reports.words import plural, printable
 
 TERMINAL_WIDTH = 80
 
@@ -86,8 +86,8 @@ def test_the_kinds_of_the_burst_are_counted_apart() -> None:
 
 def test_every_collision_has_its_row_with_kind_and_frame() -> None:
     result = made_result(5, after=2)
-    told = [cells[:3] for cells in rows(result_text(result))]
-    assert told == [[str(c.number), c.kind, f"{c.frame:.2f}"] for c in result.collisions]
+    said = [cells[:3] for cells in rows(result_text(result))]
+    assert said == [[str(c.number), c.kind, f"{c.frame:.2f}"] for c in result.collisions]
 
 
 def test_collisions_after_the_burst_stand_under_a_line_of_their_own() -> None:
@@ -121,6 +121,24 @@ def test_sentences_are_as_wide_as_is_asked_for(width: int) -> None:
     result = made_result(2, warnings=(" ".join(["word"] * 60),), collisions=())
     longest = max(map(len, result_text(result, width).splitlines()))
     assert width - len(" words") < longest <= width
+
+
+@pytest.mark.parametrize("width", [40, 60])
+def test_a_table_that_is_too_wide_goes_on_below_and_loses_no_figure(width: int) -> None:
+    result = made_result(3, after=1)
+    narrow, whole = result_text(result, width), result_text(result)
+    assert max(map(len, narrow.splitlines())) <= width
+    for number in range(1, 5):
+        figures = [cells[1:] for cells in rows(narrow) if cells[0] == str(number)]
+        (row,) = [cells[1:] for cells in rows(whole) if cells[0] == str(number)]
+        assert [cell for part in figures for cell in part] == row
+        assert len(figures) > 1
+
+
+@pytest.mark.parametrize("width", range(30, 100, 7))
+def test_the_name_of_an_option_is_never_parted(width: int) -> None:
+    text = result_text(made_result(1, capture_fps=None), width)
+    assert any("--capture-fps" in line for line in text.splitlines())
 
 
 def test_without_a_capture_rate_no_time_is_shown_and_the_option_is_named() -> None:
@@ -163,7 +181,7 @@ def test_the_bounds_on_pi_are_held_against_pi(count: int, place: str) -> None:
 @pytest.mark.parametrize(
     ("ratio", "words"), [(1 / 3, "0.3333"), (101.93098, "101.9"), (100.0, "100"), (1e6, "1000000")]
 )
-def test_the_mass_ratio_is_told_without_digits_that_nobody_measured(
+def test_the_mass_ratio_is_written_without_digits_that_nobody_measured(
     ratio: float, words: str
 ) -> None:
     assert f"  Mass ratio   {words}\n" in result_text(made_result(1, mass_ratio=ratio))
@@ -199,7 +217,7 @@ def test_what_was_found_is_shown_also_where_nothing_is_counted() -> None:
     assert "after the heavy body turned back" not in text
 
 
-def test_every_warning_is_told() -> None:
+def test_every_warning_is_given() -> None:
     warnings = ("12 frames are missing", "8 frames are copies")
     text = result_text(made_result(1, warnings=warnings))
     assert all(f"  Warning      {warning}" in text for warning in warnings)

@@ -24,14 +24,18 @@ from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
-from count_video.reports.printable import printable
+from count_video.reports.words import WIDTH, printable
 from count_video.trial import TrialSettings
 
 EXIT_COUNTED, EXIT_NOT_COUNTED = 0, 1
 
 
-def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int:
+def answer_campaign(
+    options: argparse.Namespace, settings: TrialSettings, columns: int = WIDTH
+) -> int:
     """Run a campaign and return the exit code: 1 if a trial is not counted or not kept.
+
+    Sentences are wrapped at so many ``columns``.
 
     Raises
     ------
@@ -60,7 +64,7 @@ def answer_campaign(options: argparse.Namespace, settings: TrialSettings) -> int
             rows.append(one.row)
             with aside():
                 print(one.text if options.json else trial_line(one.row), flush=True)
-        _conclude(rows, store, options)
+        _conclude(rows, store, options, columns)
     done = all(row.count is not None and row.not_kept is None for row in rows)
     return EXIT_COUNTED if done else EXIT_NOT_COUNTED
 
@@ -100,13 +104,15 @@ def _workers(options: argparse.Namespace) -> Callable[[], Workers]:
     return start
 
 
-def _conclude(rows: list[TrialRow], store: ResultStore | None, options: argparse.Namespace) -> None:
+def _conclude(
+    rows: list[TrialRow], store: ResultStore | None, options: argparse.Namespace, columns: int
+) -> None:
     summary = summarise(rows)
     if not options.json:
-        print("", campaign_text(rows, summary), sep="\n", flush=True)
+        print("", campaign_text(rows, summary, columns), sep="\n", flush=True)
     if store is not None:
         write_tables(rows, summary, store)
-        from count_video.reports.campaign_page import campaign_files
+        from count_video.reports.figure import campaign_files
 
         for name, content in campaign_files(rows, summary, options.picture_format).items():
             store.outputs.write(name, content)

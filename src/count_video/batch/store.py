@@ -24,7 +24,7 @@ from count_video.errors import UsageError
 from count_video.inputs import content_digest, read_text
 from count_video.outputs import HIDDEN, OutputFolder, held, open_outputs, write_whole
 from count_video.reports.json_object import read_result
-from count_video.reports.printable import storable
+from count_video.reports.words import storable
 
 _MOST_BYTES = 100_000_000
 """Of a result or what was followed; larger ones are not ours."""

@@ -18,15 +18,9 @@ from count_video.errors import UsageError
 from count_video.physics.theory import collision_count
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Estimate
-from count_video.reports.campaign import (
-    CampaignSummary,
-    Spread,
-    Summary,
-    TrialRow,
-    campaign_json,
-    trials_csv,
-)
+from count_video.reports.campaign import CampaignSummary, Spread, Summary, TrialRow, campaign_json
 from count_video.reports.json_object import read_result
+from count_video.reports.tables import trials_csv
 
 TABLE, SUMMARY = "trials.csv", "campaign.json"
 TABLE_EVERY_S = 1.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,21 +29,47 @@ def collisions_of(
     start = float(observed.frame[0]) - 1.0
     paths = follow_one(solution.values, solution.count, start)
     frames = observed.origin + paths.time[0, 1:]
-    sigmas = _time_sigmas(solution, paths)
+    sigmas, *state_sigmas = _sigmas(solution, paths)
     partners = _partners(frames, sigmas, found.collisions[: found.burst])
     return tuple(
-        _collision(observed, paths, event, (frames[event], sigmas[event]), partners.get(event))
+        _with_sigmas(
+            _collision(observed, paths, event, (frames[event], sigmas[event]), partners.get(event)),
+            *(state_sigma[event] for state_sigma in state_sigmas),
+        )
         for event in range(solution.count)
     )
 
 
-def _time_sigmas(solution: Solution, paths: Paths) -> Floats:
-    """Give the standard uncertainties of the event times, shape (events,)."""
-    times = tangents_of(paths, solution.values).time
-    jacobian = np.where(np.isfinite(times), times, 0.0)
+def _sigmas(solution: Solution, paths: Paths) -> list[Floats]:
+    """Give the standard uncertainties of the events.
+
+    Returns
+    -------
+    list
+        Of the times, shape (events,); of the state before and of that after, shape (events, 4).
+    """
+    tangents = tangents_of(paths, solution.values)
     covariance = np.linalg.pinv(solution.hessian, hermitian=True)
-    variances = np.einsum("ep,pq,eq->e", jacobian, covariance, jacobian, optimize=True)
-    return np.asarray(np.sqrt(np.maximum(variances, 0.0)))
+    sigmas = []
+    for jacobian in (tangents.time, tangents.arriving, tangents.states[1:]):
+        known = np.where(np.isfinite(jacobian), jacobian, 0.0)
+        variances = np.einsum("...p,pq,...q->...", known, covariance, known, optimize=True)
+        sigmas.append(np.asarray(np.sqrt(np.maximum(variances, 0.0))))
+    return sigmas
+
+
+def _with_sigmas(collision: Collision, before: Floats, after: Floats) -> Collision:
+    """Give velocities the uncertainties of their states: the heavy body's 2nd, the ball's 4th."""
+
+    def known(velocities: Velocities, state: Floats) -> Velocities:
+        ball, heavy = float(state[3]), float(state[1])
+        return replace(velocities, ball_sigma_px_frame=ball, heavy_sigma_px_frame=heavy)
+
+    return replace(
+        collision,
+        velocity_before=known(collision.velocity_before, before),
+        velocity_after=known(collision.velocity_after, after),
+    )
 
 
 def _partners(frames: Floats, sigmas: Floats, seen: Sequence[Collision]) -> dict[int, Collision]:

@@ -28,6 +28,8 @@ class Tangents:
     """Of the events' times, shape (events, columns)."""
     states: Floats
     """Of the state at the start of each piece, at a fixed time; shape (pieces, 4, columns)."""
+    arriving: Floats
+    """Of the state just before each event, at a fixed time; shape (events, 4, columns)."""
 
 
 def tangents_of(paths: Paths, values: Floats) -> Tangents:
@@ -45,7 +47,7 @@ def tangents_of(paths: Paths, values: Floats) -> Tangents:
             states[event + 1] = matrix[event] @ states[event] + shift[event]
         arriving = flown @ states[:-1] + drift
         time = np.einsum("es,esp->ep", hits.when, arriving) + hits.when_explicit
-    return Tangents(laws, time, states)
+    return Tangents(laws, time, states, arriving)
 
 
 @dataclass(frozen=True)

@@ -269,9 +269,10 @@ def _robust(residuals: Floats) -> tuple[Floats, Floats]:
 
 def collisions_of(fitted: Contacts, sign: int = 1) -> list[Collision]:
     """Tell contacts as collisions, all of them seen, at places and velocities times a sign."""
-    rates = sign * np.stack([body.rate for body in fitted.bodies], axis=-1)
-    if len(fitted.bodies) == 1:
-        rates = np.concatenate([rates, np.full_like(rates, np.nan)], axis=-1)
+    rates, sigmas = (np.full((len(fitted.kinds), 2, 2), np.nan) for _ in range(2))
+    for place, body in enumerate(fitted.bodies):
+        rates[:, :, place], sigmas[:, :, place] = sign * body.rate, body.sigma
+    velocities = np.concatenate([rates, sigmas], axis=-1).tolist()
     return [
         Collision(
             number=number + 1,
@@ -281,8 +282,8 @@ def collisions_of(fitted: Contacts, sign: int = 1) -> list[Collision]:
             time_s=None,
             seen=True,
             position_px=sign * float(fitted.ball_px[number]),
-            velocity_before=Velocities(*rates[number, 0].tolist()),
-            velocity_after=Velocities(*rates[number, 1].tolist()),
+            velocity_before=Velocities(*velocities[number][0]),
+            velocity_after=Velocities(*velocities[number][1]),
         )
         for number, kind in enumerate(fitted.kinds)
     ]

@@ -7,7 +7,7 @@ in frames.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 
@@ -39,7 +39,7 @@ def in_frames(collision: Collision, pace: float) -> Collision:
 
 
 def _slowed(velocities: Velocities, pace: float) -> Velocities:
-    return Velocities(velocities.ball_px_frame / pace, velocities.heavy_px_frame / pace)
+    return Velocities(*(value / pace for value in astuple(velocities)))
 
 
 def swing_in_frames(swing: Swing | None, pace: float) -> Swing | None:

@@ -2,8 +2,8 @@
 
 The strip is the space-time image as it grows: the newest frame's line is its top row, so it seems
 to flow out of the footage, and every contact stays in sight for a while. The clip plays slower
-where collisions crowd and faster where nothing happens; the header says so, and a line in it shows
-where on the real time axis the frame lies.
+where collisions follow each other fast and faster where nothing happens; the header says so, and a
+line in it shows where on the real time axis the frame lies.
 """
 
 from __future__ import annotations
@@ -29,15 +29,13 @@ from count_video.reports.drawing import (
     text_width,
     write,
 )
-from count_video.reports.frame_samples import ContactFrames, SpaceTimeSampler
-from count_video.reports.material import (
-    SpaceTime,
-    ball_edges_px,
-    burst_size,
-    contact_px,
+from count_video.reports.frame_samples import (
+    ContactFrames,
+    SpaceTimeSampler,
     image_point,
     shift_of,
 )
+from count_video.reports.material import SpaceTime, ball_edges_px, burst_size, contact_px
 
 LONGEST_PX = 1280
 """Of the footage's sides."""
@@ -132,7 +130,7 @@ class ClipLayout:
         return x + self.left_px, y + self.top_px
 
     def put(self, canvas: Pixels, luma: Pixels) -> Pixels:
-        """Put footage into its place, and return that part of the picture."""
+        """Put footage (height, width) into its place, and return the rows down to its end."""
         size = (self.footage_width_px, self.footage_height_px)
         if luma.shape != size[::-1]:
             smooth = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_LINEAR

@@ -1,31 +1,33 @@
-"""A campaign's trials and what they say together: as text, as JSON and as a table."""
+"""A campaign's trials and what they say together: as text and as JSON."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from count_video.inputs import MASS_RATIO, stored_number
 from count_video.physics.theory import collision_count
 from count_video.records import Estimate
 from count_video.reports.json_object import FIGURE, SCHEMA_VERSION, plain
-from count_video.reports.printable import printable
-from count_video.reports.text import counts_words, ratio_words
+from count_video.reports.words import WIDTH, counts_words, printable, ratio_words
+
+if TYPE_CHECKING:
+    from count_video.planning.tolerances import TrialTable
 
 SURE = 0.9
 """A count less probable than this needs a person."""
 EXACT = 1e-9
 """A mass ratio whose uncertainty is a smaller share of it is taken as given."""
-WIDTH = 80
 TRIAL_HEADING = f"{'trial':<24}  count  probability"
 _BAR_AT_MOST = 40
+
+Line = tuple[str, str, str]
+"""A label, a value, and a remark beside it."""
 
 
 @dataclass(frozen=True)
@@ -191,15 +193,20 @@ def advice(row: TrialRow) -> str:
         return "remove what prevented the writing and start the same command again"
     if row.count is not None:
         return "compare the clip with the listed collisions (count-video CLIP)"
+    if row.result["frames_decoded"] is None:
+        return "give a video file that can be read, and start the same command again"
     return (
         "if the clip shows the trial, say where with start, end and region or name the wall's "
         "side, or film it again at a higher rate"
     )
 
 
-def campaign_text(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
-    """Write the end of a campaign's report: who needs a person first, then the paper's table."""
-    lines = [*_doubt_lines(rows)]
+def campaign_text(rows: Sequence[TrialRow], summary: CampaignSummary, width: int = WIDTH) -> str:
+    """Write the end of a campaign's report: who needs a person first, then the paper's table.
+
+    Sentences are wrapped at ``width`` columns; the table takes 80.
+    """
+    lines = [*_doubt_lines(rows, width)]
     if len(summary.groups) > 1:
         lines += [entry("Number of trials", str(summary.whole.trials))]
         lines += [entry("  of these counted", str(summary.whole.counted))]
@@ -209,7 +216,7 @@ def campaign_text(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
     return "\n".join([*lines, *_table_lines(summary.whole)])
 
 
-def _doubt_lines(rows: Sequence[TrialRow]) -> list[str]:
+def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
     doubtful = [row for row in rows if row.needs_a_person]
     if not doubtful:
         return []
@@ -217,8 +224,8 @@ def _doubt_lines(rows: Sequence[TrialRow]) -> list[str]:
     for what_to_do in dict.fromkeys(map(advice, doubtful)):
         for row in doubtful:
             if advice(row) == what_to_do:
-                lines += _wrapped(f"{row.name}: {_why(row)}")
-        lines += _wrapped(f"What to do: {what_to_do}.")
+                lines += _wrapped(f"{row.name}: {_why(row)}", width)
+        lines += _wrapped(f"What to do: {what_to_do}.", width)
     return [*lines, ""]
 
 
@@ -234,49 +241,60 @@ def _why(row: TrialRow) -> str:
 
 
 def _table_lines(one: Summary) -> list[str]:
+    more = [entry(*line) for line in physics_lines(one)]
+    table = [entry(*line) for line in summary_lines(one)]
+    return [*table, *histogram_lines(one.histogram, one.theories), *([""] if more else []), *more]
+
+
+def summary_lines(one: Summary) -> list[Line]:
+    """List the lines of the paper's table for the trials of a campaign."""
     uncertainty, source = one.mean_uncertainty, ""
     if one.theory_source == "measured":
         source = f"(measured mass ratio {ratio_words(one.mass_ratio)})"
     beside = "" if uncertainty is None else f"± {uncertainty:.2f} by the counts' own probabilities"
-    lines = [
-        entry("Number of trials", str(one.trials)),
-        entry("  of these counted", str(one.counted)),
-        *paper_lines(one.maximum, one.minimum, one.mean, beside),
-        *deviation_lines(one.sd_population, one.sd_sample),
-        entry("Theory", theory_words(one), source),
-        *histogram_lines(one.histogram, one.theories),
-    ]
+    return paper_lines(one, ("counted", one.counted), (theory_words(one), source), beside)
+
+
+def physics_lines(one: Summary) -> list[Line]:
+    """List the lines of what is known of the bodies, as far as it is known."""
     physics = [
         ("Restitution between the bodies", one.restitution_bodies),
         ("Restitution at the wall", one.restitution_wall),
         ("Energy kept", one.energy_kept),
     ]
-    more = [
-        entry(label, f"{spread.mean:.3f}", f"SD {spread.sd:.3f} over {spread.number}")
+    lines = [
+        (label, f"{spread.mean:.3f}", _over(spread))
         for label, spread in physics
         if spread is not None
     ]
     if one.geometric_share is not None:
-        more.append(entry("Geometric endings", f"{one.geometric_share:.0%}"))
-    return [*lines, "", *more] if more else lines
+        lines.append(("Geometric endings", f"{one.geometric_share:.0%}", ""))
+    return lines
+
+
+def _over(spread: Spread) -> str:
+    if spread.number == 1:
+        return "of 1 trial"  # which has no spread
+    return f"SD {spread.sd:.3f} over {spread.number}"
 
 
 def paper_lines(
-    maximum: int | None, minimum: int | None, mean: float | None, beside: str = ""
-) -> list[str]:
-    """Write the first lines of the paper's table."""
-    return [
-        entry("Maximum value", _number(maximum)),
-        entry("Minimum value", _number(minimum)),
-        entry("Mean value", _number(mean, 2), beside),
-    ]
+    table: Summary | TrialTable, counted: tuple[str, int], theory: tuple[str, str], beside: str = ""
+) -> list[Line]:
+    """List the lines of the paper's table.
 
-
-def deviation_lines(population: float | None, sample: float | None) -> list[str]:
-    """Write both standard deviations; the paper's is the first."""
+    ``counted`` says in words which trials have a count, and how many; ``theory`` is the theory's
+    count and where it is from; ``beside`` stands beside the mean.
+    """
     return [
-        entry("Standard deviation", _number(population, 2), "(population)"),
-        entry("  of a sample", _number(sample, 2), "(divided by n - 1)"),
+        ("Number of trials", str(table.trials), ""),
+        (f"  of these {counted[0]}", str(counted[1]), ""),
+        ("Maximum value", _number(table.maximum), ""),
+        ("Minimum value", _number(table.minimum), ""),
+        ("Mean value", _number(table.mean, 2), beside),
+        ("Standard deviation", _number(table.sd_population, 2), "(population)"),
+        ("  of a sample", _number(table.sd_sample, 2), "(divided by n - 1)"),
+        ("Theory", *theory),
     ]
 
 
@@ -303,11 +321,11 @@ def _number(value: float | None, decimals: int = 0) -> str:
     return "-" if value is None else f"{value:.{decimals}f}"
 
 
-def _wrapped(text: str) -> list[str]:
-    return textwrap.wrap(printable(text), WIDTH, initial_indent="  ", subsequent_indent=" " * 6)
+def _wrapped(text: str, width: int) -> list[str]:
+    return textwrap.wrap(printable(text), width, initial_indent="  ", subsequent_indent=" " * 6)
 
 
-# ---- JSON and CSV -----------------------------------------------------------------------------
+# ---- JSON ------------------------------------------------------------------------------------
 
 
 def campaign_json(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
@@ -329,45 +347,3 @@ def _doubt(row: TrialRow) -> dict[str, object]:
         "reason": row.not_kept or row.result["reason"],
         "what_to_do": advice(row),
     }
-
-
-COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
-    "name": lambda row: row.name,
-    "clip": lambda row: row.result["clip"],
-    "status": lambda row: row.result["status"],
-    "count": lambda row: row.count,
-    "probability": lambda row: row.probability,
-    "needs_a_person": lambda row: "yes" if row.needs_a_person else "no",
-    "reason": lambda row: "; ".join(filter(None, (row.result["reason"], row.not_kept))),
-    "what_to_do": advice,
-    "seen": lambda row: row.result["seen"],
-    "between_frames": lambda row: row.result["between_frames"],
-    "capture_fps": lambda row: row.figure("capture_fps"),
-    "theory": lambda row: row.theory,
-    "mass_ratio": lambda row: row.figure("mass_ratio"),
-    "pi_low": lambda row: row.figure("pi_low"),
-    "pi_high": lambda row: row.figure("pi_high"),
-    "restitution_bodies": lambda row: row.figure("restitution", "bodies", "value"),
-    "restitution_wall": lambda row: row.figure("restitution", "wall", "value"),
-    "energy_kept": lambda row: row.figure("energy_kept"),
-    "ending": lambda row: row.ending,
-}
-"""Columns of the table of trials, and what stands in them; None is an empty cell."""
-
-
-def trials_csv(rows: Sequence[TrialRow]) -> str:
-    """Write the rows as CSV, those that need a person first; what is not known is an empty cell."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for row in sorted(rows, key=lambda row: not row.needs_a_person):
-        writer.writerow([_cell(value(row)) for value in COLUMNS.values()])
-    return text.getvalue()
-
-
-def _cell(value: object) -> str:
-    if value is None or isinstance(value, float):
-        return "" if value is None else f"{value:.6g}"
-    text = printable(str(value))
-    # A spreadsheet would run a cell that begins so as a formula; a clip's name is only text.
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text

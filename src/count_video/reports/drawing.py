@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from itertools import product
 from typing import Any
 
 import cv2
@@ -27,7 +26,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from count_video.records import CollisionKind, Floats
-from count_video.reports.printable import printable
+from count_video.reports.words import printable
 
 Pixels = NDArray[np.uint8]
 Point = tuple[float, float]
@@ -37,6 +36,8 @@ BLACK, GREY, WHITE = "#000000", "#666666", "#FFFFFF"
 ORANGE, SKY_BLUE, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
 BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 BALL, HEAVY = SKY_BLUE, ORANGE
+OWN = "#8fd4b4"
+"""Of the theory's count on a map; the pages have the same."""
 
 FONT = "DejaVu Sans"
 """Comes with matplotlib, so that pictures are the same on every machine."""
@@ -61,6 +62,8 @@ HALO = (effects.withStroke(linewidth=2.5, foreground="white"),)
 """A white rim that keeps numbers readable on footage."""
 PAPER = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 2}
 """A white ground that keeps words readable on lines."""
+BARS: Any = {"elinewidth": 1.0, "capsize": 2.0}
+"""Bars of one standard uncertainty to either side."""
 _FINE = 4
 """Bits of a fraction of a pixel that the drawing routines take."""
 
@@ -122,13 +125,15 @@ def _font_path() -> str:
 
 # ---- numbers beside marks, placed so that none hides another or a mark -------------------------
 
-GID = "number"
+GID, NO_NUMBER = "number", "no number"
 DIGIT_WIDTH = 0.68
 """Width of a bold digit over the size of the type."""
 APART = 1.5
 """Points to the left and right of a number, so that two do not read as one."""
 BEYOND = 5.0
 """Points by which a number may stick out of its panel."""
+MARGIN = 3.0
+"""Points around a mark that a number leaves free: the radius of most marks."""
 STEPS = (1.0, 1.9, 2.8, 3.7)
 """Distances from the mark that are tried, in sizes of the type."""
 TURNS_DEG = (0, -35, 35, -80, 80, 180)
@@ -162,7 +167,7 @@ def number_marks(
                 weight="bold",
                 path_effects=list(HALO),
                 zorder=5,
-                gid=GID if text else "no number",
+                gid=GID if text else NO_NUMBER,
                 annotation_clip=True,
             )
             label.set_in_layout(False)
@@ -176,67 +181,51 @@ def place_numbers(figure: Figure) -> None:
     """
     figure.draw_without_rendering()  # lays out the panels, so that data have a place in points
     for axes in figure.axes:
-        labels = [
-            text
-            for text in axes.texts
-            if isinstance(text, Annotation) and text.get_gid() in (GID, "no number")
-        ]
-        if not labels:
+        labels = [text for text in axes.texts if isinstance(text, Annotation)]
+        labels = [label for label in labels if label.get_gid() in (GID, NO_NUMBER)]
+        if labels:
+            marks = axes.transData.transform([label.xy for label in labels]) * 72 / figure.dpi
+            _place(labels, marks, axes.bbox.get_points() * 72 / figure.dpi)
+
+
+def _place(labels: Sequence[Annotation], marks: Floats, panel: Floats) -> None:
+    """Give each label the first place that is free; marks and the panel's corners in points."""
+    taken = np.empty((0, 2, 2))
+    for mark_at, label in zip(marks, labels, strict=True):
+        if label.get_gid() != GID:
             continue
-        marks = axes.transData.transform([label.xy for label in labels]) * 72 / figure.dpi
-        low, high = axes.bbox.get_points() * 72 / figure.dpi
-        taken: list[tuple[float, float, float, float]] = []
-        for place, label in zip(marks, labels, strict=True):
-            if label.get_gid() != GID:
-                continue
-            size = float(label.get_fontsize())
-            half = (DIGIT_WIDTH * size * len(label.get_text()) / 2 + APART, size / 2)
-            wanted = np.array(label.xyann) / np.hypot(*label.xyann)
-            for step, turn in product(STEPS, TURNS_DEG):
-                angle = np.radians(turn) + np.arctan2(wanted[1], wanted[0])
-                offset = step * size * np.array([np.cos(angle), np.sin(angle)])
-                box = _box(place + offset, half)
-                nearest = np.hypot(*(marks - place - offset).T).min()
-                inside = min(*(box[:2] - low), *(high - box[2:])) > -BEYOND
-                free = inside and not _meets(box, taken) and not _covers(box, marks)
-                if free and nearest >= np.hypot(*offset) - 1e-6:
-                    taken.append(box)
-                    label.set_position((float(offset[0]), float(offset[1])))
-                    break
-            else:
-                label.set_visible(False)
-
-
-def _box(middle: Floats, half: tuple[float, float]) -> tuple[float, float, float, float]:
-    x, y = float(middle[0]), float(middle[1])
-    return x - half[0], y - half[1], x + half[0], y + half[1]
-
-
-def _meets(
-    box: tuple[float, float, float, float], taken: Sequence[tuple[float, float, float, float]]
-) -> bool:
-    return any(
-        box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]
-        for other in taken
-    )
-
-
-def _covers(box: tuple[float, float, float, float], marks: Floats) -> bool:
-    margin = 3.0  # points, the radius of most of a mark
-    inside = (marks > np.array(box[:2]) - margin) & (marks < np.array(box[2:]) + margin)
-    return bool(inside.all(axis=1).any())
+        size, text = float(label.get_fontsize()), label.get_text()
+        half = np.array([DIGIT_WIDTH * size * len(text) / 2 + APART, size / 2])
+        turns = np.radians(TURNS_DEG) + np.arctan2(*label.xyann[::-1])
+        away = np.multiply.outer(
+            size * np.array(STEPS), np.column_stack([np.cos(turns), np.sin(turns)])
+        )
+        offsets = away.reshape(-1, 2)
+        boxes = mark_at + np.stack([offsets - half, offsets + half], axis=1)
+        low, high = boxes[:, None, 0], boxes[:, None, 1]
+        inside = (low > panel[0] - BEYOND) & (high < panel[1] + BEYOND)
+        on_others = ((low < taken[:, 1]) & (taken[:, 0] < high)).all(axis=2).any(axis=1)
+        on_marks = ((marks > low - MARGIN) & (marks < high + MARGIN)).all(axis=2).any(axis=1)
+        nearest = np.linalg.norm(marks - mark_at - offsets[:, None], axis=2).min(axis=1)
+        own = nearest >= np.linalg.norm(offsets, axis=1) - 1e-6
+        free = np.flatnonzero(inside.all(axis=(1, 2)) & ~on_others & ~on_marks & own)
+        label.set_visible(len(free) > 0)
+        if len(free):
+            label.set_position(tuple(offsets[free[0]].tolist()))
+            taken = np.concatenate([taken, boxes[free[:1]]])
 
 
 # ---- footage ----------------------------------------------------------------------------------
+# A canvas is RGB, shape (height, width, 3); places and lengths on it are px.
 
 
 def ring(canvas: Pixels, centre: Point, radius: float, colour: Colour) -> None:
-    """Draw a circle, placed to a fraction of a pixel."""
+    """Draw a circle on a canvas (height, width, 3), placed to a fraction of a pixel."""
     cv2.circle(canvas, _fixed(centre), _length(radius), colour, 2, cv2.LINE_AA, _FINE)
 
 
 def path(canvas: Pixels, points: Sequence[Point], colour: Colour) -> None:
-    """Draw a line through points."""
+    """Draw a line through points (x, y) in px."""
     fixed = np.array([_fixed(point) for point in points], np.int32)
     cv2.polylines(canvas, [fixed], False, colour, 2, cv2.LINE_AA, _FINE)
 
@@ -244,7 +233,8 @@ def path(canvas: Pixels, points: Sequence[Point], colour: Colour) -> None:
 def mark(canvas: Pixels, kind: CollisionKind, at: Point, size: float, *, seen: bool = True) -> None:
     """Draw the mark of a collision: a disc between the bodies, a square at the wall.
 
-    What is inferred between frames is hollow: white with a thick rim of the colour.
+    ``size`` is half its width in px. What is inferred between frames is hollow: white with a thick
+    rim of the colour.
     """
     colour = rgb(MARKS[kind].colour)
     rim, inside = (rgb(WHITE), colour) if seen else (colour, rgb(WHITE))

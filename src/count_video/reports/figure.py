@@ -1,40 +1,56 @@
-"""The picture of a trial: what was seen, what it means, on one sheet, and each panel alone.
+"""Whole pictures: of a trial, with each panel alone, of the theory, and of a campaign.
 
-Left the space-time image with tracks and collisions, whole and enlarged, and the velocities;
-right the phase circle and the energy.
+That of a trial has the space-time image with tracks and collisions on the left, whole and enlarged,
+above the velocities; on the right the phase circle and the energy.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
+from textwrap import shorten
+from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Arc
+from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 from PIL import Image
 
+from count_video.errors import UsageError
+from count_video.outputs import open_outputs
+from count_video.physics.theory import collision_count, theta_rad
+from count_video.reports.campaign import CampaignSummary, Summary, TrialRow, theory_words
 from count_video.reports.drawing import (
+    BLUE,
+    PAPER,
+    SKY_BLUE,
+    VERMILION,
     drawable,
+    number_marks,
     picture_bytes,
     place_numbers,
     styled,
 )
-from count_video.reports.material import (
-    Material,
-)
+from count_video.reports.material import Material
+from count_video.reports.page import MEDIA_TYPES, campaign_page
 from count_video.reports.panels import (
     TIME,
-    draw_energy,
     draw_enlarged,
     draw_space_time,
-    draw_states,
     draw_velocities,
     draw_whole,
     legend_handles,
     worth_enlarging,
 )
-from count_video.reports.text import plural
+from count_video.reports.plan_text import facts, plain, powers_table
+from count_video.reports.states import MOST_POINTS, draw_energy, draw_phase_circle, draw_states
+from count_video.reports.words import plural, ratio_words
 
 PANELS = ("space-time", "enlarged", "velocities", "phase-circle", "energy")
 """Names of the panels that may get files of their own."""
@@ -135,3 +151,157 @@ def _headline(material: Material) -> str:
     if result.mass_ratio is not None:
         text += f" at a mass ratio of {result.mass_ratio:.4g}"
     return text
+
+
+# ---- the theory --------------------------------------------------------------------------------
+
+MOST_WRITTEN_OUT = 10**12
+"""Larger counts do not fit into the picture with all their digits."""
+LONGEST_FACT = 100
+"""Characters of a line of words."""
+MOST_NUMBERS = 45
+"""From more points on only some are numbered, about this many."""
+
+
+def write_theory_picture(
+    masses: tuple[Fraction, Fraction], folder: Path, picture_format: str
+) -> None:
+    """Write ``theory.png`` or ``theory.svg`` into a folder, which is made if needed.
+
+    ``masses`` are the heavy and the light one, in any one unit.
+
+    Raises
+    ------
+    UsageError
+        If it cannot be written.
+    """
+    data = picture_bytes(theory_figure(*masses), picture_format)
+    outputs = open_outputs(folder)
+    try:
+        outputs.write(f"theory.{picture_format}", data)
+    except OSError as error:
+        raise UsageError(f"{folder}: cannot be written to: {error.strerror}") from error
+
+
+def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
+    """Draw the phase circle beside what the theory says in words and the table for 1:100^n."""
+    with styled():
+        figure = Figure(figsize=(15.0, 9.5))
+        figure.set_layout_engine("constrained", w_pad=0.2, h_pad=0.2)
+        circle, words = figure.subplots(1, 2, width_ratios=[1.55, 1])
+        count = collision_count(heavy, light)
+        points = draw_phase_circle(circle, heavy, light, count)
+        step = max(1, -(-len(points) // MOST_NUMBERS))
+        texts = ["" if k % step else f"({k})" for k in range(len(points))]
+        number_marks(circle, points, texts, points)
+        _draw_angles(circle, theta_rad(heavy, light))
+        circle.set_xlabel(r"$V_1 = \sqrt{M}\,v_1$")
+        circle.set_title(f"m : M = 1 : {plain(heavy / light)}", fontsize=18)
+        if count >= MOST_POINTS:
+            many = f"{_short(count + 1)} state points:\ntoo many to draw"
+            circle.text(0, -0.5, many, ha="center")
+        _draw_words(words, heavy, light)
+        place_numbers(figure)
+        return figure
+
+
+def _draw_angles(axes: Axes, theta: float) -> None:
+    """Draw the step along the circle and the opening of the region where the collisions end."""
+    alpha = float(np.degrees(2 * theta))
+    axes.add_patch(Arc((0, 0), 0.5, 0.5, theta1=180 - alpha, theta2=180, color=BLUE, linewidth=2))
+    axes.plot([0, np.cos(np.pi - 2 * theta)], [0, np.sin(np.pi - 2 * theta)], color=BLUE, lw=1)
+    for letter, angle, radius in (("α", np.pi - theta, 0.32), ("θ", theta / 2, 0.62)):
+        place = (radius * np.cos(angle), radius * np.sin(angle))
+        axes.text(*place, letter, fontsize=15, color=BLUE, ha="center", va="center", bbox=PAPER)
+    axes.annotate(
+        "no further collision\nfrom here",
+        (0.8 * np.cos(theta / 2), 0.8 * np.sin(theta / 2)),
+        xytext=(0.45, -0.3),
+        ha="center",
+        va="top",
+        color=BLUE,
+        fontsize=11,
+        arrowprops={"arrowstyle": "->", "color": BLUE},
+        bbox=PAPER,
+    )
+
+
+def _short(count: int) -> str:
+    return str(count) if count < MOST_WRITTEN_OUT else f"{Decimal(count):.3e}"
+
+
+def _draw_words(axes: Axes, heavy: Fraction, light: Fraction) -> None:
+    axes.set_axis_off()
+    place: Any = {"transform": axes.transAxes, "va": "top"}
+    count = _short(collision_count(heavy, light))
+    axes.text(0, 0.98, f"{count} collisions", fontsize=34, weight="bold", **place)
+    words = "\n".join(
+        shorten(f"{label}:  {value}", LONGEST_FACT, placeholder=" …")
+        for label, value in facts(heavy, light)[2:]
+    )
+    axes.text(0, 0.85, words, fontsize=11, linespacing=1.9, **place)
+    axes.text(0, 0.56, "m : M = 1 : 100ⁿ", fontsize=14, weight="bold", **place)
+    table = axes.table(
+        cellText=[
+            [str(n), str(count), f"{low} to {high}"] for n, count, low, high in powers_table()
+        ],
+        colLabels=["n", "collisions", "π lies between"],
+        colWidths=[0.1, 0.32, 0.58],
+        cellLoc="center",
+        edges="horizontal",
+        bbox=Bbox.from_bounds(0.0, 0.08, 1.0, 0.43),
+    )
+    table.auto_set_font_size(False)
+    table.set_fontsize(12)
+
+
+# ---- a campaign --------------------------------------------------------------------------------
+
+
+def campaign_figure(summary: CampaignSummary) -> Figure:
+    """Draw the histogram of the counts of each mass ratio against the theory."""
+    with styled():
+        groups = summary.groups
+        figure = Figure(figsize=(9.0, 5.0 * len(groups)))
+        figure.set_layout_engine("constrained", w_pad=0.15, h_pad=0.15)
+        for axes, group in zip(
+            figure.subplots(len(groups), squeeze=False).flat, groups, strict=True
+        ):
+            ratio = f", mass ratio {ratio_words(group.mass_ratio)}" if len(groups) > 1 else ""
+            axes.set_title(f"Counts of {plural(group.counted, 'trial')}{ratio}")
+            _draw_histogram(axes, group)
+        return figure
+
+
+def _draw_histogram(axes: Axes, group: Summary) -> None:
+    theories = group.theories
+    shown = [*group.histogram, *({theories[0], theories[-1]} if theories else ())]
+    axes.set_xlabel("collisions counted")
+    axes.set_ylabel("trials")
+    if not shown:
+        return
+    span = range(min(shown), max(shown) + 1)
+    trials = [group.histogram.get(count, 0) for count in span]
+    bars = axes.bar(list(span), trials, color=SKY_BLUE, label="trials", gid="bar")
+    labels = [str(number) if number else "" for number in trials]
+    axes.bar_label(bars, labels=labels, backgroundcolor="white", padding=3)
+    for count in {theories[0], theories[-1]} if theories else ():
+        label = f"theory: {theory_words(group)}" if count == theories[0] else None
+        axes.axvline(count, color=VERMILION, linestyle="--", linewidth=2, label=label)
+    if group.mean is not None:
+        label = f"mean: {group.mean:.2f}"
+        axes.axvline(group.mean, color="black", linestyle=":", linewidth=2, label=label)
+    axes.set_xlim(span[0] - 1.5, span[-1] + 1.5)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_ylim(0, 1.15 * max(*trials, 1))
+    axes.legend(loc="upper left")
+
+
+def campaign_files(
+    rows: Sequence[TrialRow], summary: CampaignSummary, picture_format: str = "png"
+) -> dict[str, bytes]:
+    """Draw and write ``campaign.png`` (or ``.svg``) and ``campaign.html``: contents by names."""
+    picture = picture_bytes(campaign_figure(summary), picture_format)
+    page = campaign_page(rows, summary, (picture, MEDIA_TYPES[picture_format]))
+    return {f"campaign.{picture_format}": picture, "campaign.html": page.encode("utf-8")}

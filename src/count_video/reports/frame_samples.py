@@ -1,15 +1,15 @@
-"""What is kept of the frames as they stream by: the line of motion and cut-outs at contacts."""
+"""Places in the frames, and what is kept of these: the line of motion and cut-outs at contacts."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
 
-from count_video.records import Collision, MotionLine, Track
-from count_video.reports.material import Luma, Point, contact_px, image_point, shift_of
+from count_video.records import Collision, Floats, Frame, MotionLine, Track
+from count_video.reports.material import Luma, Point, contact_px
 
 HALF_WIDTH_DIAMETERS = 0.1
 """The line is averaged this far to either side, in ball diameters: noise goes, edges stay."""
@@ -19,6 +19,107 @@ SHOWN_WIDTH_PX = 300
 JPEG_QUALITY = 82
 BESIDE = (-1, 0, 1)
 """Frames cut out, counted from the one nearest to the contact."""
+
+
+# ---- places ------------------------------------------------------------------------------------
+
+
+def image_point(line: MotionLine, position_px: float, shift: Point = (0.0, 0.0)) -> Point:
+    """Image x and y of a position along the line of motion, in a picture shifted so far."""
+    slope = np.tan(np.radians(line.tilt_deg))
+    x, y = position_px, line.anchor_y_px + slope * (position_px - line.anchor_x_px)
+    if line.upright:
+        x, y = line.anchor_x_px + slope * (position_px - line.anchor_y_px), position_px
+    return x + shift[0], y + shift[1]
+
+
+def shift_of(track: Track, row: int) -> Point:
+    """How far the picture of one row of a track is shifted by the camera's motion, by x and y."""
+    if track.shift_px is None:
+        return 0.0, 0.0
+    x, y = track.shift_px[row]
+    return float(x), float(y)
+
+
+def touching(track: Track, collisions: tuple[Collision, ...]) -> Track:
+    """Shift the heavy body's reference point to where the ball touches it, in the median.
+
+    Its face is learnt from the picture, and a rim, a shadow or a reflection can pass for it. The
+    track is not wrong by that, only shifted by a constant; and the collisions between the bodies
+    give the constant, for there the heavy body's face is where the ball's outline is.
+    """
+    contacts = [c for c in collisions if c.kind == "bodies" and c.seen]
+    if track.heavy is None or not contacts or not np.isfinite(track.heavy.position_px).any():
+        return track
+    place = track.heavy.position_px
+    seen = np.isfinite(place)
+    face = np.interp([c.frame for c in contacts], track.frame[seen], place[seen])
+    shift = float(np.median(np.array([contact_px(c, track) for c in contacts]) - face))
+    heavy = replace(
+        track.heavy,
+        position_px=place + shift,
+        low_edge_px=track.heavy.low_edge_px - shift,
+        high_edge_px=track.heavy.high_edge_px - shift,
+    )
+    return replace(track, heavy=heavy)
+
+
+FRAMES_ENOUGH = 8
+REACH_DIAMETERS = 0.3
+STEP_PX = 0.5
+BESIDE_RIM_PX = 1.5
+"""Brightness is compared this far inside and outside of the circle."""
+ANGLES_DEG = np.concatenate([np.arange(40, 141, 4), np.arange(220, 321, 4)])
+"""The upper and the lower arc, which a shift across the line moves off the rim."""
+CLEARER = 1.3
+"""The best height is believed if it is so much clearer than the typical one."""
+
+
+def levelled(track: Track, frames: list[Frame]) -> Track:
+    """Shift the line of motion across itself so that the ball's circle lies on its rim.
+
+    The track follows motion along the line and measures the line's height only roughly. Place and
+    radius along the line being known, the height is where the brightness steps from inside to
+    outside all around the circle. Where no rim shows (the body is no ball) the track is left as it
+    is. A few frames are enough.
+    """
+    diameter = track.ball_diameter_px
+    offsets = np.arange(-REACH_DIAMETERS, REACH_DIAMETERS, STEP_PX / diameter) * diameter
+    clearness = np.zeros(len(offsets))
+    rows = {int(index): row for row, index in enumerate(track.frame)}
+    for frame in frames:
+        row = rows.get(frame.index)
+        if row is not None and np.isfinite(track.ball.position_px[row]):
+            clearness += _rim_clearness(frame, track, row, offsets)
+    best = int(np.argmax(clearness))
+    if clearness[best] <= CLEARER * float(np.median(clearness)):
+        return track
+    anchor = "anchor_x_px" if track.line.upright else "anchor_y_px"
+    height = getattr(track.line, anchor) + float(offsets[best])
+    return replace(track, line=replace(track.line, **{anchor: height}))
+
+
+def _rim_clearness(frame: Frame, track: Track, row: int, offsets: Floats) -> Floats:
+    """Step of the brightness across the circle, for each offset across the line, shape (n,)."""
+    from scipy.ndimage import map_coordinates  # noqa: PLC0415 - not for who only counts
+
+    radius = track.ball_diameter_px / 2
+    angle = np.radians(ANGLES_DEG)
+    middle = image_point(track.line, float(track.ball.position_px[row]), shift_of(track, row))
+    along, across = middle[::-1] if track.line.upright else middle
+    picture = (frame.luma.T if track.line.upright else frame.luma).astype(np.float64)
+
+    def brightness(size: float) -> Floats:
+        x = np.broadcast_to(along + size * np.cos(angle), (len(offsets), len(angle)))
+        y = across + offsets[:, None] + size * np.sin(angle)
+        values: Floats = map_coordinates(picture, [y, x], order=1, mode="nearest")
+        return values
+
+    step = np.abs(brightness(radius + BESIDE_RIM_PX) - brightness(radius - BESIDE_RIM_PX))
+    return np.asarray(step.mean(axis=1), np.float64)
+
+
+# ---- what is kept of the frames ----------------------------------------------------------------
 
 
 class SpaceTimeSampler:
@@ -80,7 +181,7 @@ class ContactFrames:
                     self._wanted[index].append(collision)
 
     def take(self, index: int, luma: Luma) -> None:
-        """Cut out what is wanted of the next frame."""
+        """Cut out what is wanted of the next frame, whose brightness has shape (height, width)."""
         for collision in self._wanted.get(index, ()):
             row = int(np.searchsorted(self.track.frame, index))
             cut = _cut(luma, collision, self.track, shift_of(self.track, row))

@@ -19,7 +19,7 @@ import numpy as np
 from count_video.inputs import Range, stored_number
 from count_video.planning.stored import PLAN_VERSION, request_object
 from count_video.records import PlanComparison, TrialResult
-from count_video.reports.printable import storable
+from count_video.reports.words import storable
 
 if TYPE_CHECKING:
     from count_video.planning.camera import CameraView
@@ -34,6 +34,8 @@ _NAMES = {
     "velocity_after": "velocity_after_px_frame",
     "ball_px_frame": "ball",
     "heavy_px_frame": "heavy",
+    "ball_sigma_px_frame": "ball_sigma",
+    "heavy_sigma_px_frame": "heavy_sigma",
 }
 """Keys that are not called as the field of the record is."""
 _KEYS = (

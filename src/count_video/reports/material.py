@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Collision, Floats, Frame, MotionLine, Track, TrialResult, Velocities
+from count_video.records import Collision, Floats, Track, TrialResult
 
 Luma = NDArray[np.uint8]
 Point = tuple[float, float]
 Range = tuple[float, float]
-CROWD_SHARE = 0.6
+DENSE_SHARE = 0.6
 """The enlarged stretch is the shortest that holds this share of the burst."""
 MARGIN_SHARE = 0.06
 """Of a stretch of frames, shown on either side of it."""
@@ -77,12 +76,12 @@ class Material:
         return max(ends[0], low - margin), min(ends[1], high + margin)
 
     @cached_property
-    def crowded_frames(self) -> Range:
+    def dense_frames(self) -> Range:
         """The shortest stretch of frames that holds most of the burst."""
         times = [collision.frame for collision in self.burst]
         if len(times) < 3:
             return self.shown_frames
-        held = max(3, round(CROWD_SHARE * len(times)))
+        held = max(3, round(DENSE_SHARE * len(times)))
         starts = range(len(times) - held + 1)
         start = min(starts, key=lambda first: times[first + held - 1] - times[first])
         low, high = times[start], times[start + held - 1]
@@ -158,153 +157,3 @@ def scale_of(result: TrialResult) -> Scale:
         time=1000.0 / fps if fps else 1.0,
         time_unit="ms" if fps else "frame",
     )
-
-
-# ---- states -----------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class States:
-    """The state before the first collision of the burst and after each; arrays have shape (n,)."""
-
-    number: Floats
-    """0 before the first collision, then the collision's number."""
-    scaled_heavy: Floats
-    """V1 = sqrt(M) v1, away from the wall, in units of the first state's length; NaN if unknown."""
-    scaled_light: Floats
-    """V2 = sqrt(m) v2, likewise."""
-    swing_energy: Floats
-    """Energy stored in the heavy body's swing, in units of the first state's kinetic energy and
-    counted from there; 0 where the swing is not known."""
-
-
-def measured_states(material: Material) -> States | None:
-    """States of the burst; None where the mass ratio or the first state is not known."""
-    burst, ratio = material.burst, material.result.mass_ratio
-    if not burst or ratio is None:
-        return None
-    velocities = [burst[0].velocity_before, *(c.velocity_after for c in burst)]
-    points = np.array([_scaled(v, ratio) for v in velocities]) * material.outward
-    length = float(np.hypot(*points[0]))
-    if not (length > 0 and math.isfinite(length)):
-        return None
-    times = np.array([burst[0].frame, *(c.frame for c in burst)])
-    swing = _swing_energy(material, times) * ratio
-    return States(
-        number=np.arange(len(points), dtype=np.float64),
-        scaled_heavy=points[:, 0] / length,
-        scaled_light=points[:, 1] / length,
-        swing_energy=(swing - swing[0]) / length**2,
-    )
-
-
-def _scaled(velocities: Velocities, ratio: float) -> Point:
-    return math.sqrt(ratio) * velocities.heavy_px_frame, velocities.ball_px_frame
-
-
-def _swing_energy(material: Material, frames: Floats) -> Floats:
-    """Twice the potential energy of the heavy body a unit of its mass, in (px/frame) squared."""
-    pendulum, heavy = material.pendulum, material.track.heavy
-    if pendulum is None or heavy is None or not np.isfinite(heavy.position_px).any():
-        return np.zeros_like(frames)
-    seen = np.isfinite(heavy.position_px)
-    face = np.interp(frames, material.track.frame[seen], heavy.position_px[seen])
-    return pendulum.rate_squared * (face * material.outward - pendulum.centre_px) ** 2
-
-
-# ---- places in the picture --------------------------------------------------------------------
-
-
-def image_point(line: MotionLine, position_px: float, shift: Point = (0.0, 0.0)) -> Point:
-    """Image x and y of a position along the line of motion, in a picture shifted so far."""
-    slope = np.tan(np.radians(line.tilt_deg))
-    x, y = position_px, line.anchor_y_px + slope * (position_px - line.anchor_x_px)
-    if line.upright:
-        x, y = line.anchor_x_px + slope * (position_px - line.anchor_y_px), position_px
-    return x + shift[0], y + shift[1]
-
-
-def shift_of(track: Track, row: int) -> Point:
-    """How far the picture of one row of a track is shifted by the camera's motion, by x and y."""
-    if track.shift_px is None:
-        return 0.0, 0.0
-    x, y = track.shift_px[row]
-    return float(x), float(y)
-
-
-def touching(track: Track, collisions: tuple[Collision, ...]) -> Track:
-    """Shift the heavy body's reference point to where the ball touches it, in the median.
-
-    Its face is learnt from the picture, and a rim, a shadow or a reflection can pass for it. The
-    track is not wrong by that, only shifted by a constant; and the collisions between the bodies
-    give the constant, for there the heavy body's face is where the ball's outline is.
-    """
-    contacts = [c for c in collisions if c.kind == "bodies" and c.seen]
-    if track.heavy is None or not contacts or not np.isfinite(track.heavy.position_px).any():
-        return track
-    place = track.heavy.position_px
-    seen = np.isfinite(place)
-    face = np.interp([c.frame for c in contacts], track.frame[seen], place[seen])
-    shift = float(np.median(np.array([contact_px(c, track) for c in contacts]) - face))
-    heavy = replace(
-        track.heavy,
-        position_px=place + shift,
-        low_edge_px=track.heavy.low_edge_px - shift,
-        high_edge_px=track.heavy.high_edge_px - shift,
-    )
-    return replace(track, heavy=heavy)
-
-
-FRAMES_ENOUGH = 8
-REACH_DIAMETERS = 0.3
-STEP_PX = 0.5
-BESIDE_RIM_PX = 1.5
-"""Brightness is compared this far inside and outside of the circle."""
-ANGLES_DEG = np.concatenate([np.arange(40, 141, 4), np.arange(220, 321, 4)])
-"""The upper and the lower arc, which a shift across the line moves off the rim."""
-CLEARER = 1.3
-"""The best height is believed if it is so much clearer than the typical one."""
-
-
-def levelled(track: Track, frames: list[Frame]) -> Track:
-    """Shift the line of motion across itself so that the ball's circle lies on its rim.
-
-    The track follows motion along the line and measures the line's height only roughly. Place and
-    radius along the line being known, the height is where the brightness steps from inside to
-    outside all around the circle. Where no rim shows (the body is no ball) the track is left as it
-    is. A few frames are enough.
-    """
-    diameter = track.ball_diameter_px
-    offsets = np.arange(-REACH_DIAMETERS, REACH_DIAMETERS, STEP_PX / diameter) * diameter
-    clearness = np.zeros(len(offsets))
-    rows = {int(index): row for row, index in enumerate(track.frame)}
-    for frame in frames:
-        row = rows.get(frame.index)
-        if row is not None and np.isfinite(track.ball.position_px[row]):
-            clearness += _rim_clearness(frame, track, row, offsets)
-    best = int(np.argmax(clearness))
-    if clearness[best] <= CLEARER * float(np.median(clearness)):
-        return track
-    anchor = "anchor_x_px" if track.line.upright else "anchor_y_px"
-    height = getattr(track.line, anchor) + float(offsets[best])
-    return replace(track, line=replace(track.line, **{anchor: height}))
-
-
-def _rim_clearness(frame: Frame, track: Track, row: int, offsets: Floats) -> Floats:
-    """Step of the brightness across the circle, for each offset across the line, shape (n,)."""
-    from scipy.ndimage import map_coordinates  # noqa: PLC0415 - not for who only counts
-
-    radius = track.ball_diameter_px / 2
-    angle = np.radians(ANGLES_DEG)
-    middle = image_point(track.line, float(track.ball.position_px[row]), shift_of(track, row))
-    along, across = middle[::-1] if track.line.upright else middle
-    picture = (frame.luma.T if track.line.upright else frame.luma).astype(np.float64)
-
-    def brightness(size: float) -> Floats:
-        x = np.broadcast_to(along + size * np.cos(angle), (len(offsets), len(angle)))
-        y = across + offsets[:, None] + size * np.sin(angle)
-        values: Floats = map_coordinates(picture, [y, x], order=1, mode="nearest")
-        return values
-
-    step = np.abs(brightness(radius + BESIDE_RIM_PX) - brightness(radius - BESIDE_RIM_PX))
-    return np.asarray(step.mean(axis=1), np.float64)

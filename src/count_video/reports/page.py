@@ -1,4 +1,9 @@
-"""The page of one clip: everything in one file, without a network, for a person to check."""
+"""The pages of a clip, a campaign and a plan: each one file, without a network.
+
+A clip's page has all that a person needs to check the count. A campaign's links to what lies beside
+it in the folder: ``NAME.html`` and ``NAME.strip.jpg`` of each trial, as far as they are there. A
+plan's has sliders over the same simulation.
+"""
 
 from __future__ import annotations
 
@@ -7,18 +12,31 @@ import hashlib
 import math
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from count_video.planning import measured
 from count_video.planning.expected import expected_counts
+from count_video.planning.measured import Measured
+from count_video.planning.whole import Plan
 from count_video.records import Collision, Estimate, Floats, TrialResult
+from count_video.reports.campaign import (
+    CampaignSummary,
+    TrialRow,
+    advice,
+    physics_lines,
+    summary_lines,
+)
 from count_video.reports.frame_samples import ContactFrame
 from count_video.reports.material import burst_size
-from count_video.reports.printable import printable, storable
-from count_video.reports.text import counts_words, plural, ratio_words, result_text
+from count_video.reports.plan_text import change_words, plan_headline, plan_notes, table_lines
+from count_video.reports.tables import collision_lines
+from count_video.reports.text import comparison_lines, result_notes
+from count_video.reports.words import counts_words, plural, printable, ratio_words, storable
 
 MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 
@@ -54,12 +72,15 @@ def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | N
     name = Path(result.clip).name
     return render(
         "clip",
+        () if footage is None else ("clip",),
         clip=printable(name),
         command=_command(name),
         answer=_answer(result),
         doubt=printable(result.reason or ""),
         facts=_facts(result),
-        text=result_text(result),
+        notes=result_notes(result),
+        table="\n".join(collision_lines(result)),
+        compared="\n".join(comparison_lines(result.comparison)),
         video=None if footage is None else _base64(footage.mp4),
         picture=None if picture is None else _base64(picture.data),
         picture_type=None if picture is None else picture.media_type,
@@ -67,10 +88,18 @@ def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | N
     )
 
 
-def render(name: str, **values: object) -> str:
-    """Fill in a template of this package, with the style and the scripts that are called like it.
+def render(name: str, scripts: Sequence[str] = (), **values: object) -> str:
+    """Fill in a template of this package.
 
-    Everything that is filled in is escaped; ``own`` reads a file of the package as it is.
+    Parameters
+    ----------
+    name
+        Of the template; its style is called like it, and all pages share ``page.css``.
+    scripts
+        Names of the scripts that run on the page, in order.
+    values
+        What the template asks for. Everything that is filled in is escaped, so that no name can end
+        a script or begin an element.
     """
     made = Environment(
         loader=PackageLoader("count_video.reports"),
@@ -80,8 +109,10 @@ def render(name: str, **values: object) -> str:
         lstrip_blocks=True,
     )
     made.filters["digest"] = _digest
-    made.globals["own"] = _own_file
-    return made.get_template(f"{name}.html").render(**values)
+    style = _own_file("page.css") + _own_file(f"{name}.css")
+    texts = [_own_file(f"{script}.js") for script in scripts]
+    template = made.get_template(f"{name}.html")
+    return template.render({"data": None, **values, "style": style, "scripts": texts})
 
 
 def _digest(own_text: str) -> str:
@@ -90,10 +121,9 @@ def _digest(own_text: str) -> str:
     return f"sha256-{base64.b64encode(digest).decode('ascii')}"
 
 
-def _own_file(*names: str) -> Markup:
-    """Styles or scripts of this package, which go into a page as they are."""
-    folder = Path(__file__).parent / "templates"
-    return Markup("".join((folder / name).read_text("utf-8") for name in names))
+def _own_file(name: str) -> Markup:
+    """Read a style or script of this package, which goes into a page as it is."""
+    return Markup((Path(__file__).parent / "templates" / name).read_text("utf-8"))
 
 
 def _command(name: str) -> str:
@@ -158,4 +188,146 @@ def _entry(collision: Collision, size: int, cuts: Sequence[ContactFrame]) -> dic
             {"frame": cut.frame, "picture": f"data:image/jpeg;base64,{_base64(cut.jpeg)}"}
             for cut in cuts
         ],
+    }
+
+
+# ---- a campaign --------------------------------------------------------------------------------
+
+
+def campaign_page(
+    rows: Sequence[TrialRow], summary: CampaignSummary, picture: tuple[bytes, str]
+) -> str:
+    """Write the page; those that need a person come first."""
+    ordered = sorted(rows, key=lambda row: not row.needs_a_person)
+    return render(
+        "campaign",
+        ("campaign",),
+        summary=summary.whole,
+        groups=[
+            (ratio_words(group.mass_ratio), [*summary_lines(group), *physics_lines(group)])
+            for group in summary.groups
+        ],
+        trials=[_trial(row) for row in ordered],
+        doubtful=sum(row.needs_a_person for row in rows),
+        picture=base64.b64encode(picture[0]).decode("ascii"),
+        picture_type=picture[1],
+    )
+
+
+def _trial(row: TrialRow) -> dict[str, object]:
+    what_to_do = advice(row)
+    sentences = (row.not_kept or row.result["reason"], what_to_do[:1].upper() + what_to_do[1:])
+    doubt = ". ".join(filter(None, sentences))
+    ratio = row.mass_ratio
+    return {
+        "clip": printable(Path(row.result["clip"]).name),
+        "answer": "not counted" if row.count is None else str(row.count),
+        "count": -1 if row.count is None else row.count,
+        "probability": row.probability,
+        "ratio": None if ratio is None else ratio.value,
+        "ratio_words": "" if ratio is None else ratio_words(ratio),
+        "doubt": printable(doubt),
+        "needs_a_person": row.needs_a_person,
+        "page": _link(row, "html"),
+        "strip": _link(row, "strip.jpg"),
+    }
+
+
+def _link(row: TrialRow, suffix: str) -> str | None:
+    """Address of a file beside the page; None if it is not there."""
+    name = f"{row.name}.{suffix}"
+    return quote(name) if name in row.files else None
+
+
+# ---- a plan ------------------------------------------------------------------------------------
+
+MOST_RATIO = 10_000.0
+"""Largest mass ratio that the sliders reach, unless a larger one is planned."""
+LIGHT_FACTOR = 4.0
+
+
+def plan_page(plan: Plan) -> str:
+    """Write the page: sliders over the same simulation, in one file, without a network."""
+    planned = _planned(plan)
+    return render(
+        "plan",
+        ("plan_core", "plan"),
+        headline=plan_headline(plan),
+        count=plan.burst.count,
+        sliders=_sliders(planned),
+        alike=planned["heavyThread"] == planned["lightThread"],
+        change=change_words(plan),
+        notes=plan_notes(plan),
+        table="\n".join(table_lines(plan.table)),
+        data=_plan_data(plan, planned),
+    )
+
+
+def _planned(plan: Plan) -> dict[str, float]:
+    """Values of the sliders, in metres, the masses' unit and frames a second."""
+    request, camera = plan.request, plan.camera
+    return {
+        "gap": request.gap_m,
+        "release": request.release_m,
+        "heavy": float(request.heavy),
+        "light": float(request.light),
+        "heavyThread": request.heavy_thread_m,
+        "lightThread": request.light_thread_m,
+        "restitution": request.restitution,
+        "rate": plan.framing.rate_needed_fps if camera is None else camera.capture_fps,
+    }
+
+
+def _sliders(planned: Mapping[str, float]) -> list[dict[str, object]]:
+    """Sliders with their ends; masses and rate by the logarithm to base 10, in even steps."""
+    light = planned["light"]
+    most = light * max(MOST_RATIO, planned["heavy"] / light)
+    ranges: Mapping[str, tuple[str, float, float, float]] = {
+        "gap": ("Gap, ball to wall", 0.005, 0.1, 0.0005),
+        "release": ("Release", 0.02, 0.2, 0.001),
+        "heavy": ("Mass of the cylinder", light, most, 0),
+        "light": ("Mass of the ball", light / LIGHT_FACTOR, light * LIGHT_FACTOR, 0),
+        "heavyThread": ("Thread of the cylinder", 0.2, 3.0, 0.001),
+        "lightThread": ("Thread of the ball", 0.2, 3.0, 0.001),
+        "restitution": ("Restitution", 0.85, 1.0, 0.001),
+        "rate": ("Camera", 24.0, 100_000.0, 0),
+    }
+    sliders = []
+    for name, (label, low, high, step) in ranges.items():
+        ends = [min(planned[name], low), max(planned[name], high), planned[name]]
+        if not step:
+            ends = [
+                round(math.log10(ends[0]), 4),
+                round(math.log10(ends[1]), 4),
+                math.log10(ends[2]),
+            ]
+        least, most, value = ends
+        style = {"name": name, "label": label, "step": step or 0.002}
+        sliders.append({**style, "least": least, "most": most, "value": value})
+    return sliders
+
+
+def _plan_data(plan: Plan, planned: Mapping[str, float]) -> dict[str, object]:
+    request = plan.request
+
+    def like(clips: Measured) -> dict[str, object]:
+        return {**asdict(clips), "chance": clips.chance}
+
+    return {
+        "planned": planned,
+        "damping": request.damping_per_s,
+        "ballDiameter": request.ball_diameter_m,
+        "tolerances": asdict(request.tolerances),
+        "seed": request.seed,
+        "measured": {
+            "resolved": like(measured.RESOLVED),
+            "between": like(measured.BETWEEN),
+            "close": like(measured.CLOSE),
+            "long": like(measured.LONG),
+            "closest_frames": measured.CLOSEST_FRAMES,
+            "closer_frames": measured.CLOSER_FRAMES,
+            "most_of_a_short_burst": measured.MOST_OF_A_SHORT_BURST,
+            "long_burst": list(measured.LONG_BURST),
+            "long_burst_fps": measured.LONG_BURST_FPS,
+        },
     }

@@ -8,20 +8,15 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
-from count_video.physics.theory import collision_count
-from count_video.planning.expected import expected_counts
 from count_video.records import Collision, Floats
 from count_video.reports.drawing import (
     BALL,
+    BARS,
     BLACK,
-    BLUE,
-    GREEN,
     GREY,
     HEAVY,
     MARKS,
-    PAPER,
     WHITE,
     YELLOW,
     number_marks,
@@ -29,14 +24,10 @@ from count_video.reports.drawing import (
 from count_video.reports.material import (
     Material,
     Range,
-    States,
     ball_edges_px,
     contact_px,
-    measured_states,
     scale_of,
 )
-from count_video.reports.text import counts_words
-from count_video.reports.theory_picture import draw_phase_circle
 
 TIME = "time"
 """Group of the panels in which time runs to the right."""
@@ -44,10 +35,6 @@ ENLARGED_SHARE = 0.5
 """What takes more than this share of the whole is not worth a panel that enlarges it."""
 MOST_NUMBERS = 60
 """Of more collisions than these not every one is numbered in the enlarged panel either."""
-MOST_STATES = 45
-"""From more states on only every fifth is numbered."""
-SWING_WORTH_A_WORD = 0.05
-"""Share of the energy in the swing from which on it is mentioned."""
 BRIGHTEST_PERCENTILES = (1.0, 99.5)
 
 
@@ -55,8 +42,8 @@ BRIGHTEST_PERCENTILES = (1.0, 99.5)
 
 
 def worth_enlarging(material: Material) -> bool:
-    """Return whether the burst has a part that is crowded, and more than that part."""
-    (low, high), (first, last) = material.crowded_frames, material.shown_frames
+    """Return whether the burst has a part that is dense, and more than that part."""
+    (low, high), (first, last) = material.dense_frames, material.shown_frames
     return high - low < ENLARGED_SHARE * (last - first)
 
 
@@ -67,7 +54,7 @@ def draw_whole(axes: Axes, material: Material) -> None:
     axes.set_title("Space and time, the wall at the bottom")
     inside: Sequence[int] = ()
     if worth_enlarging(material):
-        low, high = material.crowded_frames
+        low, high = material.dense_frames
         axes.axvspan(low, high, fill=False, edgecolor=YELLOW, linewidth=2.0)
         axes.set_title("Space and time, the wall at the bottom; the framed part is enlarged")
         inside = [c.number for c in material.burst if low <= c.frame <= high][1:-1]
@@ -76,7 +63,7 @@ def draw_whole(axes: Axes, material: Material) -> None:
 
 def draw_enlarged(axes: Axes, material: Material) -> None:
     """Draw the part of the trial in which the collisions follow each other fastest."""
-    low, high = material.crowded_frames
+    low, high = material.dense_frames
     draw_space_time(axes, material, (low, high))
     _label(axes, material)
     shown = [c for c in material.result.collisions if low <= c.frame <= high]
@@ -217,8 +204,8 @@ def legend_handles(material: Material) -> list[Line2D]:
 
 
 def draw_velocities(axes: Axes, material: Material) -> None:
-    """Draw the velocities where the collisions crowd; positive is away from the wall."""
-    frames = material.crowded_frames if worth_enlarging(material) else material.shown_frames
+    """Draw the velocities where the collisions lie densest; positive is away from the wall."""
+    frames = material.dense_frames if worth_enlarging(material) else material.shown_frames
     scale, collisions = scale_of(material.result), material.result.collisions
     unit = scale.speed * material.outward
     bodies = [("ball", BALL, material.track.ball)]
@@ -227,11 +214,13 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     known: list[Floats] = []
     for label, colour, body in bodies:
         _draw_steps(axes, material, body.position_px, colour, unit)
-        field = "ball_px_frame" if label == "ball" else "heavy_px_frame"
+        name = "ball" if label == "ball" else "heavy"
         sides = [side for c in collisions for side in (c.velocity_before, c.velocity_after)]
-        fitted = np.array([getattr(side, field) for side in sides]) * unit
+        fitted = np.array([getattr(side, f"{name}_px_frame") for side in sides]) * unit
+        sigma = np.array([getattr(side, f"{name}_sigma_px_frame") for side in sides]) * abs(unit)
         times = np.repeat([c.frame for c in collisions], 2)
-        axes.plot(times, fitted, color=colour, linewidth=2.0, label=label, gid=label)
+        drawn = axes.errorbar(times, fitted, sigma, color=colour, lw=2.0, label=label, **BARS)
+        drawn.lines[0].set_gid(label)
         known.append(fitted[(times >= frames[0]) & (times <= frames[1]) & np.isfinite(fitted)])
     for collision in collisions:
         colour = MARKS[collision.kind].colour
@@ -244,7 +233,7 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     axes.set_ylim(float(values.min()) - beside, float(values.max()) + beside)
     axes.set_xlabel("frame")
     axes.set_ylabel(f"velocity ({scale.speed_unit})\naway from the wall is up")
-    axes.set_title("Velocities: dots from frame to frame, lines fitted between the collisions")
+    axes.set_title("Velocities: dots from frame to frame, lines and bars fitted between collisions")
 
 
 def _draw_steps(axes: Axes, material: Material, place_px: Floats, colour: str, unit: float) -> None:
@@ -255,84 +244,3 @@ def _draw_steps(axes: Axes, material: Material, place_px: Floats, colour: str, u
     clear = np.searchsorted(times, frame[1:]) == np.searchsorted(times, frame[:-1])
     middle = (frame[1:] + frame[:-1]) / 2
     axes.plot(middle[clear], step[clear], ".", color=colour, markersize=5, alpha=0.55)
-
-
-# ---- phase circle and energy ------------------------------------------------------------------
-
-
-def draw_states(axes: Axes, material: Material) -> None:
-    """Draw the phase circle: theory and measurement; a sentence where the ratio is not known."""
-    axes.set_title("Phase circle: theory (lines) and measured states")
-    states, ratio = measured_states(material), material.result.mass_ratio
-    expected = expected_counts(material.result)
-    if states is None or ratio is None or expected is None:
-        _say_instead(axes, material)
-        return
-    count = collision_count(ratio)
-    draw_phase_circle(axes, ratio, 1, count, lines=(GREY, 0.55), points=False)
-    points = np.column_stack([states.scaled_heavy, states.scaled_light])
-    _draw_points(axes, material, points)
-    step = 1 if len(points) <= MOST_STATES else 5
-    length = np.maximum(np.hypot(*points.T), 1e-9)[:, None]
-    texts = [f"{k:.0f}" if k % step == 0 else "" for k in states.number]
-    number_marks(axes, points, texts, points / length, size=9)
-    words = f"M : m = {ratio:.4g} : 1\ntheory counts {counts_words(*expected.free)}"
-    axes.text(0.0, 0.06, words, ha="center", va="bottom", fontsize=11, bbox=PAPER)
-    axes.text(0.5, -0.03, "stops here", ha="center", va="top", fontsize=9, color=BLUE)
-    if float(states.swing_energy.max()) > SWING_WORTH_A_WORD:
-        words = "inside the circle: the swing\nholds part of the energy"
-        axes.text(0.0, -0.12, words, ha="center", va="top", fontsize=9, bbox=PAPER)
-
-
-def _draw_points(axes: Axes, material: Material, points: Floats) -> None:
-    axes.plot(*points[0], "^", color=BLACK, markersize=8, gid="state", zorder=4)
-    kinds = np.array([None, *(collision.kind for collision in material.burst)])
-    for kind, mark in MARKS.items():
-        chosen = points[kinds == kind]
-        if len(chosen):
-            style: Any = {"color": mark.colour, "markeredgecolor": WHITE, "markersize": 7}
-            axes.plot(*chosen.T, mark.shape, gid="state", zorder=4, **style)
-
-
-def _say_instead(axes: Axes, material: Material) -> None:
-    """Fill a panel that cannot be drawn with the reason."""
-    one = material.track.heavy is None
-    reason = "one body alone" if one else "needs the mass ratio:\ngive --masses HEAVY LIGHT"
-    axes.set_axis_off()
-    axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", va="center", fontsize=12)
-
-
-def draw_energy(axes: Axes, material: Material) -> None:
-    """Draw each share of the energy against the collision's number, in % of the first state's."""
-    axes.set_title("Energy after each collision")
-    states = measured_states(material)
-    if states is None:
-        _say_instead(axes, material)
-        return
-    for label, shape, colour, share in _energies(states, material):
-        thick = 2.0 if colour == BLACK else 1.5
-        gid = "total" if colour == BLACK else None
-        axes.plot(
-            states.number, share, f"{shape}-", color=colour, ms=4, lw=thick, label=label, gid=gid
-        )
-    axes.axhline(100.0, color=BLACK, linewidth=0.7, linestyle=":")
-    axes.set_xlabel("after collision number (0: before the first)")
-    axes.set_ylabel("energy (% of the first state's)")
-    axes.set_ylim(min(0.0, 110 * float(min(states.swing_energy))), 138.0)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.legend(loc="upper center", ncols=2, fontsize=9)
-
-
-def _energies(states: States, material: Material) -> list[tuple[str, str, str, Floats]]:
-    heavy, light = 100 * states.scaled_heavy**2, 100 * states.scaled_light**2
-    swing = 100 * states.swing_energy
-    shares = [
-        ("cylinder, moving", "s", HEAVY, heavy),
-        ("ball, moving", "o", BALL, light),
-        ("raised by the swing", "^", GREEN, swing),
-        ("all together", "D", BLACK, heavy + light + swing),
-    ]
-    if material.pendulum is None:
-        unknown = "both together; the swing is not known"
-        return [*shares[:2], (unknown, "D", BLACK, heavy + light)]
-    return shares

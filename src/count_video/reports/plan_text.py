@@ -1,22 +1,30 @@
 """A plan for a person: the count first, then what the camera sees, how sure it is, what to change.
 
-The sentences are here alone; terminal and page show the same.
+The sentences are here alone; terminal and page show the same. The theory of two masses, which needs
+no set-up, stands below.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from fractions import Fraction
 
-from count_video.physics.theory import Mass
+from count_video.physics.theory import (
+    Mass,
+    collision_count,
+    mass_ratio_interval,
+    pi_bounds,
+    theta_rad,
+)
 from count_video.planning.advice import ENOUGH, Proposal
 from count_video.planning.camera import PICTURE_WIDTH_PX, CameraView
 from count_video.planning.measured import RESOLVED_FRAMES
 from count_video.planning.request import PlanRequest
 from count_video.planning.tolerances import Spread, TrialTable, restitution_range
 from count_video.planning.whole import Plan
-from count_video.reports.campaign import deviation_lines, entry, histogram_lines, paper_lines
-from count_video.reports.text import labelled, plural
+from count_video.reports.campaign import entry, histogram_lines, paper_lines
+from count_video.reports.words import WIDTH, Note, answer_text, plural
 
 LISTED_AT_MOST = 5
 """Of more counts than so many only the range is given."""
@@ -28,26 +36,22 @@ GOOD_BALL_PX = 60
 """From this width on a ball is followed well."""
 
 
-def plan_text(plan: Plan) -> str:
-    """Write the plan as plain text of at most 80 columns, without a line's end at its end."""
-    lines = [plan_headline(plan), ""]
-    for label, sentence in plan_notes(plan):
-        lines += labelled(label, sentence)
-    if plan.table is not None:
-        lines += ["", *table_lines(plan.table)]
-    return "\n".join(lines)
+def plan_text(plan: Plan, width: int = WIDTH) -> str:
+    """Write the plan as plain text, in sentences of at most ``width`` columns."""
+    table = table_lines(plan.table)
+    return answer_text(plan_headline(plan), plan_notes(plan), table, width=width)
 
 
 def plan_headline(plan: Plan) -> str:
     """Say the answer in one line."""
     request = plan.request
     return (
-        f"{_plain(request.heavy)} and {_plain(request.light)}, gap {_mm(request.gap_m)}, release "
+        f"{plain(request.heavy)} and {plain(request.light)}, gap {_mm(request.gap_m)}, release "
         f"{_mm(request.release_m)}: {plural(plan.burst.count, 'collision')}"
     )
 
 
-def plan_notes(plan: Plan) -> list[tuple[str, str]]:
+def plan_notes(plan: Plan) -> list[Note]:
     """Label and sentence of everything that is said, in order."""
     return [
         ("Theory", _theory(plan)),
@@ -64,16 +68,13 @@ def plan_notes(plan: Plan) -> list[tuple[str, str]]:
     ]
 
 
-def table_lines(table: TrialTable) -> list[str]:
-    """Write the table of trials, as that of a campaign."""
-    return [
-        entry("Number of trials", str(table.trials)),
-        entry("  of these with a count", str(len(table.counts))),
-        *paper_lines(table.maximum, table.minimum, table.mean),
-        *deviation_lines(table.sd_population, table.sd_sample),
-        entry("Theory", str(table.theory)),
-        *histogram_lines(table.histogram, [table.theory]),
-    ]
+def table_lines(table: TrialTable | None) -> list[str]:
+    """Write the table of trials, as that of a campaign; no line where there is none."""
+    if table is None:
+        return []
+    counted = ("with a count", len(table.counts))
+    lines = paper_lines(table, counted, (str(table.theory), ""))
+    return [*(entry(*line) for line in lines), *histogram_lines(table.histogram, [table.theory])]
 
 
 def proposal_words(request: PlanRequest, proposal: Proposal) -> str:
@@ -83,7 +84,7 @@ def proposal_words(request: PlanRequest, proposal: Proposal) -> str:
         return f"hang the ball {_mm(proposal.value)} from the wall {effect}"
     if proposal.change == "release":
         return f"let the cylinder go from {_mm(proposal.value)} {effect}"
-    amount, heavy = f"{abs(proposal.value):.3g}", _plain(request.heavy)
+    amount, heavy = f"{abs(proposal.value):.3g}", plain(request.heavy)
     if proposal.value > 0:
         return f"add {amount} of clay to the cylinder's {heavy} {effect}"
     return f"take {amount} off the cylinder's {heavy} {effect}"
@@ -243,5 +244,57 @@ def _mm(length_m: float) -> str:
     return f"{1e3 * length_m:.3g} mm"
 
 
-def _plain(mass: Mass) -> str:
+def plain(mass: Mass) -> str:
+    """Write a mass or a ratio of masses without needless digits."""
     return f"{float(mass):.10g}"
+
+
+# ---- the theory alone ------------------------------------------------------------------------
+
+POWERS = range(8)
+"""Exponents n of the table for 1:100^n."""
+
+
+def theory_text(heavy: Fraction, light: Fraction) -> str:
+    """Write count, angles and bounds on pi as plain text, then the table for 1:100^n."""
+    count = plural(collision_count(heavy, light), "collision")
+    lines = [f"{plain(heavy)} and {plain(light)}: {count}", ""]
+    lines += [f"  {label:<15}{words}" for label, words in facts(heavy, light)]
+    lines += ["", "  m : M = 1 : 100^n", "    n  collisions  pi lies between"]
+    lines += [
+        f"    {power}{count:>12}  {low} and {high}" for power, count, low, high in powers_table()
+    ]
+    return "\n".join(lines)
+
+
+def facts(heavy: Fraction, light: Fraction) -> list[tuple[str, str]]:
+    """Label and words of all that the theory says of two masses."""
+    theta, count = theta_rad(heavy, light), collision_count(heavy, light)
+    bounds, ratios = pi_bounds(count, heavy, light), mass_ratio_interval(count)
+    return [
+        ("Mass ratio", f"M : m = {plain(heavy / light)} : 1"),
+        ("Exact count", f"{count} = ⌈π/θ⌉ − 1"),
+        ("θ", f"{_angle(theta)} = arctan √(m/M)"),
+        ("α = 2θ", f"{_angle(2 * theta)} = arccos((M − m)/(M + m))"),
+        ("Interval of π", f"{bounds.low:.10g} to {bounds.high:.10g}, {count} θ to {count + 1} θ"),
+        ("Same count", f"for M/m above {ratios.low:.10g} up to {ratios.high:.10g}"),
+    ]
+
+
+def powers_table() -> list[tuple[int, int, str, str]]:
+    """Rows of n, count and bounds on pi for the mass ratios 1:100^n."""
+    rows = []
+    for power in POWERS:
+        heavy = 100**power
+        count = collision_count(heavy)
+        bounds = pi_bounds(count, heavy)
+        decimals = power + 2
+        # Rounded outward, so that what is printed still holds pi between it.
+        low = math.floor(bounds.low * 10**decimals) / 10**decimals
+        high = math.ceil(bounds.high * 10**decimals) / 10**decimals
+        rows.append((power, count, f"{low:.{decimals}f}", f"{high:.{decimals}f}"))
+    return rows
+
+
+def _angle(radians: float) -> str:
+    return f"{radians:.10g} rad ({math.degrees(radians):.6g}°)"

@@ -1,44 +1,73 @@
-"""The track, the collisions and a plan's map as tables: for a spreadsheet, and for NumPy."""
+"""Track, collisions and trials as tables: for NumPy, for a spreadsheet, and for a terminal."""
 
 from __future__ import annotations
 
 import csv
 import io
 import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Track, TrialResult
+from count_video.records import Collision, Track, TrialResult
+from count_video.reports.campaign import TrialRow, advice
 from count_video.reports.material import burst_size, scale_of
+from count_video.reports.words import WIDTH, fixed, printable
 
 _TYPES = {"number": "i8", "kind": "U6", "seen": "?", "in_burst": "?", "quality": "U5"}
 """Of the columns that are no float64."""
-TRACK_COLUMNS = np.dtype(
-    [
-        (name, _TYPES.get(name, "f8"))
-        for name in (
-            *("frame", "time_s", "ball_px", "ball_sigma_px", "heavy_px", "heavy_sigma_px"),
-            *("ball_mm", "ball_sigma_mm", "heavy_mm", "heavy_sigma_mm", "quality"),
-        )
-    ]
+_TRACK = (
+    *("frame", "time_s", "ball_px", "ball_sigma_px", "heavy_px", "heavy_sigma_px"),
+    *("ball_mm", "ball_sigma_mm", "heavy_mm", "heavy_sigma_mm", "quality"),
 )
-COLLISION_COLUMNS = np.dtype(
-    [
-        (name, _TYPES.get(name, "f8"))
-        for name in (
-            *("number", "kind", "seen", "in_burst", "frame", "frame_sigma", "time_s", "ball_px"),
-            *("ball_before_px_frame", "ball_after_px_frame"),
-            *("heavy_before_px_frame", "heavy_after_px_frame"),
-        )
-    ]
+_VELOCITIES = {
+    f"{body}_{side}{sigma}_px_frame": (f"velocity_{side}", f"{body}{sigma}_px_frame")
+    for sigma in ("", "_sigma")
+    for body in ("ball", "heavy")
+    for side in ("before", "after")
+}
+"""Columns of velocities, and the fields of a collision that they show."""
+_COLLISION = (
+    *("number", "kind", "seen", "in_burst", "frame", "frame_sigma", "time_s", "ball_px"),
+    *_VELOCITIES,
 )
+TRACK_COLUMNS = np.dtype([(name, _TYPES.get(name, "f8")) for name in _TRACK])
+COLLISION_COLUMNS = np.dtype([(name, _TYPES.get(name, "f8")) for name in _COLLISION])
 _DECIMALS = {
     **dict.fromkeys(("frame", "frame_sigma", "ball_px"), 3),
     **dict.fromkeys(("ball_mm", "ball_sigma_mm", "heavy_mm", "heavy_sigma_mm"), 5),
     "time_s": 6,
 }
 """Decimals of numbers in a spreadsheet; 4 where a column is not named."""
+TRIAL_COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
+    "name": lambda row: row.name,
+    "clip": lambda row: row.result["clip"],
+    "status": lambda row: row.result["status"],
+    "count": lambda row: row.count,
+    "probability": lambda row: row.probability,
+    "needs_a_person": lambda row: row.needs_a_person,
+    "reason": lambda row: "; ".join(filter(None, (row.result["reason"], row.not_kept))),
+    "what_to_do": advice,
+    "seen": lambda row: row.result["seen"],
+    "between_frames": lambda row: row.result["between_frames"],
+    "capture_fps": lambda row: row.figure("capture_fps"),
+    "theory": lambda row: row.theory,
+    "mass_ratio": lambda row: row.figure("mass_ratio"),
+    "pi_low": lambda row: row.figure("pi_low"),
+    "pi_high": lambda row: row.figure("pi_high"),
+    "restitution_bodies": lambda row: row.figure("restitution", "bodies", "value"),
+    "restitution_wall": lambda row: row.figure("restitution", "wall", "value"),
+    "energy_kept": lambda row: row.figure("energy_kept"),
+    "ending": lambda row: row.ending,
+}
+"""Columns of the table of trials, and what stands in them; None is an empty cell."""
+NOT_KNOWN = "-"
+
+
+# ---- for NumPy and for a spreadsheet -----------------------------------------------------------
 
 
 def track_array(track: Track | None, result: TrialResult) -> NDArray[np.void]:
@@ -69,16 +98,15 @@ def track_array(track: Track | None, result: TrialResult) -> NDArray[np.void]:
 def collisions_array(result: TrialResult) -> NDArray[np.void]:
     """Return a row a collision, those after the burst as well; shape (collisions,).
 
-    ``in_burst`` is true for those that the count includes. Velocities are px a frame along the
-    line of motion; ``time_s`` is NaN without a capture rate.
+    ``in_burst`` is true for those that the count includes. Velocities and their standard
+    uncertainties are px a frame along the line of motion; ``time_s`` is NaN without a capture rate.
     """
     size = burst_size(result)
     rows = [
         (
             *(c.number, c.kind, c.seen, c.number <= size, c.frame, c.frame_sigma),
             *(math.nan if c.time_s is None else c.time_s, c.position_px),
-            *(c.velocity_before.ball_px_frame, c.velocity_after.ball_px_frame),
-            *(c.velocity_before.heavy_px_frame, c.velocity_after.heavy_px_frame),
+            *(getattr(getattr(c, side), field) for side, field in _VELOCITIES.values()),
         )
         for c in result.collisions
     ]
@@ -86,23 +114,148 @@ def collisions_array(result: TrialResult) -> NDArray[np.void]:
 
 
 def table_csv(table: NDArray[np.void], **decimals: int) -> str:
-    """Write a structured array as CSV with a heading; what is not known is an empty cell.
+    """Write a structured array, shape (rows,), as CSV with a heading; NaN is an empty cell.
 
     ``decimals`` are those of columns that need others than is usual.
     """
+    names = table.dtype.names or ()
+    rows = (zip(names, row, strict=True) for row in table.tolist())
+    usual = _DECIMALS | decimals
+    return _csv(names, ([_cell(v, f".{usual.get(name, 4)}f") for name, v in row] for row in rows))
+
+
+def trials_csv(trials: Sequence[TrialRow]) -> str:
+    """Write the trials of a campaign as CSV, those that need a person first.
+
+    What is not known is an empty cell.
+    """
+    ordered = sorted(trials, key=lambda trial: not trial.needs_a_person)
+    rows = ([_cell(value(trial), ".6g") for value in TRIAL_COLUMNS.values()] for trial in ordered)
+    return _csv(TRIAL_COLUMNS, rows)
+
+
+def _csv(names: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
     target = io.StringIO()
     writer = csv.writer(target, lineterminator="\n")
-    names = table.dtype.names or ()
     writer.writerow(names)
-    for row in table.tolist():
-        cells = zip(names, row, strict=True)
-        writer.writerow([_cell(v, (_DECIMALS | decimals).get(name, 4)) for name, v in cells])
+    writer.writerows(rows)
     return target.getvalue()
 
 
-def _cell(value: object, decimals: int) -> str:
+def _cell(value: object, number: str) -> str:
+    """Write a value as a cell; ``number`` is the format of a float."""
+    if value is None or isinstance(value, float):
+        return f"{value:{number}}" if value is not None and math.isfinite(value) else ""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.{decimals}f}" if math.isfinite(value) else ""
-    return str(value)
+    text = printable(str(value))
+    # A spreadsheet would run a cell that begins so as a formula; a clip's name is only text.
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text
+
+
+# ---- for a terminal ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table of text; its cells are text already."""
+
+    heading: str
+    width: int
+    """Least number of characters, the space before the column included."""
+    group: str = ""
+    """Heading shared with the columns beside it; empty for none."""
+    align: str = ">"
+    """``>`` for numbers, ``<`` for words."""
+
+
+def text_table(
+    columns: Sequence[Column], rows: Sequence[Sequence[str] | str], width: int = WIDTH
+) -> list[str]:
+    """Lay rows out in columns; a row that is one text stands as it is.
+
+    What is wider than ``width`` goes on below, beginning with the first column again.
+    """
+    lines: list[str] = []
+    for part in _parts(columns, width):
+        shown = [columns[place] for place in part]
+        lines += [""] if lines else []
+        lines += _headings(shown)
+        for row in rows:
+            lines.append(row if isinstance(row, str) else _row(shown, [row[k] for k in part]))
+    return lines
+
+
+def _parts(columns: Sequence[Column], width: int) -> Iterator[list[int]]:
+    """Yield the places of the columns that fit side by side, the first column in each part.
+
+    Columns of one group stay together.
+    """
+    part, used = [0], columns[0].width
+    for _, places in groupby(range(1, len(columns)), lambda place: columns[place].group or place):
+        group = list(places)
+        wide = sum(columns[place].width for place in group)
+        if used + wide > width and len(part) > 1:
+            yield part
+            part, used = [0], columns[0].width
+        part += group
+        used += wide
+    yield part
+
+
+def _headings(columns: Sequence[Column]) -> list[str]:
+    # A group's name stands over its first column and runs on over the others of the group.
+    groups, end = "", 0
+    for place, column in enumerate(columns):
+        if column.group and (place == 0 or columns[place - 1].group != column.group):
+            groups = groups.ljust(end + 4) + column.group
+        end += column.width
+    heading_row = _row(columns, [column.heading for column in columns])
+    return [groups, heading_row] if groups else [heading_row]
+
+
+def _row(columns: Sequence[Column], cells: Sequence[str]) -> str:
+    paired = zip(columns, cells, strict=True)
+    # A cell wider than its column keeps its gap: the row grows, the numbers never touch.
+    return "".join(f" {cell:{c.align}{c.width - 1}}" for c, cell in paired).rstrip()
+
+
+_NUMBERS = {
+    "frame": (Column("frame", 10), 2),
+    "time_s": (Column("time/s", 10), 5),
+    "ball_px": (Column("ball/px", 9), 1),
+    **{
+        f"{body}_{side}_px_frame": (Column(side, 9, f"{body} px/frame"), 3)
+        for body in ("ball", "heavy")
+        for side in ("before", "after")
+    },
+}
+"""Columns of the table of collisions by those of the array, and their decimals."""
+
+
+def collision_lines(result: TrialResult, width: int = WIDTH) -> list[str]:
+    """Lay the collisions out in rows; those after the counted ones follow under a line of words.
+
+    Columns of which nothing is known (times without a capture rate, a heavy body that is not
+    there) are left out.
+    """
+    table, collisions = collisions_array(result), result.collisions
+    known = [name for name in _NUMBERS if np.isfinite(table[name]).any()]
+    columns = [Column("no.", 6), Column(" kind", 9, align="<"), *(_NUMBERS[n][0] for n in known)]
+    rows: list[Sequence[str] | str] = [
+        [*_named(c), *(_number(row[name], _NUMBERS[name][1]) for name in known)]
+        for c, row in zip(collisions, table, strict=True)
+    ]
+    if result.count is not None and result.count < len(rows):
+        rows.insert(result.count, "  after the heavy body turned back:")
+    if not all(c.seen for c in collisions):
+        return [*text_table(columns, rows, width), "  * inferred between frames"]
+    return text_table(columns, rows, width) if rows else []
+
+
+def _named(collision: Collision) -> tuple[str, str]:
+    return str(collision.number), f" {collision.kind}{'' if collision.seen else '*'}"
+
+
+def _number(value: float, decimals: int) -> str:
+    return fixed(value, decimals) if math.isfinite(value) else NOT_KNOWN

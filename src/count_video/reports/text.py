@@ -3,19 +3,31 @@
 from __future__ import annotations
 
 import math
-import textwrap
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
 from count_video.physics.theory import pi_bounds
 from count_video.planning.expected import Expected, expected_counts, ratio_range
-from count_video.records import Collision, Correction, Ending, Estimate, TrialResult
-from count_video.reports.printable import printable
-from count_video.reports.text_tables import collision_lines, comparison_lines, comparison_sentence
+from count_video.records import (
+    Collision,
+    ComparedQuantity,
+    Correction,
+    Ending,
+    PlanComparison,
+    TrialResult,
+)
+from count_video.reports.tables import NOT_KNOWN, Column, collision_lines, text_table
+from count_video.reports.words import (
+    WIDTH,
+    Note,
+    answer_text,
+    counts_words,
+    fixed,
+    plural,
+    printable,
+)
 
-WIDTH = 80
-"""Columns that a terminal has at the least."""
-_LABEL_WIDTH = 13
 _SURE = 0.995
 """A probability from here on reads 100% when rounded and need not be spelt out."""
 _CLOSE_FRAMES = 2.5
@@ -31,37 +43,12 @@ _KIND_IN_WORDS = {"bodies": "between the bodies", "wall": "with the wall"}
 
 
 def result_text(result: TrialResult, width: int = WIDTH) -> str:
-    """Write the result as plain text, without a line's end at its end.
+    """Write the result as plain text, in lines of at most ``width`` columns.
 
-    Sentences are wrapped at ``width`` columns; the table of collisions takes 80.
+    A table that is wider goes on below itself. There is no line's end at the end.
     """
-    lines = [headline(result), ""]
-    for label, sentence in _notes(result):
-        lines += labelled(label, printable(sentence), width)
-    if result.comparison is not None and result.comparison.quantities:
-        lines += ["", *comparison_lines(result.comparison)]
-    if result.collisions:
-        lines += ["", *collision_lines(result.collisions, result.count)]
-    return "\n".join(lines)
-
-
-def plural(number: int, noun: str) -> str:
-    """Join a number and its noun: ``no collision``, ``1 collision``, ``31 collisions``."""
-    if number == 0:
-        return f"no {noun}"
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
-def counts_words(low: int, high: int) -> str:
-    """Write a range of counts: ``31``, ``3 or 4``, ``29 to 31``."""
-    return str(low) if low == high else f"{low}{' or ' if high == low + 1 else ' to '}{high}"
-
-
-def ratio_words(ratio: Estimate | None) -> str:
-    """Write a mass ratio with its uncertainty, which is 0 where it was given."""
-    if ratio is None:
-        return "not known"
-    return f"{ratio.value:.4g}" + (f" ± {ratio.sigma:.2g}" if ratio.sigma else "")
+    tables = comparison_lines(result.comparison, width), collision_lines(result, width)
+    return answer_text(headline(result), result_notes(result), *tables, width=width)
 
 
 def headline(result: TrialResult) -> str:
@@ -79,12 +66,13 @@ def _is_reviewed(result: TrialResult) -> bool:
     return result.reviewed_count is not None
 
 
-def _notes(result: TrialResult) -> list[tuple[str, str]]:
+def result_notes(result: TrialResult) -> list[Note]:
+    """List all that is to be said of a result, in order: the lines of text and page."""
     notes = [
         ("Why" if result.status == "not_counted" else "In doubt", result.reason or ""),
         ("What to do", _advice(result)),
         ("Reviewed", _reviewed(result)),
-        ("Plan", _plan(result)),
+        ("Plan", comparison_sentence(result.comparison, result.count)),
         ("Kinds", _kinds(result)),
         ("Evidence", _evidence(result)),
         ("Probability", _probability(result)),
@@ -98,17 +86,7 @@ def _notes(result: TrialResult) -> list[tuple[str, str]]:
         ("Footage", _footage(result)),
         *(("Warning", warning) for warning in result.warnings),
     ]
-    return [(label, sentence) for label, sentence in notes if sentence]
-
-
-def labelled(label: str, sentence: str, width: int = WIDTH) -> list[str]:
-    """Write a label and, beside it, a sentence in lines of at most ``width`` columns."""
-    return textwrap.wrap(
-        sentence,
-        width,
-        initial_indent=f"  {label:<{_LABEL_WIDTH}}",
-        subsequent_indent=" " * (2 + _LABEL_WIDTH),
-    )
+    return [(label, printable(sentence)) for label, sentence in notes if sentence]
 
 
 def _advice(result: TrialResult) -> str:
@@ -134,11 +112,6 @@ def _change(correction: Correction) -> str:
     if correction.action == "wrong":
         return f"no. {correction.number} {words} is wrong (frame {correction.frame:.1f}{beyond})"
     return f"one {words} was missed (frame {correction.frame:.1f}{beyond})"
-
-
-def _plan(result: TrialResult) -> str:
-    comparison = result.comparison
-    return "" if comparison is None else comparison_sentence(comparison, result.count)
 
 
 def _kinds(result: TrialResult) -> str:
@@ -248,8 +221,8 @@ def _ending(ending: Ending | None) -> str:
         return ""
     return (
         f"{_ENDING_IN_WORDS[ending.kind]}; {ending.energy_kept:.0%} of the energy is left, and of "
-        f"the first speed the heavy body has {ending.heavy_speed:.2f}, the ball "
-        f"{ending.ball_speed:.2f} (away from the wall)"
+        f"the first speed the heavy body has {fixed(ending.heavy_speed, 2)}, the ball "
+        f"{fixed(ending.ball_speed, 2)} (away from the wall)"
     )
 
 
@@ -273,3 +246,77 @@ def _footage(result: TrialResult) -> str:
     source = {"option": "as given", "metadata": "from the clip", "unknown": "of unknown source"}
     rate = f"{result.capture_fps:.6g} frames a second"
     return f"{frames}, captured at {rate} ({source[result.capture_fps_source]})"
+
+
+# ---- a plan beside what the clip shows of it ---------------------------------------------------
+
+NAMES = {
+    "gap_mm": ("gap", "mm"),
+    "release_mm": ("release", "mm"),
+    "bodies_gap_mm": ("gap between the bodies", "mm"),
+    "heavy_period_s": ("period of the cylinder", "s"),
+    "ball_period_s": ("period of the ball", "s"),
+    "mass_ratio": ("mass ratio", ""),
+    "restitution_bodies": ("restitution, bodies", ""),
+    "restitution_wall": ("restitution, wall", ""),
+}
+"""What the quantities are called, and their units."""
+_DECIMALS = {"mm": 1, "s": 3, "": 3}
+DIFFERENT_SIGMAS = 2.0
+"""A difference of more standard uncertainties than this is marked."""
+_COMPARED = (
+    *(Column(" set-up", 30, align="<"), Column("planned", 11), Column("found", 11)),
+    *(Column("+-", 9), Column("alone gives", 13), Column("", 2, align="<")),
+)
+
+
+def comparison_sentence(comparison: PlanComparison | None, count: int | None) -> str:
+    """Say what was planned, what was found, and what explains the difference."""
+    if comparison is None:
+        return ""
+    text = f"{comparison.planned_count} collisions, theory {comparison.theory}"
+    if count is None:
+        return f"{text}; the clip is not counted"
+    if not comparison.quantities:
+        return f"{text}; the frames do not show the set-up"
+    if comparison.found_count is not None:
+        text += f"; the set-up that was found gives {comparison.found_count}"
+    return f"{text}; {_reason(comparison, count)}"
+
+
+def _reason(comparison: PlanComparison, count: int) -> str:
+    names = [NAMES[name][0] for name in comparison.explained_by]
+    if count == comparison.planned_count:
+        if count == comparison.theory:
+            return "it came out as planned"
+        return f"{count} is what was planned: the swing and the losses differ from the theory"
+    if len(names) == len(comparison.quantities) and len(names) > 1:
+        return f"all differences together make it {count}, none alone does"
+    if names:
+        return f"the {_listed(names)} alone makes it {count}"
+    if count == comparison.theory:
+        return "it came out as the theory has it"
+    return f"no single difference explains {count}"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
+
+
+def comparison_lines(comparison: PlanComparison | None, width: int = WIDTH) -> list[str]:
+    """Write the table of quantities; no line where nothing was found."""
+    if comparison is None or not comparison.quantities:
+        return []
+    return text_table(_COMPARED, [_cells(one) for one in comparison.quantities], width)
+
+
+def _cells(one: ComparedQuantity) -> list[str]:
+    name, unit = NAMES[one.name]
+    values = (one.planned, one.found.value, one.found.sigma)
+    off = abs(one.found.value - one.planned) > DIFFERENT_SIGMAS * one.found.sigma
+    return [
+        f" {name}, {unit}" if unit else f" {name}",
+        *(f"{value:.{_DECIMALS[unit]}f}" for value in values),
+        NOT_KNOWN if one.count is None else str(one.count),
+        "*" if off else "",
+    ]

@@ -214,7 +214,7 @@
 
   function drawDot(context, scale) {
     const [x, y] = [scale.x(values.gap), scale.y(values.release)];
-    context.strokeStyle = colour("dot");
+    context.strokeStyle = colour("vermilion");
     context.lineWidth = 2;
     context.beginPath();
     context.ellipse(x, y, Math.abs(scale.x(2 * data.tolerances.gap_m) - scale.x(0)),
@@ -222,7 +222,7 @@
     context.stroke();
     context.beginPath();
     context.arc(x, y, 5, 0, 2 * Math.PI);
-    context.fillStyle = colour("dot");
+    context.fillStyle = colour("vermilion");
     context.fill();
   }
 
@@ -233,7 +233,7 @@
     return Math.min(gaps[k], gaps[k + 1]) >= clear;
   }
 
-  function crowded(found) {
+  function densest(found) {
     const times = found.collisions.map((c) => c.time);
     const whole = [times[0], times[times.length - 1]];
     if (times.length < 3) return whole;
@@ -277,7 +277,7 @@
     context.fillStyle = colour("wall");
     context.fillRect(x(from), y(0), x(to) - x(from), y(bottom) - y(0));
     if (frame) {
-      context.strokeStyle = colour("dot");
+      context.strokeStyle = colour("vermilion");
       context.strokeRect(x(frame[0]), 9, x(frame[1]) - x(frame[0]), height - 46);
     }
     drawMarks(context, found, { x, y, from, to, few: !frame, diameter });
@@ -306,7 +306,7 @@
       if (c.time < from || c.time > to) return;
       const bodies = c.kind === "bodies";
       const [px, py] = [x(c.time), y(bodies ? c.place + diameter : 0)];
-      const ink = colour(bodies ? "bodies" : "at-wall");
+      const ink = colour(bodies ? "vermilion" : "blue");
       context.beginPath();
       if (bodies) context.arc(px, py, 5, 0, 2 * Math.PI); else context.rect(px - 4.5, py - 4.5, 9, 9);
       context.lineWidth = 2;
@@ -356,7 +356,7 @@
       const [x, y] = [cx + radius * v1, cy - radius * v2];
       context.beginPath();
       if (c.kind === "bodies") context.arc(x, y, 4, 0, 2 * Math.PI); else context.rect(x - 3.5, y - 3.5, 7, 7);
-      context.fillStyle = colour(c.kind === "bodies" ? "bodies" : "at-wall");
+      context.fillStyle = colour(c.kind === "bodies" ? "vermilion" : "blue");
       context.fill();
       const away = 1 + 16 / Math.max(30, radius * Math.hypot(v1, v2));
       if (found.collisions.length <= 45 || k % 20 === 0) {
@@ -504,7 +504,7 @@
       list([]);
       element("bars").replaceChildren();
       element("sure").textContent = "";
-      for (const id of ["whole", "crowd", "circle"]) pen(id);
+      for (const id of ["whole", "enlarged", "circle"]) pen(id);
     } else {
       element("count").textContent = found.count;
       element("noun").textContent = found.count === 1 ? "collision" : "collisions";
@@ -513,10 +513,10 @@
       line.className = `theory ${found.count === theory ? "same" : "off"}`;
       list(factsOf(found));
       showTrials(theory);
-      const middle = crowded(found);
+      const middle = densest(found);
       const times = found.collisions.map((c) => c.time);
       drawPaths("whole", found, [times[0], times[times.length - 1]], middle);
-      drawPaths("crowd", found, middle, null);
+      drawPaths("enlarged", found, middle, null);
       drawCircle(found, values.heavy / values.light, theory);
     }
     drawMap(theory);

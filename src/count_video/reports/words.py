@@ -1,0 +1,80 @@
+"""What all reports write with: text made safe, numbers with nouns, labels beside sentences."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # NumPy takes time, and the command needs this module at once
+    from count_video.records import Estimate
+
+WIDTH = 80
+"""Columns that a terminal has at the least."""
+_LABEL_WIDTH = 13
+
+Note = tuple[str, str]
+"""A label and the sentence that stands beside it."""
+
+
+def printable(text: str) -> str:
+    """Escape what a terminal would obey instead of show: line ends, control codes, lost bytes."""
+    return "".join(
+        sign if sign.isprintable() else sign.encode("unicode_escape").decode("ascii")
+        for sign in text
+    )
+
+
+def storable(text: str) -> str:
+    """Replace what UTF-8 cannot hold: the lone surrogates of a file name that is not UTF-8."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def plural(number: int, noun: str) -> str:
+    """Join a number and its noun: ``no collision``, ``1 collision``, ``31 collisions``."""
+    if number == 0:
+        return f"no {noun}"
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def counts_words(low: int, high: int) -> str:
+    """Write a range of counts: ``31``, ``3 or 4``, ``29 to 31``."""
+    return str(low) if low == high else f"{low}{' or ' if high == low + 1 else ' to '}{high}"
+
+
+def ratio_words(ratio: Estimate | None) -> str:
+    """Write a mass ratio with its uncertainty, which is 0 where it was given."""
+    if ratio is None:
+        return "not known"
+    return f"{ratio.value:.4g}" + (f" ± {ratio.sigma:.2g}" if ratio.sigma else "")
+
+
+def fixed(value: float, decimals: int) -> str:
+    """Write a number with so many decimals, and 0 without a sign."""
+    return f"{value:z.{decimals}f}"
+
+
+def labelled(label: str, sentence: str, width: int = WIDTH) -> list[str]:
+    """Write a label and, beside it, a sentence in lines of at most ``width`` columns."""
+    return textwrap.wrap(
+        printable(sentence),
+        width,
+        initial_indent=f"  {label:<{_LABEL_WIDTH}}",
+        subsequent_indent=" " * (2 + _LABEL_WIDTH),
+        break_on_hyphens=False,  # an option's name stays whole
+    )
+
+
+def answer_text(
+    headline: str, notes: Iterable[Note], *tables: list[str], width: int = WIDTH
+) -> str:
+    """Write an answer: the headline, what it rests on, and tables, without a line's end at its end.
+
+    An empty table is left out.
+    """
+    lines = [headline, ""]
+    for label, sentence in notes:
+        lines += labelled(label, sentence, width)
+    for table in tables:
+        lines += ["", *table] if table else []
+    return "\n".join(lines)
