@@ -29,6 +29,8 @@ from count_video.records import Floats
 
 LASTS_FRAMES = (2.0, 4.0, 8.0, 16.0)
 """What lasts longer than that the path takes up in most flights: the places say nothing of it."""
+FORGOTTEN_FRAMES = 36 * LASTS_FRAMES[-1]
+"""Errors so far apart have a correlation of exp(-36), a rounding error, or less."""
 WHITE_SHARES = (0.0, 0.1, 0.2, 0.4, 0.6, 0.8)
 FRAMES_AT_LEAST = 4
 """A shorter flight says hardly more than its own place and velocity."""
@@ -102,10 +104,10 @@ class Errors:
         """Standard deviation of one error."""
         return float(np.sqrt(self.white_px2 + self.lasting_px2.sum()))
 
-    def covariance_of(self, clock: Floats) -> Floats:
-        """Covariance of errors in px squared in frames of shape (n,), shape (n, n)."""
-        apart = np.abs(clock[:, None] - clock)
-        total = self.white_px2 * np.eye(len(clock))
+    def covariance_of(self, clock: Floats, others: Floats) -> Floats:
+        """Covariance in px squared of errors in frames with those in others, shape (n, m)."""
+        apart = np.abs(clock[:, None] - others)
+        total = self.white_px2 * (apart == 0)
         for lasts, variance in zip(LASTS_FRAMES, self.lasting_px2, strict=True):
             if variance > 0:
                 total += variance * np.exp(-apart / lasts)

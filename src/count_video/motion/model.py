@@ -26,7 +26,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.lasting import Errors, errors_of, flight_of
+from count_video.lasting import FORGOTTEN_FRAMES, Errors, errors_of, flight_of
 from count_video.motion.pieces import WINDOW_FRAMES, pieces_of
 from count_video.motion.priors import (
     BEND_FRAMES,
@@ -42,6 +42,9 @@ Kind = Literal["wall", "far", "bodies"]
 
 BEND_SHOWN_ROWS = 5
 """So many rows of a piece show its acceleration; where none do, ..."""
+
+ROWS_AT_A_TIME = 1000
+"""Of a covariance: with those near them they take some 70 MB."""
 
 FIRST, LAST, BEND, SWING, SLOPE = range(5)
 NODE_SLOTS = 4
@@ -313,13 +316,34 @@ class Model:
         flat = np.bincount(self.slots.ravel(), sums.ravel(), minlength=self.columns + 1)
         return np.asarray(flat[:-1])
 
-    def dense(self, jacobian: Floats, rows: NDArray[np.bool_]) -> Floats:
-        """Spread derivatives of chosen rows over all columns, shape (chosen, columns)."""
-        full = np.zeros((int(rows.sum()), self.columns + 1))
-        np.add.at(
-            full, (np.arange(len(full))[:, None], self.slots[self.piece_of[rows]]), jacobian[rows]
-        )
-        return full[:, :-1]
+    def covariance(self, jacobian: Floats, body: int) -> Floats:
+        """Covariance of the sums of a body's derivatives times its errors, shape (columns,) twice.
+
+        Errors that lie far apart have none, so a long clip is taken part by part.
+        """
+        rows = np.flatnonzero(self.body[self.piece_of] == body)
+        errors, clock = self.errors[body], self.frame[rows]
+        total = np.zeros((self.columns + 1, self.columns + 1))
+        reach = 0.0 if errors is None else FORGOTTEN_FRAMES
+        for first in range(0, len(rows), ROWS_AT_A_TIME):
+            part = slice(first, first + ROWS_AT_A_TIME)
+            low, high = clock[part][[0, -1]] + (-reach, reach)
+            near = slice(np.searchsorted(clock, low), np.searchsorted(clock, high, "right"))
+            columns = np.unique(self.slots[self.piece_of[rows[near]]])
+            right = self._dense(jacobian, rows[near], columns)
+            left = right[first - near.start :][:ROWS_AT_A_TIME]
+            if errors is not None:
+                covariance = errors.covariance_of(clock[part], clock[near])
+                right = covariance @ right / self.sigma[body] ** 2
+            total[np.ix_(columns, columns)] += left.T @ right
+        return total[:-1, :-1]
+
+    def _dense(self, jacobian: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Floats:
+        """Spread derivatives of rows over columns that hold all of theirs, (rows, columns)."""
+        full = np.zeros((len(rows), len(columns)))
+        places = np.searchsorted(columns, self.slots[self.piece_of[rows]])
+        np.add.at(full, (np.arange(len(rows))[:, None], places), jacobian[rows])
+        return full
 
     def rates(self, values: Floats) -> tuple[Floats, Floats]:
         """Velocities of each piece's body at both ends, shape (pieces, 2), and their gradients.
