@@ -14,6 +14,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from count_video.inputs import json_value
 from count_video.records import Track, TrialResult
 from count_video.reports.material import Pendulum
 from count_video.trial import Trial
@@ -51,8 +52,8 @@ def unpacked(text: str) -> Followed:
         It is no such text, or of another version of the program.
     """
     try:
-        found = _unpacked(Followed, json.loads(text))
-    except (TypeError, LookupError, AttributeError, RecursionError) as error:
+        found = _unpacked(Followed, json_value(text))
+    except (TypeError, LookupError, AttributeError) as error:
         raise ValueError(f"nothing that was followed: {error}") from error
     if not isinstance(found, Followed):
         raise ValueError("nothing that was followed")

@@ -28,6 +28,7 @@ from pathlib import Path
 from typing import Literal
 
 from count_video.errors import UsageError
+from count_video.inputs import json_value
 
 if sys.platform == "win32":
     import msvcrt
@@ -86,7 +87,7 @@ class OutputFolder:
             self._read_to += len(lines + newline)
             for line in lines.splitlines():
                 with suppress(ValueError, LookupError, TypeError):  # torn as the power went
-                    entry = json.loads(line)
+                    entry = json_value(line)
                     self._entries[str(entry["name"])] = {"clip": str(entry["clip"]), **entry}
         return self._entries
 
