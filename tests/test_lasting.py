@@ -69,7 +69,7 @@ def test_errors_vary_together_by_what_lasts_of_them() -> None:
     errors = Errors(0.5, np.array([2.0, 0.0, 0.0, 0.0]))
     half = np.exp(-1.0 / LASTS_FRAMES[0])
 
-    covariance = errors.covariance_of(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
+    covariance = errors.covariance_of(np.array([0.0, 1.0]))
 
     assert errors.sigma_px == pytest.approx(np.sqrt(2.5))
     assert covariance == pytest.approx(np.array([[2.5, 2.0 * half], [2.0 * half, 2.5]]))
