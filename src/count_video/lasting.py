@@ -104,10 +104,10 @@ class Errors:
         """Standard deviation of one error."""
         return float(np.sqrt(self.white_px2 + self.lasting_px2.sum()))
 
-    def covariance_of(self, clock: Floats, others: Floats) -> Floats:
-        """Covariance in px squared of errors in frames with those in others, shape (n, m)."""
-        apart = np.abs(clock[:, None] - others)
-        total = self.white_px2 * (apart == 0)
+    def covariance_of(self, clock: Floats) -> Floats:
+        """Covariance of errors in px squared in frames of shape (n,), shape (n, n)."""
+        apart = np.abs(clock[:, None] - clock)
+        total = self.white_px2 * np.eye(len(clock))
         for lasts, variance in zip(LASTS_FRAMES, self.lasting_px2, strict=True):
             if variance > 0:
                 total += variance * np.exp(-apart / lasts)

@@ -1,4 +1,4 @@
-"""A trial of many contacts is fitted part by part: the same figures, in memory by its length."""
+"""A trial of many contacts is fitted piece by piece: the same figures, in memory by its length."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from count_video.motion import model
+from count_video.lasting import Errors
 from count_video.motion.joint import Contacts, fit_contacts
-from count_video.motion.model import Paths
+from count_video.motion.model import Kind, Model, Paths
 from count_video.records import Floats
 
 EVERY = 24.0
@@ -18,22 +18,23 @@ FIRST = 12.3
 SPEED = 1.0
 ERROR_PX = 0.1
 LASTS_FRAMES = 4.0
-ROUNDING = 1e-9
-MANY = 300
+ROUNDING = 1e-12
+KINDS: tuple[Kind, ...] = ("bodies", "wall") * 5
+MANY = 200
 FLOAT_BYTES = 8
 
 
-def bouncing(bounces: int) -> Floats:
+def bouncing(bounces: int, every: float = EVERY) -> Floats:
     """Places of a ball that bounces at a wall at 50 px, measured with errors half of which last."""
     rng = np.random.default_rng(bounces)
-    frame = np.arange(EVERY * bounces)
-    phase = (frame - FIRST) % EVERY
+    frame = np.arange(every * bounces)
+    phase = (frame - FIRST) % every
     error, kept = rng.normal(0.0, ERROR_PX, len(frame)), np.exp(-1.0 / LASTS_FRAMES)
     lasting = rng.normal(0.0, ERROR_PX)
     for row in range(len(frame)):
         lasting = kept * lasting + np.sqrt(1 - kept**2) * rng.normal(0.0, ERROR_PX)
         error[row] += lasting
-    return 50.0 + 2 * SPEED / EVERY * phase * (EVERY - phase) + error
+    return 50.0 + 2 * SPEED / every * phase * (every - phase) + error
 
 
 def fitted(ball: Floats) -> Contacts:
@@ -42,20 +43,33 @@ def fitted(ball: Floats) -> Contacts:
     return fit_contacts(Paths(frame, ball, None), ["wall"] * len(rough), rough.tolist())
 
 
-@pytest.mark.parametrize("rows_at_a_time", [1, 7, 100])
-def test_parts_say_what_the_whole_says(
-    rows_at_a_time: int, monkeypatch: pytest.MonkeyPatch
+def written_out(of: Model, jacobian: Floats, body: int) -> Floats:
+    """The same covariance with a matrix of all rows of the body."""
+    rows = np.flatnonzero(of.body[of.piece_of] == body)
+    spread = np.zeros((len(rows), of.columns + 1))
+    np.add.at(spread, (np.arange(len(rows))[:, None], of.slots[of.piece_of[rows]]), jacobian[rows])
+    errors, spread = of.errors[body], spread[:, :-1]
+    if errors is None:
+        return spread.T @ spread
+    return spread.T @ errors.covariance_of(of.frame[rows]) @ spread / of.sigma[body] ** 2
+
+
+@pytest.mark.parametrize("lasting_px2", [None, (0.0, 0.0, 0.0, 0.0), (0.3, 0.0, 0.1, 0.2)])
+@pytest.mark.parametrize("every", [12.0, 24.0, 400.0], ids=["short", "usual", "apart"])
+def test_piece_by_piece_is_what_one_matrix_of_all_rows_gives(
+    every: float, lasting_px2: tuple[float, ...] | None
 ) -> None:
-    ball = bouncing(12)
-    whole = fitted(ball)
-    assert whole.errors[0] is not None
-    assert whole.errors[0].lasting_px2.sum() > 0, "else the parts have nothing in common"
+    ball = bouncing(10, every)
+    frame = np.arange(float(len(ball)))
+    times = FIRST + every * np.arange(10)
+    made = Model(Paths(frame, ball, ball + 100.0), (KINDS, times), 1.0, 0.5)
+    if lasting_px2 is not None:
+        made.use_errors((Errors(0.4, np.array(lasting_px2)), Errors(0.1, np.array(lasting_px2))))
+    jacobian = np.random.default_rng(1).normal(size=(len(made.frame), made.slots.shape[1]))
 
-    monkeypatch.setattr(model, "ROWS_AT_A_TIME", rows_at_a_time)
-    parts = fitted(ball)
-
-    assert parts.frame == pytest.approx(whole.frame, rel=ROUNDING)
-    assert parts.frame_sigma == pytest.approx(whole.frame_sigma, rel=ROUNDING)
+    for body in (0, 1):
+        whole = written_out(made, jacobian, body)
+        assert made.covariance(jacobian, body) == pytest.approx(whole, abs=ROUNDING * whole.max())
 
 
 def test_memory_does_not_grow_with_the_square_of_the_frames() -> None:

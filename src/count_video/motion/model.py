@@ -18,16 +18,16 @@ on some of them, with a normal prior as wide as those of the flights that show t
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.lasting import FORGOTTEN_FRAMES, Errors, errors_of, flight_of
-from count_video.motion.pieces import WINDOW_FRAMES, pieces_of
+from count_video.lasting import FORGOTTEN_FRAMES, LASTS_FRAMES, Errors, errors_of, flight_of
+from count_video.motion.pieces import WINDOW_FRAMES, Rows, pieces_of
 from count_video.motion.priors import (
     BEND_FRAMES,
     PARALLAX_SIGMA,
@@ -42,9 +42,6 @@ Kind = Literal["wall", "far", "bodies"]
 
 BEND_SHOWN_ROWS = 5
 """So many rows of a piece show its acceleration; where none do, ..."""
-
-ROWS_AT_A_TIME = 1000
-"""Of a covariance: with those near them they take some 70 MB."""
 
 FIRST, LAST, BEND, SWING, SLOPE = range(5)
 NODE_SLOTS = 4
@@ -319,31 +316,54 @@ class Model:
     def covariance(self, jacobian: Floats, body: int) -> Floats:
         """Covariance of the sums of a body's derivatives times its errors, shape (columns,) twice.
 
-        Errors that lie far apart have none, so a long clip is taken part by part.
+        What lasts of the errors is exp(-(t - s) / T) from a row of one piece at s to one of a later
+        piece at t: a factor of each row and one of the gap between the pieces. So a long clip takes
+        no matrix of all its rows.
         """
-        rows = np.flatnonzero(self.body[self.piece_of] == body)
-        errors, clock = self.errors[body], self.frame[rows]
+        pieces, errors = np.flatnonzero(self.body == body), self.errors[body]
         total = np.zeros((self.columns + 1, self.columns + 1))
-        reach = 0.0 if errors is None else FORGOTTEN_FRAMES
-        for first in range(0, len(rows), ROWS_AT_A_TIME):
-            part = slice(first, first + ROWS_AT_A_TIME)
-            low, high = clock[part][[0, -1]] + (-reach, reach)
-            near = slice(np.searchsorted(clock, low), np.searchsorted(clock, high, "right"))
-            columns = np.unique(self.slots[self.piece_of[rows[near]]])
-            right = self._dense(jacobian, rows[near], columns)
-            left = right[first - near.start :][:ROWS_AT_A_TIME]
+        for piece in pieces.tolist():
+            rows = slice(self.starts[piece], self.starts[piece] + self.rows[piece])
+            own = jacobian[rows]
             if errors is not None:
-                covariance = errors.covariance_of(clock[part], clock[near])
-                right = covariance @ right / self.sigma[body] ** 2
-            total[np.ix_(columns, columns)] += left.T @ right
+                covariance = errors.covariance_of(self.frame[rows]) / self.sigma[body] ** 2
+                own = covariance @ own
+            slots = self.slots[piece]
+            np.add.at(total, (slots[:, None], slots), jacobian[rows].T @ own)
+        if errors is not None and len(pieces) > 1:
+            between = np.zeros_like(total)
+            for first, last, products in self._between(jacobian, pieces, errors):
+                np.add.at(between, (first[:, :, None], last[:, None, :]), products)
+            total += (between + between.T) / self.sigma[body] ** 2
         return total[:-1, :-1]
 
-    def _dense(self, jacobian: Floats, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Floats:
-        """Spread derivatives of rows over columns that hold all of theirs, (rows, columns)."""
-        full = np.zeros((len(rows), len(columns)))
-        places = np.searchsorted(columns, self.slots[self.piece_of[rows]])
-        np.add.at(full, (np.arange(len(rows))[:, None], places), jacobian[rows])
-        return full
+    def _between(
+        self, jacobian: Floats, pieces: Rows, errors: Errors
+    ) -> Iterator[tuple[Rows, Rows, Floats]]:
+        """Yield the covariance of derivatives of pieces with those of others after them.
+
+        Each is that of some pairs: the slots of both, shape (pairs, slots), and the products, shape
+        (pairs, slots, slots).
+        """
+        start, stop = self.frame[self.starts], self.frame[self.starts + self.rows - 1]
+        lasts = np.array(LASTS_FRAMES)
+        ahead, behind = start[self.piece_of] - self.frame, self.frame - stop[self.piece_of]
+        since, until = (
+            np.stack(
+                [np.add.reduceat(jacobian * np.exp(gap / t)[:, None], self.starts) for t in lasts],
+                axis=1,
+            )[pieces]
+            for gap in (ahead, behind)
+        )
+        start, stop, slots = start[pieces], stop[pieces], self.slots[pieces]
+        for offset in range(1, len(pieces)):
+            gap = start[offset:] - stop[:-offset]
+            near = np.flatnonzero(gap < FORGOTTEN_FRAMES)
+            if len(near) == 0:
+                return
+            kept = errors.lasting_px2 * np.exp(-gap[near, None] / lasts)
+            left = until[near] * kept[:, :, None]
+            yield slots[near], slots[near + offset], np.swapaxes(left, 1, 2) @ since[near + offset]
 
     def rates(self, values: Floats) -> tuple[Floats, Floats]:
         """Velocities of each piece's body at both ends, shape (pieces, 2), and their gradients.
