@@ -15,6 +15,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from count_video import outputs
 from count_video.batch.manifest import clips_in, jobs_of
 from count_video.errors import UsageError
 from count_video.evidence import shows_another_clip
@@ -178,6 +179,20 @@ def test_the_evidence_of_another_clip_is_told_from_that_of_this_one(folder: Outp
     assert not shows_another_clip(folder.folder, clip)
     folder.write("trial.html", b"page", "digest of another")
     assert shows_another_clip(folder.folder, clip)
+
+
+def test_a_record_without_end_is_read_to_its_limit(
+    folder: OutputFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("first.html", "last.html"):
+        folder.write(name, b"ours", "digest")
+    record = folder.hidden / "written"
+    monkeypatch.setattr(outputs, "_MOST_RECORD_BYTES", record.stat().st_size - 1)
+    later = OutputFolder(folder.folder)
+    assert set(later.written()) == {"first.html"}
+    with pytest.raises(UsageError, match="not written by this program"):
+        later.write("last.html", b"theirs")
+    assert set(later.written()) == {"first.html"}, "a second look reads no further"
 
 
 def test_a_record_of_another_kind_of_file_is_none(folder: OutputFolder) -> None:

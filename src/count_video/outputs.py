@@ -50,6 +50,8 @@ _POINTED = re.compile(r"-?[0-9]+\.[0-9]+(e[+-]?[0-9]+)?")
 LONGEST_NAME_BYTES = 240
 """File systems take 255; ``.collisions.csv`` is added to it."""
 _RECORD = "written"
+_MOST_RECORD_BYTES = 100_000_000
+"""A longer one is not ours: what stands behind that is not believed."""
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _UNFINISHED = re.compile(r"\.[0-9a-f]{12}\.part(\..*)?")
 _SUFFIX_CHARACTERS = 40
@@ -83,7 +85,8 @@ class OutputFolder:
             flags = os.O_RDONLY | _NO_LINK | getattr(os, "O_NONBLOCK", 0)
             with open(os.open(self.hidden / _RECORD, flags), "rb") as record:
                 record.seek(self._read_to)
-                lines, newline, _ = record.read().rpartition(b"\n")
+                more = record.read(_MOST_RECORD_BYTES - self._read_to)
+            lines, newline, _ = more.rpartition(b"\n")
             self._read_to += len(lines + newline)
             for line in lines.splitlines():
                 with suppress(ValueError, LookupError, TypeError):  # torn as the power went
