@@ -33,6 +33,8 @@ from count_video.outputs import (
 from count_video.trial import TrialSettings
 
 ANY_NAME = st.text(st.characters(exclude_characters="/\0"), min_size=1, max_size=300)
+PATIENCE_S = 60
+"""To open a file takes milliseconds; a pipe is waited for without end."""
 WRITER = """
 import os, signal, sys
 from pathlib import Path
@@ -75,6 +77,24 @@ def test_no_link_is_followed_out_of_the_folder(tmp_path: Path, name: str) -> Non
     with pytest.raises((UsageError, OSError)), held(folder.hidden / "lock"):
         folder.write("a.html", b"data")
     assert victim.read_text() == "precious"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+@pytest.mark.parametrize("name", ["written", "lock"])
+def test_no_pipe_is_waited_for(name: str, folder: OutputFolder) -> None:
+    def waits(*_: object) -> None:
+        raise AssertionError("it waits for somebody at the pipe's other end")
+
+    os.mkfifo(folder.hidden / name)
+    before = signal.signal(signal.SIGALRM, waits)
+    signal.alarm(PATIENCE_S)
+    try:
+        one_line = pytest.raises((UsageError, OSError), match=r"regular file|No such device")
+        with one_line, held(folder.hidden / "lock"):
+            folder.write("a.html", b"ours")
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def test_a_hidden_folder_that_is_a_link_is_refused(tmp_path: Path) -> None:

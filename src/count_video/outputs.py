@@ -82,8 +82,7 @@ class OutputFolder:
     def entries(self) -> Mapping[str, Mapping[str, object]]:
         """Return all that the record says of each file, by their names."""
         with suppress(OSError):  # nothing yet
-            flags = os.O_RDONLY | _NO_LINK | getattr(os, "O_NONBLOCK", 0)
-            with open(os.open(self.hidden / _RECORD, flags), "rb") as record:
+            with open(_open_own(self.hidden / _RECORD, os.O_RDONLY), "rb") as record:
                 record.seek(self._read_to)
                 more = record.read(_MOST_RECORD_BYTES - self._read_to)
             lines, newline, _ = more.rpartition(b"\n")
@@ -126,8 +125,8 @@ class OutputFolder:
         entry = {"name": name, "clip": clip, **more}
         if self.entries().get(name) != entry:
             line = json.dumps(entry).encode("ascii")
-            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | _NO_LINK
-            with open(os.open(self.hidden / _RECORD, flags, 0o666), "wb") as record:
+            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT
+            with open(_open_own(self.hidden / _RECORD, flags), "wb") as record:
                 record.write(b"\n" + line + b"\n")
 
     def write(self, name: str, data: bytes, clip: str = "") -> None:
@@ -267,7 +266,7 @@ def held(file: Path) -> Iterator[None]:
     """
     folder = file.parent.parent
     try:
-        descriptor = os.open(file, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666)
+        descriptor = _open_own(file, os.O_RDWR | os.O_CREAT)
     except OSError as error:
         raise UsageError(f"{folder}: no folder for results ({error.strerror})") from error
     try:
@@ -286,6 +285,21 @@ def held(file: Path) -> Iterator[None]:
         yield
     finally:
         os.close(descriptor)
+
+
+def _open_own(file: Path, flags: int) -> int:
+    """Open a regular file of this program; no link is followed, and no pipe waited for.
+
+    Raises
+    ------
+    OSError
+        It cannot be opened, or is none.
+    """
+    descriptor = os.open(file, flags | _NO_LINK | getattr(os, "O_NONBLOCK", 0), 0o666)
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise FileExistsError(0, f"{HIDDEN}/{file.name} in it is no regular file")
+    return descriptor
 
 
 def _flush_folder(folder: Path) -> None:
