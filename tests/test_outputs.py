@@ -15,6 +15,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from count_video import outputs
 from count_video.batch.manifest import clips_in, jobs_of
 from count_video.errors import UsageError
 from count_video.evidence import shows_another_clip
@@ -32,6 +33,8 @@ from count_video.outputs import (
 from count_video.trial import TrialSettings
 
 ANY_NAME = st.text(st.characters(exclude_characters="/\0"), min_size=1, max_size=300)
+PATIENCE_S = 60
+"""To open a file takes milliseconds; a pipe is waited for without end."""
 WRITER = """
 import os, signal, sys
 from pathlib import Path
@@ -74,6 +77,24 @@ def test_no_link_is_followed_out_of_the_folder(tmp_path: Path, name: str) -> Non
     with pytest.raises((UsageError, OSError)), held(folder.hidden / "lock"):
         folder.write("a.html", b"data")
     assert victim.read_text() == "precious"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+@pytest.mark.parametrize("name", ["written", "lock"])
+def test_no_pipe_is_waited_for(name: str, folder: OutputFolder) -> None:
+    def waits(*_: object) -> None:
+        raise AssertionError("it waits for somebody at the pipe's other end")
+
+    os.mkfifo(folder.hidden / name)
+    before = signal.signal(signal.SIGALRM, waits)
+    signal.alarm(PATIENCE_S)
+    try:
+        one_line = pytest.raises((UsageError, OSError), match=r"regular file|No such device")
+        with one_line, held(folder.hidden / "lock"):
+            folder.write("a.html", b"ours")
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def test_a_hidden_folder_that_is_a_link_is_refused(tmp_path: Path) -> None:
@@ -178,6 +199,20 @@ def test_the_evidence_of_another_clip_is_told_from_that_of_this_one(folder: Outp
     assert not shows_another_clip(folder.folder, clip)
     folder.write("trial.html", b"page", "digest of another")
     assert shows_another_clip(folder.folder, clip)
+
+
+def test_a_record_without_end_is_read_to_its_limit(
+    folder: OutputFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("first.html", "last.html"):
+        folder.write(name, b"ours", "digest")
+    record = folder.hidden / "written"
+    monkeypatch.setattr(outputs, "_MOST_RECORD_BYTES", record.stat().st_size - 1)
+    later = OutputFolder(folder.folder)
+    assert set(later.written()) == {"first.html"}
+    with pytest.raises(UsageError, match="not written by this program"):
+        later.write("last.html", b"theirs")
+    assert set(later.written()) == {"first.html"}, "a second look reads no further"
 
 
 def test_a_record_of_another_kind_of_file_is_none(folder: OutputFolder) -> None:

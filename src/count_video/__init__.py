@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from count_video.errors import CountVideoError, FootageError, UsageError
+from count_video.errors import CountVideoError, FootageError, MachineError, UsageError
 
 if TYPE_CHECKING:
     from count_video.api import Result, count, count_all, plan, theory
@@ -24,6 +24,7 @@ __version__ = "0.2.0"
 __all__ = [
     "CountVideoError",
     "FootageError",
+    "MachineError",
     "Result",
     "Theory",
     "UsageError",

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from count_video import trial
 from count_video.batch.manifest import Job, jobs_of
 from count_video.errors import CountVideoError, UsageError
+from count_video.memory import shortage_told
 from count_video.outputs import CsvDialect
 from count_video.parallel import in_parallel
 from count_video.physics.theory import Mass, Theory, theory_of
@@ -204,7 +205,8 @@ class Result:
         wanted = EvidenceSettings(
             Path(folder), picture_format, csv_dialect=csv_dialect, presenter=presenter
         )
-        names = keep_evidence(self.trial, self.answer, wanted, progress)
+        with shortage_told():
+            names = keep_evidence(self.trial, self.answer, wanted, progress)
         return [wanted.folder / name for name in names]
 
     def __repr__(self) -> str:
@@ -284,6 +286,8 @@ def count(  # noqa: PLR0913 - what a clip may need is many things, each by its n
         If the file cannot be read as footage.
     UsageError
         If a value makes no sense, or does not fit the clip.
+    MachineError
+        If the machine lacks the memory for it.
     """
     settings = trial_settings(
         masses=masses,
@@ -296,7 +300,8 @@ def count(  # noqa: PLR0913 - what a clip may need is many things, each by its n
         seen_only=seen_only,
     )
     try:
-        worked = trial.work_through(Path(path), settings, progress)
+        with shortage_told():
+            worked = trial.work_through(Path(path), settings, progress)
     finally:
         progress.finish()
     return Result(worked.result, worked)
@@ -386,7 +391,8 @@ def _count_job(job: Job) -> Result:
         return refused(job.clip, UsageError(job.problem))
     path = Path(job.clip)
     try:
-        worked = trial.work_through(path, job.settings)
+        with shortage_told():
+            worked = trial.work_through(path, job.settings)
     except (CountVideoError, OSError) as error:
         return refused(path, error)
     return Result(worked.result, worked)

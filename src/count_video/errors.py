@@ -3,7 +3,8 @@
 CountVideoError
 ├── UsageError       the request itself is off: an option's value, an impossible combination
 ├── FootageError     the file cannot be read as footage
-└── TrackingError    the footage does not show what can be counted
+├── TrackingError    the footage does not show what can be counted
+└── MachineError     this machine cannot do the work now, for want of memory
 
 Every message says what failed, where, and what to do about it, on one line.
 """
@@ -25,3 +26,7 @@ class FootageError(CountVideoError):
 
 class TrackingError(CountVideoError):
     """The footage does not show what can be counted."""
+
+
+class MachineError(CountVideoError):
+    """The machine cannot do the work now; another one, or a later run, may."""

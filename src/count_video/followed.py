@@ -7,6 +7,7 @@ fields, arrays as lists. What was written by another version may not fit, and is
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from types import UnionType
@@ -14,6 +15,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from count_video.inputs import json_value
 from count_video.records import Track, TrialResult
 from count_video.reports.material import Pendulum
 from count_video.trial import Trial
@@ -39,7 +41,7 @@ def followed(trial: Trial) -> Followed:
 
 def packed(one: Followed) -> str:
     """Write it as text."""
-    return json.dumps(_packed(one))
+    return json.dumps(_packed(one), allow_nan=False)
 
 
 def unpacked(text: str) -> Followed:
@@ -51,8 +53,8 @@ def unpacked(text: str) -> Followed:
         It is no such text, or of another version of the program.
     """
     try:
-        found = _unpacked(Followed, json.loads(text))
-    except (TypeError, LookupError, AttributeError, RecursionError) as error:
+        found = _unpacked(Followed, json_value(text))
+    except (TypeError, LookupError, AttributeError) as error:
         raise ValueError(f"nothing that was followed: {error}") from error
     if not isinstance(found, Followed):
         raise ValueError("nothing that was followed")
@@ -63,7 +65,9 @@ def _packed(value: Any) -> Any:
     if is_dataclass(value):
         return {field.name: _packed(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
+        return _packed(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)  # JSON has no such numbers
     if isinstance(value, Mapping):
         return {str(key): _packed(one) for key, one in value.items()}
     return [_packed(one) for one in value] if isinstance(value, tuple | list) else value
@@ -74,6 +78,8 @@ def _unpacked(kind: Any, value: Any) -> Any:  # noqa: PLR0911 - a kind a line
     origin, parts = get_origin(kind), get_args(kind)
     if value is None:
         return None
+    if kind is float:
+        return float(value)
     if isinstance(kind, type) and is_dataclass(kind):
         kinds = get_type_hints(kind)
         return kind(**{name: _unpacked(kinds[name], one) for name, one in value.items()})

@@ -258,13 +258,28 @@ def read_json_object(path: Path, most_bytes: int) -> dict[str, object]:
 
     Numbers without a value in JSON (NaN, infinity) are refused.
     """
+    text = read_text(path, most_bytes)
     try:
-        stored = json.loads(read_text(path, most_bytes), parse_constant=_no_number)
-    except (ValueError, RecursionError) as error:
+        stored = json_value(text, parse_constant=_no_number)
+    except ValueError as error:
         raise UsageError(f"{path}: this is no JSON; give the file as it was saved") from error
     if not isinstance(stored, dict):
         raise UsageError(f"{path}: this is no JSON object; give the file as it was saved")
     return stored
+
+
+def json_value(text: str | bytes, **more: Any) -> Any:
+    """Parse JSON from outside; ``more`` is as ``json.loads`` has it.
+
+    Raises
+    ------
+    ValueError
+        It is none, or lists lie in lists so deep that the parser gives up.
+    """
+    try:
+        return json.loads(text, **more)
+    except RecursionError as error:
+        raise ValueError("nested too deeply") from error
 
 
 def content_digest(file: Path) -> str:

@@ -46,7 +46,8 @@ class _Parser(argparse.ArgumentParser):
         dashed = re.fullmatch("unrecognized arguments: (-.*)", message, re.DOTALL)
         if dashed and os.path.exists(dashed[1]):
             message = f"{shown(dashed[1])}: put -- before a file whose name begins with a dash"
-        short = re.sub(r"\S{81,}", lambda long: shown(long[0]), message)
+        # What begins with a quotation mark was cut already.
+        short = re.sub(r"(?<!\S)[^\s'\"]\S{80,}", lambda long: shown(long[0]), message)
         raise UsageError(f"{short if len(short) < 400 else shown(short)} (see {self.prog} --help)")
 
 

@@ -28,6 +28,7 @@ from pathlib import Path
 from typing import Literal
 
 from count_video.errors import UsageError
+from count_video.inputs import json_value
 
 if sys.platform == "win32":
     import msvcrt
@@ -49,6 +50,8 @@ _POINTED = re.compile(r"-?[0-9]+\.[0-9]+(e[+-]?[0-9]+)?")
 LONGEST_NAME_BYTES = 240
 """File systems take 255; ``.collisions.csv`` is added to it."""
 _RECORD = "written"
+_MOST_RECORD_BYTES = 100_000_000
+"""A longer one is not ours: what stands behind that is not believed."""
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _UNFINISHED = re.compile(r"\.[0-9a-f]{12}\.part(\..*)?")
 _SUFFIX_CHARACTERS = 40
@@ -79,14 +82,14 @@ class OutputFolder:
     def entries(self) -> Mapping[str, Mapping[str, object]]:
         """Return all that the record says of each file, by their names."""
         with suppress(OSError):  # nothing yet
-            flags = os.O_RDONLY | _NO_LINK | getattr(os, "O_NONBLOCK", 0)
-            with open(os.open(self.hidden / _RECORD, flags), "rb") as record:
+            with open(_open_own(self.hidden / _RECORD, os.O_RDONLY), "rb") as record:
                 record.seek(self._read_to)
-                lines, newline, _ = record.read().rpartition(b"\n")
+                more = record.read(_MOST_RECORD_BYTES - self._read_to)
+            lines, newline, _ = more.rpartition(b"\n")
             self._read_to += len(lines + newline)
             for line in lines.splitlines():
                 with suppress(ValueError, LookupError, TypeError):  # torn as the power went
-                    entry = json.loads(line)
+                    entry = json_value(line)
                     self._entries[str(entry["name"])] = {"clip": str(entry["clip"]), **entry}
         return self._entries
 
@@ -122,8 +125,8 @@ class OutputFolder:
         entry = {"name": name, "clip": clip, **more}
         if self.entries().get(name) != entry:
             line = json.dumps(entry).encode("ascii")
-            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | _NO_LINK
-            with open(os.open(self.hidden / _RECORD, flags, 0o666), "wb") as record:
+            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT
+            with open(_open_own(self.hidden / _RECORD, flags), "wb") as record:
                 record.write(b"\n" + line + b"\n")
 
     def write(self, name: str, data: bytes, clip: str = "") -> None:
@@ -263,7 +266,7 @@ def held(file: Path) -> Iterator[None]:
     """
     folder = file.parent.parent
     try:
-        descriptor = os.open(file, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666)
+        descriptor = _open_own(file, os.O_RDWR | os.O_CREAT)
     except OSError as error:
         raise UsageError(f"{folder}: no folder for results ({error.strerror})") from error
     try:
@@ -282,6 +285,21 @@ def held(file: Path) -> Iterator[None]:
         yield
     finally:
         os.close(descriptor)
+
+
+def _open_own(file: Path, flags: int) -> int:
+    """Open a regular file of this program; no link is followed, and no pipe waited for.
+
+    Raises
+    ------
+    OSError
+        It cannot be opened, or is none.
+    """
+    descriptor = os.open(file, flags | _NO_LINK | getattr(os, "O_NONBLOCK", 0), 0o666)
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise FileExistsError(0, f"{HIDDEN}/{file.name} in it is no regular file")
+    return descriptor
 
 
 def _flush_folder(folder: Path) -> None:

@@ -123,3 +123,14 @@ def test_the_help_fits_a_terminal_of_eighty_columns(
     with pytest.raises(SystemExit):
         read_options(["--help"])
     assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("argument", ["--end=", "--capture-fps=", "--nope=", "--wall="])
+@pytest.mark.parametrize("sign", ["9", "'", '"', "\x1b", "\u202e"])
+def test_a_long_value_comes_back_short_and_in_one_pair_of_quotes(argument: str, sign: str) -> None:
+    with pytest.raises(UsageError) as refusal:
+        read_options([f"{argument}{sign * 6000}", "a.mp4"])
+    said = str(refusal.value)
+    assert len(said) < 1200, "an escape takes up to ten characters"
+    assert sign.isprintable() or sign not in said
+    assert sign != "9" or not re.search("""["']{2}""", said), "quoted twice"

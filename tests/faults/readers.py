@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from count_video.verdict import unread_result
 
 FRAMES = 12
 FRAMES_READ = 60
+_UNEVEN_S = tuple(0.03 * k + 0.007 * (k % 3) for k in range(FRAMES))
 
 
 @dataclass(frozen=True)
@@ -42,14 +44,13 @@ class Reader:
     """Reads a file; raises nothing but ``CountVideoError`` (or ValueError for a kept result)."""
 
 
-def _clip(codec: str, pixel_format: str) -> Callable[[Path], None]:
+def _clip(codec: str, pixel_format: str = "yuv420p", **more: Any) -> Callable[[Path], None]:
     def write(path: Path) -> None:
         ramp = np.add.outer(np.arange(48), np.arange(64))
         pictures = ((ramp + 9 * k).astype(np.uint8) for k in range(FRAMES))
         tags = {"com.android.capture.fps": "240.000000", "title": "a title"}
-        write_clip(
-            path, pictures, WriteOptions(codec=codec, pixel_format=pixel_format, metadata=tags)
-        )
+        options = WriteOptions(codec=codec, pixel_format=pixel_format, metadata=tags, **more)
+        write_clip(path, pictures, options)
 
     return write
 
@@ -136,13 +137,22 @@ def _read_followed(path: Path) -> None:
         return
 
 
-READERS: Mapping[str, Reader] = {
-    "mp4": Reader("clip.mp4", _clip("libx264", "yuv420p"), _read_clip),
-    "mov": Reader("clip.mov", _clip("mjpeg", "yuv420p"), _read_clip),
-    "mkv": Reader("clip.mkv", _clip("ffv1", "yuv420p"), _read_clip),
-    "avi": Reader("clip.avi", _clip("mjpeg", "yuv420p"), _read_clip),
-    "webm": Reader("clip.webm", _clip("libvpx", "yuv420p"), _read_clip),
-    "ts": Reader("clip.ts", _clip("libx264", "yuv420p"), _read_clip),
+CONTAINERS: Mapping[str, Reader] = {
+    "mp4": Reader("clip.mp4", _clip("libx264"), _read_clip),
+    "mov": Reader("clip.mov", _clip("mjpeg"), _read_clip),
+    "mkv": Reader("clip.mkv", _clip("ffv1"), _read_clip),
+    "avi": Reader("clip.avi", _clip("mjpeg"), _read_clip),
+    "webm": Reader("clip.webm", _clip("libvpx"), _read_clip),
+    "ts": Reader("clip.ts", _clip("libx264"), _read_clip),
+    # as phones write them: a modern codec, the index last, a turned picture, uneven times
+    "hevc": Reader("clip.mov", _clip("libx265", index_first=False, rotation_deg=90), _read_clip),
+    "uneven": Reader("clip.mp4", _clip("libx264", frame_times_s=_UNEVEN_S, b_frames=2), _read_clip),
+    "vp9": Reader("clip.mkv", _clip("libvpx-vp9"), _read_clip),
+    "av1": Reader("clip.mp4", _clip("libsvtav1"), _read_clip),
+    "mpeg4": Reader("clip.avi", _clip("mpeg4"), _read_clip),
+    "png": Reader("clip.mov", _clip("png", "gray"), _read_clip),
+}
+READERS: Mapping[str, Reader] = CONTAINERS | {
     "manifest": Reader("clips.csv", _write_manifest, lambda p: read_manifest(p, TrialSettings())),
     "corrections": Reader("clip.json", _write_corrections, _read_corrections),
     "plan": Reader("plan.json", _write_plan, read_request),

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 from mutations import mutated
-from readers import READERS, Reader, refusal
+from readers import CONTAINERS, READERS, Reader, refusal
 
 CORPUS = Path(__file__).with_name("corpus")
 QUICK, WHOLE = range(30), range(30, 1000)
+DEEPER_THAN_ANY_PARSER_GOES = 200_000
 
 
 def check(reader: Reader, case: Path) -> None:
@@ -33,6 +34,17 @@ def test_a_damaged_file_is_read_or_refused(name: str, seeds: range, tmp_path: Pa
     for seed in seeds:
         case.write_bytes(mutated(sound, seed))
         check(READERS[name], case)
+
+
+@pytest.mark.parametrize("opening", [b"[", b'{"name":'])
+@pytest.mark.parametrize("name", [name for name in READERS if name not in CONTAINERS])
+def test_what_is_nested_without_end_is_read_or_refused(
+    name: str, opening: bytes, tmp_path: Path
+) -> None:
+    case = tmp_path / READERS[name].file
+    READERS[name].sound(case)
+    case.write_bytes(opening * DEEPER_THAN_ANY_PARSER_GOES + b"\n")
+    check(READERS[name], case)
 
 
 @pytest.mark.parametrize("kept", sorted(CORPUS.glob("*-*")), ids=lambda kept: kept.name)

@@ -23,6 +23,7 @@ from count_video.batch.manifest import Job
 from count_video.errors import CountVideoError, FootageError, TrackingError, UsageError
 from count_video.followed import Followed, followed, packed, unpacked
 from count_video.inputs import content_digest
+from count_video.memory import shortage_told
 from count_video.parallel import Processes
 from count_video.reports.json_object import SCHEMA_VERSION, json_line, read_result
 from count_video.verdict import unread_result
@@ -74,10 +75,11 @@ def count_job(job: Job) -> Answer:
     evidence: tuple[str, ...] = ()
     try:
         content = content_digest(job.file)
-        found = _followed(job)
-        result, kept, final = found.result, packed(found), True
-        if job.pages is not None:
-            evidence = _drawn(job, found)
+        with shortage_told():
+            found = _followed(job)
+            result, kept, final = found.result, packed(found), True
+            if job.pages is not None:
+                evidence = _drawn(job, found)
     except (CountVideoError, OSError) as error:
         # An OSError's own text repeats number and path; its plain words are enough.
         words = error.strerror if isinstance(error, OSError) else None

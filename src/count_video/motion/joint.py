@@ -203,13 +203,8 @@ def _covariance(model: Model, values: Floats) -> tuple[Floats, float]:
     scale = 1 / np.sqrt(np.diag(hessian))
     inverse = np.linalg.inv(hessian * scale[:, None] * scale) * scale[:, None] * scale
     total = np.diag(weight**2)
-    body = model.body[model.piece_of]
-    for number, error in enumerate(model.errors):
-        rows = body == number
-        dense = model.dense(weighted, rows)
-        if error is not None:
-            covariance = error.covariance_of(model.frame[rows]) / model.sigma[number] ** 2
-        total += dense.T @ (dense if error is None else covariance @ dense)
+    for body in range(len(model.errors)):
+        total += model.covariance(weighted, body)
     return inverse @ total @ inverse, _loss(model, found, values)
 
 

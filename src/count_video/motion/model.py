@@ -18,16 +18,16 @@ on some of them, with a normal prior as wide as those of the flights that show t
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.lasting import Errors, errors_of, flight_of
-from count_video.motion.pieces import WINDOW_FRAMES, pieces_of
+from count_video.lasting import FORGOTTEN_FRAMES, LASTS_FRAMES, Errors, errors_of, flight_of
+from count_video.motion.pieces import WINDOW_FRAMES, Rows, pieces_of
 from count_video.motion.priors import (
     BEND_FRAMES,
     PARALLAX_SIGMA,
@@ -313,13 +313,57 @@ class Model:
         flat = np.bincount(self.slots.ravel(), sums.ravel(), minlength=self.columns + 1)
         return np.asarray(flat[:-1])
 
-    def dense(self, jacobian: Floats, rows: NDArray[np.bool_]) -> Floats:
-        """Spread derivatives of chosen rows over all columns, shape (chosen, columns)."""
-        full = np.zeros((int(rows.sum()), self.columns + 1))
-        np.add.at(
-            full, (np.arange(len(full))[:, None], self.slots[self.piece_of[rows]]), jacobian[rows]
+    def covariance(self, jacobian: Floats, body: int) -> Floats:
+        """Covariance of the sums of a body's derivatives times its errors, shape (columns,) twice.
+
+        What lasts of the errors is exp(-(t - s) / T) from a row of one piece at s to one of a later
+        piece at t: a factor of each row and one of the gap between the pieces. So a long clip takes
+        no matrix of all its rows.
+        """
+        pieces, errors = np.flatnonzero(self.body == body), self.errors[body]
+        total = np.zeros((self.columns + 1, self.columns + 1))
+        for piece in pieces.tolist():
+            rows = slice(self.starts[piece], self.starts[piece] + self.rows[piece])
+            own = jacobian[rows]
+            if errors is not None:
+                covariance = errors.covariance_of(self.frame[rows]) / self.sigma[body] ** 2
+                own = covariance @ own
+            slots = self.slots[piece]
+            np.add.at(total, (slots[:, None], slots), jacobian[rows].T @ own)
+        if errors is not None and len(pieces) > 1:
+            between = np.zeros_like(total)
+            for first, last, products in self._between(jacobian, pieces, errors):
+                np.add.at(between, (first[:, :, None], last[:, None, :]), products)
+            total += (between + between.T) / self.sigma[body] ** 2
+        return total[:-1, :-1]
+
+    def _between(
+        self, jacobian: Floats, pieces: Rows, errors: Errors
+    ) -> Iterator[tuple[Rows, Rows, Floats]]:
+        """Yield the covariance of derivatives of pieces with those of others after them.
+
+        Each is that of some pairs: the slots of both, shape (pairs, slots), and the products, shape
+        (pairs, slots, slots).
+        """
+        start, stop = self.frame[self.starts], self.frame[self.starts + self.rows - 1]
+        lasts = np.array(LASTS_FRAMES)
+        ahead, behind = start[self.piece_of] - self.frame, self.frame - stop[self.piece_of]
+        since, until = (
+            np.stack(
+                [np.add.reduceat(jacobian * np.exp(gap / t)[:, None], self.starts) for t in lasts],
+                axis=1,
+            )[pieces]
+            for gap in (ahead, behind)
         )
-        return full[:, :-1]
+        start, stop, slots = start[pieces], stop[pieces], self.slots[pieces]
+        for offset in range(1, len(pieces)):
+            gap = start[offset:] - stop[:-offset]
+            near = np.flatnonzero(gap < FORGOTTEN_FRAMES)
+            if len(near) == 0:
+                return
+            kept = errors.lasting_px2 * np.exp(-gap[near, None] / lasts)
+            left = until[near] * kept[:, :, None]
+            yield slots[near], slots[near + offset], np.swapaxes(left, 1, 2) @ since[near + offset]
 
     def rates(self, values: Floats) -> tuple[Floats, Floats]:
         """Velocities of each piece's body at both ends, shape (pieces, 2), and their gradients.

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from count_video.inputs import Range, stored_number
+from count_video.inputs import Range, json_value, stored_number
 from count_video.planning.stored import PLAN_VERSION, request_object
 from count_video.records import PlanComparison, TrialResult
 from count_video.reports.words import storable
@@ -92,10 +92,7 @@ def read_result(text: str) -> dict[str, Any]:
     ValueError
         It is no result of this program: a file may have been edited, or be of another program.
     """
-    try:
-        result = json.loads(text)
-    except RecursionError as error:
-        raise ValueError("nested too deeply") from error
+    result = json_value(text)
     if not isinstance(result, dict) or not result.keys() >= set(_KEYS):
         raise ValueError("no result")
     status, count, chances = result["status"], result["count"], result["probability"]

@@ -1,0 +1,60 @@
+"""What was followed is kept as JSON that any reader takes, and comes back as it was."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from count_video.followed import Followed, packed, unpacked
+from count_video.records import BodyTrack, Collision, MotionLine, Track, Velocities
+from count_video.verdict import unread_result
+
+NAN, INF = float("nan"), float("inf")
+
+
+def followed_once() -> Followed:
+    """Two bodies, one of them seen in part, and a collision of which little is known."""
+    frame = np.arange(4.0)
+    ball = BodyTrack(np.array([1.5, NAN, 2.5, NAN]), np.full(4, 0.1), -20.0, 20.0)
+    heavy = BodyTrack(np.array([9.0, 8.0, NAN, INF]), np.full(4, 0.2), NAN, 40.0)
+    track = Track(frame, ball, heavy, "left", NAN, MotionLine(0.0, 0.0, 0.0, upright=False), ())
+    unknown = Velocities(NAN, -INF)
+    collision = Collision(1, "wall", 2.5, NAN, None, True, 80.0, unknown, unknown)
+    return Followed(
+        replace(unread_result("clip.mp4", "nothing moves"), collisions=(collision,)), track, None
+    )
+
+
+def no_json(name: str) -> None:
+    raise AssertionError(f"{name} is no JSON")
+
+
+def test_what_is_kept_is_json() -> None:
+    assert json.loads(packed(followed_once()), parse_constant=no_json)["track"]["wall_side"]
+
+
+def test_numbers_without_a_value_come_back_as_they_were() -> None:
+    kept = followed_once()
+    back = unpacked(packed(kept))
+
+    assert back.track is not None
+    assert kept.track is not None
+    assert back.track.heavy is not None
+    assert kept.track.heavy is not None
+    for one, other in ((back.track.ball, kept.track.ball), (back.track.heavy, kept.track.heavy)):
+        np.testing.assert_array_equal(one.position_px, other.position_px)
+    assert np.isnan(back.track.heavy.low_edge_px)
+    found = back.result.collisions[0]
+    assert np.isnan(found.frame_sigma)
+    assert found.velocity_after.heavy_px_frame == -INF
+    assert found.time_s is None
+    assert packed(back) == packed(kept)
+
+
+@pytest.mark.parametrize("word", ["wide", "", "[]"])
+def test_a_word_in_place_of_a_number_is_refused(word: str) -> None:
+    with pytest.raises(ValueError, match=r"."):
+        unpacked(packed(followed_once()).replace('"nan"', json.dumps(word), 1))
