@@ -14,9 +14,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 from scipy import ndimage
 
+from count_video.physics.engine import SimulatedCollision
 from count_video.physics.flights import Pendulum as Swing
 from count_video.physics.many import NO_COUNT
-from count_video.physics.simulator import Motion, Sample, SimulatedCollision
+from count_video.physics.simulator import Motion, Sample
 from count_video.planning.camera import PICTURE_WIDTH_PX, rate_needed_fps
 from count_video.planning.chart import Chart
 from count_video.planning.measured import RESOLVED_FRAMES

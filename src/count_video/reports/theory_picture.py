@@ -16,8 +16,7 @@ from matplotlib.transforms import Bbox
 
 from count_video.errors import UsageError
 from count_video.outputs import open_outputs
-from count_video.physics.phase_circle import state_points
-from count_video.physics.theory import Mass, collision_count, theta_rad
+from count_video.physics.theory import Mass, collision_count, state_points, theta_rad
 from count_video.records import Floats
 from count_video.reports.drawing import (
     BLACK,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.physics.flights import Pendulum
+from count_video.physics.flights import Law, Pendulum
 from count_video.physics.setup import Setup
 from count_video.records import CollisionKind, Floats
 
@@ -43,8 +43,11 @@ def pendulum_of(setup: Setup, rest_m: float) -> Pendulum:
     return Pendulum.from_thread(thread_m, setup.gravity_m_s2, damping, rest_m)
 
 
-def swing(law: Pendulum, start_m: float, times_s: Floats) -> Floats:
-    """Displacement, at times of any shape, of a pendulum that is let go at time 0."""
-    start = np.full_like(times_s, start_m)
-    since = np.maximum(times_s, 0.0)
-    return start + law.advance_many(start, np.zeros_like(start), since)[0]
+def free_run(law: Law, start_m: float, speed_m_s: float = 0.0) -> Callable[[Floats], Floats]:
+    """Position, at times of any shape, of a body that is let go at time 0 and meets nothing."""
+
+    def at(times_s: Floats) -> Floats:
+        start, speed = np.full_like(times_s, start_m), np.full_like(times_s, speed_m_s)
+        return start + law.advance(start, speed, np.maximum(times_s, 0.0))[0]
+
+    return at

@@ -50,7 +50,7 @@ class Hand:
 
     def _face_m(self, times_s: Floats) -> Floats:
         start = np.full_like(times_s, self.start_m)
-        return start + self.law.advance_many(start, np.zeros_like(start), times_s)[0]
+        return start + self.law.advance(start, np.zeros_like(start), times_s)[0]
 
 
 def paint_hand(lens: Lens) -> Sprite:
