@@ -192,7 +192,7 @@ def _plan_of(options: argparse.Namespace) -> PlanRequest | None:
     """Read the plan to compare with, before a long count."""
     if options.plan_file is None:
         return None
-    from count_video.planning.stored import read_request
+    from count_video.planning.request import read_request
 
     return read_request(options.plan_file)
 
@@ -229,8 +229,8 @@ def _answer_theory(options: argparse.Namespace) -> int:
 
 def _answer_plan(options: argparse.Namespace) -> int:
     from count_video.plan_options import plan_values
+    from count_video.planning.plan import make_plan
     from count_video.planning.request import PlanRequest, Tolerances
-    from count_video.planning.whole import make_plan
 
     tolerances = Tolerances(**dict(options.tolerance or ()))
     request = PlanRequest(**plan_values(options), tolerances=tolerances)

@@ -13,7 +13,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from count_video.planning.expected import expected_counts
+from count_video.planning.comparison import expected_counts
 from count_video.records import Collision, Estimate, Floats, TrialResult
 from count_video.reports.frame_samples import ContactFrame
 from count_video.reports.material import burst_size

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from count_video.physics.theory import collision_count
-from count_video.planning.expected import expected_counts
+from count_video.planning.comparison import expected_counts
 from count_video.records import Collision, Floats
 from count_video.reports.drawing import (
     BALL,
