@@ -228,7 +228,7 @@ def _answer_theory(options: argparse.Namespace) -> int:
 
 
 def _answer_plan(options: argparse.Namespace) -> int:
-    from count_video.plan_options import plan_values
+    from count_video.options import plan_values
     from count_video.planning.plan import make_plan
     from count_video.planning.request import PlanRequest, Tolerances
 
