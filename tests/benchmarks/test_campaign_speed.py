@@ -20,7 +20,7 @@ from pathlib import Path
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from synth_video.campaign.filming import film, takes_of
+from synth_video.campaign.rendering import film, takes_of
 from synth_video.campaign.search import CAMPAIGNS
 
 if not hasattr(os, "wait4"):

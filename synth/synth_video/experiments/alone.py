@@ -10,10 +10,9 @@ import numpy as np
 from count_video.physics.flights import Law, Sliding
 from count_video.physics.setup import Setup
 from count_video.records import Floats
-from synth_video.experiments.course import SPARE_S, Contact, Course, free_run, pendulum_of
+from synth_video.experiments.course import SPARE_S, Contact, Course, free_run, pendulum_of, rise_m
 from synth_video.experiments.one_body import Falling, Stops, run_one_body
-from synth_video.experiments.settings import ExperimentSettings
-from synth_video.exposure import rise_m
+from synth_video.scene import ExperimentSettings
 
 Run = Callable[[Floats], Floats]
 """From times of any shape to the position of the body's face, in m."""

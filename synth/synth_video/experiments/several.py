@@ -10,10 +10,17 @@ import numpy as np
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.records import Floats
-from synth_video.experiments.course import SPARE_S, Contact, Course, Place, free_run, pendulum_of
+from synth_video.experiments.course import (
+    SPARE_S,
+    Contact,
+    Course,
+    Place,
+    free_run,
+    pendulum_of,
+    rise_m,
+)
 from synth_video.experiments.discs import Disc, collide
-from synth_video.experiments.settings import ExperimentSettings
-from synth_video.exposure import rise_m
+from synth_video.scene import ExperimentSettings
 
 CRADLE_BODIES = 5
 
