@@ -17,11 +17,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from count_video.ending import before_the_end, end_well_on_signals
 from count_video.errors import CountVideoError, UsageError
 from count_video.options import complete_options, is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.printable import printable
+from count_video.termination import before_the_end, end_well_on_signals
 
 if TYPE_CHECKING:
     from count_video.api import Result
@@ -128,7 +128,7 @@ def _answer(options: argparse.Namespace) -> int:
     from count_video import api
 
     if is_campaign(options):
-        from count_video.batch.cli import answer_campaign
+        from count_video.batch.command import answer_campaign
         from count_video.settings import trial_settings
 
         code = answer_campaign(options, trial_settings(**_settings(options)))

@@ -51,7 +51,7 @@ for clip in sorted(Path(sys.argv[1]).glob("*.mp4")):
 """
 IMPORTS = """
 import count_video.trial
-import count_video.batch.cli
+import count_video.batch.command
 import count_video.reports.campaign_page
 """
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from count_video.batch.executor import tool_version
 from count_video.batch.manifest import Job, Pages, read_manifest
-from count_video.batch.store import ResultStore
+from count_video.batch.results import ResultStore
 from count_video.batch.summary import row_of
 from count_video.corrections import reviewed
 from count_video.errors import CountVideoError

@@ -13,7 +13,7 @@ from typing import Any
 
 from count_video.batch.executor import Answer, answers
 from count_video.batch.manifest import Job
-from count_video.batch.store import ResultStore, Signature, signature
+from count_video.batch.results import ResultStore, Signature, signature
 from count_video.errors import UsageError
 from count_video.parallel import Workers
 from count_video.physics.theory import collision_count

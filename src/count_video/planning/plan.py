@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from count_video.physics.simulator import Motion
-from count_video.planning.planned import (
+from count_video.planning.forecast import (
     CameraView,
     Framing,
     PlannedBurst,

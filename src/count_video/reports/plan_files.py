@@ -10,9 +10,9 @@ from pathlib import Path
 
 from count_video.errors import UsageError
 from count_video.outputs import OutputFolder, open_outputs
-from count_video.planning import planned as measured
+from count_video.planning import forecast as measured
+from count_video.planning.forecast import Measured
 from count_video.planning.plan import Plan
-from count_video.planning.planned import Measured
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.drawing import picture_bytes
 from count_video.reports.json_object import plan_object

@@ -18,8 +18,8 @@ from count_video.physics.engine import SimulatedCollision
 from count_video.physics.flights import Pendulum as Swing
 from count_video.physics.many import NO_COUNT
 from count_video.physics.simulator import Motion, Sample
+from count_video.planning.forecast import PICTURE_WIDTH_PX, RESOLVED_FRAMES, rate_needed_fps
 from count_video.planning.plan import Plan
-from count_video.planning.planned import PICTURE_WIDTH_PX, RESOLVED_FRAMES, rate_needed_fps
 from count_video.planning.spread import Chart
 from count_video.records import (
     BodyTrack,

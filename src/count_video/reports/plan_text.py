@@ -9,8 +9,8 @@ import math
 from collections.abc import Mapping
 
 from count_video.physics.theory import Mass
+from count_video.planning.forecast import PICTURE_WIDTH_PX, RESOLVED_FRAMES, CameraView
 from count_video.planning.plan import Plan
-from count_video.planning.planned import PICTURE_WIDTH_PX, RESOLVED_FRAMES, CameraView
 from count_video.planning.request import PlanRequest
 from count_video.planning.spread import ENOUGH, Proposal, Spread, TrialTable, restitution_range
 from count_video.reports.campaign import deviation_lines, entry, histogram_lines, paper_lines

@@ -11,7 +11,7 @@ from functools import partial
 
 from count_video.batch.executor import ClusterWorkers
 from count_video.batch.manifest import Job, Pages, is_manifest, jobs_of
-from count_video.batch.store import ResultStore, open_store
+from count_video.batch.results import ResultStore, open_store
 from count_video.batch.summary import (
     SUMMARY,
     TABLE,
@@ -19,13 +19,13 @@ from count_video.batch.summary import (
     summarise,
     write_tables,
 )
-from count_video.ending import before_the_end
 from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
 from count_video.parallel import Processes, Workers
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
 from count_video.reports.printable import printable
+from count_video.termination import before_the_end
 from count_video.trial import TrialSettings
 
 EXIT_COUNTED, EXIT_NOT_COUNTED = 0, 1
