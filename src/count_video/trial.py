@@ -2,18 +2,18 @@
 
 file -> frames            footage
 frames -> track           tracking
-track -> collisions       collisions
+track -> collisions       motion
 in doubt -> fitted        between (a model of the motion, for what lies between the frames)
 collisions -> result      verdict
 
-Bodies that one decoding shows are tried first. Where their count is not certain, pairs of bodies
-are looked for in short runs of frames, then one body alone; each of these decodes the clip anew.
+All bodies that move are followed in one decoding. Two of them that collide are counted; where their
+count is not certain, it is compared with that of one body alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -30,13 +30,15 @@ from count_video.motion.weighing import SeenImpacts, with_wall_ahead
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import FootageInfo, Track, TrialResult, WallSide
 from count_video.tracking.ahead import stands_ahead
-from count_video.tracking.lone import track_free_bodies
-from count_video.tracking.moving.lone import lone_track
-from count_video.tracking.moving.observation import observe, pair_tracks
-from count_video.tracking.track import Region, TrackSettings, tracks
+from count_video.tracking.lone import lone_track
+from count_video.tracking.observation import Observation, observe, pair_tracks
+from count_video.tracking.view import Region, TrackSettings
 
-SURE = 0.9
-"""The count of one body alone needs no other tracking from this probability on."""
+PARTS = (
+    "what was followed as ball and heavy body may be parts of them: their outlines do not meet "
+    "where they collide, and their motion shows no momentum to be kept; light the bodies better, "
+    "or give their part of the picture with --region"
+)
 STROKE_SIGMAS = 4.0
 """The heavy body's path shows the strokes if they exceed their uncertainty by this factor."""
 
@@ -94,106 +96,58 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
     """
     with open_footage(path, capture_fps=settings.capture_fps) as footage:
         looking = TrackSettings(settings.wall_side, settings.region, settings.start, settings.end)
-        observed = _observed(footage, looking, settings, progress)
-        if observed is not None:
-            return observed
-        try:
-            trial = _with_likeliest_pair(footage, looking, settings, progress)
-        except TrackingError:
-            return _without_clear_pair(footage, looking, settings, progress)
-        if verdict.is_settled(trial.result, at_wall=trial.found is not None):
-            return trial
-        # A shadow or a hand may have been taken for the second body.
-        alone = _without_pair(footage, looking, progress)
+        with observe(footage, looking, progress) as seen:
+            try:
+                trial = _likeliest(pair_tracks(seen, settings.wall_side), seen, settings)
+            except TrackingError:
+                trial = None
+            if trial is None:
+                return _without_pair(seen)
+            whole = _may_be_bodies(trial)
+            if whole and verdict.is_settled(trial.result, at_wall=trial.found is not None):
+                return trial
+            alone = _without_pair(seen)
+            if not whole and alone.result.count is not None:
+                return alone
+            if not whole and trial.result.count is not None:
+                nothing = verdict.nothing_to_count(footage.info, footage.report(), PARTS)
+                return replace(trial, result=nothing)
         better = verdict.is_better(
             alone.result, alone.track, trial.result, trial.track, borne_out=_strokes_show(trial)
         )
         return alone if better else trial
 
 
-def _observed(
-    footage: Footage, looking: TrackSettings, settings: TrialSettings, progress: Progress
-) -> Trial | None:
-    """Work through a clip with the bodies that one decoding shows; None if none of them count."""
-    with observe(footage, looking, progress) as seen:
-        try:
-            trial = _likeliest(pair_tracks(seen, settings.wall_side), footage, settings)
-        except TrackingError:
-            trial = None
-        if trial is not None and _certain(trial):
-            return trial
-        try:
-            alone = _alone(footage, lone_track(seen))
-        except TrackingError:
-            return None
-    return alone if alone.result.probability.get(alone.result.count or 0, 0.0) > SURE else None
+def _may_be_bodies(trial: Trial) -> bool:
+    """Whether what was followed to a wall touches, shows momentum to be kept, or obeys the law.
 
-
-def _certain(trial: Trial) -> bool:
-    """Whether two bodies were counted that may be ball and heavy body: their outlines touch.
-
-    Of a body whose outline is wrong, a part may have been followed that leaves the picture early,
-    and there is no scale.
+    Parts of bodies that were followed do none of these.
     """
-    at_wall = trial.found is not None
-    if not verdict.is_settled(trial.result, at_wall=at_wall):
-        return False
-    return not at_wall or trial.result.millimetres_per_px is not None
+    if trial.found is None or trial.track is None:
+        return True
+    touching = trial.result.millimetres_per_px is not None
+    return touching or isinstance(trial.between, Between) or _strokes_show(trial)
 
 
-def _likeliest(offered: Iterable[Track], footage: Footage, settings: TrialSettings) -> Trial | None:
+def _likeliest(
+    offered: Iterable[Track], seen: Observation, settings: TrialSettings
+) -> Trial | None:
     """Work through tracks of two bodies, the likeliest first, until one bears out its collisions.
 
     The first two at a wall stand for the others if none of them do; None if there are no tracks.
     """
     best: Trial | None = None
     for track in offered:
-        # What a path bears out stands, unless the markings of a ball were taken for its motion.
-        if best is not None and _borne_out(best) and not track.by_silhouette:
+        if best is not None and _borne_out(best):
             break
-        trial = _with_pair(footage, track, settings)
+        trial = _with_pair(seen, track, settings)
         counted = trial.result.status == "counted"
         if counted and _borne_out(trial):
             return trial
-        if track.by_silhouette and best is not None:
-            continue
         if best is None or _borne_out(trial) or (track.wall_seen and not _stands(best)):
             best = trial
             if track.wall_seen and counted:
                 break
-    return best
-
-
-def _without_clear_pair(
-    footage: Footage, looking: TrackSettings, settings: TrialSettings, progress: Progress
-) -> Trial:
-    """Work through a clip in which no two bodies stand out: one alone, or two that are hard to see.
-
-    A close look takes longer than all others together and comes last.
-    """
-    alone = _without_pair(footage, looking, progress)
-    if alone.result.status == "counted":
-        return alone
-    try:
-        trial = _with_likeliest_pair(footage, looking, settings, progress, closely=True)
-    except TrackingError:
-        return alone
-    return trial if trial.result.status == "counted" else alone
-
-
-def _with_likeliest_pair(
-    footage: Footage,
-    looking: TrackSettings,
-    settings: TrialSettings,
-    progress: Progress,
-    *,
-    closely: bool = False,
-) -> Trial:
-    """Work through a clip with the first two bodies that move as ball and heavy body do."""
-    offered = tracks(footage, looking, progress, closely=closely)
-    best = _likeliest(offered, footage, settings)
-    if best is None:
-        raise TrackingError("no two bodies can be followed")
     return best
 
 
@@ -217,14 +171,15 @@ def _stands(trial: Trial) -> bool:
     return at_wall or trial.result.status == "counted"
 
 
-def _with_pair(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
+def _with_pair(seen: Observation, track: Track, settings: TrialSettings) -> Trial:
     """Work through a clip in which two bodies can be followed, with or without a wall."""
+    footage = seen.view.footage
     info, report = footage.info, footage.report()
     if track.wall_seen:
         trial = _at_wall(footage, track, settings)
         if not only_turns(track, trial.result.collisions):
             return trial
-    found = _doubted(seen_impacts(without_wall(track)), footage, track)
+    found = _doubted(seen_impacts(without_wall(track)), seen, track)
     result = verdict.impacts_counted(info, report, track, found)
     if track.wall_seen and result.status != "counted" and trial.result.status != "counted":
         return trial
@@ -248,26 +203,22 @@ def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
     return Trial(as_shown(result, clock), info, shown, found, between)
 
 
-def _without_pair(footage: Footage, looking: TrackSettings, progress: Progress) -> Trial:
+def _without_pair(seen: Observation) -> Trial:
     """Work through a clip that shows no ball and heavy body at a wall."""
+    footage = seen.view.footage
     try:
-        track = track_free_bodies(footage, looking, progress)
+        track = lone_track(seen)
     except TrackingError as error:
         nothing = verdict.nothing_to_count(footage.info, footage.report(), str(error))
         return Trial(nothing, footage.info, None, None)
-    return _alone(footage, track)
-
-
-def _alone(footage: Footage, track: Track) -> Trial:
-    """Work through the track of one body alone, or of two without a wall."""
     cadence, report = cadence_of(track), footage.report()
-    found = _doubted(seen_impacts(cadence.evened(track) if cadence else track), footage, track)
+    found = seen_impacts(cadence.evened(track) if cadence else track)
     result = verdict.impacts_counted(footage.info, report, track, found)
     return Trial(as_shown(result, cadence), footage.info, track, None)
 
 
-def _doubted(found: SeenImpacts, footage: Footage, track: Track) -> SeenImpacts:
+def _doubted(found: SeenImpacts, seen: Observation, track: Track) -> SeenImpacts:
     """Doubt meetings of two bodies that may be the first ones of a trial whose wall is ahead."""
     if track.heavy is None or not found.collisions or found.shortcomings:
         return found
-    return with_wall_ahead(found) if stands_ahead(footage, track) else found
+    return with_wall_ahead(found) if stands_ahead(seen, track) else found

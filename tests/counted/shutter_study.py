@@ -20,7 +20,8 @@ import numpy as np
 from count_video.footage.reader import open_footage
 from count_video.motion.seen import seen_collisions
 from count_video.records import Floats
-from count_video.tracking.track import TrackSettings, track_clip
+from count_video.tracking.observation import observe, pair_tracks
+from count_video.tracking.view import TrackSettings
 from synth_video.film import render_clip
 from synth_video.suite.matching import match
 from synth_video.suite.suites import conditions_of
@@ -58,8 +59,8 @@ def time_errors(numbers: Sequence[int], shutter: float, folder: Path) -> TimeErr
         scene = replace(scene, camera=replace(scene.camera, shutter=shutter))
         clip = folder / f"{number}.mp4"
         truth = render_clip(scene, clean.seed(number), clip)
-        with open_footage(clip) as footage:
-            seen = seen_collisions(track_clip(footage, TrackSettings()))
+        with open_footage(clip) as footage, observe(footage, TrackSettings()) as bodies:
+            seen = seen_collisions(pair_tracks(bodies, None)[0])
         true = [event.frame for event in truth.events]
         found = [collision.frame for collision in seen.collisions[: seen.burst]]
         pairs = match(true, found)

@@ -24,7 +24,8 @@ from count_video.footage.reader import open_footage
 from count_video.records import BodyTrack, Floats, Track
 from count_video.reports import drawing
 from count_video.reports.drawing import picture_bytes, styled
-from count_video.tracking.track import TrackSettings, track_clip
+from count_video.tracking.observation import observe, pair_tracks
+from count_video.tracking.view import TrackSettings
 from synth_video.film import render_clip
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene
@@ -92,8 +93,8 @@ def points(scene: Scene, seeds: Sequence[int], folder: Path) -> tuple[Point, Poi
 def _errors(scene: Scene, seed: int, clip: Path) -> tuple[list[Floats], list[Floats]]:
     """Errors of both bodies about their mean, and their stated uncertainties."""
     truth = render_clip(scene, seed, clip)
-    with open_footage(clip) as footage:
-        track = track_clip(footage, TrackSettings())
+    with open_footage(clip) as footage, observe(footage, TrackSettings()) as seen:
+        track = pair_tracks(seen, None)[0]
     clear = _clear(truth, track)
     errors, sigmas = [], []
     assert track.heavy is not None

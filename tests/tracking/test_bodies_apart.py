@@ -7,12 +7,12 @@ import pytest
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.looks.sprite import Sprite, look, make_sprite
-from count_video.tracking.moving.background import background_of
-from count_video.tracking.moving.following import Followed
-from count_video.tracking.moving.layers import apart
-from count_video.tracking.moving.shape import Shape
-from count_video.tracking.moving.template import Body, Rough, learn
+from count_video.tracking.background import background_of
+from count_video.tracking.following import Followed
+from count_video.tracking.layers import apart
+from count_video.tracking.shape import Shape
+from count_video.tracking.sprite import Sprite, look, make_sprite
+from count_video.tracking.template import Body, Rough, learn
 
 Luma = NDArray[np.uint8]
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from count_video.tracking.looks.circle import circle_through
+from count_video.tracking.circle import circle_through
 
 SHAPE = (60, 100)
 PLACED_PX = 0.5

@@ -1,10 +1,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from drawn import Luma, background, paint_ball, paint_box, paint_disc, to_luma
@@ -13,13 +11,9 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Floats, Track
-from count_video.tracking.lone import track_free_bodies
-from count_video.tracking.patches.blobs import Blob, Moments, Sight
-from count_video.tracking.patches.choice import bodies_among
-from count_video.tracking.patches.paths import Path as FollowedPath
-from count_video.tracking.patches.paths import join
-from count_video.tracking.patches.scenery import SMOOTHING_PX, learn_again, learn_scenery
-from count_video.tracking.track import TrackSettings
+from count_video.tracking.lone import lone_track
+from count_video.tracking.observation import observe, pair_tracks
+from count_video.tracking.view import TrackSettings
 
 SHAPE = (160, 240)
 RADIUS_PX = 10.0
@@ -49,11 +43,11 @@ def drawn(
     return pictures
 
 
-def track_of(folder: Path, pictures: Sequence[Luma]) -> Track:
+def track_of(folder: Path, pictures: Sequence[Luma], *, pair: bool = False) -> Track:
     path = folder / "clip.mp4"
     write_clip(path, pictures, WriteOptions(crf=16))
-    with open_footage(path) as footage:
-        return track_free_bodies(footage, TrackSettings())
+    with open_footage(path) as footage, observe(footage, TrackSettings()) as seen:
+        return pair_tracks(seen, None)[0] if pair else lone_track(seen)
 
 
 def test_a_lone_ball_is_followed_along_the_line_of_its_bounces(tmp_path: Path) -> None:
@@ -90,7 +84,7 @@ def test_two_bodies_are_told_apart_through_their_contact(tmp_path: Path) -> None
     right = 118.0 + RADIUS_PX + np.where(time < 0, -1.5, 3.0) * time
     level = np.full(60, 80.0)
 
-    track = track_of(tmp_path, drawn([(left, level), (right, level)]))
+    track = track_of(tmp_path, drawn([(left, level), (right, level)]), pair=True)
 
     assert track.heavy is not None
     for body, truth in ((track.ball, left), (track.heavy, right - RADIUS_PX)):
@@ -125,32 +119,6 @@ def test_a_camera_that_moves_is_refused(tmp_path: Path) -> None:
         track_of(tmp_path, pictures)
 
 
-def test_a_body_that_covers_a_pixel_half_of_the_time_is_no_scenery() -> None:
-    behind = to_luma(background(SHAPE, 5))
-    pictures = drawn([(np.where(np.arange(40) % 2, 60.0, 160.0), np.full(40, 80.0))], noise=0.0)
-
-    first = learn_scenery(pictures, 1)
-    scenery = learn_again(pictures, [_box(k) for k in range(40)], first)
-
-    assert float(np.abs(scenery.luma[70:90, 50:70] - behind[70:90, 50:70]).mean()) < 2.0
-
-
-def _box(number: int) -> Luma:
-    mask = np.zeros(SHAPE, dtype=np.uint8)
-    x = 60 if number % 2 else 160
-    mask[66:95, x - 14 : x + 15] = 1
-    return mask
-
-
-def test_scenery_without_motion_is_the_picture_itself() -> None:
-    picture = to_luma(background(SHAPE, 5))
-
-    scenery = learn_scenery([picture] * 12, 1)
-
-    smooth = cv2.GaussianBlur(picture.astype(np.float32), (0, 0), SMOOTHING_PX)
-    assert float(np.abs(scenery.luma - smooth).max()) < 0.01
-
-
 def test_like_bodies_that_rest_before_and_after_they_meet_are_no_scenery(tmp_path: Path) -> None:
     # The right one rests for 30 of 60 frames, the left one stays where it struck it.
     time = np.arange(-30, 30) + 0.5
@@ -158,44 +126,10 @@ def test_like_bodies_that_rest_before_and_after_they_meet_are_no_scenery(tmp_pat
     right = 118.0 + RADIUS_PX + np.where(time < 0, 0.0, 2.5 * time)
     level = np.full(60, 80.0)
 
-    track = track_of(tmp_path, drawn([(left, level), (right, level)]))
+    track = track_of(tmp_path, drawn([(left, level), (right, level)]), pair=True)
 
     assert track.heavy is not None
     for body, truth in ((track.ball, left), (track.heavy, right - RADIUS_PX)):
         error = body.position_px - truth
         assert np.isfinite(error).all()
         assert float(np.std(error)) <= PLACED_PX
-
-
-def test_parts_of_one_body_are_no_other_body() -> None:
-    frame = np.arange(40)
-    parts = [path_at(60.0 + 40 * np.sin(frame / 6) + apart) for apart in (0.0, 22.0)]
-
-    assert len(bodies_among(parts)) == 1
-
-
-def test_bodies_next_to_each_other_that_part_are_two() -> None:
-    frame = np.arange(40)
-    pair = [path_at(60.0 - 0.5 * frame), path_at(82.0 + 2.0 * frame)]
-
-    assert len(bodies_among(pair)) == 2
-
-
-def test_a_ball_does_not_go_on_as_a_shadow_of_its_area() -> None:
-    ball = path_at(60.0 + 3.0 * np.arange(12)).blobs
-    shadow = [replace(blob, y_px=96.0, width_px=50.0, height_px=8.0) for blob in ball]
-    sights = [Sight(row, (blob,), 0.0) for row, blob in enumerate([*ball[:6], *shadow[6:]])]
-
-    assert [len(path.rows) for path in join(sights)] == [6, 6]
-
-
-def path_at(x_px: Floats) -> FollowedPath:
-    """A path of a body 20 px across, one sighting a frame."""
-    moments = Moments(300.0, 0.0, 0.0, 25.0, 0.0, 25.0)
-    path = FollowedPath()
-    for row, x in enumerate(x_px):
-        path.add(
-            row,
-            Blob(x, 80.0, x - 10, 70.0, 20.0, 20.0, 300.0, 50.0, at_border=False, moments=moments),
-        )
-    return path

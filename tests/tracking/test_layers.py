@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.tracking.moving.background import background_of
-from count_video.tracking.moving.shape import MARGIN_PX, Shape, hidden
+from count_video.tracking.background import background_of, camera_moved
+from count_video.tracking.shape import MARGIN_PX, Shape, hidden
 
 FRAMES = range(20)
 SIZE = 60, 160
@@ -59,6 +59,36 @@ def test_the_camera_moves_the_background_and_not_what_stands_in_it() -> None:
     assert np.array_equal(seen.luma[:, 4:-4], scene()[:, 4:-4])
     piece = seen.behind(1, (50.0, 10.0), (20, 30))
     assert piece.shape == (20, 30)
+
+
+def before_the_scene(body_px: NDArray[np.float64], scene_px: NDArray[np.float64]) -> list[NDArray]:
+    """Pictures of a large body, striped across its way, and of a scene that move on their own."""
+    coarse = np.random.default_rng(5).integers(40, 140, (SIZE[0] // 6, SIZE[1] // 2))
+    wide = np.kron(coarse, np.ones((6, 6))).astype(np.uint8)
+    striped = np.repeat(np.random.default_rng(6).integers(0, 255, (40, 1)), 90, axis=1)
+    pictures = []
+    for x, shake in zip(body_px, scene_px, strict=True):
+        picture = np.roll(wide, round(shake), axis=1)[:, 40 : 40 + 2 * SIZE[1]].copy()
+        picture[10:50, 20 + round(x) : 110 + round(x)] = striped
+        pictures.append(picture)
+    return pictures
+
+
+def test_a_camera_moves_only_if_that_explains_the_scene_behind_the_body() -> None:
+    swing = np.rint(40 * np.sin(np.arange(60) / 10) + 45)
+    shake = np.rint(np.random.default_rng(7).normal(0, 3, 60))
+    along_x = np.zeros(60)
+    still = before_the_scene(swing, along_x)
+    assert not camera_moved(still, np.stack([swing, along_x], axis=1))
+    shaken = before_the_scene(swing, shake)
+    assert camera_moved(shaken, np.stack([shake, along_x], axis=1))
+
+
+def test_a_knock_of_few_pictures_counts() -> None:
+    knock = np.zeros(200)
+    knock[90:96] = 4.0, 7.0, 5.0, -3.0, -2.0, 1.0
+    pictures = before_the_scene(0 * knock, knock)
+    assert camera_moved(pictures, np.stack([knock, 0 * knock], axis=1))
 
 
 def test_flicker_is_taken_out() -> None:

@@ -12,7 +12,7 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Track
-from count_video.tracking.moving.observation import observe, pair_tracks
+from count_video.tracking.observation import observe, pair_tracks
 from count_video.tracking.view import TrackSettings
 from tiers import rest_slow
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from drawn import background, paint_ball, paint_box, paint_disc, to_luma
 
-from count_video.tracking.looks.register import GAIN_AT_LEAST, Fit, register
-from count_video.tracking.looks.sprite import SMOOTHING_PX, Picture, Sprite, look, make_sprite
+from count_video.tracking.registration import GAIN_AT_LEAST, Fit, register
+from count_video.tracking.sprite import SMOOTHING_PX, Picture, Sprite, look, make_sprite
 
 SHAPE = (80, 160)
 HOME = (80.0, 40.0)

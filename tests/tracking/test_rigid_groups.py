@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from count_video.tracking.moving.corners import Trajectories
-from count_video.tracking.moving.rigid import RIGID_PX, rigid_groups, scene_path
+from count_video.tracking.corners import Trajectories
+from count_video.tracking.rigid import RIGID_PX, rigid_groups, scene_path
 
 SAMPLES = 60
 NOISE_PX = 0.1
@@ -59,7 +59,7 @@ def test_a_thread_that_moves_less_than_its_body_is_no_part_of_it() -> None:
 
 
 @pytest.mark.parametrize("shake_px", [0.0, 3.0])
-def test_the_scene_is_what_spreads_furthest(shake_px: float) -> None:
+def test_the_scene_is_the_calmest_of_those_that_spread(shake_px: float) -> None:
     rng = np.random.default_rng(4)
     shake = shake_px * rng.normal(0, 1, (SAMPLES, 2))
     scene = np.array([[[x, y]] for x in range(0, 600, 60) for y in (0, 150)]) + shake
@@ -72,6 +72,13 @@ def test_the_scene_is_what_spreads_furthest(shake_px: float) -> None:
     assert bool(measured.any()) == (shake_px > 0)
     groups = rigid_groups(corners, measured)
     assert [len(group.corners_px) for group in groups] == [20]
+
+
+def test_what_stays_in_the_picture_is_the_scene_however_few_its_corners() -> None:
+    rng = np.random.default_rng(5)
+    body = moved(SWING, 25, rng)
+    still = moved(0 * SWING, 4, rng)
+    assert not scene_path(trajectories(body, still, anywhere=len(body) + len(still))).any()
 
 
 def test_nothing_moves_without_corners() -> None:

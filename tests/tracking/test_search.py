@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from drawn import Luma, paint_ball, paint_cylinder
 
-from count_video.tracking.looks.register import Fit
-from count_video.tracking.looks.search import likely_places, search
-from count_video.tracking.looks.sprite import Sprite, look, make_sprite
+from count_video.tracking.registration import Fit
+from count_video.tracking.search import likely_places, search
+from count_video.tracking.sprite import Sprite, look, make_sprite
 
 WITHIN_PX = 0.1
 """The pictures are free of noise but for rounding to whole grey levels."""

@@ -11,7 +11,8 @@ from count_video.errors import TrackingError, UsageError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Track
-from count_video.tracking.track import TrackSettings, track_clip
+from count_video.tracking.observation import observe, pair_tracks
+from count_video.tracking.view import TrackSettings
 
 PLACED_PX = 0.05
 """RMS of positions about their mean offset, in a clean clip."""
@@ -19,7 +20,7 @@ SHAKEN_PX = 0.15
 """Encoders displace what moves by quarters of a px, and now everything moves."""
 SHAKE_PX = 3.0
 """The picture that positions refer to may lie so far from the middle of the tremble."""
-FAINT = 0.1
+FAINT = 0.2
 FAINT_PX = 0.15
 """Of the ball's contrast only so much is left; its noise counts for so much more."""
 OUTLINE_PX = 1.0
@@ -28,8 +29,8 @@ TILT_DEG = 1.0
 
 
 def track_of(path: Path, settings: TrackSettings = TrackSettings()) -> Track:  # noqa: B008
-    with open_footage(path) as footage:
-        return track_clip(footage, settings)
+    with open_footage(path) as footage, observe(footage, settings) as seen:
+        return pair_tracks(seen, settings.wall_side)[0]
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,8 @@ import numpy as np
 from count_video.errors import CountVideoError
 from count_video.footage.reader import open_footage
 from count_video.records import BodyTrack, Floats, Track
-from count_video.tracking.track import TrackSettings, track_clip
+from count_video.tracking.observation import observe, pair_tracks
+from count_video.tracking.view import TrackSettings
 
 TRUTHFUL = (0.8, 1.3)
 NEARLY = (0.7, 1.5)
@@ -50,8 +51,8 @@ def bodies_of(clip: Path) -> list[Body]:
     """Track a clip and compare both bodies with its truth; none where it cannot be tracked."""
     truth = json.loads(clip.with_suffix(".truth.json").read_text())
     try:
-        with open_footage(clip) as footage:
-            track = track_clip(footage, TrackSettings())
+        with open_footage(clip) as footage, observe(footage, TrackSettings()) as seen:
+            track = pair_tracks(seen, None)[0]
     except CountVideoError:
         return []
     if track.heavy is None:

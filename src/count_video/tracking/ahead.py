@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.footage.reader import Footage
 from count_video.records import Floats, Track
+from count_video.tracking.observation import Observation
 
 LAST_PICTURES = 8
 """The velocity at the end is that of so many pictures; what stands still does so in the first and
@@ -27,24 +27,27 @@ EDGE_PX = 2
 SMOOTHING_PX = 1.0
 
 
-def stands_ahead(footage: Footage, track: Track) -> bool:
-    """Whether one of two bodies moves towards a face when the clip ends.
-
-    Takes another pass through the footage where one does, of which only the end is used.
-    """
+def stands_ahead(seen: Observation, track: Track) -> bool:
+    """Whether one of two bodies moves towards a face when the clip ends."""
     ways = _ways(track)
     if not ways:
         return False
-    pictures = [
-        frame.luma.T if track.line.upright else frame.luma
-        for frame in footage.frames(int(track.frame[-LAST_PICTURES]), int(track.frame[-1]) + 1)
-    ]
+    pictures = [_whole(seen, luma, track) for luma in seen.pictures[-LAST_PICTURES:]]
     if not pictures:
         return False
     return any(
         has_face(*(_strip(luma, track, way) for luma in (pictures[0], pictures[-1])))
         for way in ways
     )
+
+
+def _whole(seen: Observation, luma: NDArray[np.uint8], track: Track) -> NDArray[np.uint8]:
+    """Picture in px of the footage, with x along the line of motion; 0 beyond the region."""
+    x, y, width, height = seen.view.region
+    info = seen.view.footage.info
+    whole = np.zeros((info.height_px, info.width_px), dtype=np.uint8)
+    whole[y : y + height, x : x + width] = cv2.resize(luma, (width, height))
+    return whole.T if track.line.upright else whole
 
 
 def _ways(track: Track) -> list[tuple[float, int]]:

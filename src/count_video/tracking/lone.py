@@ -1,28 +1,27 @@
-"""One body alone, or two without a wall: their track along the line of their impacts.
+"""One body alone: its track along the line of its impacts.
 
-Asked when no ball and heavy body at a wall can be followed, or when they give no count.
+Asked when no two bodies that meet can be followed, or when they give no count.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from count_video.errors import TrackingError
-from count_video.footage.reader import Footage
-from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import BodyTrack, Floats, MotionLine, Track
 from count_video.signals import sigma_of
-from count_video.tracking.patches.choice import bodies_among
-from count_video.tracking.patches.closer import seen_closer
-from count_video.tracking.patches.movers import Movers, find_movers
-from count_video.tracking.patches.parts import completed
-from count_video.tracking.patches.paths import Path, cleaned
+from count_video.tracking.following import Followed
+from count_video.tracking.observation import Observation
+from count_video.tracking.pairing import (
+    camera_shift,
+    sure_places,
+    unseen_warning,
+    was_followed,
+)
 from count_video.tracking.roles import wall_side
-from count_video.tracking.view import TrackSettings
 
 DIRECTION_STEPS = (1, 2, 3, 4, 6, 8)
 AGREEING = 0.9
@@ -31,8 +30,15 @@ its square, that agree in direction where they tell it."""
 DIRECTION_ROUNDS = 4
 DIRECTION_SPREAD_RAD = 0.35
 """Jumps further than this from the common direction are mistakes of the tracking, or glancing."""
-NEAR_FACTOR = 1.15
-"""Bodies up to this many times as far apart as at their nearest tell the line of their centres."""
+OTHER_TRAVEL, OTHER_SIZE = 0.3, 0.4
+"""Another body counts as one that moves by itself if it moves by this share of the way of the one
+that moves most, and is of this share of its size."""
+UNEXPLAINED_AT_MOST = 0.35
+"""Of what differs from the background this share may be outside of the bodies that were followed:
+threads, shadows that fade."""
+GOES_WITH_SHARE, GOES_WITH_SEEN = 0.1, 0.25
+"""A shadow's path is a linear function of the body's, but for this share of its travel, in the
+pictures that show both, if these are such a share of all."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +47,7 @@ class Places:
 
     x_px: Floats
     y_px: Floats
+    sigma_px: Floats
     width_px: float
     height_px: float
 
@@ -50,73 +57,94 @@ class Places:
         return np.stack([self.x_px, self.y_px], axis=1)
 
 
-def track_free_bodies(
-    footage: Footage, settings: TrackSettings, progress: Progress = NO_PROGRESS
-) -> Track:
-    """Measure where one body alone, or each of two, was along the line of the impacts.
+def lone_track(seen: Observation) -> Track:
+    """Measure where the one body that moves was along the line of its impacts.
 
-    Of two bodies the one at smaller positions is called the ball. Its ``wall_side`` is the side on
-    which a body alone turns most sharply; for two it says nothing.
+    Its ``wall_side`` is the side on which it turns most sharply.
 
     Raises
     ------
     TrackingError
         If there is no such body, or there are more; the message says what was found.
     """
-    movers = find_movers(footage, settings, progress)
-    bodies = bodies_among(movers.paths)
-    wholes = [completed(path, movers.paths, movers.sights) for path in bodies]
-    frame = np.array([sight.frame for sight in movers.sights], dtype=np.float64)
-    if len(wholes) == 1:
-        alone = seen_closer(wholes[0], movers, footage, settings)
-        return _lone_track(frame, _places(alone, movers, settings))
-    return _pair_track(frame, [_places(cleaned(path), movers, settings) for path in wholes])
-
-
-def _places(path: Path, movers: Movers, settings: TrackSettings) -> Places:
-    """Turn a path in shrunk px into places in the footage."""
-    scale = movers.scale
-    left, top = (0, 0) if settings.region is None else settings.region[:2]
-    x, y = (np.full(len(movers.sights), np.nan) for _ in range(2))
-    x[path.rows] = (path.x_px + 0.5) * scale - 0.5 + left
-    y[path.rows] = (path.y_px + 0.5) * scale - 0.5 + top
-    width = float(np.median([blob.width_px for blob in path.blobs])) * scale
-    height = float(np.median([blob.height_px for blob in path.blobs])) * scale
-    return Places(x, y, width, height)
-
-
-def _lone_track(frame: Floats, body: Places) -> Track:
+    bodies = [body for body in seen.movers.bodies if was_followed(body.x_px)]
+    if not bodies:
+        raise TrackingError("nothing moves that can be followed through the clip as one body")
+    places = [_places(body, seen) for body in bodies]
+    travel = [_travel(place) for place in places]
+    size = [place.width_px * place.height_px for place in places]
+    seen_share = [float(np.isfinite(place.x_px).mean()) for place in places]
+    first = int(np.argmax(np.array(travel) * np.sqrt(size) * seen_share))
+    others = [
+        place
+        for place, way, area in zip(places, travel, size, strict=True)
+        if place is not places[first]
+        and way > OTHER_TRAVEL * travel[first]
+        and area > OTHER_SIZE**2 * size[first]
+        and not _goes_with(place, places[first])
+    ]
+    if others:
+        raise TrackingError(
+            f"{len(others) + 1} things move on their own: one body alone can be followed, or two "
+            "that meet each other"
+        )
+    if seen.movers.unexplained > UNEXPLAINED_AT_MOST:
+        raise TrackingError(
+            "more moves than the one body that can be followed; count two bodies only if both can "
+            "be seen well, or give the body's part of the picture with --region"
+        )
+    body = places[first]
     line = _line(body, _jump_direction(body.xy_px))
     ball = _body_track(body, line)
-    side = wall_side(ball.position_px, ball.position_px) or "left"
     return Track(
-        frame=frame,
+        frame=seen.frames.astype(np.float64),
         ball=ball,
         heavy=None,
-        wall_side=side,
+        wall_side=wall_side(ball.position_px, ball.position_px) or "left",
         ball_diameter_px=min(body.width_px, body.height_px),
         line=line,
-        warnings=_unseen_warnings(ball, "body"),
+        warnings=tuple(unseen_warning("body", ball.position_px)),
+        shift_px=camera_shift(seen.movers, seen.view),
     )
 
 
-def _pair_track(frame: Floats, bodies: Sequence[Places]) -> Track:
-    direction = _line_of_centres(bodies[1].xy_px - bodies[0].xy_px)
-    left, right = sorted(bodies, key=lambda body: float(np.nanmedian(body.xy_px @ direction)))
-    line = _line(left, direction)
-    ball, heavy = _body_track(left, line), _body_track(right, line)
-    reach = heavy.low_edge_px
-    heavy = BodyTrack(heavy.position_px + reach, heavy.sigma_px, 0.0, heavy.high_edge_px - reach)
-    return Track(
-        frame=frame,
-        ball=ball,
-        heavy=heavy,
-        wall_side="left",
-        ball_diameter_px=min(left.width_px, left.height_px),
-        line=line,
-        warnings=(*_unseen_warnings(ball, "left body"), *_unseen_warnings(heavy, "right body")),
-        wall_seen=False,
+def _places(body: Followed, seen: Observation) -> Places:
+    """Turn the places of a template into those of its middle in the footage."""
+    view, upright = seen.view, seen.movers.upright
+    along = np.where(np.isfinite(sure_places(body)), body.middle_px, np.nan)
+    height = body.body.sprite.shape[0]
+    x, y = (
+        view.in_picture(along, upright=upright),
+        view.in_picture(
+            np.where(np.isfinite(along), body.y_px + (height - 1) / 2, np.nan), upright=not upright
+        ),
     )
+    width, height = (
+        view.factor * (body.body.right_edge_px - body.body.left_edge_px),
+        view.factor * height,
+    )
+    if upright:
+        return Places(y, x, view.factor * body.sigma_px, height, width)
+    return Places(x, y, view.factor * body.sigma_px, width, height)
+
+
+def _goes_with(other: Places, body: Places) -> bool:
+    """Whether a thing moves as a body makes it move: its shadow, mirror image or thread."""
+    both = np.isfinite(other.x_px) & np.isfinite(body.x_px)
+    if np.count_nonzero(both) < len(both) * GOES_WITH_SEEN:
+        return False
+    design = np.column_stack([body.xy_px[both], np.ones(np.count_nonzero(both))])
+    for path in (other.x_px[both], other.y_px[both]):
+        solution, *_ = np.linalg.lstsq(design, path, rcond=None)
+        left_over = np.abs(path - design @ solution)
+        if np.quantile(left_over, 0.9) > GOES_WITH_SHARE * max(_travel(other), 1.0):
+            return False
+    return True
+
+
+def _travel(body: Places) -> float:
+    known = body.xy_px[np.isfinite(body.x_px)]
+    return float(np.ptp(known, axis=0).max())
 
 
 def _jump_direction(xy_px: Floats) -> Floats:
@@ -160,17 +188,6 @@ def _agreement(second_px: Floats) -> float:
     return float(np.abs(twice.sum())) / whole if whole > 0 else 0.0
 
 
-def _line_of_centres(apart_px: Floats) -> Floats:
-    """Direction from one body to the other where they are nearest; a unit vector."""
-    distance = np.hypot(*apart_px.T)
-    if not np.isfinite(distance).any():
-        raise TrackingError("two things move, but are never seen together")
-    near = distance < NEAR_FACTOR * np.nanmin(distance)
-    direction = apart_px[near].mean(axis=0)
-    forward = direction[int(np.argmax(np.abs(direction)))]
-    return np.asarray(direction * np.sign(forward) / np.hypot(*direction))
-
-
 def _line(body: Places, direction: Floats) -> MotionLine:
     x, y = (float(np.nanmedian(place)) for place in (body.x_px, body.y_px))
     upright = bool(abs(direction[1]) > abs(direction[0]))
@@ -187,12 +204,5 @@ def _body_track(body: Places, line: MotionLine) -> BodyTrack:
     anchor = line.anchor_y_px if line.upright else line.anchor_x_px
     position = anchor + along * (along * forward + across * sideways)
     half = along * (body.height_px if line.upright else body.width_px) / 2
-    sigma = np.where(np.isfinite(position), sigma_of(position), np.nan)
+    sigma = np.maximum(body.sigma_px, sigma_of(position))
     return BodyTrack(position, sigma, -half, half)
-
-
-def _unseen_warnings(body: BodyTrack, name: str) -> tuple[str, ...]:
-    unseen = int(np.isnan(body.position_px).sum())
-    if unseen == 0:
-        return ()
-    return (f"the {name} is not seen in {unseen} of {len(body.position_px)} frames",)

@@ -46,11 +46,6 @@ class View:
     factor: int
     """How many px of the picture one px of the view spans."""
 
-    @property
-    def pixels(self) -> int:
-        """Number of pixels of a picture in this view."""
-        return (self.region[2] // self.factor) * (self.region[3] // self.factor)
-
     def frames(self) -> Iterator[Frame]:
         """Stream the clip's frames as they are seen in this view."""
         return map(self.of, self.footage.frames(self.start, self.end))
@@ -72,14 +67,6 @@ class View:
         """Turn places of the view along x (y where ``upright``) into places of the picture."""
         corner = self.region[1] if upright else self.region[0]
         return np.asarray(self.factor * places + (self.factor - 1) / 2 + corner, dtype=np.float64)
-
-
-def cropped(frame: Frame, region: Region | None) -> Frame:
-    """Cut the region out of a frame."""
-    if region is None:
-        return frame
-    x, y, width, height = region
-    return replace(frame, luma=frame.luma[y : y + height, x : x + width])
 
 
 def view_of(footage: Footage, settings: TrackSettings) -> View:

@@ -1,0 +1,254 @@
+"""Every rigid body that moves in a clip: found by its corners, learnt, and followed.
+
+The order of work: samples in which things move by a few px, corners followed through them, rigid
+groups of corners, a template for each group. What the bodies known so far leave unexplained shows
+more of them. Each is then learnt again without what the others hide, and registered in every
+picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+from count_video.tracking.background import Background, background_of, camera_moved
+from count_video.tracking.camera import Camera, Motion
+from count_video.tracking.corners import follow_corners
+from count_video.tracking.following import Followed
+from count_video.tracking.landmarks import clear_of
+from count_video.tracking.layers import (
+    BODIES_AT_MOST,
+    Clip,
+    add_bodies,
+    apart,
+    learn_again,
+)
+from count_video.tracking.proposals import (
+    Proposal,
+    at_full_size,
+    propose,
+    roughly,
+    turned,
+)
+from count_video.tracking.regions import share_unexplained
+from count_video.tracking.rigid import scene_path
+from count_video.tracking.samples import Samples, choose_samples
+from count_video.tracking.shape import Box, Shape, size_of
+from count_video.tracking.standing import landmarks_of
+from count_video.tracking.template import Rough, line_tilt_deg
+from count_video.tracking.views import ByFrame, Turned, levelled
+
+Luma = NDArray[np.uint8]
+
+PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
+"""Shorter clips and smaller pictures show no motion to speak of."""
+UPRIGHT_DEG = 45.0
+LANDMARKS_OF = 16
+"""What stands still is learnt from so many samples."""
+BACKGROUND_OF = 15
+"""The background is the median of so many samples."""
+TIMES_LEARNT, SETTLED_PX = 2, 2.0
+"""Outlines are learnt at most so often, until their sizes change by less than this."""
+ROUNDS = 4
+"""So often bodies are looked for in what those that are known leave unexplained."""
+
+
+@dataclass(frozen=True)
+class Movers:
+    """The bodies that move in a clip, those with most corners first."""
+
+    bodies: list[Followed]
+    """In pictures that are transposed where ``upright``."""
+    tilt_deg: float
+    """Direction of motion in those pictures, from their x axis."""
+    upright: bool
+    """True if the pictures were transposed because the bodies move up and down."""
+    motion: Motion | None
+    """How the camera moved, by image x and y; None where it stood."""
+    unexplained: float
+    """Share of what differs from the background that is outside of the bodies, in the typical
+    picture."""
+
+
+NOTHING_MOVES = Movers([], 0.0, upright=False, motion=None, unexplained=0.0)
+
+
+def find_movers(
+    pictures: Sequence[Luma],
+    frames: NDArray[np.intp],
+    thumbnails: Mapping[int, Luma],
+    enough: Callable[[Sequence[Followed]], bool],
+) -> Movers:
+    """Find and follow all bodies that move in a clip.
+
+    Parameters
+    ----------
+    pictures
+        Lumas in order of time, n of them, each of shape (height, width).
+    frames
+        Frame index of each, shape (n,).
+    thumbnails
+        Some of the pictures by their place, reduced by ``samples.thumbnail``.
+    enough
+        Whether no more bodies need be looked for beside these.
+    """
+    if len(pictures) < PICTURES_AT_LEAST or min(pictures[0].shape) < PICTURE_AT_LEAST_PX:
+        return NOTHING_MOVES
+    samples = choose_samples(thumbnails)
+    if len(samples.chosen) < 2:
+        return NOTHING_MOVES
+    scene = _Scene(samples, *levelled(pictures, samples))
+    proposals = scene.proposals()
+    if not proposals:
+        return NOTHING_MOVES
+    tilt = line_tilt_deg([one.path_px for one in proposals[:2]])
+    upright = abs(tilt) > UPRIGHT_DEG
+    if upright:
+        proposals = [turned(one) for one in proposals]
+        tilt = line_tilt_deg([one.path_px for one in proposals[:2]])
+    roughs = roughly(proposals, frames[samples.chosen])
+    motion = _camera_motion(pictures, scene, roughs, upright) if scene.shift_px.any() else None
+    shift = np.zeros((len(frames), 2)) if motion is None else np.nan_to_num(motion.shift_px)
+    views = Turned(pictures) if upright else pictures
+    rows = dict(zip(frames[samples.chosen].tolist(), samples.chosen.tolist(), strict=True))
+    slope = float(np.tan(np.radians(tilt)))
+    shift = shift[:, ::-1] if upright else shift
+    sampled = ByFrame(views, rows)
+    clip = Clip(views, frames, sampled, scene.background(sampled, upright, []), slope, shift)
+    followed = _followed(clip, scene, roughs, (upright, enough))
+    hidden = scene.hidden(clip, followed, upright)
+    left = share_unexplained(scene.small, samples.chosen, hidden)
+    if motion is not None:
+        followed = [_less_sure(seen, motion, upright) for seen in followed]
+    return Movers(followed, tilt, upright, motion, left)
+
+
+def _followed(
+    clip: Clip,
+    scene: _Scene,
+    roughs: Sequence[Rough],
+    way: tuple[bool, Callable[[Sequence[Followed]], bool]],
+) -> list[Followed]:
+    """Find bodies in the samples, round after round, and follow them through all pictures."""
+    upright, enough = way
+    few = clip.only(scene.samples.chosen)
+    found: list[Followed] = []
+    for _ in range(ROUNDS):
+        more = add_bodies(few, roughs, found)
+        if len(more) == len(found):
+            break  # of what is left, nothing can be followed
+        few, found = _learnt_again(few, scene, more, upright, times=1)
+        if enough(found) or len(found) >= BODIES_AT_MOST:
+            break
+        proposals = scene.proposals(scene.hidden(few, found, upright))
+        roughs = roughly([turned(one) for one in proposals] if upright else proposals, few.frames)
+    if found:
+        few, found = _learnt_again(few, scene, found, upright, times=TIMES_LEARNT)
+    clip = replace(clip, background=few.background)
+    return apart([clip.follow(seen.body) for seen in found])
+
+
+def _learnt_again(
+    few: Clip, scene: _Scene, found: Sequence[Followed], upright: bool, *, times: int
+) -> tuple[Clip, list[Followed]]:
+    """Learn the background without known bodies, and each of them without the others.
+
+    What an outline does not cover yet is in the background, and what it covers too much is not: the
+    outlines are learnt anew until they stay as they are.
+    """
+    found = list(found)
+    for _ in range(times):
+        before = [few.shape(seen) for seen in found]
+        few = replace(few, background=scene.background(few.samples, upright, before))
+        found = [few.as_learnt(learn_again(few, seen, found)) for seen in found]
+        sizes = np.array(
+            [[size_of(one.box) for one in before], [size_of(s.body.box) for s in found]]
+        )
+        if np.abs(np.diff(sizes, axis=0)).max() < SETTLED_PX:
+            break
+    return few, found
+
+
+class _Scene:
+    """The samples, made alike and small, and what moves in them."""
+
+    def __init__(self, samples: Samples, small: Sequence[Luma], scale: int) -> None:
+        self.samples, self.small, self.scale = samples, small, scale
+        self._corners = follow_corners(small, samples.moved)
+        self.shift_px: Floats = scene_path(self._corners)
+        """How far the camera has moved each sample, in its px, shape (samples, 2)."""
+        if self.shift_px.any() and not camera_moved(small, self.shift_px):
+            self.shift_px = np.zeros_like(self.shift_px)
+
+    def proposals(self, known: Sequence[NDArray[np.bool_]] | None = None) -> list[Proposal]:
+        """Find what may be a body where no known one is marked, in px of the clip's pictures."""
+        corners = self._corners
+        if known is not None:
+            corners = follow_corners(self.small, self.samples.moved, known)
+        proposed = propose(self.small, corners, self.shift_px, known)
+        return [at_full_size(one, self.scale) for one in proposed]
+
+    def background(
+        self, sampled: Mapping[int, Luma], upright: bool, known: Sequence[Shape]
+    ) -> Background:
+        """Learn what stands still from samples by their frame index, but for what shapes hide."""
+        frames = list(sampled)
+        shift = self.scale * (self.shift_px[:, ::-1] if upright else self.shift_px)
+        shifts = {frame: (x, y) for frame, (x, y) in zip(frames, shift.tolist(), strict=True)}
+        lamps = dict(zip(frames, (1 / self.samples.gains).tolist(), strict=True))
+        some = np.linspace(0, len(frames) - 1, BACKGROUND_OF).astype(int)
+        return background_of({frames[k]: sampled[frames[k]] for k in some}, shifts, lamps, known)
+
+    def hidden(
+        self, clip: Clip, found: Sequence[Followed], upright: bool
+    ) -> list[NDArray[np.bool_]]:
+        """Mark where each sample shows known bodies, shape (height, width) of a sample."""
+        shape = self.small[0].shape[::-1] if upright else self.small[0].shape
+        shapes = [clip.shape(seen) for seen in found]
+        marks = []
+        for frame in clip.samples:
+            mark = np.zeros(shape, np.uint8)
+            for one in shapes:
+                one.mark(mark, frame, scale=self.scale)
+            marks.append(np.ascontiguousarray(mark.T if upright else mark) > 0)
+        return marks
+
+
+def _less_sure(seen: Followed, motion: Motion, upright: bool) -> Followed:
+    """Add the camera's uncertainty; where its shift is not known, no body has a place."""
+    sigma = np.hypot(seen.sigma_px, motion.sigma_px[:, 1 if upright else 0])
+    known = np.isfinite(sigma)
+    x, y = (np.where(known, place, np.nan) for place in (seen.x_px, seen.y_px))
+    return replace(seen, x_px=x, y_px=y, sigma_px=sigma)
+
+
+def _camera_motion(
+    pictures: Sequence[Luma], scene: _Scene, roughs: Sequence[Rough], upright: bool
+) -> Motion | None:
+    chosen = scene.samples.chosen
+    some = np.linspace(0, len(chosen) - 1, LANDMARKS_OF).astype(int)
+    shifts = scene.scale * scene.shift_px[some]
+    landmarks = landmarks_of([pictures[chosen[k]] for k in some], shifts)
+    if landmarks is None:
+        return None
+    camera = Camera(clear_of(landmarks, [_swept(rough, upright) for rough in roughs[:2]]))
+    for picture in pictures:
+        camera.see(picture)
+    return camera.motion()
+
+
+def _swept(rough: Rough, upright: bool) -> Box:
+    """Box that a body passes over, in the pictures as they are."""
+    x, y = np.array(list(rough.path_px.values())).T
+    left, top, right, bottom = rough.box
+    box = (
+        float(x.min()) + left,
+        float(y.min()) + top,
+        float(x.max()) + right,
+        float(y.max()) + bottom,
+    )
+    return (box[1], box[0], box[3], box[2]) if upright else box

@@ -1,0 +1,185 @@
+"""Follow a template through all pictures of a clip.
+
+Between the pictures in which its corners were followed, the place of a body is guessed by linear
+interpolation; the registration makes it exact. Where that fails (nothing is known nearby, or the
+body turned at a collision faster than the guess allows) the guess of its last velocity is tried,
+and then the surroundings are searched, further out the longer the body has been lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+from count_video.tracking.registration import Fit, register
+from count_video.tracking.search import search
+from count_video.tracking.sprite import Pixels, Sprite, look_at
+from count_video.tracking.template import Body
+
+Luma = NDArray[np.uint8]
+Place = tuple[float, float]
+
+AGREEMENT_SHARE = 0.75
+"""A fit is believed from this share of the template's typical correlation on."""
+SURE_SHARE, SCENERY_RATIO = 0.9, 0.5
+"""With a smaller share of the typical correlation a place is scenery if the background lacks less
+than this share of what the template lacks of a full correlation with the picture."""
+INSIDE_AT_LEAST = 0.35
+"""Share of the template that must lie within the picture."""
+REACH_AT_LEAST_PX = 8.0
+REACH_OVER_HEIGHT = 0.25
+"""Large bodies are seen from close by, and move by more px."""
+REACH_OVER_SPEED = 3.0
+"""A search reaches this many times as far as the body ever moved in a frame."""
+BACK_FROM = 4
+"""From the first picture in which a body is known it is followed on, and, from so many later, back
+to the first of the clip."""
+LOST_LONG, SEARCH_STRIDE = 8, 4
+"""A body that was lost for so many frames is searched in every fourth only."""
+
+
+@dataclass(frozen=True)
+class Followed:
+    """Where a template was in each picture; arrays have shape (n,), NaN where not seen."""
+
+    body: Body
+    x_px: Floats
+    y_px: Floats
+    """Image position of the template's top left pixel, freed of the camera's motion."""
+    sigma_px: Floats
+    """Standard uncertainty of ``x_px``."""
+
+    @property
+    def middle_px(self) -> Floats:
+        """Image x of the middle of the outline."""
+        return self.x_px + (self.body.left_edge_px + self.body.right_edge_px) / 2
+
+    @property
+    def edges_px(self) -> tuple[Floats, Floats]:
+        """Image x of the left and of the right end of the outline."""
+        return self.x_px + self.body.left_edge_px, self.x_px + self.body.right_edge_px
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What bodies move in."""
+
+    background: Luma
+    """What stands still, shape (height, width)."""
+    slope: float
+    """Rise of the line of motion: change of y by x."""
+    shift_px: Floats
+    """How far the camera has moved each of n pictures, by x and y, shape (n, 2)."""
+
+
+def follow(
+    pictures: Sequence[Luma], frames: NDArray[np.intp], body: Body, scene: Scene
+) -> Followed:
+    """Find a body in all pictures.
+
+    Parameters
+    ----------
+    pictures
+        Lumas in order of time, n of them, each of shape (height, width).
+    frames
+        Frame index of each.
+    body
+        Its template, and where it was seen.
+    scene
+        What it moves in.
+    """
+    shift_px = scene.shift_px
+    rows = np.searchsorted(frames, np.array(sorted(body.sightings)))
+    seen = np.array([body.sightings[k] for k in sorted(body.sightings)]) - shift_px[rows]
+    guesses = np.stack(
+        [np.interp(frames, frames[rows], seen[:, axis]) for axis in range(2)], axis=1
+    )
+    found = np.full((len(frames), 3), np.nan)
+    first = int(rows[0])
+    ways = range(first, len(frames)), range(min(first + BACK_FROM, len(frames)) - 1, -1, -1)
+    for way in ways:
+        path = _Path(body.sprite, body.typical_agreement, scene)
+        for row in way:
+            shift = (float(shift_px[row, 0]), float(shift_px[row, 1]))
+            if np.isfinite(found[row, 0]):  # on the way back
+                path.pass_by(int(frames[row]), (float(found[row, 0]), float(found[row, 1])))
+                continue
+            guess = (float(guesses[row, 0]), float(guesses[row, 1]))
+            fit = path.find(int(frames[row]), pictures[row], guess, shift)
+            if fit is not None:
+                found[row] = fit.x_px - shift[0], fit.y_px - shift[1], fit.sigma_x_px
+    return Followed(body, *found.T)
+
+
+class _Path:
+    """Where a body was last seen, and how it moves; places are those in a picture at rest."""
+
+    def __init__(self, sprite: Sprite, agreement: float, scene: Scene) -> None:
+        self._sprite, self._typical = sprite, agreement
+        self._background, self._slope = scene.background, scene.slope
+        self._place: Place | None = None
+        self._speed: Place = (0.0, 0.0)
+        self._fastest = 0.0
+        self._frame = 0
+        self._lost = 0
+
+    def find(self, frame: int, picture: Luma, guess: Place, shift: Place) -> Fit | None:
+        """Find the body in the next picture."""
+        fit = self._believed(register(picture, self._sprite, _plus(guess, shift)), picture, shift)
+        steps = frame - self._frame
+        onward = _plus(self._place or guess, (self._speed[0] * steps, self._speed[1] * steps))
+        if fit is None and self._place is not None and not self._lost:
+            fit = register(picture, self._sprite, _plus(onward, shift))
+            fit = self._believed(fit, picture, shift)
+        if fit is None and (self._lost < LOST_LONG or frame % SEARCH_STRIDE == 0):
+            near = guess if self._place is None or self._lost else onward
+            fit = self._believed(self._searched(picture, _plus(near, shift)), picture, shift)
+        if fit is None:
+            self._lost += 1
+            return None
+        self.pass_by(frame, (fit.x_px - shift[0], fit.y_px - shift[1]))
+        return fit
+
+    def _searched(self, picture: Luma, near: Place) -> Fit | None:
+        large = REACH_OVER_HEIGHT * self._sprite.shape[0]
+        reach = max(REACH_AT_LEAST_PX, large, REACH_OVER_SPEED * self._fastest) * (1 + self._lost)
+        within = reach if reach < picture.shape[1] else None
+        return search(picture, self._sprite, near, self._slope, within)
+
+    def pass_by(self, frame: int, place: Place) -> None:
+        """Take note of where the body is in a picture."""
+        if self._place is not None:
+            steps = frame - self._frame
+            speed = ((place[0] - self._place[0]) / steps, (place[1] - self._place[1]) / steps)
+            self._fastest = max(self._fastest, abs(speed[0]))
+            self._speed = (0.0, 0.0) if self._lost else speed
+        self._place, self._frame, self._lost = place, frame, 0
+
+    def _believed(self, fit: Fit | None, picture: Luma, shift: Place) -> Fit | None:
+        """Take a fit only if it is the body's, and not a place of the scenery that is like it."""
+        if fit is None or fit.inside < INSIDE_AT_LEAST:
+            return None
+        if fit.agreement >= SURE_SHARE * self._typical:
+            return fit
+        if fit.agreement < AGREEMENT_SHARE * self._typical:
+            return None
+        model = self._sprite.model
+        seen = look_at(picture, fit.x_px, fit.y_px, model.tiles)
+        behind = look_at(self._background, fit.x_px - shift[0], fit.y_px - shift[1], model.tiles)
+        like = _correlation(seen, behind, model.weight)
+        return None if 1 - like < SCENERY_RATIO * (1 - fit.agreement) else fit
+
+
+def _correlation(one: Pixels, other: Pixels, weight: Pixels) -> float:
+    """Weighted correlation of two pieces of n pixels; 0 where one is flat."""
+    a, b = (piece - np.average(piece, weights=weight) for piece in (one, other))
+    power = float((weight * a) @ a) * float((weight * b) @ b)
+    return float((weight * a) @ b) / power**0.5 if power > 0 else 0.0
+
+
+def _plus(place: Place, shift: Place) -> Place:
+    return place[0] + shift[0], place[1] + shift[1]

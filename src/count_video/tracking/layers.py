@@ -1,0 +1,234 @@
+"""One body after the other: learnt from what those that are known leave unexplained."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import permutations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+from count_video.tracking.background import Background
+from count_video.tracking.following import Followed, Scene, follow
+from count_video.tracking.shape import Place, Shape
+from count_video.tracking.template import Body, Rough, learn
+from count_video.tracking.views import Chosen
+
+Luma = NDArray[np.uint8]
+
+STEADY_AT_LEAST = 6
+MOVES_PX = 2.0
+"""A body moves by so much at least."""
+NEIGHBOURS, JUMP_STEPS, JUMP_PX, JUMPS_SHARE = 11, 5.0, 3.0, 0.5
+"""A step that is so many times as long as the median of so many neighbours, and so many px, is a
+jump; those of a body make up less than this share of the way between its ends."""
+SAME_BODY_PX = 1.0
+"""Two templates whose distance varies by less than this are parts of one body."""
+BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
+"""So many bodies are followed that have many corners; others only if these are fewer than two."""
+
+
+@dataclass(frozen=True)
+class Clip:
+    """What bodies are followed in; pictures lie so that the motion is nearer to their x axis."""
+
+    pictures: Sequence[Luma]
+    frames: NDArray[np.intp]
+    """Frame index of each picture, shape (n,)."""
+    samples: Mapping[int, Luma]
+    """Frame index -> picture, for some of them."""
+    background: Background
+    slope: float
+    """Change of y by x along the line of motion."""
+    shift_px: Floats
+    """The camera's motion, shape (n, 2)."""
+
+    def only(self, chosen: NDArray[np.intp]) -> Clip:
+        """Take some of the pictures."""
+        pictures = Chosen(self.pictures, chosen)
+        return replace(
+            self, pictures=pictures, frames=self.frames[chosen], shift_px=self.shift_px[chosen]
+        )
+
+    def follow(self, body: Body) -> Followed:
+        """Find a body in all pictures."""
+        scene = Scene(self.background.luma, self.slope, self.shift_px)
+        return follow(self.pictures, self.frames, body, scene)
+
+    def as_learnt(self, body: Body) -> Followed:
+        """Take a body to be where it was when it was learnt, without an uncertainty."""
+        places = np.array([body.sightings.get(int(k), (np.nan, np.nan)) for k in self.frames])
+        x, y = (places - self.shift_px).T
+        return Followed(body, x, y, 0.0 * x)
+
+    def sightings(self, seen: Followed) -> dict[int, Place]:
+        """Places in the pictures as they are, by frame index."""
+        x, y = seen.x_px + self.shift_px[:, 0], seen.y_px + self.shift_px[:, 1]
+        known = np.isfinite(x)
+        frames = self.frames[known].tolist()
+        places = zip(frames, x[known].tolist(), y[known].tolist(), strict=True)
+        return {frame: (along, across) for frame, along, across in places}
+
+    def shape(self, seen: Followed) -> Shape:
+        """Describe what a body hides."""
+        return Shape(self.sightings(seen), seen.body.box, seen.body.sprite)
+
+
+def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -> list[Followed]:
+    """Learn and follow bodies beside those that are known, each only once."""
+    found = list(known)
+    for rough in roughs:
+        enough = BODIES_AT_MOST if rough.patterned else BODIES_ENOUGH
+        if len(found) - len(known) >= enough:
+            break
+        if any(_holds(rough, other, clip.frames) for other in found):
+            continue
+        others = [other.path_px for other in roughs if other is not rough][:2]
+        hide = _hiding(rough, roughs, [clip.shape(other) for other in found])
+        body = learn(clip.samples, clip.background, rough, others, hide)
+        if body is None or any(_part_of(body, other, clip) for other in found):
+            continue
+        seen = clip.follow(body)
+        if _travel_px(seen) > MOVES_PX and not any(same_body(seen, other) for other in found):
+            found.append(seen)
+    return found
+
+
+def _travel_px(seen: Followed) -> float:
+    x, y = (place[np.isfinite(place)] for place in (seen.x_px, seen.y_px))
+    return float(np.hypot(np.ptp(x), np.ptp(y))) if len(x) else 0.0
+
+
+def apart(followed: Sequence[Followed]) -> list[Followed]:
+    """Bodies that move, each only once and each in a place of its own."""
+    once: list[Followed] = []
+    for seen in followed:
+        if _moves_on(seen) and not any(same_body(seen, other) for other in once):
+            once.append(seen)
+    paths = [_unbroken(seen) for seen in once]
+    lost = [np.zeros(len(path), np.bool_) for path in paths]
+    for one, other in permutations(range(len(once)), 2):
+        shorter = paths[one] < paths[other]
+        lost[one] |= shorter & _overlap(once[one], once[other])
+    kept = [_without(seen, rows) for seen, rows in zip(once, lost, strict=True)]
+    return [seen for seen in kept if _moves(seen)]
+
+
+def _unbroken(seen: Followed) -> NDArray[np.intp]:
+    """Length of the unbroken path that each sighting is part of, shape (n,)."""
+    length = np.zeros(len(seen.x_px), np.intp)
+    for piece in _pieces(seen):
+        length[piece] = len(piece)
+    return length
+
+
+def _pieces(seen: Followed) -> list[NDArray[np.intp]]:
+    """Which pictures show the unbroken pieces of a path."""
+    known = np.flatnonzero(np.isfinite(seen.x_px))
+    return np.split(known, np.flatnonzero(_jumps(seen)) + 1)
+
+
+def _moves_on(seen: Followed) -> bool:
+    """Whether a template moves on in some piece of its path, and does not only jump."""
+    ways = [
+        np.ptp(seen.x_px[piece]) + np.ptp(seen.y_px[piece]) for piece in _pieces(seen) if len(piece)
+    ]
+    return max(ways, default=0.0) > MOVES_PX
+
+
+def _overlap(one: Followed, other: Followed) -> NDArray[np.bool_]:
+    """Where the middle of one of two bodies lies within the outline of the other, shape (n,)."""
+    sizes = [
+        (seen.body.right_edge_px - seen.body.left_edge_px, seen.body.sprite.shape[0])
+        for seen in (one, other)
+    ]
+    width, height = np.max(sizes, axis=0) / 2
+    middles = [seen.y_px + size[1] / 2 for seen, size in zip((one, other), sizes, strict=True)]
+    near = np.abs(one.middle_px - other.middle_px) < width
+    return np.asarray(near & (np.abs(middles[0] - middles[1]) < height))
+
+
+def _without(seen: Followed, rows: NDArray[np.bool_]) -> Followed:
+    x, y, sigma = (
+        np.where(rows, np.nan, places) for places in (seen.x_px, seen.y_px, seen.sigma_px)
+    )
+    return replace(seen, x_px=x, y_px=y, sigma_px=sigma)
+
+
+def _jumps(seen: Followed) -> NDArray[np.bool_]:
+    """Which steps from one sighting to the next are too long for a body, shape (sightings - 1,)."""
+    x, y = (place[np.isfinite(place)] for place in (seen.x_px, seen.y_px))
+    steps = np.hypot(np.diff(x), np.diff(y))
+    if len(steps) == 0:
+        return np.zeros(0, np.bool_)
+    around = np.pad(steps, NEIGHBOURS // 2, mode="edge")
+    usual = np.median(np.lib.stride_tricks.sliding_window_view(around, NEIGHBOURS), axis=1)
+    return np.asarray(steps > JUMP_STEPS * usual + JUMP_PX)
+
+
+def _moves(seen: Followed) -> bool:
+    """Whether a template was followed along a path: scenery stays, or is mistaken for its like."""
+    x, y = (place[np.isfinite(place)] for place in (seen.x_px, seen.y_px))
+    if len(x) < STEADY_AT_LEAST:
+        return False
+    jumps = np.hypot(np.diff(x), np.diff(y))[_jumps(seen)]
+    travel = _travel_px(seen)
+    return travel > MOVES_PX and float(jumps.sum()) < JUMPS_SHARE * travel
+
+
+def _hiding(rough: Rough, roughs: Sequence[Rough], known: Sequence[Shape]) -> list[Shape]:
+    """List what hides a proposal: others' corners, known bodies that leave its corners free."""
+    own = rough.corners
+    if own is None:
+        return list(known)
+    seeds = [other.corners for other in roughs if other.corners is not None and not other.blurred]
+    return [
+        *(seed for seed in seeds if seed is not own and not seed.moves_with(own)),
+        *(shape for shape in known if rough.blurred or not shape.holds(own)),
+    ]
+
+
+def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body:
+    """Learn a body from all samples in which it was found, without what others hide of it."""
+    others, own = [other for other in found if other is not seen], few.shape(seen)
+    body = learn(
+        few.samples,
+        few.background,
+        Rough(few.sightings(seen), seen.body.box, (-np.inf, np.inf)),
+        [few.sightings(other) for other in others][:2],
+        [shape for shape in (few.shape(other) for other in others) if not shape.holds(own)],
+    )
+    return seen.body if body is None else body
+
+
+def _holds(rough: Rough, other: Followed, frames: NDArray[np.intp]) -> bool:
+    """Whether the box of a proposal holds the middle of a known body in most of its samples."""
+    rows = np.searchsorted(frames, np.array(list(rough.path_px)))
+    path = np.array(list(rough.path_px.values()))
+    x = other.middle_px[rows] - path[:, 0]
+    y = other.y_px[rows] + other.body.sprite.shape[0] / 2 - path[:, 1]
+    left, top, right, bottom = rough.box
+    inside = (x > left) & (x < right) & (y > top) & (y < bottom)
+    return bool(inside.mean() > 0.5)
+
+
+def _part_of(body: Body, other: Followed, clip: Clip) -> bool:
+    """Whether a template, where it was learnt, keeps its distance from a body that was followed."""
+    rows = np.searchsorted(clip.frames, np.array(body.learnt))
+    places = np.array([body.sightings[frame][0] for frame in body.learnt])
+    return _steady(other.x_px[rows] - (places - clip.shift_px[rows, 0]))
+
+
+def same_body(one: Followed, other: Followed) -> bool:
+    """Whether two templates are parts of one body."""
+    return _steady(one.x_px - other.x_px)
+
+
+def _steady(apart_px: Floats) -> bool:
+    """Whether a distance hardly varies."""
+    known = apart_px[np.isfinite(apart_px)]
+    if len(known) < STEADY_AT_LEAST:
+        return False
+    return float(np.quantile(np.abs(known - np.median(known)), 0.9)) < SAME_BODY_PX

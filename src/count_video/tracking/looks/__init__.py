@@ -1,1 +1,0 @@
-"""What a body looks like, and where in a picture it is that looks so."""

@@ -1,0 +1,192 @@
+"""The outline of a body in the mean of many pictures that were laid upon each other in its frame.
+
+What belongs to the body stays the same, so its edges stay sharp in the mean; what lies behind it,
+the neighbour, or a reflection that does not quite follow, smears out and varies. The slope of the
+mean over the standard deviation of the pixels is therefore high on the body's own edges only: it
+gives the outline and the weights without a word on shape, colour or brightness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+from count_video.tracking.circle import LARGE_PX, Circle, circle_through
+from count_video.tracking.peak import beyond, peak_of
+from count_video.tracking.sprite import Pixels, Sprite, make_sprite
+
+EDGE_POSSIBLE = 0.35
+"""Slope per px over the standard deviation, from which on an edge can be the body's own."""
+PIECE_SHARE = 0.01
+PIECE_HEIGHT = 0.2
+"""A piece of the outline has these shares of the clearest piece's weight and of the height."""
+BEYOND_OUTLINE_PX = 2
+"""Pixels kept beyond the outline: the blurred edge reaches that far."""
+RADIUS_SHARE = 0.2, 0.7
+"""Radius of a ball as a share of the height: the blur around small ones is part of what moves."""
+OUTSIDE_SHARE = 0.35
+"""A circle is the outline if no larger share of what moves lies outside of it."""
+ROWS_AT_LEAST = 8
+FAINT_SHARE = 0.5
+"""Edges in a smaller share of the rows are no outline."""
+EDGE_REACH_PX = 4
+NEAR_OUTERMOST_PX = 1.0
+"""Edges of rows this near to the outermost one are taken together: the face of a cylinder is seen
+as a straight edge."""
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Pictures laid upon each other in the body's frame; arrays have shape (height, width)."""
+
+    appearance: Pixels
+    variance: Pixels
+    moving: NDArray[np.bool_]
+    """Where the pictures agree with each other better than with the background."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A body cut out of the mean; x is measured from the sprite's left column."""
+
+    sprite: Sprite
+    left_px: float
+    right_px: float
+    """Outermost points of the outline."""
+    round_: bool
+    """Whether the outline is a circle (a ball seen from the side)."""
+    begin_px: int
+    """Column of the mean at which the sprite begins."""
+
+
+def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
+    """Trim the mean to the body and weight its pixels; None if there is no outline.
+
+    ``fence`` gives the first and last column that can be the body's.
+    """
+    slope = np.gradient(mean.appearance)[1]
+    clarity = np.abs(slope) / np.sqrt(mean.variance)
+    clarity[~mean.moving] = 0
+    columns = np.arange(clarity.shape[1])
+    clarity[:, (columns < fence[0]) | (columns > fence[1])] = 0
+    body = _own_edges(clarity)
+    circle = circle_through(*_edge_points(np.where(body, clarity, 0)), clarity.shape, RADIUS_SHARE)
+    if circle is None or not _holds(circle, mean):
+        circle = circle_through(*_ends(mean, slope, fence), clarity.shape, RADIUS_SHARE)
+        if circle is not None and (circle.radius_px < LARGE_PX or not _holds(circle, mean)):
+            circle = None
+    if circle is not None:
+        body = mean.moving & _within(circle, body.shape)
+    elif body.any(axis=1).sum() < FAINT_SHARE * body.shape[0]:
+        # Too faint for edges of its own: what moves together, less the blur of the decision.
+        body = cv2.erode(mean.moving.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    rows = np.flatnonzero(body.sum(axis=1) >= 3)
+    if len(rows) < ROWS_AT_LEAST:
+        return None
+    left = np.array([np.flatnonzero(body[row])[0] for row in rows])
+    right = np.array([np.flatnonzero(body[row])[-1] for row in rows])
+    if circle is None:
+        ends = _edge(slope, rows, left, 1), _edge(slope, rows, right, -1)
+    else:
+        ends = circle.x_px - circle.radius_px, circle.x_px + circle.radius_px
+    if ends[1] - ends[0] < ROWS_AT_LEAST:  # an edge and no body
+        return None
+    return _cut_out(mean, (rows, left, right), ends, circle is not None)
+
+
+def _ends(mean: Mean, slope: Pixels, fence: tuple[float, float]) -> tuple[Floats, NDArray[np.intp]]:
+    """Places and rows of the steepest edges near both ends of what moves in each row."""
+    columns = np.arange(slope.shape[1])
+    own = mean.moving & (columns >= fence[0]) & (columns <= fence[1])
+    rows = np.flatnonzero(own.any(axis=1))
+    first = np.argmax(own[rows], axis=1)
+    last = own.shape[1] - 1 - np.argmax(own[rows, ::-1], axis=1)
+    return np.r_[_edges(slope, rows, first, 1), _edges(slope, rows, last, -1)], np.r_[rows, rows]
+
+
+def _holds(circle: Circle, mean: Mean) -> bool:
+    """Whether a circle holds most of what moves."""
+    outside = mean.moving & ~_within(circle, mean.moving.shape)
+    return bool(outside.sum() <= OUTSIDE_SHARE * mean.moving.sum())
+
+
+def _within(circle: Circle, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Mark a circle with its blurred edge, shape (height, width)."""
+    y, x = np.indices(shape)
+    away = np.hypot(x - circle.x_px, y - circle.y_px)
+    return np.asarray(away < circle.radius_px + BEYOND_OUTLINE_PX)
+
+
+def _cut_out(
+    mean: Mean,
+    spans: tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]],
+    ends: tuple[float, float],
+    round_: bool,
+) -> Outline:
+    """Make the sprite of what lies between the outermost edge pixels of each row."""
+    mask = np.zeros(mean.appearance.shape, dtype=bool)
+    for row, first, last in zip(*spans, strict=True):
+        mask[row, max(0, first - BEYOND_OUTLINE_PX) : last + BEYOND_OUTLINE_PX + 1] = True
+    columns = np.flatnonzero(mask.any(axis=0))
+    begin, end = int(columns[0]), int(columns[-1]) + 1
+    mask &= mean.moving
+    weight = np.where(mask, 1 / mean.variance, 0)[:, begin:end]
+    sprite = make_sprite(mean.appearance[:, begin:end], weight.astype(np.float32))
+    return Outline(sprite, ends[0] - begin, ends[1] - begin, round_, begin)
+
+
+def _own_edges(clarity: Pixels) -> NDArray[np.bool_]:
+    """Pixels of the body's own edges.
+
+    Edges come in pieces: a long plain body shows its two ends and nothing between them, a ball two
+    arcs and its ring. A piece counts if it is tall enough to be part of an outline.
+    """
+    possible = (cv2.blur(clarity, (3, 3)) > EDGE_POSSIBLE).astype(np.uint8)
+    bridge = max(3, clarity.shape[0] // 6) | 1
+    joined = cv2.morphologyEx(possible, cv2.MORPH_CLOSE, np.ones((bridge, bridge), np.uint8))
+    _, labels = cv2.connectedComponents(joined)
+    own = possible > 0
+    worth = np.bincount(labels[own], weights=clarity[own], minlength=int(labels.max()) + 1)
+    pieces = [
+        label
+        for label in np.flatnonzero(worth > PIECE_SHARE * worth.max())
+        if (own & (labels == label)).any(axis=1).sum() > PIECE_HEIGHT * clarity.shape[0]
+    ]
+    return np.asarray(own & np.isin(labels, pieces), dtype=bool)
+
+
+def _edge_points(clarity: Pixels) -> tuple[Floats, NDArray[np.intp]]:
+    """Places and rows of the edges that are clearest among their neighbours in the row.
+
+    Between the columns the parabola through the neighbours tells the place.
+    """
+    before = np.pad(clarity, ((0, 0), (1, 0)))[:, :-1]
+    after = np.pad(clarity, ((0, 0), (0, 1)))[:, 1:]
+    y, x = np.nonzero((clarity > before) & (clarity >= after) & (clarity > 0))
+    return x + beyond(before[y, x], clarity[y, x], after[y, x]), y
+
+
+def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> float:
+    """Find the outermost point of one side of the outline, to a small part of a pixel.
+
+    About where the outermost edge is tells a quantile over the rows, which a stray row does not
+    move; it would take noise for outline, so the mean of the edges nearby stands for it.
+    """
+    edges = _edges(slope, rows, ends, inward)
+    outermost = float(np.quantile(edges, 0.1 if inward > 0 else 0.9, method="nearest"))
+    return float(edges[np.abs(edges - outermost) <= NEAR_OUTERMOST_PX].mean())
+
+
+def _edges(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> Floats:
+    """Edge of each row: the steepest place within a few px of the mask's end."""
+    steepest = []
+    for row, end in zip(rows.tolist(), ends.tolist(), strict=True):
+        begin, stop = sorted((end - (EDGE_REACH_PX - 1) * inward, end + EDGE_REACH_PX * inward))
+        begin, stop = max(begin, 0), min(stop + 1, slope.shape[1])
+        steepness = np.abs(slope[row, begin:stop])
+        steepest.append(begin + peak_of(steepness, int(np.argmax(steepness))))
+    return np.array(steepest)

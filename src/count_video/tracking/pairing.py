@@ -1,0 +1,128 @@
+"""From bodies that were followed to a track: which is the ball, and where each was."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from count_video.errors import TrackingError
+from count_video.records import BodyTrack, Floats, MotionLine, Track, WallSide
+from count_video.tracking.bodies import Movers
+from count_video.tracking.certainty import stated_sigmas
+from count_video.tracking.following import Followed
+from count_video.tracking.roles import wall_side
+from count_video.tracking.view import View
+
+FRAMES_AT_LEAST = 12
+"""Shorter clips show no motion to speak of."""
+SEEN_AT_LEAST = 0.5
+"""A body seen in a smaller share of the frames between its first and its last was not followed."""
+PRESENT_AT_LEAST = 0.2
+"""A body comes in and goes out again, but is there for this share of the clip."""
+UNSURE_FACTOR, UNSURE_PX = 8.0, 0.2
+"""A sighting with an uncertainty so many times the usual one is not believed: blur at full speed
+and a body half hidden double or treble it."""
+
+
+def pair_track(
+    pair: tuple[Followed, Followed],
+    movers: Movers,
+    frames: Floats,
+    view_and_side: tuple[View, WallSide | None],
+) -> Track:
+    """Make the track of two bodies, the one on the left (or above) first.
+
+    Parameters
+    ----------
+    pair
+        Where both were seen.
+    movers
+        What they belong to.
+    frames
+        Indices of the pictures in which they were looked for, shape (n,).
+    view_and_side
+        The view they were looked for in, and where the wall is; None to find it by the motion.
+
+    Raises
+    ------
+    TrackingError
+        If there are too few pictures, or a body was lost.
+    """
+    if len(frames) < FRAMES_AT_LEAST:
+        raise TrackingError(f"only {len(frames)} different pictures: too few to show collisions")
+    view, given = view_and_side
+    places = [view.in_picture(sure_places(seen), upright=movers.upright) for seen in pair]
+    if not all(was_followed(x_px) for x_px in places):
+        raise TrackingError("the bodies cannot be followed through the clip: they are lost")
+    sigmas = stated_sigmas(frames, places, [view.factor * seen.sigma_px for seen in pair])
+    edges = [
+        (view.factor * seen.body.left_edge_px, view.factor * seen.body.right_edge_px)
+        for seen in pair
+    ]
+    found = given or wall_side(places[0] + edges[0][0], places[1] + edges[1][1])
+    side: WallSide = found or "left"
+    ball, heavy = (0, 1) if side == "left" else (1, 0)
+    face = edges[heavy][0] if side == "left" else edges[heavy][1]
+    return Track(
+        frame=frames,
+        ball=_about(places[ball], sigmas[ball], edges[ball], sum(edges[ball]) / 2),
+        heavy=_about(places[heavy], sigmas[heavy], edges[heavy], face),
+        wall_side=side,
+        ball_diameter_px=edges[ball][1] - edges[ball][0],
+        line=_line(pair[ball], movers, view),
+        warnings=(
+            *unseen_warning("ball", places[ball]),
+            *unseen_warning("cylinder", places[heavy]),
+        ),
+        shift_px=camera_shift(movers, view),
+        wall_seen=found is not None,
+        ball_is_round=pair[ball].body.round_,
+    )
+
+
+def camera_shift(movers: Movers, view: View) -> Floats | None:
+    """How far the camera moved each picture, shape (n, 2), in px of the footage; None if not."""
+    if movers.motion is None:
+        return None
+    # Where the shift is unknown no body has a place either.
+    return np.asarray(view.factor * np.nan_to_num(movers.motion.shift_px), dtype=np.float64)
+
+
+def _about(x_px: Floats, sigma_px: Floats, edges: tuple[float, float], place: float) -> BodyTrack:
+    """Track of a place of a body, given as the edges are from where its template begins."""
+    return BodyTrack(x_px + place, sigma_px, edges[0] - place, edges[1] - place)
+
+
+def was_followed(x_px: Floats) -> bool:
+    """Whether a body is seen in most frames while it is in the picture, shape (n,)."""
+    seen = np.flatnonzero(np.isfinite(x_px))
+    if len(seen) < max(FRAMES_AT_LEAST, PRESENT_AT_LEAST * len(x_px)):
+        return False
+    return len(seen) >= SEEN_AT_LEAST * (int(seen[-1]) - int(seen[0]) + 1)
+
+
+def sure_places(seen: Followed) -> Floats:
+    """Places along the line; NaN for sightings that are hardly any.
+
+    What is left of a body that sticks out of the picture may match the scenery; it does so loosely.
+    """
+    known = np.isfinite(seen.sigma_px)
+    usual = np.median(seen.sigma_px[known]) if known.any() else np.nan
+    sure = seen.sigma_px <= max(UNSURE_FACTOR * usual, UNSURE_PX)
+    return np.where(sure, seen.x_px, np.nan)
+
+
+def _line(ball: Followed, movers: Movers, view: View) -> MotionLine:
+    """Line of motion through the middle of the ball's places."""
+    height, width = ball.body.sprite.shape
+    along = view.in_picture(ball.x_px + width / 2, upright=movers.upright)
+    across = view.in_picture(ball.y_px + height / 2, upright=not movers.upright)
+    x, y = float(np.nanmedian(along)), float(np.nanmedian(across))
+    if movers.upright:
+        x, y = y, x
+    return MotionLine(x, y, movers.tilt_deg, movers.upright)
+
+
+def unseen_warning(name: str, x_px: Floats) -> list[str]:
+    """Say in how many frames a body is not seen, if there are any."""
+    unseen = int(np.isnan(x_px).sum())
+    return [f"the {name} is not seen in {unseen} of {len(x_px)} frames"] if unseen else []

@@ -1,1 +1,0 @@
-"""Two bodies that could collide, found by how they move in a few short runs."""

@@ -1,1 +1,0 @@
-"""What stands out from a scenery that stands still, and the paths it takes."""

@@ -1,0 +1,149 @@
+"""What may be a body: by its corners where there are many, else by the region that moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+from count_video.tracking.corners import Trajectories
+from count_video.tracking.regions import find_regions, moving_regions, region_of
+from count_video.tracking.rigid import RigidGroup, rigid_groups
+from count_video.tracking.shape import Box, Shape
+from count_video.tracking.template import Rough
+
+Luma = NDArray[np.uint8]
+
+OUTER_CORNERS = (0.03, 0.08)
+"""So many corners on each side, by x and by y, are left out of a body's box: a thread that moves
+with it has some as well."""
+PATTERNED_CORNERS = 20
+"""Bodies with so many corners have some near all their edges."""
+BEYOND_CORNERS_AT_MOST = 0.5
+"""A plain body's region reaches beyond its corners by up to this share of their height."""
+BEYOND_CORNERS = 0.2
+CORNER_MARGIN_PX = 4.0
+"""The outline lies within this share of the height of the corners, and so many px, beyond them."""
+FENCE_MARGIN_PX = 3.0
+"""Corners lie so near to the edges they belong to."""
+NEIGHBOUR_CORNERS = 8
+"""A neighbour with fewer corners than this sets no bound to an outline."""
+REGIONS_AT_MOST = 5
+"""So many of the regions with the longest paths are proposed."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What may be a body, in px of the pictures."""
+
+    path_px: Floats
+    """Path of a point that moves with it, shape (samples, 2); NaN where not known."""
+    corners_px: Floats
+    """Corners of it, from its path, shape (n, 2)."""
+    box_px: Box
+    """Around it, from its path."""
+    blurred: bool = False
+    """Whether the path is right to some px only."""
+
+
+def propose(
+    small: Sequence[Luma],
+    corners: Trajectories,
+    scene_px: Floats,
+    known: Sequence[NDArray[np.bool_]] | None = None,
+) -> list[Proposal]:
+    """Bodies by their corners where there are many, then moving regions, then the other corners.
+
+    ``known`` marks where each sample shows bodies that are not asked for.
+    """
+    groups = rigid_groups(corners, scene_px)
+    many = [group for group in groups if len(group.corners_px) >= NEIGHBOUR_CORNERS]
+    few = [group for group in groups if len(group.corners_px) < NEIGHBOUR_CORNERS]
+    regions = find_regions(small, known)
+    linked = moving_regions(regions)[:REGIONS_AT_MOST]
+    proposed = [
+        *(_with_box(one, region_of(one, _without(many, one), regions)) for one in many),
+        *(replace(_with_box(group, None), blurred=True) for group in linked),
+        *(_with_box(one, region_of(one, many, regions)) for one in few),
+    ]
+    changes = [regions.change(one.path_px, one.box_px) for one in proposed]
+    order = sorted(range(len(proposed)), key=lambda k: (k >= len(many), -changes[k]))
+    return [proposed[k] for k in order]
+
+
+def _without(groups: Sequence[RigidGroup], one: RigidGroup) -> list[RigidGroup]:
+    return [group for group in groups if group is not one]
+
+
+def _with_box(group: RigidGroup, region: Floats | None) -> Proposal:
+    """Box of a group: that of most of its corners, moved to that of its region where it is near."""
+    low, high = (
+        np.array([np.quantile(group.corners_px[:, k], part) for k, part in enumerate(parts)])
+        for parts in (OUTER_CORNERS, [1 - part for part in OUTER_CORNERS])
+    )
+    if region is not None:
+        plain = len(group.corners_px) < PATTERNED_CORNERS
+        reach = BEYOND_CORNERS_AT_MOST * float(high[1] - low[1]) if plain else 0.0
+        low, high = np.maximum(region[:2], low - reach), np.minimum(region[2:], high + reach)
+    margin = BEYOND_CORNERS * float(high[1] - low[1]) + CORNER_MARGIN_PX
+    box = (*(low - margin).tolist(), *(high + margin).tolist())
+    return Proposal(group.path_px, group.corners_px, box)
+
+
+def at_full_size(one: Proposal, scale: int) -> Proposal:
+    """Turn px of reduced samples into those of the pictures, ``scale`` times as many."""
+    left, top, right, bottom = (scale * side for side in one.box_px)
+    path = one.path_px * scale + (scale - 1) / 2
+    return replace(
+        one, path_px=path, corners_px=one.corners_px * scale, box_px=(left, top, right, bottom)
+    )
+
+
+def turned(one: Proposal) -> Proposal:
+    """Swap x and y."""
+    left, top, right, bottom = one.box_px
+    box = top, left, bottom, right
+    return replace(
+        one, path_px=one.path_px[:, ::-1], corners_px=one.corners_px[:, ::-1], box_px=box
+    )
+
+
+def roughly(proposals: Sequence[Proposal], frames: NDArray[np.intp]) -> list[Rough]:
+    """Paths by frame, and where the neighbours' corners begin."""
+    roughs = []
+    for number, one in enumerate(proposals):
+        known = np.isfinite(one.path_px[:, 0])
+        path = zip(frames[known].tolist(), one.path_px[known].tolist(), strict=True)
+        places = {frame: (x, y) for frame, (x, y) in path}
+        patterned = not one.blurred and len(one.corners_px) >= NEIGHBOUR_CORNERS
+        low, high = one.corners_px.min(axis=0).tolist(), one.corners_px.max(axis=0).tolist()
+        corners = Shape(places, (low[0], low[1], high[0], high[1]))
+        fence = _fence(proposals, number)
+        roughs.append(Rough(places, one.box_px, fence, one.blurred, patterned, corners))
+    return roughs
+
+
+def _fence(groups: Sequence[Proposal], number: int) -> tuple[float, float]:
+    """Image x, from the path of a body, between which its outline lies."""
+    own = groups[number].corners_px
+    left, _, right, _ = groups[number].box_px
+    begin, end = -np.inf, np.inf
+    for other in groups:
+        apart = other.path_px - groups[number].path_px
+        known = np.isfinite(apart[:, 0])
+        if other is groups[number] or len(other.corners_px) < NEIGHBOUR_CORNERS or not known.any():
+            continue
+        typical = np.median(apart[known], axis=0)
+        above, below = other.corners_px[:, 1].min(), other.corners_px[:, 1].max()
+        if typical[1] + below < own[:, 1].min() or typical[1] + above > own[:, 1].max():
+            continue
+        if typical[0] + float(other.corners_px[:, 0].mean()) > (left + right) / 2:
+            nearest = float((apart[known, 0] + other.corners_px[:, 0].min()).min())
+            end = min(end, max(nearest, float(own[:, 0].max())) + FENCE_MARGIN_PX)
+        else:
+            nearest = float((apart[known, 0] + other.corners_px[:, 0].max()).max())
+            begin = max(begin, min(nearest, float(own[:, 0].min())) - FENCE_MARGIN_PX)
+    return begin, end

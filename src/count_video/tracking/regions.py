@@ -1,0 +1,241 @@
+"""Moving regions: what differs from the background, linked from sample to sample.
+
+A plain or spinning body has no corners that could be followed, but it hides what lies behind it.
+The background is the median of the samples; where a sample differs from it by more than noise,
+something moves. Connected regions of like size are linked to paths of the nearest; where two bodies
+touch, their regions merge and the paths end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+from count_video.tracking.rigid import RigidGroup
+from count_video.tracking.samples import differences
+
+Luma = NDArray[np.uint8]
+
+WIDTH_PX = 480
+"""Regions are found in pictures no wider than this."""
+NOISE_OF = 16
+"""Noise is told by so many samples."""
+NOISE_SIGMAS, NOISE_LEVELS = 5.0, 3.0
+"""A pixel differs from the background by so many standard deviations and grey levels."""
+OPENING_PX, CLOSING_PX = 3, 5
+"""Threads and single pixels are narrower than the first, gaps in a region than the second."""
+AREA_SHARE = 1e-4, 0.25
+"""Smallest and largest area of a region as a share of the picture's."""
+REGIONS_AT_MOST = 12
+SIZE_RATIO = 1.6
+"""Width and height of one body change by less than this factor from sample to sample."""
+REACH_SIZES = 1.5
+"""A region moves by less than this share of its size from sample to sample."""
+SAMPLES_AT_LEAST = 6
+HELD_SHARE = 0.6
+"""A region that holds this share of a group's corners shows the group's body."""
+INNER_QUANTILE = 0.3
+TRAVEL_SIZES = 0.15
+"""A path shorter than this share of the region's size is no motion."""
+
+
+@dataclass
+class _Path:
+    """A region followed through samples."""
+
+    samples: list[int] = field(default_factory=list)
+    regions: list[Floats] = field(default_factory=list)
+    """Left, top, width, height in px, one a sample."""
+
+    def expected(self, sample: int) -> Floats:
+        """Region to expect in a sample, by the last two."""
+        last = self.regions[-1]
+        if len(self.regions) < 2:
+            return last
+        step = (last - self.regions[-2]) / (self.samples[-1] - self.samples[-2])
+        step[2:] = 0.0
+        return np.asarray(last + step * (sample - self.samples[-1]))
+
+
+@dataclass(frozen=True)
+class Regions:
+    """What moves in each sample, in px of the samples."""
+
+    boxes: list[list[Floats]]
+    """Left, top, width and height of each region, sample by sample."""
+    sums: list[Floats]
+    """Sums of all differences from the background above and to the left, sample by sample."""
+    scale: int
+    """How many px of the samples one of the sums' holds."""
+
+    def change(self, path_px: Floats, box_px: Sequence[float]) -> float:
+        """Sum of the differences in a box along a path, mean over all samples."""
+        total = 0.0
+        for place, sums in zip(path_px, self.sums, strict=True):
+            if np.isfinite(place[0]):
+                ends = (np.array(box_px).reshape(2, 2) + place) / self.scale
+                left, top, right, bottom = np.rint(ends).astype(int).ravel()
+                low, high = np.clip((left, right), 0, sums.shape[1] - 1)
+                first, last = np.clip((top, bottom), 0, sums.shape[0] - 1)
+                total += sums[last, high] - sums[first, high] - sums[last, low] + sums[first, low]
+        return total / max(1, len(path_px))
+
+
+def find_regions(
+    pictures: Sequence[Luma], known: Sequence[NDArray[np.bool_]] | None = None
+) -> Regions:
+    """Find what differs from the background in samples of one brightness.
+
+    ``known`` marks where each sample shows bodies that are not asked for.
+    """
+    changes, scale = _changes(pictures)
+    if known is not None:
+        _leave_out(changes, known)
+    boxes = [[box * scale for box in _regions(_mask(one))] for one in changes]
+    sums = [np.asarray(cv2.integral(one), np.float64) for one in changes]
+    return Regions(boxes, sums, scale)
+
+
+def share_unexplained(
+    pictures: Sequence[Luma], rows: NDArray[np.intp], known: Sequence[NDArray[np.bool_]]
+) -> float:
+    """Share of the differences from the background that lies outside of the known bodies.
+
+    That of the typical picture of the clip, of which these are those with the numbers ``rows``: a
+    hand that is there at the beginning moves most, but not for long.
+    """
+    changes, _ = _changes(pictures)
+    whole = np.array([float(one.sum()) for one in changes])
+    _leave_out(changes, known)
+    rest = np.array([float(one.sum()) for one in changes])
+    share = np.divide(rest, whole, out=np.zeros_like(rest), where=whole > 0)
+    return float(np.median(np.interp(np.arange(rows[0], rows[-1] + 1), rows, share)))
+
+
+def _changes(pictures: Sequence[Luma]) -> tuple[list[Luma], int]:
+    """Reduced differences of each sample from the median of all, 0 where they are noise.
+
+    Returns how many px of the samples one of theirs holds as well.
+    """
+    scale = max(1, -(-pictures[0].shape[1] // WIDTH_PX))
+    size = pictures[0].shape[1] // scale, pictures[0].shape[0] // scale
+    small = [
+        np.asarray(cv2.resize(one, size, interpolation=cv2.INTER_AREA), np.uint8)
+        for one in pictures
+    ]
+    away = differences(small)
+    spread = np.median(np.array(away[:: max(1, len(away) // NOISE_OF)]))
+    least = max(NOISE_SIGMAS * 1.4826 * float(spread), NOISE_LEVELS)
+    for one in away:
+        one[one <= least] = 0
+    return away, scale
+
+
+def _leave_out(changes: Sequence[Luma], known: Sequence[NDArray[np.bool_]]) -> None:
+    """Set changes to 0, in place, where each sample shows bodies that are known."""
+    for one, mark in zip(changes, known, strict=True):
+        small = cv2.resize(mark.astype(np.uint8), one.shape[::-1], interpolation=cv2.INTER_NEAREST)
+        one[small > 0] = 0
+
+
+def moving_regions(regions: Regions) -> list[RigidGroup]:
+    """Link regions from sample to sample; those with the longest paths come first.
+
+    Paths are those of the regions' centres; the corners of the groups are the corners of the
+    regions' usual boxes.
+    """
+    open_paths: list[_Path] = []
+    closed: list[_Path] = []
+    for sample, boxes in enumerate(regions.boxes):
+        left = list(boxes)
+        for path in open_paths:
+            place = _nearest(path.expected(sample), left)
+            if place is not None:
+                path.samples.append(sample)
+                path.regions.append(left.pop(place))
+        closed += [path for path in open_paths if path.samples[-1] < sample]
+        open_paths = [path for path in open_paths if path.samples[-1] == sample]
+        open_paths += [_Path([sample], [box]) for box in left]
+    moving = [path for path in (*closed, *open_paths) if _moves(path)]
+    moving.sort(key=lambda path: -len(path.samples))
+    return [_group(path, len(regions.boxes)) for path in moving]
+
+
+def region_of(group: RigidGroup, others: Sequence[RigidGroup], regions: Regions) -> Floats | None:
+    """Box of the region that a group of corners lies in, from its path: left, top, right, bottom.
+
+    Where bodies touch, their regions merge: a region that holds the middle of another group does
+    not count, and each side is where it lies furthest in in some of the samples. None where too few
+    samples show a region.
+    """
+    sides = []
+    middles = [other.path_px + other.corners_px.mean(axis=0) for other in others]
+    for sample, (place, boxes) in enumerate(zip(group.path_px, regions.boxes, strict=True)):
+        if not np.isfinite(place[0]) or not boxes:
+            continue
+        corners = group.corners_px + place
+        ends = np.array([[*box[:2], *(box[:2] + box[2:])] for box in boxes])
+        held = [((corners >= end[:2]) & (corners <= end[2:])).all(axis=1).sum() for end in ends]
+        best = int(np.argmax(held))
+        low, high = ends[best][:2], ends[best][2:]
+        merged = any(((m[sample] > low) & (m[sample] < high)).all() for m in middles)
+        if held[best] >= HELD_SHARE * len(corners) and not merged:
+            sides.append(ends[best] - np.tile(place, 2))
+    if len(sides) < SAMPLES_AT_LEAST:
+        return None
+    inner, outer = INNER_QUANTILE, 1 - INNER_QUANTILE
+    left, top = np.quantile(np.array(sides)[:, :2], outer, axis=0)
+    right, bottom = np.quantile(np.array(sides)[:, 2:], inner, axis=0)
+    return np.array([left, top, right, bottom]) if right > left and bottom > top else None
+
+
+def _mask(changes: Luma) -> Luma:
+    """Mark what differs from the background, without threads and gaps."""
+    mask = (changes > 0).astype(np.uint8)
+    opening, closing = (np.ones((px, px), np.uint8) for px in (OPENING_PX, CLOSING_PX))
+    whole = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, closing)
+    return np.asarray(cv2.morphologyEx(whole, cv2.MORPH_OPEN, opening), np.uint8)
+
+
+def _regions(mask: Luma) -> list[Floats]:
+    _, _, stats, _ = cv2.connectedComponentsWithStats(mask)
+    area = stats[1:, cv2.CC_STAT_AREA] / mask.size
+    good = np.flatnonzero((area > AREA_SHARE[0]) & (area < AREA_SHARE[1]))
+    largest = good[np.argsort(-area[good], kind="stable")][:REGIONS_AT_MOST]
+    return [stats[1 + place, :4].astype(np.float64) for place in largest]
+
+
+def _nearest(expected: Floats, regions: Sequence[Floats]) -> int | None:
+    """Find the nearest region of like size within reach; None if there is none."""
+    best, nearest = None, 1.0
+    for place, region in enumerate(regions):
+        ratio = region[2:] / expected[2:]
+        if ratio.max() > SIZE_RATIO or ratio.min() < 1 / SIZE_RATIO:
+            continue
+        away = np.abs(region[:2] - expected[:2]) + np.abs(region[2:] - expected[2:]) / 2
+        distance = float((away / (REACH_SIZES * expected[2:])).max())
+        if distance < nearest:
+            best, nearest = place, distance
+    return best
+
+
+def _moves(path: _Path) -> bool:
+    regions = np.array(path.regions)
+    size = np.median(regions[:, 2:], axis=0)
+    centres = regions[:, :2] + regions[:, 2:] / 2
+    travel = np.ptp(centres, axis=0)
+    return len(regions) >= SAMPLES_AT_LEAST and bool((travel > TRAVEL_SIZES * size).any())
+
+
+def _group(path: _Path, count: int) -> RigidGroup:
+    regions = np.array(path.regions)
+    centres = np.full((count, 2), np.nan)
+    centres[path.samples] = regions[:, :2] + (regions[:, 2:] - 1) / 2
+    half = np.median(regions[:, 2:], axis=0) / 2
+    signs = np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
+    return RigidGroup(centres, signs * half)

@@ -1,0 +1,173 @@
+"""Where in a picture is this sprite? Sub-pixel registration by Gauss-Newton.
+
+The picture is looked at as the sprite was, smoothed and at a fraction of a pixel. The shift then
+follows by weighted least squares on the linearised sprite, together with a gain and an offset for
+lamps that flicker (Lucas and Kanade 1981; Baker and Matthews 2004).
+
+Pixels that disagree (something passes in front, a reflection) lose their weight by Tukey's
+biweight. The standard uncertainty comes from the residual noise carried through the same linear
+equations, with the correlation that the smoothing causes taken into account.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+from count_video.tracking.sprite import (
+    Model,
+    Picture,
+    Pixels,
+    Sprite,
+    look_at,
+    solve,
+)
+
+ROUNDS = 8
+CONVERGED_PX = 0.1
+"""A Gauss-Newton step this small ends the iteration: what is left is of the order of its square
+times the bend of an edge over its slope, some thousandths of a px."""
+STEP_AT_MOST_PX = 2.0
+ASTRAY_PX = 8.0
+"""The linear model leads nowhere from further away than this."""
+BIWEIGHT = 5.0
+"""Residuals beyond this many robust standard deviations have no say."""
+KEPT = 1 - 2 / BIWEIGHT**2 + 3 / BIWEIGHT**4
+"""Mean weight that the biweight leaves to pixels with normal noise: it takes from the normal
+equations, but hardly from what the pixels tell."""
+SPREAD_STRIDE = 4
+"""The robust standard deviation is taken over every fourth pixel: it need not be finer."""
+PIXELS_AT_LEAST = 30
+GAIN_AT_LEAST = 0.2
+"""A body whose contrast fades below this share of the sprite's is not there."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Place of a sprite in one picture."""
+
+    x_px: float
+    y_px: float
+    """Image position of the sprite's top left pixel."""
+    sigma_x_px: float
+    """Standard uncertainty of ``x_px``."""
+    agreement: float
+    """Correlation of the picture with the sprite at its place, -1 to 1, over the pixels that
+    were not taken for something in front of the body or behind it."""
+    inside: float
+    """Share of the sprite's pixels that lie within the picture."""
+
+
+def register(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> Fit | None:
+    """Place the sprite in the picture, starting from a guess that is right to a pixel or two.
+
+    Returns None where the equations have no solution or the iteration does not settle nearby.
+    """
+    within = _within(picture, sprite, guess)
+    if within is None:
+        return None
+    model, inside = within
+    x, y = guess
+    for _ in range(ROUNDS):
+        seen = look_at(picture, x, y, model.tiles)
+        step = _step(model, seen)
+        if step is None:
+            return None
+        x, y = x + step.x_px, y + step.y_px
+        if max(abs(x - guess[0]), abs(y - guess[1])) > ASTRAY_PX:
+            return None
+        if max(abs(step.x_px), abs(step.y_px)) < CONVERGED_PX:
+            return Fit(x, y, step.sigma_x_px, step.agreement, inside)
+    return None
+
+
+def _within(
+    picture: Picture, sprite: Sprite, guess: tuple[float, float]
+) -> tuple[Model, float] | None:
+    """Model of those pixels that lie within the picture, and their share; None if too few do."""
+    model = sprite.model
+    if len(model.chosen) < PIXELS_AT_LEAST:
+        return None
+    height, width = sprite.shape
+    rows, columns = picture.shape
+    left, top = round(guess[0]), round(guess[1])
+    if left >= 0 and top >= 0 and left + width <= columns and top + height <= rows:
+        return model, 1.0
+    y, x = np.divmod(model.chosen, width)
+    good = (x + left >= 1) & (x + left < columns - 1) & (y + top >= 1) & (y + top < rows - 1)
+    if np.count_nonzero(good) < PIXELS_AT_LEAST:
+        return None
+    return _part(model, good), float(good.mean())
+
+
+def _part(model: Model, good: NDArray[np.bool_]) -> Model:
+    """Model in which only some of the pixels have weight; the others are read, but have no say."""
+    weight = model.weight * good
+    root_weight = model.root_weight * good
+    return replace(
+        model, weight=weight, root_weight=root_weight, solver=solve(model.design, weight)
+    )
+
+
+@dataclass(frozen=True)
+class _Step:
+    x_px: float
+    y_px: float
+    sigma_x_px: float
+    agreement: float
+    """Weighted correlation of the picture with the sprite, at the place that was looked at."""
+
+
+def _step(model: Model, seen: Pixels) -> _Step | None:
+    """One robust least squares step; None if it is singular or the sprite fades away."""
+    weight, spread = _robust(model, seen)
+    weighted = model.design * weight
+    normal = (weighted @ model.design.T).astype(np.float64)
+    projected = (weighted @ seen).astype(np.float64)
+    wanted = np.zeros((4, 2))
+    wanted[:, 0] = projected
+    wanted[0, 1] = 1.0  # the second solution is the first column of the covariance
+    try:
+        solution = np.linalg.solve(normal, wanted)
+    except np.linalg.LinAlgError:
+        return None
+    gain = float(solution[2, 0])
+    if not gain > GAIN_AT_LEAST:
+        return None
+    x, y = (
+        min(max(float(value) / gain, -STEP_AT_MOST_PX), STEP_AT_MOST_PX)
+        for value in solution[:2, 0]
+    )
+    variance = max(float(solution[0, 1]), 0.0) * spread**2 * KEPT * model.correlation
+    power = float((weight * seen) @ seen)
+    return _Step(x, y, float(np.sqrt(variance)) / gain, _correlation(normal, projected, power))
+
+
+def _robust(model: Model, seen: Pixels) -> tuple[Pixels, float]:
+    """Weights with pixels that disagree taken down, and the spread of the others."""
+    left_over = seen - (model.solver @ seen) @ model.design
+    scaled = left_over * model.root_weight
+    some = np.abs(scaled[::SPREAD_STRIDE][model.weight[::SPREAD_STRIDE] > 0])
+    if len(some) == 0:
+        return model.weight, 1e-6
+    middle = len(some) // 2
+    spread = 1.4826 * float(np.partition(some, middle)[middle]) + 1e-6
+    ratio = scaled * (1 / (BIWEIGHT * spread))
+    keep = np.maximum(1 - ratio * ratio, 0)
+    return model.weight * keep * keep, spread
+
+
+def _correlation(normal: Floats, projected: Floats, power: float) -> float:
+    """Weighted correlation of picture and sprite, from sums that the equations hold already.
+
+    ``normal`` and ``projected`` are the weighted products of appearance (row 2) and ones (row 3)
+    with each other and with the picture, ``power`` that of the picture with itself.
+    """
+    total = float(normal[3, 3])
+    shared = float(projected[2]) - float(normal[2, 3]) * float(projected[3]) / total
+    expected = float(normal[2, 2]) - float(normal[2, 3]) ** 2 / total
+    seen = power - float(projected[3]) ** 2 / total
+    return shared / float(np.sqrt(expected * seen)) if min(expected, seen) > 0 else 0.0

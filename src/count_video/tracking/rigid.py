@@ -1,0 +1,245 @@
+"""Trajectories of corners gathered into rigid bodies.
+
+Two corners belong to one body if their distance stays the same, within the noise of following
+them, while both move. The corner with most such partners begins a body; its members are those that
+keep their distance from the common path. The rest begins the next body.
+
+All sums over samples run over those in which a corner was followed: with the indicator M, shape
+(corners, samples), and places x that are 0 elsewhere, the sums over the samples that two corners
+share are the products x @ M.T and the like.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+from count_video.tracking.corners import Points, Trajectories
+
+RIGID_PX = 0.45
+"""Standard deviation of a distance that is taken for constant: following a corner errs by 0.1 to
+0.3 px."""
+MOVED_PX = 2.0
+"""Corners that move by less than this over the clip show nothing of a motion."""
+SHARED_SPAN_PX = 4 * RIGID_PX
+"""In the samples that two corners share they move by so much at least."""
+SHARED_SAMPLES = 5
+SHARED_SHARE = 0.05
+"""Two corners are compared by so many samples, and this share of all, at least."""
+NEAR_SHARE = 0.9
+"""Members keep their distance from the common path in this share of the samples."""
+CORNERS_AT_LEAST = 4
+BODIES_AT_MOST = 8
+OFTEN_SHARE = 0.3
+"""Corners followed through a smaller share of the samples than the best one are no part of the
+template."""
+SHAKEN_PX = 0.5
+"""A background that moves by less than this stands still."""
+SCENE_SEEN = 0.6
+"""Corners of the background are followed through this share of the samples."""
+ROUNDS = 3
+
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class RigidGroup:
+    """Corners that move as one rigid body, in px of the samples."""
+
+    path_px: Floats
+    """Common path by image x and y, shape (samples, 2); NaN where no corner was followed."""
+    corners_px: Floats
+    """Places of the corners from the path, shape (corners, 2)."""
+
+
+def rigid_groups(trajectories: Trajectories, scene_px: Floats) -> list[RigidGroup]:
+    """Gather corners that move into rigid bodies, those with most corners first.
+
+    ``scene_px`` is how far the camera has moved each sample, shape (samples, 2); paths are those
+    in the pictures as they are.
+    """
+    places = trajectories.places_px - scene_px.astype(np.float32)
+    seen = np.isfinite(places[:, :, 0])
+    left = _moving(places, seen)
+    found: list[Indices] = []
+    while len(left) >= CORNERS_AT_LEAST and len(found) < BODIES_AT_MOST:
+        joined = _joined(places[left], seen[left])
+        centre = int(np.argmax(joined @ np.sqrt(seen[left].sum(axis=1))))
+        members = _settled(places, seen, left, left[joined[centre]])
+        if len(members) >= CORNERS_AT_LEAST:
+            found.append(members)
+            left = np.setdiff1d(left, members)
+        else:
+            left = np.delete(left, centre)
+    groups = [_group(places, seen, members, scene_px) for members in _merged(places, seen, found)]
+    return sorted(groups, key=lambda group: -len(group.corners_px))
+
+
+def scene_path(trajectories: Trajectories) -> Floats:
+    """How far the camera has moved each sample, shape (samples, 2); 0 where nothing shows it.
+
+    Of the corners taken from the whole picture, those that keep their distances make rigid scenes.
+    The background is the calmest of them: bodies move further than a camera does, and where
+    anything stays in its place in the picture, so does the camera. Of scenes as calm it is the one
+    that spreads furthest.
+    """
+    whole = trajectories.anywhere & (trajectories.seen.mean(axis=1) > SCENE_SEEN)
+    places, seen = trajectories.places_px[whole], trajectories.seen[whole]
+    still = np.zeros(trajectories.places_px.shape[1:])
+    joined = _joined(places, seen, still=True) if len(places) else np.empty((0, 0), np.bool_)
+    scenes = [np.flatnonzero(row) for row in joined if row.sum() >= CORNERS_AT_LEAST]
+    if not scenes:
+        return still
+    motion = np.array([_motion_px(places[members]) for members in scenes])
+    spread = [float(np.nanmax(np.ptp(_means(places[members]), axis=0))) for members in scenes]
+    calm = motion < motion.min() + SHAKEN_PX
+    members = scenes[int(np.argmax(np.where(calm, spread, -1.0)))]
+    path = _path(places[members], seen[members])
+    if not np.isfinite(path).any():
+        return still
+    path -= np.nanmedian(path, axis=0)
+    moves = float(np.nanmax(path) - np.nanmin(path)) > SHAKEN_PX
+    return np.nan_to_num(path) if moves else still
+
+
+def _means(places: Points) -> Floats:
+    """Mean place of each corner, shape (corners, 2)."""
+    return np.asarray(np.nanmean(places, axis=1), np.float64)
+
+
+def _motion_px(places: Points) -> float:
+    """Root mean square displacement of corners from their mean places, in px."""
+    away = places - _means(places)[:, None]
+    return float(np.sqrt(np.nanmean(away**2)))
+
+
+def _moving(places: Points, seen: NDArray[np.bool_]) -> Indices:
+    enough = seen.sum(axis=1) >= _shared_at_least(seen)
+    highest = np.where(seen[:, :, None], places, -np.inf).max(axis=1)
+    lowest = np.where(seen[:, :, None], places, np.inf).min(axis=1)
+    return np.flatnonzero(enough & ((highest - lowest).max(axis=1) > MOVED_PX))
+
+
+def _shared_at_least(seen: NDArray[np.bool_]) -> float:
+    return max(float(SHARED_SAMPLES), SHARED_SHARE * float(seen.shape[1]))
+
+
+def _joined(places: Points, seen: NDArray[np.bool_], *, still: bool = False) -> NDArray[np.bool_]:
+    """Which corners keep their distance from which while they move, or at all; shape (n, n)."""
+    indicator = seen.astype(np.float32)
+    shared = indicator @ indicator.T
+    count = np.maximum(shared, 1)
+    apart, span = np.zeros_like(shared), np.zeros_like(shared)
+    for axis in range(2):
+        # About the mean of each corner, so that sums of squares keep their digits.
+        x = np.where(seen, places[:, :, axis], 0)
+        x -= (x.sum(axis=1) / seen.sum(axis=1))[:, None] * indicator
+        sums, squares, products = x @ indicator.T, (x * x) @ indicator.T, x @ x.T
+        mean = (sums - sums.T) / count
+        apart += np.maximum((squares + squares.T - 2 * products) / count - mean**2, 0)
+        own = squares / count - (sums / count) ** 2
+        span += np.minimum(own, own.T)
+    # An even motion over a span has a standard deviation of that span over the root of 12.
+    moved = still | (span > SHARED_SPAN_PX**2 / 12)
+    joined = (shared >= _shared_at_least(seen)) & (apart < RIGID_PX**2) & moved
+    np.fill_diagonal(joined, True)
+    return np.asarray(joined)
+
+
+def _settled(
+    places: Points, seen: NDArray[np.bool_], candidates: Indices, members: Indices
+) -> Indices:
+    """Members of a body: the candidates that keep their distance from its common path."""
+    for _ in range(ROUNDS):
+        if len(members) < CORNERS_AT_LEAST:
+            break
+        path = _path(places[members], seen[members])
+        members = candidates[_keeps(places[candidates], seen[candidates], path)]
+    return members
+
+
+def _path(places: Points, seen: NDArray[np.bool_]) -> Floats:
+    """Find the common path of corners of one body, shape (samples, 2).
+
+    The corner that was followed longest gives a first path; the offsets of the others from it, and
+    then the mean of all corners less their offsets, follow in turns. Corners far off are left out.
+    """
+    path = places[int(np.argmax(seen.sum(axis=1)))].astype(np.float64)
+    for _ in range(ROUNDS):
+        offset, error = _offsets(places, seen, path)
+        known = np.asarray(np.isfinite(error))
+        offset = np.where(np.isfinite(offset), offset, 0.0)
+        use = seen & np.asarray(np.isfinite(offset).all(axis=1))[:, None]
+        use &= (known & (error < 2 * RIGID_PX)) | ~np.asarray(np.isfinite(path[:, 0]))[None]
+        total = np.where(use[:, :, None], places - offset[:, None], 0.0).sum(axis=0)
+        count = use.sum(axis=0)[:, None]
+        path = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    return np.asarray(path, dtype=np.float64)
+
+
+def _offsets(places: Points, seen: NDArray[np.bool_], path: Floats) -> tuple[Floats, Floats]:
+    """Offset of each corner from a path, shape (n, 2), and its distance then, shape (n, samples).
+
+    NaN where corner and path share no sample.
+    """
+    away = places - path[None]
+    known = seen & np.isfinite(path[:, 0])[None]
+    count = known.sum(axis=1)[:, None]
+    away = np.where(known[:, :, None], away, 0.0)
+    offset = np.where(count > 0, away.sum(axis=1) / np.maximum(count, 1), np.nan)
+    error = np.abs(away - offset[:, None]).max(axis=2)
+    return np.asarray(offset, np.float64), np.where(known, error, np.nan)
+
+
+def _keeps(places: Points, seen: NDArray[np.bool_], path: Floats) -> NDArray[np.bool_]:
+    """Whether corners keep their distance from a path in most samples, shape (n,)."""
+    _, error = _offsets(places, seen, path)
+    known = np.isfinite(error)
+    count = known.sum(axis=1)
+    near = (known & (error < RIGID_PX)).sum(axis=1) >= NEAR_SHARE * count
+    along = np.where(known[:, :, None], path[None], np.nan)
+    span = np.where(known[:, :, None], along, -np.inf).max(axis=1) - np.where(
+        known[:, :, None], along, np.inf
+    ).min(axis=1)
+    return np.asarray(near & (count >= SHARED_SAMPLES) & (span.max(axis=1) > SHARED_SPAN_PX))
+
+
+def _merged(places: Points, seen: NDArray[np.bool_], found: list[Indices]) -> list[Indices]:
+    """Join groups whose paths keep their distance where both are known."""
+    groups = [(members, _path(places[members], seen[members])) for members in found]
+    place = 0
+    while place < len(groups):
+        members, path = groups[place]
+        partner = next(
+            (k for k in range(place + 1, len(groups)) if _same_body(path, groups[k][1])), None
+        )
+        if partner is None:
+            place += 1
+            continue
+        joined = np.concatenate([members, groups.pop(partner)[0]])
+        groups[place] = joined, _path(places[joined], seen[joined])
+    return [members for members, _ in groups]
+
+
+def _same_body(one: Floats, other: Floats) -> bool:
+    both = np.isfinite(one[:, 0]) & np.isfinite(other[:, 0])
+    if np.count_nonzero(both) < SHARED_SAMPLES:
+        return False
+    away = one[both] - other[both]
+    error = np.abs(away - np.median(away, axis=0)).max(axis=1)
+    span = float(np.ptp(one[both], axis=0).max())
+    return bool(np.quantile(error, 0.8) < 2 * RIGID_PX and span > 2 * SHARED_SPAN_PX)
+
+
+def _group(
+    places: Points, seen: NDArray[np.bool_], members: Indices, scene_px: Floats
+) -> RigidGroup:
+    path = _path(places[members], seen[members])
+    offset, _ = _offsets(places[members], seen[members], path)
+    # Of a body that comes into the picture, only what is seen most of the time.
+    often = seen[members].sum(axis=1)
+    good = np.isfinite(offset).all(axis=1) & (often >= OFTEN_SHARE * often.max())
+    return RigidGroup(path + scene_px, offset[good])

@@ -1,0 +1,169 @@
+"""Which pictures of a clip show a motion best: those in which things move by a few px.
+
+Edges that move by a part of a block of pixels change the block's brightness by that part of what
+they can change it by at most. So the change of a block, over the largest that it ever undergoes, is
+a displacement in units of the block, whatever the contrast: a new sample is taken as soon as one
+block has changed by more than a set share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+
+Luma = NDArray[np.uint8]
+
+THUMBNAIL_PX = 256
+"""Width to which pictures are reduced to choose among them."""
+THUMBNAILS_AT_MOST = 1500
+BLOCK_PX = 8
+"""Side of a block of a thumbnail."""
+CHANGE_SHARE = 0.25
+"""A sample is taken when a block has changed by this share of what it can change by: edges have
+then moved by about two px of a thumbnail."""
+SAMPLES_AT_MOST = 240
+SAMPLES_AT_LEAST = 24
+PAIRS = 200
+"""Pairs of thumbnails by which noise and the largest change are told."""
+MOVES_SIGMAS, MOVES_LEVELS = 6.0, 0.7
+"""A block in which something moves changes by more than the noise and by more than this, in grey
+levels."""
+MEDIAN_OF = 31
+MOVED_SIGMAS = 3.0
+SEED = 20260101
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Pictures chosen to look for motion in."""
+
+    chosen: NDArray[np.intp]
+    """Which of the thumbnails' pictures, in order of time; empty where nothing moves."""
+    gains: Floats
+    """By which the brightness of each is brought to the mean one, shape (len(chosen),)."""
+    active: NDArray[np.bool_]
+    """Blocks of the picture in which anything moves, shape (rows, columns)."""
+    width_px: int
+    """Width of the thumbnails they were chosen by."""
+    moved: NDArray[np.bool_]
+    """Where each sample differs from the median of all, shape (len(chosen), height, width) of a
+    thumbnail."""
+
+
+class Thumbnails:
+    """Reduced pictures of a clip by their place in it: of long ones not of all."""
+
+    def __init__(self) -> None:
+        self.kept: dict[int, Luma] = {}
+        self._stride = 1
+
+    def add(self, row: int, luma: Luma) -> None:
+        """Take the next picture of the clip."""
+        if row % self._stride:
+            return
+        self.kept[row] = thumbnail(luma)
+        if len(self.kept) > THUMBNAILS_AT_MOST:
+            self._stride *= 2
+            self.kept = {k: one for k, one in self.kept.items() if k % self._stride == 0}
+
+
+def thumbnail(luma: Luma) -> Luma:
+    """Reduce a picture to at most ``THUMBNAIL_PX`` columns."""
+    height, width = luma.shape
+    scale = -(-width // THUMBNAIL_PX)  # whole: OpenCV then takes plain means, which are fast
+    size = max(BLOCK_PX, width // scale), max(BLOCK_PX, height // scale)
+    return np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
+    """Choose samples among the pictures of a clip, given thumbnails by their place in it."""
+    rows, thumbnails = np.array(list(pictures), dtype=np.intp), list(pictures.values())
+    brightness = np.array([cv2.mean(one)[0] for one in thumbnails]) + 1e-6
+    gains = brightness.mean() / brightness
+    level = [
+        np.asarray(cv2.convertScaleAbs(one, alpha=float(gain)), np.uint8)
+        for one, gain in zip(thumbnails, gains, strict=True)
+    ]
+    noise, largest, active = _changes(level)
+    if not active.any():
+        none = np.empty((0, 1, 1), np.bool_)
+        return Samples(np.empty(0, np.intp), np.empty(0), active, 0, none)
+    share = CHANGE_SHARE
+    chosen = _walk(level, noise, largest, share)
+    while len(chosen) > SAMPLES_AT_MOST:
+        share *= 1.3
+        chosen = _walk(level, noise, largest, share)
+    even = np.linspace(0, len(level) - 1, min(SAMPLES_AT_LEAST, len(level))).astype(np.intp)
+    together = np.union1d(chosen, even)
+    some = [level[k] for k in together]
+    width = thumbnails[0].shape[1]
+    return Samples(rows[together], gains[together], active, width, _moved(some))
+
+
+def differences(pictures: Sequence[Luma]) -> list[Luma]:
+    """Take absolute differences of pictures of one brightness from the median of some of them."""
+    some = np.linspace(0, len(pictures) - 1, min(MEDIAN_OF, len(pictures))).astype(int)
+    middle = median_picture([pictures[k] for k in some])
+    return [np.asarray(cv2.absdiff(one, middle), np.uint8) for one in pictures]
+
+
+def median_picture(pictures: Sequence[Luma]) -> Luma:
+    """Take the median of each pixel; of an even number the upper one of the middle two."""
+    # Sorted as short integers: as bytes it takes eight times more, and so does numpy's median.
+    ordered = np.sort(np.array(pictures, dtype=np.int16), axis=0)
+    return np.asarray(ordered[len(ordered) // 2], np.uint8)
+
+
+def _moved(level: Sequence[Luma]) -> NDArray[np.bool_]:
+    """Mark where thumbnails differ from their median by more than noise, (n, height, width)."""
+    away = np.array(differences(level))
+    noise = 1.4826 * float(np.median(away)) + 0.5
+    moved = (away > MOVED_SIGMAS * noise).astype(np.uint8)
+    # Single pixels are noise.
+    return np.array([cv2.medianBlur(one, 3) for one in moved], dtype=bool)
+
+
+def _changes(level: Sequence[Luma]) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Change of each block by noise alone, the largest by motion, and where there is any.
+
+    The largest is infinite in blocks where nothing moves.
+    """
+    rng = np.random.default_rng(SEED)
+    count = len(level)
+    near = (
+        np.unique(np.linspace(0, count - 2, PAIRS).astype(int)) if count > 1 else np.empty(0, int)
+    )
+    neighbours = np.array([_change(level[k], level[k + 1]) for k in near])
+    pairs = rng.integers(0, count, (PAIRS, 2))
+    distant = np.array([_change(level[a], level[b]) for a, b in pairs])
+    if len(neighbours) == 0:
+        nothing = np.zeros(distant.shape[1:])
+        return nothing, nothing + np.inf, nothing > 0
+    noise = np.quantile(neighbours, 0.2, axis=0)
+    scatter = 1.4826 * float(np.median(np.abs(neighbours - np.median(neighbours, axis=0))))
+    largest = np.quantile(distant, 0.97, axis=0) - noise
+    active = largest > max(MOVES_SIGMAS * scatter, MOVES_LEVELS)
+    return noise, np.where(active, largest, np.inf), active
+
+
+def _change(one: Luma, other: Luma) -> NDArray[np.float32]:
+    """Mean difference of two thumbnails over blocks, in grey levels."""
+    difference = cv2.absdiff(one, other).astype(np.float32)
+    size = max(1, one.shape[1] // BLOCK_PX), max(1, one.shape[0] // BLOCK_PX)
+    return np.asarray(cv2.resize(difference, size, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def _walk(level: Sequence[Luma], noise: Floats, largest: Floats, share: float) -> list[int]:
+    """Take a picture whenever a block has changed by a share of its largest change."""
+    chosen = [0]
+    for place in range(1, len(level)):
+        change = (_change(level[place], level[chosen[-1]]) - noise) / largest
+        if float(change.max()) > share:
+            chosen.append(max(place - 1, chosen[-1] + 1))
+    return chosen

@@ -1,0 +1,98 @@
+"""What a body hides of a picture: a box around it, or its pixels, by the place of the body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.tracking.sprite import Pixels, Sprite
+
+Luma = NDArray[np.uint8]
+Place = tuple[float, float]
+Box = tuple[float, float, float, float]
+"""Left, top, right, bottom in px."""
+
+MARGIN_PX = 3.0
+"""So far around its outline a body hides what lies behind it."""
+DIFFERENT_PX = 2.0
+"""Paths whose distance varies by less, as a standard deviation, may be those of one body."""
+
+
+def size_of(box: Box) -> Place:
+    """Width and height of a box."""
+    return box[2] - box[0], box[3] - box[1]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A box that moves."""
+
+    places: Mapping[int, Place]
+    """Frame index -> image x and y of a point that moves with it."""
+    box: Box
+    """From that point."""
+    sprite: Sprite | None = None
+    """Its appearance, with that point at the top left; None where it is not known."""
+
+    def paint(self, piece: Pixels, frame: int, corner: Place) -> NDArray[np.bool_]:
+        """Paint the body over what lies behind it in a piece of a picture, in place.
+
+        ``corner`` is where the piece's top left pixel lies. Returns where the body is, shape
+        (height, width).
+        """
+        place, sprite = self.places.get(frame), self.sprite
+        if place is None or sprite is None:
+            return np.zeros(piece.shape, np.bool_)
+        shift = np.array([[1.0, 0.0, place[0] - corner[0]], [0.0, 1.0, place[1] - corner[1]]])
+        size, edge = piece.shape[::-1], cv2.BORDER_REPLICATE
+        held = (sprite.weight > 0).astype(np.uint8)
+        body = cv2.warpAffine(held, shift, size, flags=cv2.INTER_NEAREST) > 0
+        seen = cv2.warpAffine(sprite.appearance, shift, size, borderMode=edge)
+        np.copyto(piece, seen, where=body)
+        return np.asarray(body)
+
+    def mark(self, picture: Luma, frame: int, corner: Place = (0.0, 0.0), scale: int = 1) -> None:
+        """Mark the box with ones, in a picture of zeros.
+
+        ``corner`` is where the picture's top left pixel lies, ``scale`` how many px one of its
+        holds.
+        """
+        place = self.places.get(frame)
+        if place is None:
+            return
+        x, y = place[0] - corner[0], place[1] - corner[1]
+        left, top, right, bottom = self.box
+        low_x, low_y = (max(0, round((v - MARGIN_PX) / scale)) for v in (x + left, y + top))
+        high_x, high_y = (max(0, round((v + MARGIN_PX) / scale)) for v in (x + right, y + bottom))
+        picture[low_y:high_y, low_x:high_x] = 1
+
+    def holds(self, other: Shape) -> bool:
+        """Whether it covers the middle of another in most of the frames that show both."""
+        left, top, right, bottom = self.box
+        middle = (other.box[0] + other.box[2]) / 2, (other.box[1] + other.box[3]) / 2
+        both = sorted(self.places.keys() & other.places.keys())
+        if not both:
+            return False
+        here, there = (np.array([one.places[k] for k in both]) for one in (self, other))
+        x, y = (there + np.array(middle) - here).T
+        return bool(np.mean((x > left) & (x < right) & (y > top) & (y < bottom)) > 0.5)
+
+    def moves_with(self, other: Shape) -> bool:
+        """Whether two boxes may be parts of one body; true if no frame shows both."""
+        both = sorted(self.places.keys() & other.places.keys())
+        if not both:
+            return True
+        here, there = (np.array([one.places[k] for k in both]) for one in (self, other))
+        return bool(np.std(there - here, axis=0).max() < DIFFERENT_PX)
+
+
+def hidden(shapes: Sequence[Shape], frame: int, corner: Place, size: tuple[int, int]) -> Luma:
+    """Mark what shapes cover of a piece of a picture, shape (height, width)."""
+    marked = np.zeros(size, np.uint8)
+    for shape in shapes:
+        shape.mark(marked, frame, corner)
+    return marked

@@ -1,1 +1,0 @@
-"""A body whose markings change, followed by its outline beside one that was found."""

@@ -1,0 +1,240 @@
+"""The appearance of a body, and pictures seen the same way: smoothed, at a fraction of a pixel.
+
+A sprite is the mean appearance of a body, smoothed by a Gaussian. A picture is smoothed by the
+same Gaussian *shifted by the fraction of a pixel that is asked for*: a Gaussian of 0.8 px holds
+almost nothing beyond the sampling frequency, so this interpolates and smooths in one exact step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Picture = NDArray[np.uint8]
+Pixels = NDArray[np.float32]
+
+SMOOTHING_PX = 0.8
+REACH_PX = 3
+"""Half width of the smoothing kernel, nearly four standard deviations: what lies beyond has less
+than a ten-thousandth of the weight of the middle."""
+SLOPE_WEIGHTS = np.array([-1, 9, -45, 0, 45, -9, 1], dtype=np.float32) / 60
+"""Weights of neighbours from -3 to 3 px: exact for polynomials up to the sixth degree."""
+INFORMATIVE_PIXELS = 2000
+"""More pixels than this cost time and add little: the best are taken."""
+TILES_APART_PX = 32
+"""Fewer empty columns cost less to read than another tile does."""
+
+
+@dataclass(frozen=True)
+class Sprite:
+    """Appearance of one body; pixel (0, 0) is the top left corner of the box around it."""
+
+    appearance: Pixels
+    """Mean smoothed luma, shape (height, width)."""
+    weight: Pixels
+    """Inverse variance of each pixel in 1 / grey level squared; 0 where it is not the body."""
+    model: Model
+    """The linearised sprite, at the pixels that take part in the registration."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width in px."""
+        height, width = self.appearance.shape
+        return height, width
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A part of the sprite's box that holds chosen pixels; what lies between tiles is not read."""
+
+    left: int
+    top: int
+    """Column and row of the sprite at which the tile begins."""
+    shape: tuple[int, int]
+    """Height and width in px."""
+    pixels: NDArray[np.intp]
+    """Flat indices of the chosen pixels in the tile with the kernel's reach around it."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """Brightness of n chosen pixels, linear in shift x, shift y, gain and offset."""
+
+    chosen: NDArray[np.intp]
+    """Flat indices of the pixels within the sprite, shape (n,), tile by tile."""
+    tiles: tuple[Tile, ...]
+    """Where these pixels lie, in their order."""
+    design: Pixels
+    """Shape (4, n): minus the slopes by x and y, the centred appearance, ones."""
+    weight: Pixels
+    """Shape (n,)."""
+    root_weight: Pixels
+    """Square root of ``weight``."""
+    solver: Pixels
+    """Weighted least squares solution for all weights as given, shape (4, n)."""
+    correlation: float
+    """Variance of the shift by x over that which independent pixels would give."""
+
+
+def make_sprite(appearance: Pixels, weight: Pixels) -> Sprite:
+    """Complete a sprite from its mean appearance and the weight of its pixels."""
+    slope_x, slope_y = _slopes(appearance)
+    worth = (slope_x**2 + 0.1 * slope_y**2) * weight
+    usable = np.flatnonzero(weight.ravel() > 0)
+    if len(usable) > INFORMATIVE_PIXELS:
+        best = np.argpartition(-worth.ravel()[usable], INFORMATIVE_PIXELS)[:INFORMATIVE_PIXELS]
+        usable = np.sort(usable[best])
+    tiles, order = tiles_of(usable, appearance.shape)
+    usable = usable[order]
+    flat = appearance.ravel()[usable]
+    rows = [
+        -slope_x.ravel()[usable],
+        -slope_y.ravel()[usable],
+        flat - flat.mean(),  # centred, so that gain and offset do not mix
+        np.ones_like(flat),
+    ]
+    design = np.stack(rows).astype(np.float32)
+    chosen_weight = weight.ravel()[usable].astype(np.float32)
+    solver = solve(design, chosen_weight)
+    correlation = _correlation_factor(usable, solver[0], appearance.shape)
+    return Sprite(
+        appearance=appearance.astype(np.float32),
+        weight=weight.astype(np.float32),
+        model=Model(
+            usable, tiles, design, chosen_weight, np.sqrt(chosen_weight), solver, correlation
+        ),
+    )
+
+
+def _slopes(appearance: Pixels) -> tuple[Pixels, Pixels]:
+    """Slopes of a smoothed picture by x and y, in grey levels per px.
+
+    Differences of the next neighbours alone flatten an edge of this sharpness by a tenth. Every
+    step of the registration would then go a tenth too far, and its last one stays uncorrected.
+    """
+    along, across = SLOPE_WEIGHTS, np.ones(1, dtype=np.float32)
+    edge = cv2.BORDER_REPLICATE
+    slope_x = cv2.sepFilter2D(appearance, cv2.CV_32F, along, across, borderType=edge)
+    slope_y = cv2.sepFilter2D(appearance, cv2.CV_32F, across, along, borderType=edge)
+    return np.asarray(slope_x, dtype=np.float32), np.asarray(slope_y, dtype=np.float32)
+
+
+def tiles_of(
+    chosen: NDArray[np.intp], shape: tuple[int, ...]
+) -> tuple[tuple[Tile, ...], NDArray[np.intp]]:
+    """Cover chosen pixels of a sprite by boxes side by side, cut where many columns hold none.
+
+    Returns the tiles, and the order in which they hold the chosen pixels.
+    """
+    if len(chosen) == 0:
+        return (), chosen
+    row, column = np.divmod(chosen, shape[1])
+    used = np.unique(column)
+    cuts = np.flatnonzero(np.diff(used) > TILES_APART_PX)
+    lefts, rights = used[np.r_[0, cuts + 1]], used[np.r_[cuts, -1]]
+    tiles, order = [], []
+    for left, right in zip(lefts.tolist(), rights.tolist(), strict=True):
+        inside = np.flatnonzero((column >= left) & (column <= right))
+        y, x = row[inside], column[inside]
+        top = int(y.min())
+        size = int(y.max()) - top + 1, right - left + 1
+        pixels = (y - top + REACH_PX) * (size[1] + 2 * REACH_PX) + x - left + REACH_PX
+        tiles.append(Tile(left, top, size, pixels))
+        order.append(inside)
+    return tuple(tiles), np.concatenate(order)
+
+
+def solve(design: Pixels, weight: Pixels) -> Pixels:
+    """Pseudo-inverse of the weighted design; a body without slopes gets the least-norm one."""
+    weighted = (design * weight).astype(np.float64)
+    normal = np.linalg.pinv(weighted @ design.T.astype(np.float64), hermitian=True)
+    return np.asarray(normal @ weighted, dtype=np.float32)
+
+
+def _correlation_factor(
+    chosen: NDArray[np.intp], combination: Pixels, shape: tuple[int, ...]
+) -> float:
+    """How much a combination of pixels gains in variance because smoothing made them share noise.
+
+    White noise of variance v, smoothed by a kernel g, has the variance v sum(g^2) in each pixel;
+    a combination c of its pixels has v sum((c * g)^2) instead of v sum(g^2) sum(c^2).
+    """
+    picture = np.zeros((shape[0] + 2 * REACH_PX, shape[1] + 2 * REACH_PX), dtype=np.float32)
+    row, column = np.divmod(chosen, shape[1])
+    picture[row + REACH_PX, column + REACH_PX] = combination
+    power = float((picture.astype(np.float64) ** 2).sum())
+    if power == 0.0:
+        return 1.0
+    shared = float((smooth(picture, 0.0, 0.0).astype(np.float64) ** 2).sum())
+    return shared / power / float((_kernel(0.0).astype(np.float64) ** 2).sum()) ** 2
+
+
+def look(picture: Picture, x_px: float, y_px: float, shape: tuple[int, int]) -> Pixels:
+    """Cut out a smoothed piece of the picture at a fractional place.
+
+    Returns shape ``shape``: the piece whose top left pixel lies at (``x_px``, ``y_px``). Beyond
+    the picture's border its last row or column goes on.
+    """
+    left, top = round(x_px), round(y_px)
+    piece = _cut(picture, left - REACH_PX, top - REACH_PX, shape)
+    return smooth(piece, x_px - left, y_px - top)[REACH_PX:-REACH_PX, REACH_PX:-REACH_PX]
+
+
+def look_at(picture: Picture, x_px: float, y_px: float, tiles: tuple[Tile, ...]) -> Pixels:
+    """Read the chosen pixels of a sprite that lies at a fractional place, as `look` sees them.
+
+    Returns shape (n,), tile by tile.
+    """
+    left, top = round(x_px), round(y_px)
+    seen = []
+    for tile in tiles:
+        corner = left + tile.left - REACH_PX, top + tile.top - REACH_PX
+        part = smooth(_cut(picture, *corner, tile.shape), x_px - left, y_px - top)
+        seen.append(part.ravel()[tile.pixels])
+    return np.concatenate(seen)
+
+
+def _cut(picture: Picture, left: int, top: int, shape: tuple[int, int]) -> Picture:
+    height, width = shape[0] + 2 * REACH_PX, shape[1] + 2 * REACH_PX
+    rows, columns = picture.shape
+    if left >= 0 and top >= 0 and left + width <= columns and top + height <= rows:
+        return picture[top : top + height, left : left + width]
+    inside = picture[max(0, top) : max(0, top + height), max(0, left) : max(0, left + width)]
+    if inside.size == 0:  # nothing but the border, going on
+        y = np.clip(np.arange(top, top + height), 0, rows - 1)
+        x = np.clip(np.arange(left, left + width), 0, columns - 1)
+        return picture[np.ix_(y, x)]
+    above, before = max(0, -top), max(0, -left)
+    around = above, height - above - inside.shape[0], before, width - before - inside.shape[1]
+    border = cv2.BORDER_REPLICATE
+    return np.asarray(cv2.copyMakeBorder(np.ascontiguousarray(inside), *around, border), np.uint8)
+
+
+def smooth(piece: Picture | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
+    """Smooth as sprites are, shifted by fractions of a pixel from -0.5 to 0.5."""
+    if piece.strides[1] != piece.itemsize:  # OpenCV takes rows with gaps between, not within
+        return smooth(piece.copy(), fraction_x, fraction_y)
+    smoothed = cv2.sepFilter2D(piece, cv2.CV_32F, _kernel(fraction_x), _kernel(fraction_y))
+    return np.asarray(smoothed, dtype=np.float32)
+
+
+def _kernel(fraction: float) -> Pixels:
+    """Gaussian sampled about ``fraction``, from -0.5 to 0.5, normalised."""
+    kernel: Pixels = KERNELS[round((fraction + 0.5) * KERNEL_STEPS)]
+    return kernel
+
+
+def _kernels() -> Pixels:
+    """Kernels for all fractions, shape (steps + 1, taps)."""
+    fraction = np.linspace(-0.5, 0.5, KERNEL_STEPS + 1)[:, None]
+    taps = np.arange(-REACH_PX, REACH_PX + 1) - fraction
+    bell = np.exp(-0.5 * (taps / SMOOTHING_PX) ** 2)
+    return np.asarray(bell / bell.sum(axis=1, keepdims=True), dtype=np.float32)
+
+
+KERNEL_STEPS = 4096
+"""Fractions of a pixel are told apart to 0.00012 px at worst, far below any noise."""
+KERNELS = _kernels()

@@ -1,1 +1,0 @@
-"""How the camera moved, told by what stands still."""

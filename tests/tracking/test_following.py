@@ -1,0 +1,92 @@
+"""A template is followed where its body is, and not to scenery that is like it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from count_video.tracking.following import Followed, Scene, follow
+from count_video.tracking.sprite import look, make_sprite
+from count_video.tracking.template import Body
+
+Luma = NDArray[np.uint8]
+
+SIZE = 90, 400
+SIDE, TOP = 40, 25
+STEP_PX = 4.0
+FRAMES = np.arange(60)
+LEAVES = 40
+"""The body is in the picture for so many frames."""
+LIKE_X = 300
+"""Where something like it stands."""
+PLACED_PX = 0.1
+"""A step of the registration below this ends it."""
+
+
+def texture(seed: int, size: tuple[int, int], low: int, high: int) -> Luma:
+    coarse = np.random.default_rng(seed).integers(low, high, (size[0] // 5 + 1, size[1] // 5 + 1))
+    return np.kron(coarse, np.ones((5, 5)))[: size[0], : size[1]].astype(np.uint8)
+
+
+BODY = texture(2, (SIDE, SIDE), 20, 230)
+
+
+def scenery(likeness: float) -> Luma:
+    """What stands still: something that shares a part of the body's pattern."""
+    behind = texture(1, SIZE, 90, 130)
+    other = texture(3, (SIDE, SIDE), 20, 230)
+    like = likeness * BODY + (1 - likeness) * other
+    behind[TOP : TOP + SIDE, LIKE_X : LIKE_X + SIDE] = np.rint(like)
+    return behind
+
+
+def body_x(frame: int) -> float:
+    return 100.0 + STEP_PX * np.sin(frame / 3.0) * 5
+
+
+def pictures(behind: Luma) -> list[Luma]:
+    seen = []
+    for frame in FRAMES.tolist():
+        picture = behind.copy()
+        if frame < LEAVES:
+            x = round(body_x(frame))
+            picture[TOP : TOP + SIDE, x : x + SIDE] = BODY
+        seen.append(picture)
+    return seen
+
+
+def followed(behind: Luma, shown: list[Luma]) -> Followed:
+    whole = look(BODY, 0.0, 0.0, (SIDE, SIDE))
+    sprite = make_sprite(whole, np.ones((SIDE, SIDE), np.float32))
+    sightings = {frame: (round(body_x(frame)), TOP) for frame in range(0, LEAVES, 4)}
+    places = {frame: (float(x), float(y)) for frame, (x, y) in sightings.items()}
+    body = Body(sprite, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
+    return follow(shown, FRAMES, body, Scene(behind, 0.0, np.zeros((len(FRAMES), 2))))
+
+
+@pytest.mark.parametrize("likeness", [0.5, 0.6])
+def test_a_body_that_is_gone_is_not_found_in_scenery_like_it(likeness: float) -> None:
+    behind = scenery(likeness)
+    seen = followed(behind, pictures(behind))
+    rounded = [round(body_x(frame)) for frame in range(LEAVES)]
+    assert np.abs(seen.x_px[:LEAVES] - rounded).max() < PLACED_PX
+    assert np.isnan(seen.x_px[LEAVES:]).all()
+
+
+def test_without_the_background_it_would_be() -> None:
+    behind = scenery(0.6)
+    seen = followed(texture(1, SIZE, 90, 130), pictures(behind))
+    assert np.abs(seen.x_px[LEAVES:] - LIKE_X)[np.isfinite(seen.x_px[LEAVES:])].max() < PLACED_PX
+    assert np.isfinite(seen.x_px[LEAVES:]).any()
+
+
+def test_a_body_at_rest_that_was_taken_for_background_is_found() -> None:
+    behind = texture(1, SIZE, 90, 130)
+    shown = pictures(behind)
+    resting = behind.copy()
+    resting[TOP : TOP + SIDE, LIKE_X : LIKE_X + SIDE] = BODY
+    seen = followed(resting, [*shown[:LEAVES], *[resting] * (len(FRAMES) - LEAVES)])
+    at_rest = seen.x_px[LEAVES:]
+    assert np.abs(at_rest[np.isfinite(at_rest)] - LIKE_X).max() < PLACED_PX
+    assert np.isfinite(at_rest).any()
