@@ -35,8 +35,8 @@ from count_video.verdict import unread_result
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from count_video.planning.plan import Plan
     from count_video.planning.request import PlanDetails, PlanRequest
-    from count_video.planning.whole import Plan
 
 AnyPath = str | PathLike[str]
 
@@ -142,8 +142,7 @@ class Result:
             If the file holds no plan.
         """
         from count_video.planning.comparison import compared  # noqa: PLC0415
-        from count_video.planning.request import PlanRequest  # noqa: PLC0415
-        from count_video.planning.stored import read_request  # noqa: PLC0415
+        from count_video.planning.request import PlanRequest, read_request  # noqa: PLC0415
 
         if isinstance(planned, str | PathLike):
             request = read_request(Path(planned))
@@ -371,8 +370,8 @@ def plan(heavy: Mass, light: Mass, *, chart: bool = True, **details: Unpack[Plan
     UsageError
         If a value makes no sense; the message is one line.
     """
+    from count_video.planning.plan import make_plan  # noqa: PLC0415
     from count_video.planning.request import PlanRequest  # noqa: PLC0415
-    from count_video.planning.whole import make_plan  # noqa: PLC0415
 
     return make_plan(PlanRequest(heavy, light, **details), with_chart=chart)
 

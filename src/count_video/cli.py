@@ -17,11 +17,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from count_video.ending import before_the_end, end_well_on_signals
 from count_video.errors import CountVideoError, UsageError
 from count_video.options import complete_options, is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.words import printable
+from count_video.termination import before_the_end, end_well_on_signals
 
 if TYPE_CHECKING:
     from count_video.api import Result
@@ -128,7 +128,7 @@ def _answer(options: argparse.Namespace) -> int:
     from count_video import api
 
     if is_campaign(options):
-        from count_video.batch.cli import answer_campaign
+        from count_video.batch.command import answer_campaign
         from count_video.settings import trial_settings
 
         code = answer_campaign(options, trial_settings(**_settings(options)), _columns())
@@ -192,7 +192,7 @@ def _plan_of(options: argparse.Namespace) -> PlanRequest | None:
     """Read the plan to compare with, before a long count."""
     if options.plan_file is None:
         return None
-    from count_video.planning.stored import read_request
+    from count_video.planning.request import read_request
 
     return read_request(options.plan_file)
 
@@ -228,9 +228,9 @@ def _answer_theory(options: argparse.Namespace) -> int:
 
 
 def _answer_plan(options: argparse.Namespace) -> int:
-    from count_video.plan_options import plan_values
+    from count_video.options import plan_values
+    from count_video.planning.plan import make_plan
     from count_video.planning.request import PlanRequest, Tolerances
-    from count_video.planning.whole import make_plan
 
     tolerances = Tolerances(**dict(options.tolerance or ()))
     request = PlanRequest(**plan_values(options), tolerances=tolerances)

@@ -1,4 +1,8 @@
-"""The options of ``count-video``: what they are called, what they take, what they say for help."""
+"""The options of ``count-video``: what they are called, what they take, what they say for help.
+
+The defaults of a plan are those of ``planning.PlanRequest``: what is not given stays None here, so
+that ``--help`` and a mistyped option answer at once.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +10,14 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from itertools import takewhile
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from count_video import __version__, inputs
 from count_video.errors import UsageError
 from count_video.inputs import as_option, shown
-from count_video.plan_options import add_plan_options, check_plan_options
 
 DESCRIPTION = """\
 Count the collisions in slow-motion footage of the "pi by collisions"
@@ -37,6 +40,124 @@ examples:
 exit code:
   0 every clip was counted, 1 a clip was not counted, 2 the request was wrong,
   130 interrupted, 143 and 129 ended by SIGTERM and SIGHUP"""
+
+_OF_A_PLAN = ("gap", "release", "thread", "restitution", "damping", "trials", "tolerance", "seed")
+_OF_A_COUNT = (
+    *("clips", "start", "end", "region", "wall_side", "masses", "seen_only", "corrections"),
+    *("theory", "plan_file", "jobs", "fresh", "pages", "scheduler", "presenter"),
+)
+"""Options that go with a plan alone, and those that do not go with one."""
+
+
+def _value(metavar: str, read: Callable[[str], object], **more: Any) -> dict[str, Any]:
+    """Return what argparse needs for an option whose values ``read`` checks."""
+    return {"metavar": metavar, "type": as_option(read), **more}
+
+
+_TWO_MASSES = {"metavar": ("HEAVY", "LIGHT"), "nargs": 2, "type": as_option(inputs.mass)}
+
+
+_HELP: dict[tuple[str, str | None] | None, dict[str, str]] = {
+    None: {
+        "clips": "a video file, or a folder: then every video file in it, in natural order; or a "
+        "manifest (.csv): then a clip a line, with options of its own (a folder's own "
+        "manifest.csv is read)",
+        "--version": "print the version and leave",
+        "--json": "print one JSON object a clip, each on a line, instead of text (default: text)",
+        "-o": "folder to keep results in, made if needed: for a clip its page, picture, annotated "
+        "clip and tables (default: nothing is kept)",
+        "--format": "kind of the pictures in the output folder (default: png)",
+        "--csv-dialect": "how tables in the output folder are written: comma, with decimal "
+        "points, or semicolon, with decimal commas (default: comma)",
+        "--presenter": "with -o write a clip for a talk as well, in full HD with a big counter, "
+        "and a GIF of it (default: none)",
+        "--corrections": "a person's corrections, saved from the clip's page: the reviewed count "
+        "is printed beside the tool's own (default: none)",
+        "--theory": "print the exact count for two masses, with angles and bounds on pi, instead "
+        "of counting a clip; with -o draw the phase circle (default: count)",
+        "--plan-file": "the plan.json of the set-up that was planned: what was set up otherwise "
+        "is printed beside the count (default: none)",
+    },
+    ("before filming", "what a set-up will count; lengths in metres, masses in any one unit"): {
+        "--plan": "say what a set-up with these masses will count and what a camera of "
+        "--capture-fps sees of it; with -o draw the map and write the page (default: count)",
+        "--gap": "from the wall to the far face of the ball where it hangs (default: 0.03)",
+        "--release": "from where the cylinder hangs, its face touching the hanging ball, to where "
+        "it is let go (default: 0.09)",
+        "--thread": "length of the threads, or first the cylinder's and then the ball's (default: "
+        "1)",
+        "--restitution": "relative speed after over before a collision, 0 to 1 (default: 1)",
+        "--damping": "rate a second at which a free swing decays (default: 0)",
+        "--trials": "add a table of so many simulated trials (default: no table)",
+        "--tolerance": "how trials scatter that are meant to be alike: gap, release and thread in "
+        "metres, mass as a share, restitution as the width of its range, scatter from collision "
+        "to collision; may be repeated (default: gap=0.001 release=0.002 thread=0.001 mass=0.005 "
+        "restitution=0.05 scatter=0.005)",
+        "--seed": "of all that is drawn (default: 0)",
+    },
+    ("the footage", None): {
+        "--capture-fps": "rate at which the camera took the pictures, in frames per second "
+        "(default: what the clip's metadata say; without either there are frames but no seconds)",
+        "--start": "first frame to use, counted from 0 (default: 0)",
+        "--end": "frame to stop before, counted from 0 (default: the end of the clip)",
+        "--region": "part of the picture to use, in pixels: left edge, top edge, width, height "
+        "(default: the whole picture)",
+    },
+    ("the apparatus", None): {
+        "--wall": "side of the picture on which the wall stands; left means top where the bodies "
+        "move up and down (default: found from the motion)",
+        "--ball-diameter-mm": "diameter of the ball in millimetres, for the scale (default: 40)",
+        "--masses": "the two masses in any one unit, taken at their exact decimal value, for the "
+        "bounds on pi (default: measured from the motion, where that is sharp enough)",
+        "--seen-only": "count only what the frames show and infer nothing between them (default: "
+        "where frames leave doubts, a model of the motion is fitted)",
+    },
+    ("a campaign of many clips", None): {
+        "--jobs": "clips to count at the same time (default: one for every core)",
+        "--fresh": "count every clip again (default: a result kept in the output folder is used "
+        "again while the clip, the options and the tool are the same)",
+        "--pages": "write each clip's page, picture, annotated clip and tables into the output "
+        "folder as well, and link them to the campaign's page (default: the campaign's own page "
+        "and tables)",
+        "--scheduler": "let a Dask cluster count the clips, e.g. tcp://host:8786; its workers "
+        "need count-video and the clips under the same paths (default: this machine)",
+    },
+}
+"""What each option is for, by the groups in which help lists them."""
+_TAKES: dict[str, dict[str, Any]] = {
+    "clips": _value("CLIP", inputs.some_path, nargs="*"),
+    "--version": {"action": "version", "version": f"count-video {__version__}"},
+    "--json": {"action": "store_true"},
+    "-o": _value("DIR", inputs.some_path),
+    "--format": {"dest": "picture_format", "choices": ("png", "svg"), "default": "png"},
+    "--csv-dialect": {"choices": ("comma", "semicolon"), "default": "comma"},
+    "--presenter": {"choices": ("wide", "upright")},
+    "--corrections": _value("FILE", inputs.some_path),
+    "--theory": _TWO_MASSES,
+    "--plan-file": _value("FILE", inputs.some_path),
+    "--plan": _TWO_MASSES,
+    "--gap": _value("M", inputs.length),
+    "--release": _value("M", inputs.length),
+    "--thread": _value("M", inputs.length, nargs="+"),
+    "--restitution": _value("E", inputs.share),
+    "--damping": _value("RATE", inputs.damping),
+    "--trials": _value("N", inputs.trials),
+    "--tolerance": _value("NAME=VALUE", inputs.tolerance, action="append"),
+    "--seed": _value("N", inputs.seed),
+    "--capture-fps": _value("RATE", inputs.capture_rate),
+    "--start": _value("FRAME", inputs.frame, default=0),
+    "--end": _value("FRAME", inputs.frame),
+    "--region": _value("X,Y,W,H", inputs.region),
+    "--wall": {"dest": "wall_side", "choices": ("left", "right")},
+    "--ball-diameter-mm": _value("MM", inputs.ball_diameter, default=40.0),
+    "--masses": _TWO_MASSES,
+    "--seen-only": {"action": "store_true"},
+    "--jobs": _value("N", inputs.clips_at_a_time),
+    "--fresh": {"action": "store_true"},
+    "--pages": {"action": "store_true"},
+    "--scheduler": _value("ADDRESS", inputs.address),
+}
+"""What each takes; where that is not said it is None unless given."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -70,7 +191,7 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
             raise UsageError(f"{argument}: two dashes are no value (see count-video --help)")
     parser = _parser()
     options = parser.parse_args(arguments)
-    check_plan_options(options, parser)
+    _check_plan(options, parser)
     if options.end is not None and options.start >= options.end:
         raise UsageError(
             f"--start {options.start} leaves no frame before --end {options.end}: "
@@ -122,6 +243,43 @@ def is_campaign(options: argparse.Namespace) -> bool:
     return manifest or folder or kept or options.scheduler is not None
 
 
+def plan_values(options: argparse.Namespace) -> dict[str, Any]:
+    """Collect what was given, by the names of the fields of ``PlanRequest``."""
+    heavy, light = options.plan
+    threads = options.thread or [None]
+    given = {
+        "heavy": heavy,
+        "light": light,
+        "gap_m": options.gap,
+        "release_m": options.release,
+        "heavy_thread_m": threads[0],
+        "light_thread_m": threads[-1],
+        "capture_fps": options.capture_fps,
+        "restitution": options.restitution,
+        "damping_per_s": options.damping,
+        "ball_diameter_m": options.ball_diameter_mm / 1000.0,
+        "trials": options.trials,
+        "seed": options.seed,
+    }
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def _check_plan(options: argparse.Namespace, parser: argparse.ArgumentParser) -> None:
+    """Refuse an option that needs ``--plan`` and stands without, or beside it for nothing."""
+    wanted = options.plan is not None
+    for name in _OF_A_COUNT if wanted else _OF_A_PLAN:
+        value = getattr(options, name)
+        if value not in (parser.get_default(name), []):
+            option = {"clips": "a clip", "wall_side": "--wall"}.get(
+                name, f"--{name.replace('_', '-')}"
+            )
+            raise UsageError(
+                f"--plan goes without {option}" if wanted else f"{option} goes with --plan alone"
+            )
+    if options.thread is not None and len(options.thread) > 2:
+        raise UsageError("--thread takes one length, or the cylinder's and the ball's")
+
+
 def _parser() -> _Parser:
     parser = _Parser(
         prog="count-video",
@@ -130,175 +288,9 @@ def _parser() -> _Parser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,  # an abbreviation in a script breaks when an option is added
     )
-    parser.add_argument(
-        "clips",
-        metavar="CLIP",
-        nargs="*",
-        type=as_option(inputs.some_path),
-        help="a video file, or a folder: then every video file in it, in natural order; or a "
-        "manifest (.csv): then a clip a line, with options of its own (a folder's own manifest.csv "
-        "is read)",
-    )
-    _add_answer_options(parser)
-    _add_other_answers(parser)
-    add_plan_options(parser)
-    _add_footage_options(parser.add_argument_group("the footage"))
-    _add_apparatus_options(parser.add_argument_group("the apparatus"))
-    _add_campaign_options(parser.add_argument_group("a campaign of many clips"))
+    for title, options in _HELP.items():
+        group = parser if title is None else parser.add_argument_group(*title)
+        for name, text in options.items():
+            names = ("-o", "--output") if name == "-o" else (name,)
+            group.add_argument(*names, help=text, **_TAKES[name])
     return parser
-
-
-def _add_answer_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--version",
-        action="version",
-        version=f"count-video {__version__}",
-        help="print the version and leave",
-    )
-    parser.add_argument(
-        "--json",
-        action="store_true",
-        help="print one JSON object a clip, each on a line, instead of text (default: text)",
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="DIR",
-        type=as_option(inputs.some_path),
-        help="folder to keep results in, made if needed: for a clip its page, picture, annotated "
-        "clip and tables (default: nothing is kept)",
-    )
-    parser.add_argument(
-        "--format",
-        dest="picture_format",
-        choices=("png", "svg"),
-        default="png",
-        help="kind of the pictures in the output folder (default: png)",
-    )
-    parser.add_argument(
-        "--csv-dialect",
-        choices=("comma", "semicolon"),
-        default="comma",
-        help="how tables in the output folder are written: comma, with decimal points, or "
-        "semicolon, with decimal commas (default: comma)",
-    )
-    parser.add_argument(
-        "--presenter",
-        choices=("wide", "upright"),
-        help="with -o write a clip for a talk as well, in full HD with a big counter, and a GIF of "
-        "it (default: none)",
-    )
-
-
-def _add_other_answers(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--corrections",
-        metavar="FILE",
-        type=as_option(inputs.some_path),
-        help="a person's corrections, saved from the clip's page: the reviewed count is printed "
-        "beside the tool's own (default: none)",
-    )
-    parser.add_argument(
-        "--theory",
-        metavar=("HEAVY", "LIGHT"),
-        nargs=2,
-        type=as_option(inputs.mass),
-        help="print the exact count for two masses, with angles and bounds on pi, instead of "
-        "counting a clip; with -o draw the phase circle (default: count)",
-    )
-    parser.add_argument(
-        "--plan-file",
-        metavar="FILE",
-        type=as_option(inputs.some_path),
-        help="the plan.json of the set-up that was planned: what was set up otherwise is printed "
-        "beside the count (default: none)",
-    )
-
-
-def _add_footage_options(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--capture-fps",
-        metavar="RATE",
-        type=as_option(inputs.capture_rate),
-        help="rate at which the camera took the pictures, in frames per second "
-        "(default: what the clip's metadata say; without either there are frames but no seconds)",
-    )
-    group.add_argument(
-        "--start",
-        metavar="FRAME",
-        type=as_option(inputs.frame),
-        default=0,
-        help="first frame to use, counted from 0 (default: 0)",
-    )
-    group.add_argument(
-        "--end",
-        metavar="FRAME",
-        type=as_option(inputs.frame),
-        help="frame to stop before, counted from 0 (default: the end of the clip)",
-    )
-    group.add_argument(
-        "--region",
-        metavar="X,Y,W,H",
-        type=as_option(inputs.region),
-        help="part of the picture to use, in pixels: left edge, top edge, width, height "
-        "(default: the whole picture)",
-    )
-
-
-def _add_apparatus_options(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--wall",
-        dest="wall_side",
-        choices=("left", "right"),
-        help="side of the picture on which the wall stands; left means top where the bodies "
-        "move up and down (default: found from the motion)",
-    )
-    group.add_argument(
-        "--ball-diameter-mm",
-        metavar="MM",
-        type=as_option(inputs.ball_diameter),
-        default=40.0,
-        help="diameter of the ball in millimetres, for the scale (default: 40)",
-    )
-    group.add_argument(
-        "--masses",
-        metavar=("HEAVY", "LIGHT"),
-        nargs=2,
-        type=as_option(inputs.mass),
-        help="the two masses in any one unit, taken at their exact decimal value, "
-        "for the bounds on pi (default: measured from the motion, where that is sharp enough)",
-    )
-    group.add_argument(
-        "--seen-only",
-        action="store_true",
-        help="count only what the frames show and infer nothing between them (default: where "
-        "frames leave doubts, a model of the motion is fitted)",
-    )
-
-
-def _add_campaign_options(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--jobs",
-        metavar="N",
-        type=as_option(inputs.clips_at_a_time),
-        help="clips to count at the same time (default: one for every core)",
-    )
-    group.add_argument(
-        "--fresh",
-        action="store_true",
-        help="count every clip again (default: a result kept in the output folder is used again "
-        "while the clip, the options and the tool are the same)",
-    )
-    group.add_argument(
-        "--pages",
-        action="store_true",
-        help="write each clip's page, picture, annotated clip and tables into the output folder as "
-        "well, and link them to the campaign's page (default: the campaign's own page and tables)",
-    )
-    group.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        type=as_option(inputs.address),
-        help="let a Dask cluster count the clips, e.g. tcp://host:8786; its workers need "
-        "count-video and the clips under the same paths (default: this machine)",
-    )

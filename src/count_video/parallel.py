@@ -1,4 +1,4 @@
-"""One function over many jobs, in processes of this machine; results as they come.
+"""One function over many jobs, in processes of this machine or elsewhere; results as they come.
 
 Each thread of a pool has a process of its own: one that dies (for want of memory, say) takes no
 other job with it. Its job is done again in a new one, and what dies twice is to blame itself.
@@ -10,26 +10,42 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import (
     BrokenExecutor,
     Future,
     ProcessPoolExecutor,
     ThreadPoolExecutor,
-    as_completed,
 )
+from contextlib import closing
 from multiprocessing.connection import wait
-from typing import TypeVar
+from queue import Empty, SimpleQueue
+from typing import Protocol, TypeVar
 
 _Job = TypeVar("_Job")
 _Done = TypeVar("_Done")
 ATTEMPTS = 2
 """A process that died may have been killed by chance; after two the job is to blame."""
 KILL_TIMEOUT_S = 2
+ASK_EVERY_S = 1.0
+"""While nothing comes, the workers are asked so often whether they are still there."""
 _ONE_THREAD = (
     *("COUNT_VIDEO_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"),
 )
 """Environment variables that are 1 for the processes, unless they are set already."""
+
+
+class Workers(Protocol):
+    """Who does jobs: processes of this machine, or other machines."""
+
+    def submit(self, work: Callable[[_Job], _Done], job: _Job) -> Future[_Done]:
+        """Hand over a job; its future has a ``BrokenExecutor`` if its process dies twice."""
+
+    def lost(self) -> bool:
+        """Return whether nobody is left to do or answer anything."""
+
+    def close(self, *, at_once: bool) -> None:
+        """End the workers; ``at_once``: whatever they are doing."""
 
 
 def in_parallel(
@@ -51,16 +67,40 @@ def in_parallel(
     died
         Makes the result of a job on which its process died.
     """
-    processes = Processes(workers)
+    with closing(as_done(work, jobs, Processes(workers))) as done:
+        for job, future in done:
+            dead = future is None or isinstance(future.exception(), BrokenExecutor)
+            yield died(job) if future is None or dead else future.result()
+
+
+def as_done(
+    work: Callable[[_Job], _Done], jobs: Iterable[_Job], workers: Workers
+) -> Generator[tuple[_Job, Future[_Done] | None], None, None]:
+    """Yield every job with its future, which is done, in the order in which they come.
+
+    None in place of a future whose workers are lost. The workers are closed at the end; at once, if
+    the loop is left early.
+    """
+    arrived: SimpleQueue[Future[_Done]] = SimpleQueue()
+    running: dict[Future[_Done], _Job] = {}
     at_once = True
     try:
-        running = {processes.submit(work, job): job for job in jobs}
-        for future in as_completed(running):
-            broken = isinstance(future.exception(), BrokenExecutor)
-            yield died(running[future]) if broken else future.result()
+        for job in jobs:
+            future = workers.submit(work, job)
+            running[future] = job
+            future.add_done_callback(arrived.put)
+        while running:
+            try:
+                future = arrived.get(timeout=ASK_EVERY_S)
+            except Empty:
+                if workers.lost():
+                    yield from ((job, None) for job in running.values())
+                    return
+                continue
+            yield running.pop(future), future
         at_once = False
     finally:
-        processes.close(at_once=at_once)
+        workers.close(at_once=at_once)
 
 
 class Processes:
@@ -78,7 +118,7 @@ class Processes:
         self._threads = ThreadPoolExecutor(workers or cores(), initializer=_ignore_ctrl_c)
 
     def submit(self, work: Callable[[_Job], _Done], job: _Job) -> Future[_Done]:
-        """Hand over a job; its future has a ``BrokenExecutor`` if its process dies twice."""
+        """Hand over a job to a thread with a process of its own."""
         return self._threads.submit(self._do, work, job)
 
     def _do(self, work: Callable[[_Job], _Done], job: _Job) -> _Done:
@@ -97,6 +137,10 @@ class Processes:
             else:
                 return done
         raise AssertionError("the last attempt returns or raises")
+
+    def lost(self) -> bool:
+        """Return False: dead processes are replaced."""
+        return False
 
     def close(self, *, at_once: bool) -> None:
         """End the processes; ``at_once``: whatever they are doing."""

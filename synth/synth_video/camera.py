@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from synth_video.looks import LightSettings
+from synth_video.appearance import LightSettings
 from synth_video.pixels import Pixels, as_pixels
 from synth_video.scene import CameraSettings
 from synth_video.schedule import Schedule

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from count_video.errors import UsageError
 from count_video.records import Floats
+from synth_video.body_picture import BodyPicture
 from synth_video.pixels import Pixels, as_pixels
-from synth_video.sprite import Sprite
 
 CELLS_PER_PX = ((260.0, 8), (700.0, 4), (1400.0, 2))
 """Cells to a px for bodies up to this many px long. The cells of large bodies are coarser to keep
@@ -35,10 +35,10 @@ class BodyCanvas:
         """Covered part of each cell, given the distance of its centre outside the outline."""
         return np.clip(0.5 - outside_px * self.cells_per_px, 0.0, 1.0)
 
-    def finish(self, layers: list[Floats], blur_px: float) -> Sprite:
-        """Blur the layers by the lens and make them a sprite."""
+    def finish(self, layers: list[Floats], blur_px: float) -> BodyPicture:
+        """Blur the layers by the lens and make them a picture."""
         cells = as_pixels(np.stack(layers, axis=-1))
-        return Sprite(
+        return BodyPicture(
             _blurred(cells, blur_px * self.cells_per_px),
             self.cells_per_px,
             self.anchor_x_px,

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from count_video.errors import CountVideoError
 from synth_video.campaign.cli import main as campaign
-from synth_video.experiments.truth import ExperimentTruth
+from synth_video.experiments.course_truth import ExperimentTruth
+from synth_video.film import render_clip
 from synth_video.scene_file import load_scene, scene_names
 from synth_video.suite import cli as suite
-from synth_video.trial import render_clip
 from synth_video.truth import Truth, truth_path
 from synth_video.variation import varied
 
@@ -57,7 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="synth-video",
         description="Render a simulated trial to a clip and write its truth beside it.",
-        epilog="synth-video campaign --help tells how to render many trials with known figures; "
+        epilog="synth-video campaign --help says how to render many trials with known figures; "
         "synth-video suite --help and synth-video score --help how to measure accuracy.",
     )
     parser.add_argument(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from synth_video.actors import Layer
+from synth_video.body_picture import Placed
 from synth_video.exposure import Paths
+from synth_video.layers import Layer
 from synth_video.pixels import Pixels
-from synth_video.sprite import Placed
 from synth_video.stage import Stage
 
 Spot = tuple[slice, slice]
@@ -33,8 +33,8 @@ class Compositor:
         for spot in self._touched:
             self._canvas[spot] = self.stage.still[spot]
         self._touched = []
-        for actor in self.stage.actors:
-            for layer in actor.layers(paths, self.stage.projection):
+        for source in self.stage.layer_sources:
+            for layer in source.layers(paths, self.stage.projection):
                 self._lay(layer)
         return self._canvas
 

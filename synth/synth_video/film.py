@@ -1,8 +1,8 @@
-"""From paths and a stage to pictures, and from pictures to a file."""
+"""From a scene to its pictures, and to a clip with its truth beside it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -11,36 +11,69 @@ from numpy.typing import NDArray
 
 from count_video.errors import UsageError
 from count_video.footage.writer import WriteOptions, write_clip
+from count_video.physics.simulator import simulate
 from synth_video.camera import sensor_for
 from synth_video.compositor import Compositor
-from synth_video.exposure import Paths
+from synth_video.experiments.course import Course, course_of_trial
+from synth_video.experiments.course_truth import ExperimentTruth, experiment_json, truth_of_course
+from synth_video.experiments.happening import course_of
+from synth_video.experiments.staging import set_experiment
+from synth_video.experiments.timing import schedule_of_course
+from synth_video.exposure import exposures
 from synth_video.optics import optics_for
 from synth_video.pixels import as_pixels
-from synth_video.projection import Projection, projection_of
+from synth_video.projection import projection_of
 from synth_video.scene import EncodingSettings, Scene
-from synth_video.schedule import Schedule
-from synth_video.stage import Stage
+from synth_video.schedule import Schedule, schedule_of
+from synth_video.stage import set_stage
 from synth_video.tripod import tripod_shift
-from synth_video.truth import truth_path
+from synth_video.truth import Truth, truth_json, truth_of, truth_path, write_text
 
 CLOCK, ART, NOISE = 1, 2, 3
 """Each use of chance has its own stream: more noise does not change what stands on the shelf."""
 
-Setter = Callable[[Projection, np.random.Generator], Stage]
-"""Paints what is there before the first frame, as a projection shows it."""
+
+def render_clip(scene: Scene, seed: int, clip_path: Path) -> Truth | ExperimentTruth:
+    """Work out and film what a scene shows; write the clip and, beside it, its truth.
+
+    Raises
+    ------
+    UsageError
+        If the scene shows no collision, its numbers allow no run, the clip is too long, or it
+        cannot be written as asked.
+    """
+    clock, projection = np.random.default_rng([seed, CLOCK]), projection_of(scene)
+    truth: Truth | ExperimentTruth
+    if scene.experiment.kind == "pi":
+        motion = simulate(scene.setup, seed=seed)
+        course = course_of_trial(motion, rising=scene.view.rising_path)
+        schedule = schedule_of(scene, motion, clock)
+        truth = truth_of(scene, seed, motion, schedule, projection)
+        text = truth_json(truth)
+    else:
+        course = course_of(scene)
+        schedule = schedule_of_course(scene, course, clock)
+        truth = truth_of_course(scene, seed, course, schedule, projection)
+        text = experiment_json(truth)
+    _write_film(clip_path, frames_of(scene, seed, course, schedule), scene, schedule, text)
+    return truth
 
 
-def pictures(
-    scene: Scene, seed: int, schedule: Schedule, paths: Iterable[Paths], set_stage: Setter
+def frames_of(
+    scene: Scene, seed: int, course: Course, schedule: Schedule
 ) -> Iterator[NDArray[np.uint8]]:
-    """Yield the RGB pictures of what moves along the paths, shape (h, w, 3), one by one."""
+    """Yield the RGB pictures of what moves on a course, shape (h, w, 3), one by one."""
     projection = projection_of(scene)
     optics = optics_for(projection, tripod_shift(scene.tripod, schedule, seed))
-    compositor = Compositor(set_stage(optics.composed, np.random.default_rng([seed, ART])))
-    noise = np.random.default_rng([seed, NOISE])
-    sensor = sensor_for(scene.camera, scene.light, schedule, noise)
+    art = np.random.default_rng([seed, ART])
+    if scene.experiment.kind == "pi":
+        stage = set_stage(scene, optics.composed, art)
+    else:
+        stage = set_experiment(scene, course, optics.composed, art)
+    compositor = Compositor(stage)
+    sensor = sensor_for(scene.camera, scene.light, schedule, np.random.default_rng([seed, NOISE]))
     copies, picture = schedule.copies, None
-    for k, path in enumerate(paths):
+    for k, path in enumerate(exposures(course, schedule, projection.px_per_m)):
         if picture is not None and copies[k]:
             yield picture
             continue
@@ -50,14 +83,14 @@ def pictures(
         yield picture
 
 
-def write_film(
+def _write_film(
     clip_path: Path,
     frames: Iterator[NDArray[np.uint8]],
     scene: Scene,
     schedule: Schedule,
-    tell: Callable[[Path], None],
+    truth: str,
 ) -> None:
-    """Encode the pictures as the scene asks; ``tell`` then writes their truth to its path.
+    """Encode the pictures as the scene asks, and write their truth as JSON text beside them.
 
     Raises
     ------
@@ -66,7 +99,7 @@ def write_film(
     """
     write_clip(clip_path, _stored(frames, scene.encoding), _write_options(scene, schedule))
     try:
-        tell(truth_path(clip_path))
+        write_text(truth, truth_path(clip_path))
     except UsageError:
         clip_path.unlink()  # a clip without its truth, or with an older one, would mislead
         raise

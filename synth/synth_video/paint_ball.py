@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from count_video.records import Floats
+from synth_video.appearance import BallSettings
+from synth_video.body_picture import BodyPicture
 from synth_video.canvas import BodyCanvas, body_canvas, printed
-from synth_video.looks import BallSettings
-from synth_video.sprite import Sprite
 
 LAMP = np.array([-0.35, -0.72, 0.60])
 """Direction to the main lamp: left, above (y is down), in front."""
@@ -35,7 +35,7 @@ class BallView:
     """None for as fine as its size allows."""
 
 
-def paint_ball(ball: BallSettings, view: BallView, turn_rad: float = 0.0) -> Sprite:
+def paint_ball(ball: BallSettings, view: BallView, turn_rad: float = 0.0) -> BodyPicture:
     """Paint the ball about its centre, turned about its axis.
 
     Channels: red, green, blue (premultiplied), coverage.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth_video.easel import Easel, over
 from synth_video.pixels import Pixels, as_pixels
+from synth_video.raster import Raster, over
 
 WIDTH_M = (0.010, 0.036)
 """Things are narrower than a ball, so that an edge lies behind each of its places."""
@@ -23,8 +23,8 @@ TINT = 0.12
 DISC_CORNERS = 72
 
 
-def hang_boards(sheet: Pixels, strength: float, easel: Easel) -> None:
-    """Hang things over a sheet of plain wall, in place; the easel's generator draws them.
+def hang_boards(sheet: Pixels, strength: float, raster: Raster) -> None:
+    """Hang things over a sheet of plain wall, in place; the raster's generator draws them.
 
     Parameters
     ----------
@@ -32,42 +32,44 @@ def hang_boards(sheet: Pixels, strength: float, easel: Easel) -> None:
         Colours of the wall, shape (h, w, 3).
     strength
         Factor on the contrast of all things; 0 hides them.
-    easel
+    raster
         The sheet's coordinates.
     """
     wall = sheet.copy()
-    _row(sheet, wall, strength, easel, bars=False)
-    _row(sheet, wall, strength, easel, bars=True)
+    _row(sheet, wall, strength, raster, bars=False)
+    _row(sheet, wall, strength, raster, bars=True)
 
 
-def _row(sheet: Pixels, wall: Pixels, strength: float, easel: Easel, *, bars: bool) -> None:
+def _row(sheet: Pixels, wall: Pixels, strength: float, raster: Raster, *, bars: bool) -> None:
     """Hang things side by side along the whole line of motion."""
-    rng = easel.rng
-    place = float(easel.along_m()[0]) - rng.uniform(*WIDTH_M)
-    while place < easel.along_m()[-1]:
+    rng = raster.rng
+    place = float(raster.along_m()[0]) - rng.uniform(*WIDTH_M)
+    while place < raster.along_m()[-1]:
         width = rng.uniform(*(BAR_WIDTH_M if bars else WIDTH_M))
         middle = (place + width / 2, rng.uniform(-SHIFT_M, SHIFT_M))
         if bars:
-            cover = _board(easel, middle, width, rng.uniform(*BAR_HEIGHT_M))
+            cover = _board(raster, middle, width, rng.uniform(*BAR_HEIGHT_M))
         elif rng.random() < 0.4:
-            cover = _disc(easel, middle, width)
+            cover = _disc(raster, middle, width)
         else:
-            cover = _board(easel, middle, width, rng.uniform(*HEIGHT_M))
+            cover = _board(raster, middle, width, rng.uniform(*HEIGHT_M))
         over(sheet, cover, wall * _shade(strength, rng))
         place += width + rng.uniform(*(BAR_WIDTH_M if bars else GAP_M))
 
 
-def _board(easel: Easel, middle_m: tuple[float, float], width_m: float, height_m: float) -> Pixels:
+def _board(
+    raster: Raster, middle_m: tuple[float, float], width_m: float, height_m: float
+) -> Pixels:
     along_m, up_m = middle_m
     left_m, foot_m = along_m - width_m / 2, up_m - height_m / 2
-    return easel.box(left_m, left_m + width_m, foot_m, foot_m + height_m)
+    return raster.box(left_m, left_m + width_m, foot_m, foot_m + height_m)
 
 
-def _disc(easel: Easel, middle_m: tuple[float, float], width_m: float) -> Pixels:
+def _disc(raster: Raster, middle_m: tuple[float, float], width_m: float) -> Pixels:
     turn = np.linspace(0, 2 * np.pi, DISC_CORNERS, endpoint=False)
     along_m = middle_m[0] + width_m / 2 * np.cos(turn)
     up_m = middle_m[1] + width_m / 2 * np.sin(turn)
-    return easel.polygon(list(zip(along_m.tolist(), up_m.tolist(), strict=True)))
+    return raster.polygon(list(zip(along_m.tolist(), up_m.tolist(), strict=True)))
 
 
 def _shade(strength: float, rng: np.random.Generator) -> Pixels:

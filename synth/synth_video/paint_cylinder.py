@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from count_video.records import Floats
+from synth_video.appearance import CylinderSettings
+from synth_video.body_picture import BodyPicture
 from synth_video.canvas import BodyCanvas, body_canvas
-from synth_video.looks import CylinderSettings
-from synth_video.sprite import Sprite
 
 CLAY_LENGTH = 0.26
 """How far the clay stands out, in cylinder radii."""
@@ -28,7 +28,7 @@ GLINT_HEIGHT, GLINT_WIDTH = -0.60, 0.075
 
 def paint_cylinder(
     cylinder: CylinderSettings, px_per_m: float, tilt_deg: float, blur_px: float
-) -> Sprite:
+) -> BodyPicture:
     """Paint the cylinder about the centre of the face that meets the ball.
 
     Channels: red, green, blue (premultiplied), coverage, and the strength with which the cylinder

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth_video.actors import Standing, standing
-from synth_video.easel import Easel, over
-from synth_video.looks import WallSettings
+from synth_video.appearance import WallSettings
+from synth_video.layers import Standing, standing
 from synth_video.paint_background import TABLE_DEPTH_M
 from synth_video.pixels import Pixels
+from synth_video.raster import Raster, over
 
 EDGE_M = 0.0007
 DARK = (52.0, 52.0, 54.0)
@@ -16,64 +16,66 @@ FOOT_M = -0.046
 """The plate stands on the table here."""
 
 
-def paint_wall(wall: WallSettings, easel: Easel, sheet: Pixels) -> None:
+def paint_wall(wall: WallSettings, raster: Raster, sheet: Pixels) -> None:
     """Paint plate and holder over the background, in place."""
-    _holder(easel, sheet, wall)
-    plate = easel.box(-wall.thickness_m, 0.0, FOOT_M, 1.0)
+    _holder(raster, sheet, wall)
+    plate = raster.box(-wall.thickness_m, 0.0, FOOT_M, 1.0)
     over(sheet, plate * wall.opacity, _tint(wall))
     light = tuple(min(255.0, 1.35 * c) for c in wall.tint)
     dark = tuple(0.38 * c for c in wall.tint)
-    face = easel.box(-EDGE_M, 0.0, FOOT_M, 1.0)
-    back = easel.box(-wall.thickness_m, EDGE_M - wall.thickness_m, FOOT_M, 1.0)
-    core = easel.box(-0.55 * wall.thickness_m, -0.30 * wall.thickness_m, FOOT_M, 1.0)
+    face = raster.box(-EDGE_M, 0.0, FOOT_M, 1.0)
+    back = raster.box(-wall.thickness_m, EDGE_M - wall.thickness_m, FOOT_M, 1.0)
+    core = raster.box(-0.55 * wall.thickness_m, -0.30 * wall.thickness_m, FOOT_M, 1.0)
     over(sheet, back * wall.edge, (light[0], light[1], light[2]))
     over(sheet, core * 0.35 * wall.edge, (light[0], light[1], light[2]))
     over(sheet, face * wall.edge, (dark[0], dark[1], dark[2]))
 
 
-def plate_film(wall: WallSettings, easel: Easel, lens_m: float) -> Standing:
+def plate_film(wall: WallSettings, raster: Raster, lens_m: float) -> Standing:
     """Near part of the plate, which reaches over the bodies' side: it stands in front of them."""
-    cover = np.zeros(easel.shape, dtype=np.float32)
+    cover = np.zeros(raster.shape, dtype=np.float32)
     if wall.front_m:
-        veil = easel.box(0.0, wall.front_m, FOOT_M - 0.006, 1.0)
-        edge = easel.box(wall.front_m - 0.8 * EDGE_M, wall.front_m, FOOT_M - 0.006, 1.0)
+        veil = raster.box(0.0, wall.front_m, FOOT_M - 0.006, 1.0)
+        edge = raster.box(wall.front_m - 0.8 * EDGE_M, wall.front_m, FOOT_M - 0.006, 1.0)
         cover += 0.35 * wall.opacity * veil + 0.45 * wall.edge * edge
     rgb = cover[..., None] * np.asarray(_tint(wall), dtype=np.float32)
-    return standing(easel.picture(rgb, lens_m), easel.picture(cover, lens_m))
+    return standing(raster.picture(rgb, lens_m), raster.picture(cover, lens_m))
 
 
-def mirror_mask(wall: WallSettings, easel: Easel) -> Pixels:
+def mirror_mask(wall: WallSettings, raster: Raster) -> Pixels:
     """Where the plate's face mirrors the ball, shape (h, w)."""
-    return easel.box(-wall.mirror_m, 0.0, FOOT_M, 1.0) * wall.reflection
+    return raster.box(-wall.mirror_m, 0.0, FOOT_M, 1.0) * wall.reflection
 
 
-def plate_clamp(wall: WallSettings, easel: Easel, lens_m: float) -> Standing:
+def plate_clamp(wall: WallSettings, raster: Raster, lens_m: float) -> Standing:
     """Steel jaw in front of plate and bodies, with its screw."""
-    cover = np.zeros(easel.shape, dtype=np.float32)
-    sheet = easel.blank((0.0, 0.0, 0.0))
+    cover = np.zeros(raster.shape, dtype=np.float32)
+    sheet = raster.blank((0.0, 0.0, 0.0))
     if wall.clamp_m:
         left_m, foot_m, top_m = -wall.thickness_m - 0.020, FOOT_M - 0.02, wall.clamp_up_m
-        cover = easel.box(left_m, wall.clamp_m, foot_m, top_m)
-        shade = 92 + 26 * np.clip((easel.up_m() - top_m) / 0.004 + 1, 0, 1)
-        steel = np.repeat(shade.astype(np.float32), easel.shape[1], axis=1)
+        cover = raster.box(left_m, wall.clamp_m, foot_m, top_m)
+        shade = 92 + 26 * np.clip((raster.up_m() - top_m) / 0.004 + 1, 0, 1)
+        steel = np.repeat(shade.astype(np.float32), raster.shape[1], axis=1)
         over(sheet, cover, np.stack([steel, steel * 0.98, steel * 0.95], axis=-1))
         screw_m = left_m / 2
-        over(sheet, easel.box(screw_m - 0.004, screw_m + 0.004, top_m - 0.016, top_m - 0.008), DARK)
-        over(sheet, easel.box(wall.clamp_m - 0.001, wall.clamp_m, foot_m, top_m), DARK)
-    return standing(easel.picture(sheet, lens_m), easel.picture(cover, lens_m))
+        over(
+            sheet, raster.box(screw_m - 0.004, screw_m + 0.004, top_m - 0.016, top_m - 0.008), DARK
+        )
+        over(sheet, raster.box(wall.clamp_m - 0.001, wall.clamp_m, foot_m, top_m), DARK)
+    return standing(raster.picture(sheet, lens_m), raster.picture(cover, lens_m))
 
 
-def _holder(easel: Easel, sheet: Pixels, wall: WallSettings) -> None:
+def _holder(raster: Raster, sheet: Pixels, wall: WallSettings) -> None:
     """Steel block on a base that holds the plate upright."""
     right = -wall.thickness_m
     left, top = right - 0.022, -TABLE_DEPTH_M - 0.002
-    base = easel.box(left - 0.02, left + 0.004, FOOT_M - 0.008, FOOT_M - 0.003)
+    base = raster.box(left - 0.02, left + 0.004, FOOT_M - 0.008, FOOT_M - 0.003)
     over(sheet, base, (96.0, 94.0, 92.0))
-    block = easel.box(left, right, FOOT_M - 0.008, top)
-    shade = (86 - 260 * (easel.up_m() - top)).astype(np.float32)
-    metal = np.repeat(np.clip(shade, 60, 120), easel.shape[1], axis=1)
+    block = raster.box(left, right, FOOT_M - 0.008, top)
+    shade = (86 - 260 * (raster.up_m() - top)).astype(np.float32)
+    metal = np.repeat(np.clip(shade, 60, 120), raster.shape[1], axis=1)
     over(sheet, block, np.stack([metal, metal * 0.97, metal * 0.93], axis=-1))
-    over(sheet, easel.box(left, right, top - 0.0012, top), (196.0, 196.0, 192.0))
+    over(sheet, raster.box(left, right, top - 0.0012, top), (196.0, 196.0, 192.0))
 
 
 def _tint(wall: WallSettings) -> tuple[float, float, float]:

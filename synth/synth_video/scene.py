@@ -10,8 +10,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from count_video.physics.setup import Setup
-from synth_video.experiments.settings import ExperimentSettings
-from synth_video.looks import (
+from synth_video.appearance import (
     BackgroundSettings,
     BallSettings,
     CylinderSettings,
@@ -20,10 +19,15 @@ from synth_video.looks import (
     WallSettings,
     require,
 )
-from synth_video.things.settings import ThingsSettings
 
 ClipStart = Literal["collision", "release", "second", "middle"]
 ClipEnd = Literal["middle", "penultimate", "burst", "turn", "all"]
+ExperimentKind = Literal[
+    "pi", "bounce", "stops", "pendulum", "pucks", "pendulums", "swing", "throw", "passing", "cradle"
+]
+NOTHING_TO_COUNT = ("swing", "throw", "passing", "cradle")
+"""Experiments in which nothing collides, or more than can be kept apart."""
+Side = Literal["far", "near"]
 
 
 @dataclass(frozen=True)
@@ -179,6 +183,83 @@ class EncodingSettings:
             self.repeat_every == 0 or self.repeat_every >= 2, "encoding.repeat_every is 0 or 2 up"
         )
         require(0 <= self.crf <= 63, "encoding.crf must lie between 0 and 63")
+
+
+@dataclass(frozen=True)
+class ExperimentSettings:
+    """What happens; sizes, masses, threads and restitution are those of ``setup``.
+
+    - ``pi``: the ball between cylinder and wall; nothing else of this section matters;
+    - ``bounce``: the ball falls on a table;
+    - ``stops``: it runs on a level or inclined track, against one stop or between two;
+    - ``pendulum``: it swings against the wall;
+    - ``pucks``: it slides toward another like it, that lies still;
+    - ``pendulums``: it swings toward another like it, that hangs still;
+    - ``swing``, ``throw``: it swings or flies, and meets nothing;
+    - ``passing``: two like it swing toward each other and back, and never touch;
+    - ``cradle``: five like it hang in a row.
+    """
+
+    kind: ExperimentKind = "pi"
+    start_m: float = 0.3
+    """Where the first body starts: height over the table, way to the stop or to the other body, or
+    how far a pendulum is drawn aside."""
+    speed_m_s: float = 0.0
+    """Its velocity at the start, away from the table, the stop or the other body."""
+    drift_m_s: float = 0.0
+    """Its velocity across, to the right in the picture (``bounce``, ``throw``)."""
+    slope: float = 0.0
+    """Part of the gravity that drives it to the stop (``stops``): sine of the track's incline. The
+    camera is inclined with the track."""
+    span_m: float = 0.0
+    """From one stop to the other (``stops``); 0 for one stop."""
+    offset_m: float = 0.0
+    """How far it would miss the other's centre (``pucks``); the least gap (``passing``)."""
+    slow_m_s: float = 0.03
+    """An impact no faster than this ends the bouncing: the body stays."""
+    impacts: int = 0
+    """The clip ends half-way to the impact after this one; 0 lets it run for ``duration_s``."""
+    duration_s: float = 3.0
+    """Longest time that is shown, from the start."""
+    held_s: float = 0.0
+    """The clip starts so long before the body is let go."""
+
+    def __post_init__(self) -> None:
+        for name in ("span_m", "slow_m_s", "impacts", "held_s"):
+            require(getattr(self, name) >= 0, f"experiment.{name} must not be negative")
+        require(0 <= self.slope <= 1, "experiment.slope must lie between 0 and 1")
+        require(self.duration_s > 0, "experiment.duration_s must be positive")
+
+
+@dataclass(frozen=True)
+class ThingsSettings:
+    """People and things that have nothing to do with the count."""
+
+    lying_ball: bool = False
+    """A second ball like the first lies on the table."""
+    lying_along_m: float = 0.16
+    """Its distance from the wall."""
+    lying_up_m: float = -0.03
+    """Height of its centre over the rest line."""
+    person: float = 0.0
+    """A person at the edge of the picture reaches so far into it: part of its width, 0 for none."""
+    person_side: Side = "far"
+    """The edge: far from the wall, or near it."""
+    person_m_s: float = 0.15
+    """The person's greatest speed, to and fro."""
+    hand_s: float = 0.0
+    """A hand holds the far part of a suspended cylinder, goes with it and lets it go so long after
+    the release, in seconds; 0 for none. Before the first collision, or it would disturb it."""
+    cords: int = 0
+    """Number of cords that cross the picture in front of the bodies."""
+    cord_m: float = 0.0012
+    """Their thickness."""
+
+    def __post_init__(self) -> None:
+        require(0 <= self.person <= 0.6, "things.person must lie between 0 and 0.6")
+        for name in ("person_m_s", "hand_s", "cords"):
+            require(getattr(self, name) >= 0, f"things.{name} must not be negative")
+        require(self.cord_m > 0, "things.cord_m must be positive")
 
 
 @dataclass(frozen=True)

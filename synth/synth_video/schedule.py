@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.errors import UsageError
-from count_video.physics.simulator import Motion, SimulatedCollision
+from count_video.physics.engine import SimulatedCollision
+from count_video.physics.simulator import Motion
 from count_video.records import Floats
 from synth_video.scene import ClipSettings, EncodingSettings, Scene
 
 RAMP_APART_FRAMES = 2.7
-"""A ramp leaves collisions at least this many frames apart: they can still be told apart."""
+"""A ramp leaves collisions at least this many frames apart: the frames still show each."""
 
 
 @dataclass(frozen=True)
@@ -130,13 +131,13 @@ def last_event_s(clip: ClipSettings, motion: Motion) -> float:
 def _ramped(count: int, hits: Floats, factor: float) -> Floats:
     """Pictures that a ramped export takes of ``count``, as places among them, shape (m,).
 
-    ``hits`` are the collisions' places. All pictures are kept where collisions crowd, and half the
+    ``hits`` are the collisions' places. All pictures are kept where they are dense, and half the
     way to the neighbours on both sides; elsewhere one of ``factor``.
     """
-    crowded = [(a, b) for a, b in pairwise(hits) if b - a < RAMP_APART_FRAMES * factor]
-    if not crowded:
+    dense = [(a, b) for a, b in pairwise(hits) if b - a < RAMP_APART_FRAMES * factor]
+    if not dense:
         return np.arange(0.0, count, factor)
-    first, last = crowded[0][0], crowded[-1][1]
+    first, last = dense[0][0], dense[-1][1]
     before = hits[hits < first][-1:].tolist() or [first - 4 * factor]
     after = hits[hits > last][:1].tolist() or [last + 4 * factor]
     slow, fast = (before[0] + first) / 2, (last + after[0]) / 2

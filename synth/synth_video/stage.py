@@ -6,19 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth_video.actors import Actor, Hanging, Moving
-from synth_video.bodies import Lens, heavy_look, light_look
+from synth_video.bodies import Lens, heavy_appearance, light_appearance
+from synth_video.body_picture import BodyPicture
 from synth_video.canvas import body_canvas
-from synth_video.easel import Easel, easel_for
+from synth_video.layers import Hanging, LayerSource, Moving
 from synth_video.paint_background import TABLE_DEPTH_M, paint_background
 from synth_video.paint_track import paint_rail
 from synth_video.paint_wall import mirror_mask, paint_wall, plate_clamp, plate_film
 from synth_video.pixels import Pixels
 from synth_video.projection import Projection
+from synth_video.raster import Raster, raster_for
 from synth_video.scene import Scene
-from synth_video.sprite import Sprite
 from synth_video.things.scenery import before, behind
-from synth_video.threads import Thread, ThreadLook, thread_profile
+from synth_video.threads import Thread, ThreadAppearance, thread_profile
 
 LAMPS = ((0.24, 0.05, 0.9), (0.42, 0.07, 1.1), (0.62, 0.06, 0.8), (0.84, 0.08, 1.0))
 """Middle and half width of what the brass mirrors, in picture widths, and its strength."""
@@ -39,7 +39,7 @@ class Stage:
     """Background and wall, shape (h, w, 3)."""
     lamps: Pixels
     """What polished brass mirrors at each place, shape (h, w, 3)."""
-    actors: tuple[Actor, ...]
+    layer_sources: tuple[LayerSource, ...]
     """The farthest first."""
 
 
@@ -52,31 +52,31 @@ def set_stage(scene: Scene, projection: Projection, rng: np.random.Generator) ->
         If a body is too large to be painted.
     """
     bodies = _bodies(scene, projection)  # first: it refuses what would fill the memory
-    easel = easel_for(projection, rng)
-    sheet = paint_background(scene.background, easel)
-    paint_wall(scene.wall, easel, sheet)
+    raster = raster_for(projection, rng)
+    sheet = paint_background(scene.background, raster)
+    paint_wall(scene.wall, raster, sheet)
     if scene.setup.mounting != "suspended" and scene.ball.shape in ("block", "cart"):
-        paint_rail(scene.ball, scene.setup.ball_diameter_m, easel, sheet)
+        paint_rail(scene.ball, scene.setup.ball_diameter_m, raster, sheet)
     lens = lens_of(scene, projection)
     lens_m = lens.blur_px / lens.px_per_m
     return Stage(
         projection=projection,
-        still=easel.picture(sheet, lens_m),
+        still=raster.picture(sheet, lens_m),
         lamps=lamps_of(projection),
-        actors=(
+        layer_sources=(
             *behind(scene, projection, lens, rng),
             *_shadows(scene, projection),
-            *_mirror_image(scene, projection, easel),
+            *_mirror_image(scene, projection, raster),
             *_threads(scene, projection.px_per_m),
             *bodies,
-            plate_film(scene.wall, easel, lens_m),
-            plate_clamp(scene.wall, easel, lens_m),
-            *before(scene, easel, lens),
+            plate_film(scene.wall, raster, lens_m),
+            plate_clamp(scene.wall, raster, lens_m),
+            *before(scene, raster, lens),
         ),
     )
 
 
-def _shadows(scene: Scene, projection: Projection) -> tuple[Actor, ...]:
+def _shadows(scene: Scene, projection: Projection) -> tuple[LayerSource, ...]:
     """Soft shadows of cylinder and ball on the table; none where they run on a rail."""
     scale, tilt, depth = projection.px_per_m, projection.tilt_deg, scene.light.shadow
     length_m, diameter_m = scene.cylinder.length_m, scene.setup.ball_diameter_m
@@ -90,29 +90,31 @@ def _shadows(scene: Scene, projection: Projection) -> tuple[Actor, ...]:
     )
 
 
-def _mirror_image(scene: Scene, projection: Projection, easel: Easel) -> tuple[Actor, ...]:
+def _mirror_image(scene: Scene, projection: Projection, raster: Raster) -> tuple[LayerSource, ...]:
     """Paint the ball as the wall mirrors it; nothing for a wall that mirrors nothing."""
     if not scene.wall.reflection:
         return ()
     lens = lens_of(scene, projection)
-    mask = easel.picture(mirror_mask(scene.wall, easel), lens.blur_px / lens.px_per_m)
-    image = light_look(scene.ball, scene.setup.ball_diameter_m, lens, reflected=True)
+    mask = raster.picture(mirror_mask(scene.wall, raster), lens.blur_px / lens.px_per_m)
+    image = light_appearance(scene.ball, scene.setup.ball_diameter_m, lens, reflected=True)
     return (Moving(image, BALL, mirrored=True, strength=mask[..., None]),)
 
 
-def _threads(scene: Scene, px_per_m: float) -> tuple[Actor, ...]:
+def _threads(scene: Scene, px_per_m: float) -> tuple[LayerSource, ...]:
     """Those of the cylinder and of the ball, where the bodies hang."""
     if scene.setup.mounting != "suspended":
         return ()
-    look = thread_look(scene, px_per_m)
-    return Hanging(_cylinder_threads(scene), look, HEAVY), Hanging(_ball_threads(scene), look, BALL)
+    appearance = thread_appearance(scene, px_per_m)
+    return Hanging(_cylinder_threads(scene), appearance, HEAVY), Hanging(
+        _ball_threads(scene), appearance, BALL
+    )
 
 
-def _bodies(scene: Scene, projection: Projection) -> tuple[Actor, ...]:
+def _bodies(scene: Scene, projection: Projection) -> tuple[LayerSource, ...]:
     """Paint the heavy body and, in front of it unless it shows its rim, the light one."""
     lens = lens_of(scene, projection)
-    ball = light_look(scene.ball, scene.setup.ball_diameter_m, lens)
-    bodies = Moving(heavy_look(scene.cylinder, lens), HEAVY), Moving(ball, BALL)
+    ball = light_appearance(scene.ball, scene.setup.ball_diameter_m, lens)
+    bodies = Moving(heavy_appearance(scene.cylinder, lens), HEAVY), Moving(ball, BALL)
     return bodies[::-1] if scene.cylinder.rim_m else bodies
 
 
@@ -131,7 +133,7 @@ def lamps_of(projection: Projection) -> Pixels:
     return np.repeat(row[None], projection.height_px, axis=0)
 
 
-def paint_shadow(length_px: float, depth_px: float, tilt_deg: float, depth: float) -> Sprite:
+def paint_shadow(length_px: float, depth_px: float, tilt_deg: float, depth: float) -> BodyPicture:
     """Soft shadow on the table of a body with this length, about the middle of its length.
 
     Channels: red, green, blue (0) and coverage.
@@ -166,10 +168,10 @@ def _cylinder_threads(scene: Scene) -> tuple[Thread, ...]:
     return tuple(threads)
 
 
-def thread_look(scene: Scene, px_per_m: float) -> ThreadLook:
+def thread_appearance(scene: Scene, px_per_m: float) -> ThreadAppearance:
     """Colour and profile of the threads at a picture's scale."""
     threads = scene.threads
-    return ThreadLook(
+    return ThreadAppearance(
         np.array(threads.color, float),
         threads.opacity,
         thread_profile(threads.width_m * px_per_m, scene.camera.blur_px),

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from count_video.records import Floats
+from synth_video.body_picture import Placed
 from synth_video.pixels import Pixels
 from synth_video.projection import Projection
-from synth_video.sprite import Placed
 
 MOST_SAMPLES = 8
 SHORT_TRAVEL_PX = 0.25
@@ -33,7 +33,7 @@ class Thread:
 
 
 @dataclass(frozen=True)
-class ThreadLook:
+class ThreadAppearance:
     """What all threads have in common."""
 
     rgb: NDArray[np.float64]
@@ -43,7 +43,11 @@ class ThreadLook:
 
 
 def draw_thread(
-    thread: Thread, look: ThreadLook, projection: Projection, along_m: Floats, up_m: Floats
+    thread: Thread,
+    appearance: ThreadAppearance,
+    projection: Projection,
+    along_m: Floats,
+    up_m: Floats,
 ) -> Placed | None:
     """Picture of a thread while its body's reference point passes the points given, shape (m,).
 
@@ -62,11 +66,11 @@ def draw_thread(
     left, right = int(np.floor(middle.min())) - 3, int(np.ceil(middle.max())) + 4
     columns = np.arange(left, right)[None, :, None]
     steps = np.abs(columns - middle[:, None, :]) / PROFILE_STEP_PX
-    last = len(look.profile) - 1
-    cover = look.profile[np.minimum(np.rint(steps).astype(np.intp), last)].mean(axis=2)
-    cover *= look.opacity
+    last = len(appearance.profile) - 1
+    cover = appearance.profile[np.minimum(np.rint(steps).astype(np.intp), last)].mean(axis=2)
+    cover *= appearance.opacity
     pixels: Pixels = np.empty((bottom, right - left, 4), dtype=np.float32)
-    pixels[..., :3] = cover[..., None] * look.rgb
+    pixels[..., :3] = cover[..., None] * appearance.rgb
     pixels[..., 3] = cover
     return Placed(left, 0, pixels)
 

@@ -17,14 +17,14 @@ import numpy as np
 from count_video.errors import UsageError
 from count_video.physics.simulator import Motion
 from count_video.records import CollisionKind, Floats
-from synth_video.exposure import rise_m
+from synth_video.experiments.course import rise_m
 from synth_video.projection import Projection
 from synth_video.scene import Scene
 from synth_video.schedule import Schedule
 from synth_video.tripod import tripod_shift
 
 RESOLVED_FRAMES = 2.5
-"""Collisions of the burst at least this far apart can be told apart in the frames."""
+"""Collisions of the burst at least this far apart are seen one by one in the frames."""
 FRAME_CONVENTION = (
     "frame k is the centre of the exposure of the k-th picture, k from 0; "
     "image x right and y down in px, an integer is the centre of a pixel; "
@@ -88,12 +88,12 @@ class Truth:
 
     @property
     def resolved(self) -> bool:
-        """True if the frames can tell all collisions of the burst apart."""
+        """True if the frames show each collision of the burst."""
         return self.shortest_interval_frames >= RESOLVED_FRAMES
 
     @property
     def whole(self) -> bool:
-        """True if the clip shows the whole burst; a count can only be told of such a clip."""
+        """True if the clip shows the whole burst; only such a clip can be counted."""
         last = len(self.wall.x_px) - 1
         return bool(self.events) and all(0 <= event.frame <= last for event in self.events)
 
@@ -143,11 +143,6 @@ def truth_of(
 def truth_path(clip_path: Path) -> Path:
     """Where the truth of a clip is kept: ``trial.truth.json`` beside ``trial.mp4``."""
     return clip_path.with_name(f"{clip_path.stem}.truth.json")
-
-
-def write_truth(truth: Truth, path: Path) -> None:
-    """Write the truth as JSON, as ``write_text`` does."""
-    write_text(truth_json(truth), path)
 
 
 def write_text(text: str, path: Path) -> None:

@@ -11,7 +11,7 @@ from count_video.errors import UsageError
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
 from count_video.records import WallSide
-from synth_video.experiments.variation import varied_experiment
+from synth_video.experiments.random_courses import varied_experiment
 from synth_video.scene import Scene
 from synth_video.schedule import first_event_s, last_event_s
 
@@ -29,7 +29,7 @@ def varied(scene: Scene, seed: int) -> Scene:
     """Draw the set-up, the wall's side and the capture rate of a scene at random.
 
     Mass ratio from 1 to 250, counts from 3 to 45, restitution 1 in half of the draws and 0.9 to 1
-    in the others. The rate suits the burst: all its collisions can be told apart. A trial that
+    in the others. The rate suits the burst: all its collisions are seen one by one. A trial that
     would take too many frames at such a rate, or more than ``clip.max_frames`` leaves for the
     burst, is drawn again.
 
@@ -63,7 +63,7 @@ def _filmed(scene: Scene, motion: Motion, rng: np.random.Generator) -> Scene:
 
 
 def _short(scene: Scene, motion: Motion) -> bool:
-    """Tell whether the clip leaves enough frames for the burst."""
+    """Return whether the clip leaves enough frames for the burst."""
     clip = scene.clip
     longest = min(LONGEST_BURST_FRAMES, clip.max_frames - clip.lead_frames - clip.tail_frames - 2)
     shown_s = last_event_s(clip, motion) - first_event_s(clip, motion)
@@ -71,7 +71,7 @@ def _short(scene: Scene, motion: Motion) -> bool:
 
 
 def _in_sight(scene: Scene, motion: Motion) -> bool:
-    """Tell whether every collision of the burst happens within the picture."""
+    """Return whether every collision of the burst happens within the picture."""
     return _farthest_m(motion) <= scene.view.width_m - scene.view.wall_m
 
 

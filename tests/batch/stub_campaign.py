@@ -7,18 +7,18 @@ import os
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
 from unittest.mock import patch
 
 from stub_work import work_through
 
 from count_video import cli, trial
-from count_video.batch import cli as batch_cli
-from count_video.batch.executor import Answer, count_job
+from count_video.batch import command as batch_command
+from count_video.batch.executor import Answer
 from count_video.batch.manifest import Job
 
 COMMAND = Path(__file__).with_name("stub_command.py")
@@ -29,15 +29,18 @@ class WorkersHere:
     """Takes the place of worker processes: each job is done as it is handed over."""
 
     def __init__(self, _: int | None) -> None:
-        self.processes = SimpleNamespace(kill=lambda: None)
+        pass
 
-    def submit(self, job: Job) -> Future[Answer]:
+    def submit(self, work: Callable[[Job], Answer], job: Job) -> Future[Answer]:
         future: Future[Answer] = Future()
         try:
-            future.set_result(count_job(job))
+            future.set_result(work(job))
         except Exception as fault:  # noqa: BLE001 - as a worker hands it back
             future.set_exception(fault)
         return future
+
+    def kill(self) -> None:
+        pass
 
     def lost(self) -> bool:
         return False
@@ -76,7 +79,7 @@ class StubCampaign:
         with (
             patch.dict(os.environ, {"STUB_LOG": str(self.log)}),
             patch.multiple(trial, work_through=work_through),
-            patch.multiple(batch_cli, LocalWorkers=WorkersHere),
+            patch.multiple(batch_command, Processes=WorkersHere),
             redirect_stdout(out),
             redirect_stderr(err),
         ):

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
@@ -14,6 +15,8 @@ from count_video.batch.executor import Answer, answers, failure, tool_version
 from count_video.batch.manifest import Job
 from count_video.batch.summary import run_campaign
 from count_video.trial import TrialSettings
+
+Work = Callable[[Job], Answer]
 
 
 def job(name: str) -> Job:
@@ -29,7 +32,7 @@ class PaperWorkers:
     begun: Counter[str] = field(default_factory=Counter)
     closed: list[bool] = field(default_factory=list)
 
-    def submit(self, job: Job) -> Future[Answer]:
+    def submit(self, work: Work, job: Job) -> Future[Answer]:
         future: Future[Answer] = Future()
         self.begun[job.name] += 1
         if job.name in self.killers:
@@ -73,8 +76,8 @@ def test_whatever_dies_every_job_is_answered_and_only_killers_fail(killers: set[
 
 def test_a_fault_in_the_work_is_the_answer_of_its_job_alone() -> None:
     class Faulty(PaperWorkers):
-        def submit(self, job: Job) -> Future[Answer]:
-            future = super().submit(job)
+        def submit(self, work: Work, job: Job) -> Future[Answer]:
+            future = super().submit(work, job)
             if job.name == "b":
                 future = Future()
                 future.set_exception(ZeroDivisionError("a\nfault"))
@@ -88,7 +91,7 @@ def test_a_fault_in_the_work_is_the_answer_of_its_job_alone() -> None:
 
 def test_a_job_that_the_cluster_lets_go_fails() -> None:
     class Careless(PaperWorkers):
-        def submit(self, job: Job) -> Future[Answer]:
+        def submit(self, work: Work, job: Job) -> Future[Answer]:
             future: Future[Answer] = Future()
             future.cancel()
             future.set_running_or_notify_cancel()
@@ -100,8 +103,8 @@ def test_a_job_that_the_cluster_lets_go_fails() -> None:
 
 def test_jobs_of_workers_that_are_lost_fail_though_it_never_says_so() -> None:
     class Lost(PaperWorkers):
-        def submit(self, job: Job) -> Future[Answer]:
-            return super().submit(job) if job.name in ("a", "b") else Future()
+        def submit(self, work: Work, job: Job) -> Future[Answer]:
+            return super().submit(work, job) if job.name in ("a", "b") else Future()
 
         def lost(self) -> bool:
             return self.begun["b"] > 0
@@ -112,7 +115,7 @@ def test_jobs_of_workers_that_are_lost_fail_though_it_never_says_so() -> None:
 
 def test_an_answer_of_another_version_of_the_tool_is_refused() -> None:
     class Outdated(PaperWorkers):
-        def submit(self, job: Job) -> Future[Answer]:
+        def submit(self, work: Work, job: Job) -> Future[Answer]:
             future: Future[Answer] = Future()
             future.set_result(Answer("{}", "content", True, "0.0.0"))
             return future
@@ -124,7 +127,7 @@ def test_an_answer_of_another_version_of_the_tool_is_refused() -> None:
 
 def test_an_interruption_ends_the_workers_at_once() -> None:
     class Interrupted(PaperWorkers):
-        def submit(self, job: Job) -> Future[Answer]:
+        def submit(self, work: Work, job: Job) -> Future[Answer]:
             raise KeyboardInterrupt
 
     workers = Interrupted()
@@ -135,7 +138,7 @@ def test_an_interruption_ends_the_workers_at_once() -> None:
 
 def test_a_campaign_that_is_done_lets_its_workers_end() -> None:
     class Plain(PaperWorkers):
-        def submit(self, job: Job) -> Future[Answer]:
+        def submit(self, work: Work, job: Job) -> Future[Answer]:
             future: Future[Answer] = Future()
             future.set_result(failure(job, "nothing to see"))
             return future

@@ -20,7 +20,7 @@ from pathlib import Path
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from synth_video.campaign.filming import film, takes_of
+from synth_video.campaign.rendering import film, takes_of
 from synth_video.campaign.search import CAMPAIGNS
 
 if not hasattr(os, "wait4"):
@@ -51,7 +51,7 @@ for clip in sorted(Path(sys.argv[1]).glob("*.mp4")):
 """
 IMPORTS = """
 import count_video.trial
-import count_video.batch.cli
+import count_video.batch.command
 import count_video.reports.figure
 """
 

@@ -23,8 +23,8 @@ import av
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
+from synth_video.film import render_clip
 from synth_video.scene_file import load_scene
-from synth_video.trial import render_trial
 
 if not hasattr(os, "wait4"):
     pytest.skip("this system does not tell what a process used", allow_module_level=True)
@@ -101,7 +101,7 @@ def decode(clip: Path) -> Use:
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("speed") / "trial.mp4"
-    render_trial(load_scene("paper", SCENE), 7, path)
+    render_clip(load_scene("paper", SCENE), 7, path)
     return path
 
 

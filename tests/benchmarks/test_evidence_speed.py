@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
+from synth_video.film import render_clip
 from synth_video.scene_file import load_scene
-from synth_video.trial import render_trial
 
 FRAMES = 1500
 SCENE = (
@@ -51,7 +51,7 @@ def taken_s(*arguments: str) -> float:
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("speed") / "trial.mp4"
-    render_trial(load_scene("paper", SCENE), 7, path)
+    render_clip(load_scene("paper", SCENE), 7, path)
     return path
 
 

@@ -22,8 +22,8 @@ from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
 from count_video.records import Estimate, Floats
 from count_video.trial import TrialSettings, work_through
+from synth_video.film import render_clip
 from synth_video.scene_file import load_scene
-from synth_video.trial import render_trial
 from synth_video.truth import truth_path
 
 RATES = (240.0, 480.0, 960.0)
@@ -70,7 +70,7 @@ def filmed(seed: int, folder: Path) -> Filmed:
     if not truth_path(clip).exists():
         scene = load_scene("paper")
         camera = replace(scene.camera, capture_fps=rate, shutter=round(shutter, 3))
-        render_trial(replace(scene, setup=setup, camera=camera), seed, clip)
+        render_clip(replace(scene, setup=setup, camera=camera), seed, clip)
     trial = work_through(clip, TrialSettings(capture_fps=rate))
     errors, sigmas = compared(trial.between, motion)
     result = trial.result

@@ -22,9 +22,9 @@ from count_video.motion.seen import seen_collisions
 from count_video.records import Floats
 from count_video.tracking.observation import observe, pair_tracks
 from count_video.tracking.view import TrackSettings
+from synth_video.film import render_clip
 from synth_video.suite.matching import match
 from synth_video.suite.suites import conditions_of
-from synth_video.trial import render_trial
 
 SHUTTERS = (0.02, 0.5, 1.0)
 """Open for these parts of the time between two frames."""
@@ -58,7 +58,7 @@ def time_errors(numbers: Sequence[int], shutter: float, folder: Path) -> TimeErr
         scene = clean.scene("ordinary", number)
         scene = replace(scene, camera=replace(scene.camera, shutter=shutter))
         clip = folder / f"{number}.mp4"
-        truth = render_trial(scene, clean.seed(number), clip)
+        truth = render_clip(scene, clean.seed(number), clip)
         with open_footage(clip) as footage, observe(footage, TrackSettings()) as bodies:
             seen = seen_collisions(pair_tracks(bodies, None)[0])
         true = [event.frame for event in truth.events]

@@ -13,11 +13,11 @@ from typing import Any
 import stored_tracks
 from counting import answer, truth_of
 
+from synth_video.film import render_clip
 from synth_video.suite.condition import Strength
 from synth_video.suite.filming import Take
 from synth_video.suite.scoring import ClipScore, score
 from synth_video.suite.suites import conditions_of
-from synth_video.trial import render_trial
 
 CLIPS_FILE = Path(__file__).with_name("suite_scores.json")
 TRACKS_FILE = Path(__file__).with_name("suite_track_scores.json")
@@ -50,7 +50,7 @@ def takes() -> list[Take]:
 def scored(take: Take, folder: Path) -> ClipScore:
     """Render a clip, count it, and compare."""
     clip = folder / take.name
-    render_trial(take.scene, take.seed, clip)
+    render_clip(take.scene, take.seed, clip)
     return score(clip.stem, truth_of(clip), answer(clip))
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from counting import answer, assert_counted, truth_of
 
+from synth_video.film import render_clip
 from synth_video.scene_file import load_scene
-from synth_video.trial import render_trial
 from synth_video.variation import varied
 
 SCENES = (
@@ -33,7 +33,7 @@ def assert_counted_when_filmed(number: int, folder: Path) -> None:
     seed = FIRST_SEED + number
     scene = varied(load_scene(SCENES[number % len(SCENES)]), seed)
     clip = folder / f"{trial_name(number)}.mp4"
-    assert render_trial(scene, seed, clip).resolved
+    assert render_clip(scene, seed, clip).resolved
     assert_counted(answer(clip), truth_of(clip))
 
 

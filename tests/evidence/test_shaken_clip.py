@@ -16,8 +16,8 @@ from count_video.footage.reader import open_footage
 from count_video.records import Floats, Track
 from count_video.reports.annotated_clip import HEADER_PX
 from count_video.trial import TrialSettings, work_through
+from synth_video.film import render_clip
 from synth_video.scene_file import load_scene
-from synth_video.trial import render_trial
 
 SHAKE_PX = 3.0
 EVERY = 12
@@ -28,7 +28,7 @@ EVERY = 12
 def shaken(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Track]:
     """A clip with its evidence beside it, and what was followed in it."""
     path = tmp_path_factory.mktemp("shaken") / "shaken.mp4"
-    render_trial(load_scene("equal-masses", (f"tripod.shake_px={SHAKE_PX}",)), 3, path)
+    render_clip(load_scene("equal-masses", (f"tripod.shake_px={SHAKE_PX}",)), 3, path)
     trial = work_through(path, TrialSettings())
     draw_evidence(path, followed(trial), EvidenceSettings(path.parent))
     assert trial.track is not None

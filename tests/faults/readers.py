@@ -13,7 +13,7 @@ import numpy as np
 
 from count_video.batch.executor import tool_version
 from count_video.batch.manifest import Job, Pages, read_manifest
-from count_video.batch.store import ResultStore
+from count_video.batch.results import ResultStore
 from count_video.batch.summary import row_of
 from count_video.corrections import reviewed
 from count_video.errors import CountVideoError
@@ -21,8 +21,7 @@ from count_video.followed import Followed, packed, unpacked
 from count_video.footage.reader import open_footage, pilot_frames
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.outputs import OutputFolder
-from count_video.planning.request import PlanRequest
-from count_video.planning.stored import PLAN_VERSION, read_request, request_object
+from count_video.planning.request import PLAN_VERSION, PlanRequest, read_request, request_object
 from count_video.reports.json_object import json_line
 from count_video.trial import TrialSettings
 from count_video.verdict import unread_result

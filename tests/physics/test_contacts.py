@@ -79,7 +79,7 @@ def test_no_contact_comes_before_the_one_found(pair: tuple[Mover, Mover]) -> Non
     filled = np.ones_like(times)
     places = [
         mover.position_m
-        + mover.law.advance_many(mover.position_m * filled, mover.velocity_m_s * filled, times)[0]
+        + mover.law.advance(mover.position_m * filled, mover.velocity_m_s * filled, times)[0]
         for mover in pair
     ]
     rounding = 1e-15  # of positions below 1 m

@@ -55,7 +55,7 @@ def test_arrays_and_numbers_fly_alike(
     law: Law, position: float, velocity: float, times: list[float]
 ) -> None:
     filled = np.full(len(times), position), np.full(len(times), velocity)
-    rises, velocities = law.advance_many(*filled, np.array(times))
+    rises, velocities = law.advance(*filled, np.array(times))
     one_by_one = np.array([law.advance(position, velocity, tau) for tau in times])
     np.testing.assert_allclose(rises, one_by_one[:, 0], rtol=0, atol=ROUNDING)
     np.testing.assert_allclose(velocities, one_by_one[:, 1], rtol=0, atol=ROUNDING)
@@ -84,9 +84,7 @@ def test_a_pendulum_turns_at_its_first_maximum(
     _, at_turn = law.advance(position, velocity, turn)
     assert at_turn == pytest.approx(0, abs=ROUNDING)
     times = np.linspace(0, turn, 200)[:-1]
-    _, velocities = law.advance_many(
-        np.full(len(times), position), np.full(len(times), velocity), times
-    )
+    _, velocities = law.advance(np.full(len(times), position), np.full(len(times), velocity), times)
     falls_back = (velocities[:-1] > ROUNDING) & (velocities[1:] < -ROUNDING)
     assert not falls_back.any()
     assert velocities[-1] > -ROUNDING

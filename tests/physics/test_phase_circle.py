@@ -7,14 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from phase_circle import count_by_phase_circle, in_stopping_region, velocities_by_collision
 
-from count_video.physics.phase_circle import (
-    count_by_phase_circle,
-    in_stopping_region,
-    state_points,
-    velocities_by_collision,
-)
-from count_video.physics.theory import WHOLE_QUOTIENTS, collision_count
+from count_video.physics.theory import WHOLE_QUOTIENTS, collision_count, state_points
 
 RATIOS = st.fractions(Fraction(1, 100), Fraction(10**4), max_denominator=100) | st.sampled_from(
     list(WHOLE_QUOTIENTS)

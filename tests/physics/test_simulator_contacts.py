@@ -38,7 +38,7 @@ def test_a_bouncing_ball_rests_after_the_hops_that_the_geometric_law_allows(
             break
         # An undamped ball comes back as fast as it left.
         assert impact is not None
-        assert -impact.ball_before_m_s == pytest.approx(speed * restitution**hops, rel=1e-6)
+        assert -impact.light_before_m_s == pytest.approx(speed * restitution**hops, rel=1e-6)
         hops += 1
     # The last hop recorded leaves with less than the resting speed or comes back with less.
     exact = math.log(apparatus.resting_speed_m_s / speed) / math.log(restitution)

@@ -14,8 +14,13 @@ from count_video.errors import UsageError
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.planning.comparison import compared
-from count_video.planning.request import PlanRequest, Tolerances
-from count_video.planning.stored import PLAN_VERSION, read_request, request_object
+from count_video.planning.request import (
+    PLAN_VERSION,
+    PlanRequest,
+    Tolerances,
+    read_request,
+    request_object,
+)
 from count_video.records import Estimate, FittedSetup, TrialResult
 from count_video.reports.json_object import json_object
 from count_video.reports.text import comparison_lines, comparison_sentence, result_text

@@ -10,7 +10,7 @@ import pytest
 
 import count_video
 from count_video.cli import main
-from count_video.planning.whole import Plan
+from count_video.planning.plan import Plan
 from pages import blocks, page, section
 
 FILMING = page("docs/filming.md")

@@ -12,7 +12,7 @@ from test_comparison import PLANNED, found
 
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
-from count_video.planning.expected import expected_counts
+from count_video.planning.comparison import expected_counts
 from count_video.records import Estimate
 from count_video.reports.text import result_text
 

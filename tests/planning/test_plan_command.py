@@ -17,8 +17,7 @@ from count_video.cli import main
 from count_video.outputs import HIDDEN
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
-from count_video.planning.request import PlanRequest, Tolerances
-from count_video.planning.stored import read_request
+from count_video.planning.request import PlanRequest, Tolerances, read_request
 from count_video.reports.page import Footage, clip_page
 
 TOP = Path(__file__).parents[2]

@@ -11,8 +11,8 @@ import pytest
 
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
+from count_video.planning.plan import make_plan
 from count_video.planning.request import PlanRequest
-from count_video.planning.whole import make_plan
 from count_video.reports.page import plan_page
 
 if TYPE_CHECKING:

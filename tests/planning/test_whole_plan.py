@@ -17,11 +17,17 @@ from count_video.physics.many import NO_COUNT
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.physics.theory import collision_count
-from count_video.planning.advice import ENOUGH, changed
-from count_video.planning.chart import chart_of
+from count_video.planning.plan import Plan, make_plan
 from count_video.planning.request import PlanRequest, Tolerances
-from count_video.planning.tolerances import SPREAD_TRIALS, shares_of, spread_of, table_of
-from count_video.planning.whole import Plan, make_plan
+from count_video.planning.spread import (
+    ENOUGH,
+    SPREAD_TRIALS,
+    changed,
+    chart_of,
+    shares_of,
+    spread_of,
+    table_of,
+)
 
 PAPER = PlanRequest(1050, 10.5, capture_fps=240.0)
 STEEL = Tolerances(restitution=0.0, scatter=0.0)
@@ -111,7 +117,7 @@ def test_what_is_proposed_gives_the_theorys_count_with_room_to_spare() -> None:
         planned = make_plan(replace(PAPER, gap_m=gap_m), with_table=False, with_chart=False)
         assert {proposal.change for proposal in planned.proposals} >= {"gap", "release"}
         for proposal in planned.proposals:
-            better = replace(changed(planned.request, proposal), seed=99)
+            better = replace(changed(planned.request, proposal.change, proposal.value), seed=99)
             assert simulate(better.setup()).count == 31
             assert collision_count(better.heavy, better.light) == 31
             (share,) = shares_of([better], 31, CHECK_TRIALS)

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from count_video.physics.simulator import Motion, simulate
 from count_video.records import Floats
 from synth_video.compositor import Compositor
+from synth_video.experiments.course import course_of_trial
 from synth_video.exposure import BodyPath, Paths
+from synth_video.film import frames_of
 from synth_video.projection import projection_of
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene
 from synth_video.schedule import Schedule, schedule_of
 from synth_video.stage import Stage, set_stage
-from synth_video.trial import render_frames
 
 BARE = ("light.shadow=0", "wall.reflection=0", "wall.front_m=0", "camera.vignette=0")
 """Nothing but the bodies changes the picture."""
@@ -37,8 +38,8 @@ def filmed_times(scene: Scene, seed: int = 0) -> tuple[Motion, Schedule]:
 def filmed(scene: Scene, seed: int = 0) -> tuple[Motion, Schedule, list[NDArray[np.uint8]]]:
     """Motion, times and all pictures of a trial."""
     motion, schedule = filmed_times(scene, seed)
-    projection = projection_of(scene)
-    return motion, schedule, list(render_frames(scene, seed, motion, schedule, projection))
+    course = course_of_trial(motion, rising=scene.view.rising_path)
+    return motion, schedule, list(frames_of(scene, seed, course, schedule))
 
 
 class CoverageCamera:

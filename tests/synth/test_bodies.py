@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from filming import BARE, CoverageCamera, edge_px, small_scene
 
+from synth_video.appearance import BallSettings
 from synth_video.bodies import STEPS_OF_A_TURN, Spinning
-from synth_video.looks import BallSettings
+from synth_video.body_picture import BodyPicture
 from synth_video.paint_ball import BallView, paint_ball
-from synth_video.sprite import Sprite
 
 EXACT_PX = 1e-3
 """Rounding of float32 cells, summed over an edge of some ten pixels of up to 255."""
@@ -75,7 +75,7 @@ def test_stripes_lie_across_the_line_of_motion() -> None:
 def test_a_turning_body_is_painted_once_a_step() -> None:
     painted: list[float] = []
 
-    def paint(turn_rad: float) -> Sprite:
+    def paint(turn_rad: float) -> BodyPicture:
         painted.append(turn_rad)
         return paint_ball(SPUN, VIEW, turn_rad)
 

@@ -9,18 +9,17 @@ import pytest
 from count_video.errors import UsageError
 from count_video.records import Floats
 from synth_video.experiments.course import Course
-from synth_video.experiments.filming import course_paths, experiment_frames
+from synth_video.experiments.course_truth import ExperimentTruth, experiment_json, truth_of_course
 from synth_video.experiments.happening import course_of
-from synth_video.experiments.settings import NOTHING_TO_COUNT
 from synth_video.experiments.timing import schedule_of_course
-from synth_video.experiments.truth import ExperimentTruth, experiment_json, truth_of_course
+from synth_video.exposure import exposures
+from synth_video.film import frames_of, render_clip
 from synth_video.projection import projection_of
-from synth_video.scene import Scene
+from synth_video.scene import NOTHING_TO_COUNT, Scene
 from synth_video.scene_file import load_scene, scene_names
 from synth_video.schedule import Schedule
 from synth_video.suite.condition import STRENGTHS, Condition, Strength
 from synth_video.suite.experiment_conditions import EXPERIMENTS as EXPERIMENTS_OF_SUITE
-from synth_video.trial import render_clip
 from synth_video.truth import truth_path
 from synth_video.variation import varied
 
@@ -109,7 +108,7 @@ def test_the_paths_during_the_exposures_are_about_the_places_at_their_centres() 
     scene = load_scene("throw")
     course, schedule, _ = run_of(scene)
     scale = projection_of(scene).px_per_m
-    paths = list(course_paths(course, schedule, scale))
+    paths = list(exposures(course, schedule, scale))
     assert len(paths) == len(schedule.centre_s)
     along_m = np.array([path.bodies[0].along_m.mean() for path in paths])
     assert along_m == pytest.approx(course.places[0](schedule.centre_s)[0], abs=1e-12)
@@ -121,7 +120,7 @@ def test_a_body_is_seen_where_the_truth_has_it(name: str) -> None:
     plain = ("ball.spin_hz=0", "background.texture=0", "background.color=[120, 120, 120]")
     scene = load_scene(name, [*quiet, *plain, "clip.frames=5", "camera.capture_fps=20"])
     course, schedule, truth = run_of(scene)
-    frames = list(experiment_frames(scene, 0, course, schedule, projection_of(scene)))
+    frames = list(frames_of(scene, 0, course, schedule))
     first, last = (frame.astype(float).mean(axis=2) for frame in (frames[0], frames[-1]))
     body = truth.bodies[-1] if name == "cradle" else truth.bodies[0]
     changed = np.abs(first - last) > 12

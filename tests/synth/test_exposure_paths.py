@@ -5,7 +5,8 @@ import pytest
 from filming import small_scene
 
 from count_video.physics.simulator import simulate
-from synth_video.exposure import exposures, rise_m
+from synth_video.experiments.course import course_of_trial, rise_m
+from synth_video.exposure import exposures
 from synth_video.projection import projection_of
 from synth_video.schedule import schedule_of
 from synth_video.stage import BALL, HEAVY
@@ -20,7 +21,8 @@ def test_the_mean_of_each_sampled_path_is_the_mean_of_the_true_path() -> None:
     schedule = schedule_of(scene, motion, np.random.default_rng(3))
     scale = projection_of(scene).px_per_m
     sampled = [
-        p.bodies[BALL].along_m.mean() for p in exposures(motion, schedule, scale, rising=False)
+        p.bodies[BALL].along_m.mean()
+        for p in exposures(course_of_trial(motion, rising=False), schedule, scale)
     ]
     part = ((np.arange(2000) + 0.5) / 2000 - 0.5) * schedule.exposure_s
     fine = motion.sample((schedule.centre_s[:, None] + part).ravel()).ball_far_face_m
@@ -34,7 +36,8 @@ def test_a_shutter_hardly_open_shows_the_place_at_the_centre_of_the_exposure() -
     schedule = schedule_of(scene, motion, np.random.default_rng(3))
     scale = projection_of(scene).px_per_m
     seen = [
-        p.bodies[HEAVY].along_m.mean() for p in exposures(motion, schedule, scale, rising=False)
+        p.bodies[HEAVY].along_m.mean()
+        for p in exposures(course_of_trial(motion, rising=False), schedule, scale)
     ]
     true = motion.sample(schedule.centre_s).heavy_face_m
     assert np.array(seen) * scale == pytest.approx(true * scale, abs=1e-3)

@@ -10,15 +10,16 @@ from filming import filmed_times, small_scene
 
 from count_video.records import Floats
 from synth_video.compositor import Compositor
-from synth_video.easel import easel_for
+from synth_video.experiments.course import course_of_trial
 from synth_video.exposure import exposures
+from synth_video.film import frames_of
 from synth_video.paint_boards import CONTRAST, HEIGHT_M, SHIFT_M, hang_boards
 from synth_video.projection import projection_of
+from synth_video.raster import raster_for
 from synth_video.scene import Scene
 from synth_video.stage import Stage, set_stage
 from synth_video.suite.condition import STRENGTHS, Strength
 from synth_video.suite.suites import conditions_of
-from synth_video.trial import render_frames
 from synth_video.truth import Truth, truth_of
 
 NUMBERS = range(3)
@@ -48,7 +49,7 @@ def first_light(scene: Scene, seed: int) -> tuple[Stage, Floats, tuple[float, fl
     """Stage and brightness of frame 0 before the sensor, and the ball's centre in it, in px."""
     motion, schedule = filmed_times(scene, seed)
     projection, stage = projection_of(scene), staged(scene, seed)
-    path = next(exposures(motion, schedule, projection.px_per_m, rising=True))
+    path = next(exposures(course_of_trial(motion, rising=True), schedule, projection.px_per_m))
     x_px, y_px = projection.tilted(path.bodies[0].along_m, path.bodies[0].up_m)
     light = grey(Compositor(stage).compose(path).copy())
     return stage, light, (float(x_px.mean()), float(y_px.mean()))
@@ -99,7 +100,7 @@ def test_a_dark_picture_lies_within_thirty_grey_levels(strength: Strength, numbe
     scene, seed = scene_and_seed("dark", strength, number)
     noiseless = replace(scene, camera=replace(scene.camera, read_noise=0.0, shot_noise=0.0))
     motion, schedule = filmed_times(noiseless, seed)
-    pictures = render_frames(noiseless, seed, motion, schedule, projection_of(noiseless))
+    pictures = frames_of(noiseless, seed, course_of_trial(motion, rising=True), schedule)
     luma = grey(next(pictures).astype(float))
     assert np.ptp(luma) <= DARK_LEVELS
 
@@ -129,17 +130,17 @@ def test_edges_lie_across_the_outline_of_the_ball_wherever_it_is(
 
 def test_boards_hang_no_higher_and_no_lower_than_the_bodies_reach_and_leave_the_rest() -> None:
     scene = small_scene("suite", "background.kind=boards", "background.blur_m=0")
-    easel = easel_for(projection_of(scene), np.random.default_rng(5))
-    wall = easel.blank((120.0, 120.0, 120.0))
+    raster = raster_for(projection_of(scene), np.random.default_rng(5))
+    wall = raster.blank((120.0, 120.0, 120.0))
     hung = wall.copy()
-    hang_boards(hung, 1.0, easel)
+    hang_boards(hung, 1.0, raster)
     changed = (hung != wall).any(axis=(1, 2))
-    up_m = easel.up_m()[:, 0][changed]
-    assert np.abs(up_m).max() <= SHIFT_M + max(HEIGHT_M) / 2 + 1 / easel.px_per_m
+    up_m = raster.up_m()[:, 0][changed]
+    assert np.abs(up_m).max() <= SHIFT_M + max(HEIGHT_M) / 2 + 1 / raster.px_per_m
     assert np.ptp(up_m) > 2 * SHIFT_M
     assert hung.min() < (1 - CONTRAST[0]) * 120 < (1 + CONTRAST[0]) * 120 < hung.max()
-    hang_boards(wall, 0.0, easel)
-    assert np.array_equal(wall, easel.blank((120.0, 120.0, 120.0)))
+    hang_boards(wall, 0.0, raster)
+    assert np.array_equal(wall, raster.blank((120.0, 120.0, 120.0)))
 
 
 @either_strength

@@ -11,7 +11,7 @@ from statistics import fmean, pstdev
 import pytest
 
 from count_video.errors import UsageError
-from synth_video.campaign.filming import (
+from synth_video.campaign.rendering import (
     APART_FRAMES,
     PHONE_RATE,
     film,

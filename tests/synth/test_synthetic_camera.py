@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from synth_video.appearance import LightSettings
 from synth_video.camera import flicker_gain, sensor_for, vignette
-from synth_video.looks import LightSettings
 from synth_video.scene import CameraSettings
 from synth_video.schedule import Schedule
 

@@ -8,8 +8,8 @@ import pytest
 from filming import NOISELESS, filmed, small_scene
 
 from count_video.footage.reader import open_footage
+from synth_video.film import render_clip
 from synth_video.scene_file import load_scene, scene_names
-from synth_video.trial import render_clip, render_trial
 from synth_video.truth import truth_path
 
 
@@ -31,7 +31,7 @@ def test_every_scene_makes_a_clip_in_which_something_moves(name: str, tmp_path: 
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_others(tmp_path: Path) -> None:
     scene = small_scene("shelf", "clip.frames=6")
     for name, seed in (("one", 5), ("two", 5), ("other", 6)):
-        render_trial(scene, seed, tmp_path / f"{name}.mp4")
+        render_clip(scene, seed, tmp_path / f"{name}.mp4")
     one, two, other = (
         ((tmp_path / f"{n}.mp4").read_bytes(), (tmp_path / f"{n}.truth.json").read_bytes())
         for n in ("one", "two", "other")
@@ -44,7 +44,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_others(tmp_path: Pa
 def test_the_clip_has_as_many_frames_as_the_truth_and_its_own_playing_rate(tmp_path: Path) -> None:
     scene = small_scene("equal-masses", "encoding.container_fps=24", "clip.tail_frames=5")
     clip = tmp_path / "clip.mp4"
-    render_trial(scene, 1, clip)
+    render_clip(scene, 1, clip)
     truth = json.loads(truth_path(clip).read_text(encoding="utf-8"))
     with open_footage(clip) as footage:
         frames = sum(1 for _ in footage.frames())
@@ -60,7 +60,7 @@ def test_other_containers_and_codecs_can_be_asked_for(
 ) -> None:
     scene = small_scene("equal-masses", "clip.frames=4", f"encoding.codec={codec}")
     clip = tmp_path / f"clip{suffix}"
-    render_trial(scene, 1, clip)
+    render_clip(scene, 1, clip)
     with open_footage(clip) as footage:
         assert len(list(footage.frames())) == 4
 

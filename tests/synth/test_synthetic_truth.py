@@ -14,7 +14,7 @@ from synth_video.projection import projection_of
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene, scene_names
 from synth_video.schedule import schedule_of
-from synth_video.truth import Truth, truth_json, truth_of, truth_path, write_truth
+from synth_video.truth import Truth, truth_json, truth_of, truth_path, write_text
 
 ROUNDED_PX = 1e-5
 ROUNDED_M = 1e-9
@@ -144,7 +144,7 @@ def test_a_truth_that_cannot_be_written_leaves_nothing_behind(tmp_path: Path) ->
     target = tmp_path / "t.truth.json"
     target.mkdir()
     with pytest.raises(UsageError, match="cannot write"):
-        write_truth(truth, target)
+        write_text(truth_json(truth), target)
     assert list(tmp_path.iterdir()) == [target]
 
 

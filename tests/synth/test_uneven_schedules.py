@@ -12,9 +12,9 @@ from filming import filmed, filmed_times, small_scene
 from count_video.footage.reader import open_footage
 from count_video.physics.simulator import Motion
 from count_video.records import Frame
+from synth_video.film import render_clip
 from synth_video.projection import projection_of
 from synth_video.schedule import RAMP_APART_FRAMES, Schedule
-from synth_video.trial import render_trial
 from synth_video.truth import Truth, truth_of
 
 ROUNDING_S = 1e-9
@@ -131,6 +131,6 @@ def test_the_time_stamps_of_a_variable_rate_are_in_the_file(tmp_path: Path) -> N
 def read(folder: Path, *settings: str) -> list[Frame]:
     """Render a short clip and read it again."""
     clip = folder / "clip.mp4"
-    render_trial(small_scene("ratio16", *SHORT, *settings), 3, clip)
+    render_clip(small_scene("ratio16", *SHORT, *settings), 3, clip)
     with open_footage(clip) as footage:
         return list(footage.frames())

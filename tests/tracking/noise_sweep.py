@@ -26,9 +26,9 @@ from count_video.reports import drawing
 from count_video.reports.drawing import picture_bytes, styled
 from count_video.tracking.observation import observe, pair_tracks
 from count_video.tracking.view import TrackSettings
+from synth_video.film import render_clip
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene
-from synth_video.trial import render_trial
 from synth_video.truth import Truth
 
 NOISES = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 12.0)
@@ -92,7 +92,7 @@ def points(scene: Scene, seeds: Sequence[int], folder: Path) -> tuple[Point, Poi
 
 def _errors(scene: Scene, seed: int, clip: Path) -> tuple[list[Floats], list[Floats]]:
     """Errors of both bodies about their mean, and their stated uncertainties."""
-    truth = render_trial(scene, seed, clip)
+    truth = render_clip(scene, seed, clip)
     with open_footage(clip) as footage, observe(footage, TrackSettings()) as seen:
         track = pair_tracks(seen, None)[0]
     clear = _clear(truth, track)

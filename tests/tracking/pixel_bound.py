@@ -28,11 +28,12 @@ import numpy as np
 
 from count_video.physics.simulator import simulate
 from count_video.records import Floats
-from synth_video.actors import Moving
 from synth_video.camera import vignette
 from synth_video.compositor import Compositor
+from synth_video.experiments.course import course_of_trial
 from synth_video.exposure import BodyPath, Paths, exposures
 from synth_video.film import ART, CLOCK
+from synth_video.layers import Moving
 from synth_video.projection import projection_of
 from synth_video.scene import Scene
 from synth_video.schedule import schedule_of
@@ -67,7 +68,7 @@ class NoiselessFilm:
         motion = simulate(self.scene.setup, seed=self.seed)
         schedule = schedule_of(self.scene, motion, np.random.default_rng([self.seed, CLOCK]))
         scale, rising = self.projection.px_per_m, self.scene.view.rising_path
-        return list(exposures(motion, schedule, scale, rising=rising))[::EVERY]
+        return list(exposures(course_of_trial(motion, rising=rising), schedule, scale))[::EVERY]
 
     def luma(self, paths: Paths) -> Floats:
         """Brightness, shape (height, width), not rounded; the wall stands on the left."""
@@ -76,10 +77,10 @@ class NoiselessFilm:
     def body_pixels(self, paths: Paths, body: int) -> np.ndarray:
         """Which pixels show the body at least in part, shape (height, width)."""
         shown = np.zeros(self._shade.shape, dtype=bool)
-        for actor in self.stage.actors:
-            if not (isinstance(actor, Moving) and actor.body == body and actor.level_m is None):
+        for source in self.stage.layer_sources:
+            if not (isinstance(source, Moving) and source.body == body and source.level_m is None):
                 continue
-            for layer in () if actor.mirrored else actor.layers(paths, self.projection):
+            for layer in () if source.mirrored else source.layers(paths, self.projection):
                 y, x = np.nonzero(layer.placed.pixels[..., 3] > COVERED)
                 y, x = y + layer.placed.y_px, x + layer.placed.x_px
                 inside = (y >= 0) & (x >= 0) & (y < shown.shape[0]) & (x < shown.shape[1])

@@ -5,15 +5,14 @@ Both take jobs and give futures.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Future
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from queue import Empty, SimpleQueue
-from typing import Any, Protocol
+from typing import Any, TypeVar
 
 import cv2
 
@@ -24,13 +23,13 @@ from count_video.errors import CountVideoError, FootageError, TrackingError, Usa
 from count_video.followed import Followed, followed, packed, unpacked
 from count_video.inputs import content_digest
 from count_video.memory import shortage_told
-from count_video.parallel import Processes
+from count_video.parallel import Workers, as_done
 from count_video.reports.json_object import SCHEMA_VERSION, json_line, read_result
 from count_video.verdict import unread_result
 
+_Job = TypeVar("_Job")
+_Done = TypeVar("_Done")
 CONNECT_TIMEOUT_S = 10
-ASK_EVERY_S = 1.0
-"""While no answer comes, the workers are asked so often whether they are still there."""
 
 
 @dataclass(frozen=True)
@@ -119,50 +118,19 @@ def failure(job: Job, reason: str) -> Answer:
     return Answer(json_line(unread_result(job.clip, reason)), None, False, tool_version())
 
 
-class Workers(Protocol):
-    """Who counts clips."""
-
-    def submit(self, job: Job) -> Future[Answer]:
-        """Hand over a job."""
-
-    def lost(self) -> bool:
-        """Return whether nobody is left to do or answer anything."""
-
-    def close(self, *, at_once: bool) -> None:
-        """End the workers; ``at_once``: whatever they are doing."""
-
-
 def answers(jobs: Iterable[Job], workers: Workers) -> Iterator[tuple[Job, Answer]]:
     """Yield every job with its answer, in the order in which they come.
 
     Nothing that fails stops the others: it is the answer of its job.
     """
-    arrived: SimpleQueue[Future[Answer]] = SimpleQueue()
-    running: dict[Future[Answer], Job] = {}
-    at_once = True
-    try:
-        for job in jobs:
-            future = workers.submit(job)
-            running[future] = job
-            future.add_done_callback(arrived.put)
-        while running:
-            try:
-                future = arrived.get(timeout=ASK_EVERY_S)
-            except Empty:
-                if workers.lost():
-                    yield from ((job, _let_go(job)) for job in running.values())
-                    return
-                continue
-            job = running.pop(future)
+    with closing(as_done(count_job, jobs, workers)) as done:
+        for job, future in done:
             yield job, _answer(job, future)
-        at_once = False
-    finally:
-        workers.close(at_once=at_once)
 
 
-def _answer(job: Job, future: Future[Answer]) -> Answer:
-    if future.cancelled():
-        return _let_go(job)
+def _answer(job: Job, future: Future[Answer] | None) -> Answer:
+    if future is None or future.cancelled():
+        return failure(job, "the cluster let the clip go; check its scheduler and start again")
     error = future.exception()
     if isinstance(error, BrokenExecutor):
         return failure(job, "the worker died on this clip, twice; play the clip, or convert it")
@@ -176,30 +144,6 @@ def _answer(job: Job, future: Future[Answer]) -> Answer:
             job, f"the worker has count-video {answer.tool}, not {tool_version()}; install the same"
         )
     return answer
-
-
-def _let_go(job: Job) -> Answer:
-    return failure(job, "the cluster let the clip go; check its scheduler and start again")
-
-
-class LocalWorkers:
-    """Processes on this machine."""
-
-    def __init__(self, workers: int | None = None) -> None:
-        """Have ``workers`` processes at the most (None: one for every core)."""
-        self.processes = Processes(workers)
-
-    def submit(self, job: Job) -> Future[Answer]:
-        """Hand over a job."""
-        return self.processes.submit(count_job, job)
-
-    def lost(self) -> bool:
-        """Return False: dead processes are replaced."""
-        return False
-
-    def close(self, *, at_once: bool) -> None:
-        """End the processes."""
-        self.processes.close(at_once=at_once)
 
 
 class ClusterWorkers:
@@ -222,9 +166,9 @@ class ClusterWorkers:
             raise UsageError(f"no Dask scheduler answers at {address}; start it first") from error
         self._executor = self._client.get_executor(pure=False)
 
-    def submit(self, job: Job) -> Future[Answer]:
+    def submit(self, work: Callable[[_Job], _Done], job: _Job) -> Future[_Done]:
         """Hand over a job."""
-        future: Future[Answer] = self._executor.submit(count_job, job)
+        future: Future[_Done] = self._executor.submit(work, job)
         return future
 
     def lost(self) -> bool:

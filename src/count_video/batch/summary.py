@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 from statistics import fmean, pstdev, stdev
 from typing import Any
 
-from count_video.batch.executor import Answer, Workers, answers
+from count_video.batch.executor import Answer, answers
 from count_video.batch.manifest import Job
-from count_video.batch.store import ResultStore, Signature, signature
+from count_video.batch.results import ResultStore, Signature, signature
 from count_video.errors import UsageError
+from count_video.parallel import Workers
 from count_video.physics.theory import collision_count
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Estimate

@@ -7,12 +7,15 @@ does not matter in how many pieces a run is asked for.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
+
+import numpy as np
 
 from count_video.physics.contacts import WALL, Mover, contact_s
 from count_video.physics.mountings import Apparatus, Hold
-from count_video.records import CollisionKind
+from count_video.records import CollisionKind, Floats
 
 Contact = Literal["bodies", "wall", "parting", "none"]
 Restitution = Callable[[CollisionKind], float]
@@ -34,20 +37,26 @@ class Anchor(NamedTuple):
     hold: Hold
 
 
-class Impact(NamedTuple):
-    """What a bounce did to the velocities, before anybody settles."""
+@dataclass(frozen=True, slots=True)
+class SimulatedCollision:
+    """One bounce, exactly; velocities are positive away from the wall."""
 
+    time_s: float
     kind: CollisionKind
     heavy_before_m_s: float
-    ball_before_m_s: float
     heavy_after_m_s: float
-    ball_after_m_s: float
+    light_before_m_s: float
+    light_after_m_s: float
+    """Velocities after the bounce itself, before bodies settle on each other."""
+    energy_after_j: float
+    """Kinetic energy of both bodies and, on threads, their potential energy above rest."""
     restitution: float
+    """Relative speed after over before, as drawn for this bounce."""
 
 
 def events(
     apparatus: Apparatus, anchor: Anchor, restitution: Restitution
-) -> Iterator[tuple[Anchor, Impact | None]]:
+) -> Iterator[tuple[Anchor, SimulatedCollision | None]]:
     """Every event after ``anchor``, in order of time: the state after it, and the bounce if any.
 
     Events without a bounce are those where bodies come to rest on each other, part, stop on the
@@ -153,7 +162,7 @@ def _fly(apparatus: Apparatus, anchor: Anchor, flight_s: float, contact: Contact
 
 def _meet(
     apparatus: Apparatus, arrived: Anchor, contact: Contact, restitution: Restitution
-) -> tuple[Anchor, Impact | None]:
+) -> tuple[Anchor, SimulatedCollision | None]:
     """Bounce if the contact is quick enough, then see who stays together."""
     if contact == "parting":  # found from the pull itself, not to be judged again from roundings
         return arrived._replace(hold=Hold.APART), None
@@ -169,8 +178,36 @@ def _meet(
         push = (1.0 + bounce) * approach / (apparatus.heavy_kg + apparatus.light_kg)
         heavy_after = heavy_velocity + apparatus.light_kg * push
         ball_after = ball_velocity - apparatus.heavy_kg * push
-    after = Anchor(
-        arrived.time_s, arrived.heavy_m, heavy_after, arrived.ball_m, ball_after, Hold.APART
+    time_s, heavy_m, _, ball_m, _, _ = arrived
+    impact = SimulatedCollision(
+        time_s=time_s,
+        kind=contact,
+        heavy_before_m_s=heavy_velocity,
+        heavy_after_m_s=heavy_after,
+        light_before_m_s=ball_velocity,
+        light_after_m_s=ball_after,
+        energy_after_j=apparatus.energy_j(heavy_m, heavy_after, ball_m, ball_after),
+        restitution=bounce,
     )
-    impact = Impact(contact, heavy_velocity, ball_velocity, heavy_after, ball_after, bounce)
+    after = Anchor(time_s, heavy_m, heavy_after, ball_m, ball_after, Hold.APART)
     return settle(apparatus, after), impact
+
+
+def states_at(apparatus: Apparatus, anchors: Sequence[Anchor], times_s: Floats) -> Floats:
+    """State at times of shape (n,), the first or any later event being the last before them.
+
+    Returns position (m) and velocity (m/s) of the cylinder, then of the ball, as an anchor has
+    them; shape (4, n). At the very time of an event the state after it.
+    """
+    starts_s = np.array([anchor.time_s for anchor in anchors])
+    rows = np.maximum(np.searchsorted(starts_s, times_s, side="right") - 1, 0)
+    tau_s = times_s - starts_s[rows]
+    states = np.array([anchor[1:5] for anchor in anchors], dtype=np.float64).T[:, rows]
+    holds = np.array([int(anchor.hold) for anchor in anchors])[rows]
+    for hold in {anchor.hold for anchor in anchors}:
+        part = holds == hold
+        for law, body in zip(apparatus.laws(hold), (slice(0, 2), slice(2, 4)), strict=True):
+            position, velocity = states[body, part]
+            rise, now = law.advance(position, velocity, tau_s[part])
+            states[body, part] = position + rise, now
+    return states

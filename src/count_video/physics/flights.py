@@ -1,15 +1,5 @@
 """How a body moves between collisions: closed forms for sliding, swinging and resting.
 
-A *law* answers, for a body that starts at ``position_m`` with ``velocity_m_s``:
-
-- ``advance``: displacement and velocity after ``tau_s`` (scalars); ``advance_many``: for arrays;
-- ``acceleration`` at the start;
-- ``bounds``: numbers that |acceleration| and |jerk| never exceed from then on;
-- ``valid_for_s``: how long the closed form and the bounds hold before the body must be looked at
-  again (a sliding body stops; a pendulum is looked at afresh every two periods);
-- ``turning_s``: when the velocity next passes from positive to negative;
-- ``settled``: the velocity, or 0 for a body too slow to go on against friction.
-
 Displacements, not positions, are returned: two bodies in contact have gap 0 exactly, and the gap
 of a hop much smaller than a rounding of the positions still comes out with full relative accuracy.
 """
@@ -17,8 +7,9 @@ of a hop much smaller than a rounding of the positions still comes out with full
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -26,71 +17,71 @@ from count_video.records import Floats
 
 WINDOW_PERIODS = 2.0
 """A pendulum that meets nothing is looked at afresh after this many of its periods."""
+_INSTANT_S = 1e-300
+"""A body at rest stops after so long: next to nothing, and not 0, by which one cannot divide."""
+
+Number = TypeVar("Number", float, Floats)
+"""One number, or an array of shape (n,)."""
 
 
-class Law(Protocol):
-    """Motion of one body while it touches nothing new."""
+class Law(ABC):
+    """Motion of one body while it touches nothing new.
 
-    def advance(self, position_m: float, velocity_m_s: float, tau_s: float) -> tuple[float, float]:
-        """Displacement and velocity after ``tau_s``."""
+    Every method is given where and how fast the body starts. What a law does not say otherwise
+    holds of a body that nothing stops or turns.
+    """
 
-    def advance_many(
-        self, position_m: Floats, velocity_m_s: Floats, tau_s: Floats
-    ) -> tuple[Floats, Floats]:
-        """Do the same for arrays of shape (n,)."""
+    __slots__ = ()
 
+    @abstractmethod
+    def advance(
+        self, position_m: Number, velocity_m_s: Number, tau_s: Number
+    ) -> tuple[Number, Number]:
+        """Displacement (m) and velocity (m/s) after ``tau_s``."""
+
+    @abstractmethod
     def acceleration(self, position_m: float, velocity_m_s: float) -> float:
-        """Acceleration at the start."""
+        """Acceleration at the start, m/s²."""
 
+    @abstractmethod
     def bounds(self, position_m: float, velocity_m_s: float) -> tuple[float, float]:
-        """Bounds of |acceleration| and |jerk| while the law is valid."""
+        """Numbers that |acceleration| and |jerk| never exceed while the law is valid."""
 
     def valid_for_s(self, velocity_m_s: float) -> float:
-        """Time after which the body must be looked at afresh."""
+        """Time for which closed form and bounds hold; then the body is looked at afresh."""
+        return math.inf
 
     def turning_s(self, position_m: float, velocity_m_s: float) -> float:
         """Time until the velocity passes from positive to negative; inf if it never does."""
+        return math.inf
 
     def settled(self, velocity_m_s: float, slow_m_s: float) -> float:
         """Velocity, or 0 where friction stops whatever is no faster than ``slow_m_s``."""
+        return velocity_m_s
 
     def potential(self, position_m: float) -> float:
         """Potential energy per unit mass, J/kg."""
+        return 0.0
 
 
 @dataclass(frozen=True, slots=True)
-class Sliding:
+class Sliding(Law):
     """A straight line with constant deceleration until rest; deceleration 0 is a free body."""
 
     deceleration_m_s2: float = 0.0
 
-    def advance(self, position_m: float, velocity_m_s: float, tau_s: float) -> tuple[float, float]:
-        """Displacement and velocity after ``tau_s``."""
-        brake = self.deceleration_m_s2
-        if brake == 0.0 or velocity_m_s == 0.0:
-            return velocity_m_s * tau_s, velocity_m_s
-        stop_s = abs(velocity_m_s) / brake
-        if tau_s >= stop_s:  # the velocity is 0 exactly, not a rounding of it
-            return 0.5 * velocity_m_s * stop_s, 0.0
-        acceleration = -math.copysign(brake, velocity_m_s)
-        return (
-            (velocity_m_s + 0.5 * acceleration * tau_s) * tau_s,
-            velocity_m_s + acceleration * tau_s,
-        )
-
-    def advance_many(
-        self, position_m: Floats, velocity_m_s: Floats, tau_s: Floats
-    ) -> tuple[Floats, Floats]:
-        """Do the same for arrays of shape (n,)."""
-        brake = self.deceleration_m_s2
-        if brake == 0.0:
+    def advance(
+        self, position_m: Number, velocity_m_s: Number, tau_s: Number
+    ) -> tuple[Number, Number]:
+        """Displacement and velocity; once the body has stopped its velocity is 0 exactly."""
+        if self.deceleration_m_s2 == 0.0:
             return velocity_m_s * tau_s, velocity_m_s + 0.0 * tau_s
-        stop_s = np.abs(velocity_m_s) / brake
-        sliding_s = np.minimum(tau_s, stop_s)
-        acceleration = -np.sign(velocity_m_s) * brake
-        displacement = (velocity_m_s + 0.5 * acceleration * sliding_s) * sliding_s
-        moving = tau_s < stop_s
-        return displacement, np.where(moving, velocity_m_s + acceleration * sliding_s, 0.0)
+        of_arrays = isinstance(tau_s, np.ndarray)
+        least: Any = np.minimum if of_arrays else min
+        most: Any = np.maximum if of_arrays else max
+        stop_s = most(abs(velocity_m_s) / self.deceleration_m_s2, _INSTANT_S)
+        share = least(tau_s / stop_s, 1.0)
+        return velocity_m_s * (share * stop_s) * (1.0 - 0.5 * share), velocity_m_s * (1.0 - share)
 
     def acceleration(self, position_m: float, velocity_m_s: float) -> float:
         """Against the motion; 0 at rest, where friction only holds."""
@@ -106,17 +97,9 @@ class Sliding:
             return math.inf
         return abs(velocity_m_s) / self.deceleration_m_s2
 
-    def turning_s(self, position_m: float, velocity_m_s: float) -> float:
-        """Never: friction stops a body but does not turn it round."""
-        return math.inf
-
     def settled(self, velocity_m_s: float, slow_m_s: float) -> float:
         """Stop at once what friction stops soon; a free body goes on, however slowly."""
         return 0.0 if self.deceleration_m_s2 and abs(velocity_m_s) <= slow_m_s else velocity_m_s
-
-    def potential(self, position_m: float) -> float:
-        """None."""
-        return 0.0
 
 
 REST = Sliding(0.0)
@@ -124,7 +107,7 @@ REST = Sliding(0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Pendulum:
+class Pendulum(Law):
     """A damped harmonic swing about ``rest_m``: q'' + 2 γ q' + ω₀² q = 0 with γ < ω₀."""
 
     rest_m: float
@@ -155,45 +138,6 @@ class Pendulum:
         """Time of a full swing."""
         return 2.0 * math.pi / self.damped_rad_s
 
-    def advance(self, position_m: float, velocity_m_s: float, tau_s: float) -> tuple[float, float]:
-        """Displacement and velocity after ``tau_s``."""
-        displacement, velocity = self._swing(math, position_m, velocity_m_s, tau_s)
-        return displacement, velocity
-
-    def advance_many(
-        self, position_m: Floats, velocity_m_s: Floats, tau_s: Floats
-    ) -> tuple[Floats, Floats]:
-        """Do the same for arrays of shape (n,)."""
-        displacement, velocity = self._swing(np, position_m, velocity_m_s, tau_s)
-        return displacement, velocity
-
-    def _swing(self, functions: Any, position: Any, velocity: Any, tau: Any) -> tuple[Any, Any]:
-        """One closed form for both; ``functions`` is the module ``math`` or ``numpy``.
-
-        q(τ) − q = q (e^{−γτ} cos ωτ − 1) + e^{−γτ} (v + γ q)/ω · sin ωτ, with the bracket written
-        by expm1 and by 1 − cos ωτ = 2 sin² ωτ/2, so that nothing cancels at small τ.
-        """
-        omega, gamma = self.damped_rad_s, self.damping_per_s
-        q = position - self.rest_m
-        half_angle = (0.5 * omega) * tau
-        half_sine = functions.sin(half_angle)
-        sine = 2.0 * half_sine * functions.cos(half_angle)
-        fall = 2.0 * half_sine * half_sine
-        cosine = 1.0 - fall
-        if gamma == 0.0:
-            return velocity / omega * sine - q * fall, velocity * cosine - q * omega * sine
-        loss = functions.expm1(-gamma * tau)
-        shrink = 1.0 + loss
-        push = (velocity + gamma * q) / omega
-        pull = (self.natural_rad_s * self.natural_rad_s * q + gamma * velocity) / omega
-        displacement = q * (loss * cosine - fall) + shrink * push * sine
-        return displacement, shrink * (velocity * cosine - pull * sine)
-
-    def acceleration(self, position_m: float, velocity_m_s: float) -> float:
-        """−ω₀² q − 2 γ v."""
-        pull = self.natural_rad_s**2 * (position_m - self.rest_m)
-        return -pull - 2.0 * self.damping_per_s * velocity_m_s
-
     @property
     def rate_per_s(self) -> complex:
         """λ = iω − γ, of magnitude ω₀."""
@@ -203,6 +147,18 @@ class Pendulum:
         """C in q = Re(C e^{λτ})."""
         q = position_m - self.rest_m
         return complex(q, -(velocity_m_s + self.damping_per_s * q) / self.damped_rad_s)
+
+    def advance(
+        self, position_m: Number, velocity_m_s: Number, tau_s: Number
+    ) -> tuple[Number, Number]:
+        """Displacement and velocity after ``tau_s``."""
+        functions = np if isinstance(tau_s, np.ndarray) else math
+        return swing(functions, self, (position_m - self.rest_m, velocity_m_s), tau_s)
+
+    def acceleration(self, position_m: float, velocity_m_s: float) -> float:
+        """−ω₀² q − 2 γ v."""
+        pull = self.natural_rad_s**2 * (position_m - self.rest_m)
+        return -pull - 2.0 * self.damping_per_s * velocity_m_s
 
     def bounds(self, position_m: float, velocity_m_s: float) -> tuple[float, float]:
         """|q''| ≤ ω₀² |C| and |q'''| ≤ ω₀³ |C|."""
@@ -227,10 +183,39 @@ class Pendulum:
         angle = math.atan2(velocity_m_s, pull)
         return (angle if angle > 0.0 else angle + 2.0 * math.pi) / self.damped_rad_s
 
-    def settled(self, velocity_m_s: float, slow_m_s: float) -> float:
-        """No friction: as it is."""
-        return velocity_m_s
-
     def potential(self, position_m: float) -> float:
         """½ ω₀² q²."""
         return 0.5 * (self.natural_rad_s * (position_m - self.rest_m)) ** 2
+
+
+def swing(functions: Any, law: Any, start: tuple[Any, Any], tau: Any) -> tuple[Any, Any]:
+    """Displacement and velocity of a pendulum, or of many side by side.
+
+    q(τ) − q = q (e^{−γτ} cos ωτ − 1) + e^{−γτ} (v + γ q)/ω · sin ωτ, with the bracket written by
+    expm1 and by 1 − cos ωτ = 2 sin² ωτ/2, so that nothing cancels at small τ.
+
+    Parameters
+    ----------
+    functions
+        The module ``math`` for numbers, ``numpy`` for arrays of shape (n,).
+    law
+        Has the frequencies and the damping of ``Pendulum`` under their names.
+    start
+        Distance q from the rest place (m) and velocity (m/s).
+    tau
+        Time after the start, in seconds.
+    """
+    q, velocity = start
+    natural, gamma, omega = law.natural_rad_s, law.damping_per_s, law.damped_rad_s
+    half_angle = (0.5 * omega) * tau
+    half_sine = functions.sin(half_angle)
+    sine = 2.0 * half_sine * functions.cos(half_angle)
+    fall = 2.0 * half_sine * half_sine
+    cosine = 1.0 - fall
+    loss = functions.expm1(-gamma * tau)
+    shrink = 1.0 + loss
+    push = (velocity + gamma * q) / omega
+    pull = natural * (natural / omega) * q + gamma * velocity / omega
+    return q * (loss * cosine - fall) + shrink * push * sine, shrink * (
+        velocity * cosine - pull * sine
+    )

@@ -189,8 +189,8 @@ def _follow(setups: ManySetups, found: ManyBursts, most: int) -> None:
     """Follow all rows from event to event; the arrays of ``found`` are filled in."""
     rows = np.arange(len(setups))
     heavy, light = _pendulums(setups)
-    slow = RESTING_FRACTION * setups.release_m * heavy.natural
-    limit = LONGEST_BURST_PERIODS * 2.0 * np.pi / heavy.omega
+    slow = RESTING_FRACTION * setups.release_m * heavy.natural_rad_s
+    limit = LONGEST_BURST_PERIODS * 2.0 * np.pi / heavy.damped_rad_s
     numbers = _Scatter(setups)
     zeros = np.zeros(len(setups))
     state = States(zeros, setups.wall_gap_m + setups.release_m, zeros, setups.wall_gap_m, zeros)

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from count_video.errors import UsageError
-from count_video.physics.engine import Anchor, Impact, events, settle
+from count_video.physics.engine import (
+    Anchor,
+    Restitution,
+    SimulatedCollision,
+    events,
+    settle,
+    states_at,
+)
 from count_video.physics.flights import Pendulum
 from count_video.physics.mountings import Apparatus, Hold, build_apparatus
-from count_video.physics.scatter import draw_restitutions
 from count_video.physics.setup import Setup
 from count_video.records import CollisionKind, Floats
 
@@ -23,22 +28,8 @@ MOST_COLLISIONS = 1_000_000
 """A trial with more is refused before it fills the memory."""
 CONTACT_AT_START_M = 1e-12
 """Bodies closer than this at time 0 touch: no more than a rounding of the sum of the gaps."""
-
-
-@dataclass(frozen=True, slots=True)
-class SimulatedCollision:
-    """One bounce, exactly; velocities are positive away from the wall."""
-
-    time_s: float
-    kind: CollisionKind
-    heavy_before_m_s: float
-    heavy_after_m_s: float
-    light_before_m_s: float
-    light_after_m_s: float
-    energy_after_j: float
-    """Kinetic energy of both bodies and, on threads, their potential energy above rest."""
-    restitution: float
-    """Relative speed after over before, as drawn for this bounce."""
+_BLOCK = 256
+"""Random numbers are drawn so many at a time; it does not change their sequence."""
 
 
 @dataclass(frozen=True)
@@ -110,34 +101,11 @@ class Motion:
         latest_s = float(times.max(initial=0.0))
         if latest_s > self.until_s:
             return extend(self, latest_s).sample(times)
-        rows = np.maximum(np.searchsorted(self._anchor_times_s, times, side="right") - 1, 0)
-        tau_s = times - self._anchor_times_s[rows]
         if self.setup.mounting == "suspended":
-            tau_s = np.maximum(tau_s, 0.0)
-        states, holds = self._anchor_states[:, rows], self._anchor_holds[rows]
-        apparatus = build_apparatus(self.setup)
-        for hold in self._holds_used:
-            part = holds == hold
-            states[:, part] = _advance_states(apparatus, hold, states[:, part], tau_s[part])
+            times = np.maximum(times, self.anchors[0].time_s)
+        states = states_at(build_apparatus(self.setup), self.anchors, times)
         diameter_m = self.setup.ball_diameter_m
         return Sample(states[0] + diameter_m, states[1], states[2], states[3], diameter_m)
-
-    @cached_property
-    def _anchor_times_s(self) -> Floats:
-        return np.array([anchor.time_s for anchor in self.anchors])
-
-    @cached_property
-    def _anchor_states(self) -> Floats:
-        """Shape (4, anchors): position and velocity of the cylinder, then of the ball."""
-        return np.array([anchor[1:5] for anchor in self.anchors], dtype=np.float64).T.copy()
-
-    @cached_property
-    def _holds_used(self) -> tuple[Hold, ...]:
-        return tuple({anchor.hold for anchor in self.anchors})
-
-    @cached_property
-    def _anchor_holds(self) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-        return np.array([int(anchor.hold) for anchor in self.anchors], dtype=np.int64)
 
 
 def simulate(setup: Setup, *, seed: int = 0, until_s: float | None = None) -> Motion:
@@ -200,20 +168,11 @@ def _run(motion: Motion, until_s: float | None) -> Motion:
             break
         anchors.append(anchor)
         if impact is not None:
-            collisions.append(_record(apparatus, anchor, impact))
+            collisions.append(impact)
             _check_number(collisions)
     else:
         limit_s = math.inf
     return Motion(setup, motion.seed, limit_s, tuple(collisions), burst_end_s, tuple(anchors))
-
-
-def _advance_states(apparatus: Apparatus, hold: Hold, states: Floats, tau_s: Floats) -> Floats:
-    """Carry states, shape (4, n), along their flights by ``tau_s``, shape (n,)."""
-    heavy_law, ball_law = apparatus.laws(hold)
-    heavy_m, heavy_velocity, ball_m, ball_velocity = states
-    heavy_rise, heavy_now = heavy_law.advance_many(heavy_m, heavy_velocity, tau_s)
-    ball_rise, ball_now = ball_law.advance_many(ball_m, ball_velocity, tau_s)
-    return np.stack([heavy_m + heavy_rise, heavy_now, ball_m + ball_rise, ball_now])
 
 
 def _turning_s(apparatus: Apparatus, anchor: Anchor, limit_s: float) -> float:
@@ -223,18 +182,26 @@ def _turning_s(apparatus: Apparatus, anchor: Anchor, limit_s: float) -> float:
     return turn_s if turn_s <= limit_s else math.inf
 
 
-def _record(apparatus: Apparatus, anchor: Anchor, impact: Impact) -> SimulatedCollision:
-    heavy_after, ball_after = impact.heavy_after_m_s, impact.ball_after_m_s
-    return SimulatedCollision(
-        time_s=anchor.time_s,
-        kind=impact.kind,
-        heavy_before_m_s=impact.heavy_before_m_s,
-        heavy_after_m_s=heavy_after,
-        light_before_m_s=impact.ball_before_m_s,
-        light_after_m_s=ball_after,
-        energy_after_j=apparatus.energy_j(anchor.heavy_m, heavy_after, anchor.ball_m, ball_after),
-        restitution=impact.restitution,
-    )
+def draw_restitutions(setup: Setup, seed: int, skip: int) -> Restitution:
+    """Return a function that draws one restitution a bounce, going on after ``skip`` bounces.
+
+    One normal number is used for each bounce whatever its kind, so the n-th bounce gets the n-th
+    number of the seed's sequence however the run is cut into pieces.
+    """
+    mean = {"bodies": setup.restitution_bodies, "wall": setup.restitution_wall}
+    scatter = {"bodies": setup.restitution_bodies_sd, "wall": setup.restitution_wall_sd}
+    if not any(scatter.values()):
+        return mean.__getitem__
+    rng = np.random.default_rng(seed)
+    rng.standard_normal(skip)
+    numbers: list[float] = []
+
+    def draw(kind: CollisionKind) -> float:
+        if not numbers:
+            numbers.extend(rng.standard_normal(_BLOCK)[::-1].tolist())
+        return min(1.0, max(0.0, mean[kind] + scatter[kind] * numbers.pop()))
+
+    return draw
 
 
 def _check_number(collisions: list[SimulatedCollision]) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.physics.contacts import STEP_TOLERANCE
+from count_video.physics.flights import swing
 from count_video.records import Floats
 
 Whole = NDArray[np.int64]
@@ -24,44 +25,33 @@ _Signals = Callable[[Whole, Floats], tuple[Floats, Floats]]
 
 
 class Swings(NamedTuple):
-    """Damped pendulums about a rest place; arrays."""
+    """Damped pendulums about a rest place; arrays of shape (n,), named as in ``Pendulum``."""
 
-    rest: Floats
-    natural: Floats
-    gamma: Floats
-    omega: Floats
+    rest_m: Floats
+    natural_rad_s: Floats
+    damping_per_s: Floats
+    damped_rad_s: Floats
 
     def advance(self, place: Floats, velocity: Floats, tau: Floats) -> tuple[Floats, Floats]:
-        """Displacement and velocity after ``tau``, as ``flights.Pendulum`` has them."""
-        q = place - self.rest
-        half = 0.5 * self.omega * tau
-        half_sine = np.sin(half)
-        sine = 2.0 * half_sine * np.cos(half)
-        fall = 2.0 * half_sine * half_sine
-        cosine = 1.0 - fall
-        loss = np.expm1(-self.gamma * tau)
-        shrink = 1.0 + loss
-        push = (velocity + self.gamma * q) / self.omega
-        pull = (self.natural * self.natural * q + self.gamma * velocity) / self.omega
-        displacement = q * (loss * cosine - fall) + shrink * push * sine
-        return displacement, shrink * (velocity * cosine - pull * sine)
+        """Displacement and velocity after ``tau``."""
+        return swing(np, self, (place - self.rest_m, velocity), tau)
 
     def phasor(self, place: Floats, velocity: Floats) -> NDArray[np.complex128]:
         """C in q = Re(C e^{λτ})."""
-        q = place - self.rest
-        return np.asarray(q - 1j * (velocity + self.gamma * q) / self.omega)
+        q = place - self.rest_m
+        return np.asarray(q - 1j * (velocity + self.damping_per_s * q) / self.damped_rad_s)
 
     @property
     def rate(self) -> NDArray[np.complex128]:
         """λ = iω − γ."""
-        return np.asarray(1j * self.omega - self.gamma)
+        return np.asarray(1j * self.damped_rad_s - self.damping_per_s)
 
     def turning_s(self, place: Floats, velocity: Floats) -> Floats:
         """Time until the velocity passes from positive to negative; inf for a body at rest."""
-        q = place - self.rest
-        pull = (self.natural * self.natural * q + self.gamma * velocity) / self.omega
+        q = place - self.rest_m
+        pull = (self.natural_rad_s**2 * q + self.damping_per_s * velocity) / self.damped_rad_s
         angle = np.arctan2(velocity, pull)
-        time = np.where(angle > 0.0, angle, angle + 2.0 * np.pi) / self.omega
+        time = np.where(angle > 0.0, angle, angle + 2.0 * np.pi) / self.damped_rad_s
         return np.where((velocity == 0.0) & (pull == 0.0), np.inf, time)
 
     def take(self, rows: Flags | Whole) -> Swings:
@@ -91,28 +81,26 @@ def next_contact(
     Also whether it is one with the wall. Beyond the turn nothing counts any more. Bodies that touch
     now seldom meet next: theirs is sought last, with the least to seek.
     """
-    touching = state.heavy == state.ball
     # A cylinder at rest never turns; the ball comes back to it within a swing, or stays away.
-    swing = PERIODS_AT_REST * 2.0 * np.pi / laws[1].omega
-    window = np.where(lasting, np.where(np.isinf(window), swing, window), -np.inf)
+    swing_s = PERIODS_AT_REST * 2.0 * np.pi / laws[1].damped_rad_s
+    window = np.where(lasting, np.where(np.isinf(window), swing_s, window), -np.inf)
     wall, bodies = np.full_like(window, np.inf), np.full_like(window, np.inf)
-    for wall_first in (True, False):
-        own = np.flatnonzero(touching == wall_first)
-        if not own.size:
-            continue
-        laws_here, state_here = (laws[0].take(own), laws[1].take(own)), state.take(own)
-        searches = [(wall, _wall_contact), (bodies, _bodies_contact)]
-        limit = window[own]
-        for times, search in searches if wall_first else reversed(searches):
-            times[own] = search(laws_here, state_here, limit)
-            limit = np.minimum(limit, times[own])
+    touching = state.heavy == state.ball
+    for rows, order in (
+        (np.flatnonzero(~touching), ((bodies, _bodies_contact), (wall, _wall_contact))),
+        (np.flatnonzero(touching), ((wall, _wall_contact), (bodies, _bodies_contact))),
+    ):
+        laws_here, state_here = (laws[0].take(rows), laws[1].take(rows)), state.take(rows)
+        for times, search in order:
+            limit = np.minimum(window, np.minimum(wall, bodies))[rows]
+            times[rows] = search(laws_here, state_here, limit)
     return np.minimum(wall, bodies), wall < bodies
 
 
 def _wall_contact(laws: tuple[Swings, Swings], state: States, window: Floats) -> Floats:
     """Time until the ball reaches the wall; inf if not within the window."""
     light = laws[1]
-    curvature = light.natural**2 * np.abs(light.phasor(state.ball, state.ball_velocity))
+    curvature = light.natural_rad_s**2 * np.abs(light.phasor(state.ball, state.ball_velocity))
 
     def evaluate(rows: Whole, tau: Floats) -> tuple[Floats, Floats]:
         law, ball = light.take(rows), state.ball[rows]

@@ -1,19 +1,23 @@
 """How many collisions there are, exactly, and what a count says about the masses and about pi.
 
 With θ = arctan √(m/M) every collision turns the state on the phase circle by θ seen from the
-right place, and the count is ⌈π/θ⌉ − 1 (Galperin; section 2 of the paper with α = 2θ).
+right place, and the count is ⌈π/θ⌉ − 1 (Galperin; section 2 of the paper with α = 2θ). Counts are
+whole numbers read off real ones with proof, by interval arithmetic of growing precision.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from count_video.errors import UsageError
-from count_video.physics.certainty import certain_floor, nearest_float
+from count_video.records import Floats
 
 Mass = int | Fraction | Decimal | float
 """A mass in any unit. A float or Decimal is taken at its exact value."""
@@ -26,6 +30,10 @@ WHOLE_QUOTIENTS = {Fraction(1, 3): 3, Fraction(1): 4, Fraction(3): 6}
 
 _ROUNDING = 4 * 2.0**-52
 """More than the relative error of atan(sqrt(ratio)) times a whole number in floats."""
+_START_BITS = 64
+_GUARD_BITS = 8
+"""The outermost bits of an interval's ends are not trusted: atan2 is rounded outward from a value
+that is itself only good to some guard bits. The interval is widened by this many bits."""
 
 
 class MassRatioInterval(NamedTuple):
@@ -153,17 +161,65 @@ def theory_of(heavy: Mass, light: Mass = 1) -> Theory:
     )
 
 
+def state_points(heavy: Mass, light: Mass = 1) -> Floats:
+    """Points (V₁, V₂) from before the first collision to after the last, on the unit circle.
+
+    In the scaled velocities V₁ = √M v₁ and V₂ = √m v₂ the energy is a circle. A collision of the
+    bodies moves the state along a line of slope −√(M/m) to the other crossing with the circle, one
+    with the wall mirrors it at the V₁ axis: point k lies at angle ⌈k/2⌉ 2θ from the negative V₁
+    axis, below the axis for odd k and above it for even k.
+
+    Shape (count + 1, 2); multiply by √(2E) for a trial of energy E. Each point is computed from its
+    angle, not from the one before, so that no rounding adds up.
+    """
+    steps = np.arange(collision_count(heavy, light) + 1)
+    angles = (steps + 1) // 2 * (2.0 * theta_rad(heavy, light))
+    side = np.where(steps % 2 == 0, 1.0, -1.0)
+    return np.column_stack([-np.cos(angles), side * np.sin(angles)])
+
+
+def certain_floor(real: Callable[[Any], Any], scale_bits: int = 0) -> int:
+    """Return the floor of a positive real number that is not an integer.
+
+    Parameters
+    ----------
+    real
+        Called with an interval context of mpmath (a private one: its precision is nobody else's);
+        returns the interval that holds the number. Called again with twice the precision until
+        both ends of the interval have the same floor. For an integer that would never end: the
+        caller excludes integers by algebra.
+    scale_bits
+        Rough number of bits before the point, a start for the precision.
+    """
+    context = _intervals(_START_BITS + scale_bits)
+    while True:
+        doubt = context.mpf(2) ** (_GUARD_BITS - context.prec)
+        interval = real(context) * context.mpf([(1 - doubt).a, (1 + doubt).b])
+        low, high = int(interval.a), int(interval.b)
+        if low == high:
+            return low
+        context.prec *= 2
+
+
+def _intervals(precision_bits: int) -> Any:
+    """Return a context of interval arithmetic."""
+    # mpmath is imported here because it would cost every start of the command.
+    from mpmath.ctx_iv import MPIntervalContext  # noqa: PLC0415
+
+    context = MPIntervalContext()
+    context.prec = precision_bits
+    return context
+
+
 def _squared_cotangent(parts: int) -> float:
     """cot²(π/parts) = (1 + cos 2π/parts) / (1 − cos 2π/parts)."""
     if parts == 2:
         return 0.0  # exactly; the formula would leave a rounding of 1 − 1
 
-    def squared(context: Any) -> Any:
-        cosine = context.cos(2 * context.pi / parts)
-        return (1 + cosine) / (1 - cosine)
-
     # 1 − cos loses twice the bits of ``parts``.
-    return nearest_float(squared, precision_bits=128 + 2 * parts.bit_length())
+    context = _intervals(128 + 2 * parts.bit_length())
+    cosine = context.cos(2 * context.pi / parts)
+    return float(((1 + cosine) / (1 - cosine)).mid)
 
 
 def _exact(mass: Mass, name: str) -> Fraction:

@@ -1,17 +1,18 @@
-"""A counted clip beside its plan: what was set up otherwise, and what that did to the count."""
+"""A counted clip beside what it should have counted: by its masses, its own fit, and its plan."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from count_video.errors import UsageError
+from count_video.physics.many import ManySetups, simulate_many
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.physics.theory import collision_count
-from count_video.planning.request import PlanRequest
+from count_video.planning.request import PlanRequest, most_collisions
 from count_video.records import (
     ComparedQuantity,
     Estimate,
@@ -20,9 +21,54 @@ from count_video.records import (
     TrialResult,
 )
 
+SIGMAS = 2.0
+"""A mass ratio lies this many standard uncertainties about its value with a chance of 95 %."""
+TOUCHING_SHARE = 1e-6
+"""Of the release: a ball that is pressed against the wall hangs at this gap instead."""
 DIAMETER_SIGMA_PX = 0.3
 """Standard uncertainty of the ball's width in the picture, which is the scale: on sixty rendered
 clips of known truth the errors have a root mean square of 0.24 px."""
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Counts to hold the counted number against."""
+
+    free: tuple[int, int]
+    """Fewest and most collisions of free bodies without losses, within the uncertainty of the mass
+    ratio."""
+    hanging: int | None
+    """The same bodies with the threads, gaps and release of the fit; None where none was made."""
+    with_losses: int | None
+    """With the restitutions of the fit as well; None where the bodies would then come to rest on
+    each other in ever smaller bounces, of which there is no number."""
+
+
+def expected_counts(result: TrialResult) -> Expected | None:
+    """Return what the result's own physics says of its count; None without a mass ratio."""
+    ratio = result.mass_ratio
+    if ratio is None or not (math.isfinite(ratio) and ratio > 0):
+        return None
+    low, high = ratio_range(result)
+    free = (collision_count(low), collision_count(high))
+    hung = None if result.setup is None else _as_fitted(result.setup, ratio)
+    if hung is None:
+        return Expected(free, None, None)
+    most = most_collisions(max(free))
+    lossy = _with_losses(hung, result)
+    lasting = lossy is not None and not _is_endless(lossy, most)
+    with_losses = _count(lossy) if lossy is not None and lasting else None
+    if with_losses is not None and with_losses > most:
+        with_losses = None
+    return Expected(free, _count(hung), with_losses)
+
+
+def ratio_range(result: TrialResult) -> tuple[float, float]:
+    """Return the mass ratios that are likely, low and high; both alike where it was given."""
+    ratio, sigma = result.mass_ratio or math.nan, result.mass_ratio_sigma or 0.0
+    # A ratio stays above 0, however little is known of it.
+    reach = min(SIGMAS * sigma, 0.5 * ratio) if math.isfinite(sigma) else 0.5 * ratio
+    return ratio - reach, ratio + reach
 
 
 def compared(result: TrialResult, request: PlanRequest) -> TrialResult:
@@ -32,9 +78,10 @@ def compared(result: TrialResult, request: PlanRequest) -> TrialResult:
     theory = collision_count(request.heavy, request.light)
     found = [] if result.setup is None else list(_found(result, result.setup, setup))
     quantities = tuple(
-        ComparedQuantity(one.name, one.planned, one.found, _count(setup, [one])) for one in found
+        ComparedQuantity(one.name, one.planned, one.found, _count(_changed(setup, [one])))
+        for one in found
     )
-    found_count = _count(setup, found) if found else None
+    found_count = _count(_changed(setup, found)) if found else None
     comparison = PlanComparison(
         planned_count=planned,
         theory=theory,
@@ -46,90 +93,48 @@ def compared(result: TrialResult, request: PlanRequest) -> TrialResult:
 
 
 class _Found(NamedTuple):
-    """One quantity, and the set-up with it as it was found."""
+    """One quantity that was planned and found, both in the unit of its name."""
 
     name: str
     planned: float
     found: Estimate
-    into: Callable[[Setup], Setup]
+    field: str
+    """The field of a set-up that it stands for, ..."""
+    value: float
+    """... and what was found in that field's unit."""
 
 
 def _found(result: TrialResult, fitted: FittedSetup, setup: Setup) -> Iterator[_Found]:
-    """Yield each quantity that was found, in the units of its name."""
-    yield from _lengths(result, fitted, setup)
-    yield from _periods(result, fitted, setup)
-    ratio = setup.heavy_mass_kg / setup.light_mass_kg
+    """Yield each quantity that was found: lengths with a scale, times with the camera's rate."""
+    scale, diameter, rate = result.millimetres_per_px, result.ball_diameter_px, result.capture_fps
+    if scale is not None and diameter is not None:
+        for name, planned_m, length_px, field in (
+            ("gap_mm", setup.wall_gap_m, fitted.gap_px, "wall_gap_m"),
+            ("release_mm", setup.release_m, fitted.release_px, "release_m"),
+            ("bodies_gap_mm", setup.bodies_gap_m, fitted.bodies_gap_px, "bodies_gap_m"),
+        ):
+            length = _in_mm(length_px, scale, DIAMETER_SIGMA_PX / diameter)
+            yield _Found(name, 1e3 * planned_m, length, field, length.value / 1e3)
+    if rate is not None:
+        gravity = setup.gravity_m_s2
+        for name, planned_m, frames, field in (
+            ("heavy_period_s", setup.heavy_thread_m, fitted.heavy_period_frames, "heavy_thread_m"),
+            ("ball_period_s", setup.light_thread_m, fitted.ball_period_frames, "light_thread_m"),
+        ):
+            period = Estimate(frames.value / rate, frames.sigma / rate)
+            planned_s = 2.0 * math.pi * math.sqrt(planned_m / gravity)
+            yield _Found(name, planned_s, period, field, _thread_m(period.value, gravity))
     if result.mass_ratio is not None:
-        estimate = Estimate(result.mass_ratio, result.mass_ratio_sigma or 0.0)
-        heavy_kg = estimate.value * setup.light_mass_kg
-        yield _Found("mass_ratio", ratio, estimate, lambda s: replace(s, heavy_mass_kg=heavy_kg))
-    bodies, wall = result.restitution_bodies, result.restitution_wall
-    if bodies is not None:
-        kept = min(max(bodies.value, 0.0), 1.0)
-        yield _Found(
-            "restitution_bodies",
-            setup.restitution_bodies,
-            bodies,
-            lambda s: replace(s, restitution_bodies=kept),
-        )
-    if wall is not None:
-        back = min(max(wall.value, 0.0), 1.0)
-        yield _Found(
-            "restitution_wall",
-            setup.restitution_wall,
-            wall,
-            lambda s: replace(s, restitution_wall=back),
-        )
-
-
-def _lengths(result: TrialResult, fitted: FittedSetup, setup: Setup) -> Iterator[_Found]:
-    """Yield gap, release and the gap between the bodies, where there is a scale."""
-    scale, diameter = result.millimetres_per_px, result.ball_diameter_px
-    if scale is None or diameter is None:
-        return
-    gap, release, bodies = (
-        _in_mm(one, scale, DIAMETER_SIGMA_PX / diameter)
-        for one in (fitted.gap_px, fitted.release_px, fitted.bodies_gap_px)
-    )
-    yield _Found(
-        "gap_mm", 1e3 * setup.wall_gap_m, gap, lambda s: replace(s, wall_gap_m=gap.value / 1e3)
-    )
-    yield _Found(
-        "release_mm",
-        1e3 * setup.release_m,
-        release,
-        lambda s: replace(s, release_m=release.value / 1e3),
-    )
-    yield _Found(
-        "bodies_gap_mm",
-        1e3 * setup.bodies_gap_m,
-        bodies,
-        lambda s: replace(s, bodies_gap_m=bodies.value / 1e3),
-    )
-
-
-def _periods(result: TrialResult, fitted: FittedSetup, setup: Setup) -> Iterator[_Found]:
-    """Yield the periods of both threads, where the camera's rate is known."""
-    rate = result.capture_fps
-    if rate is None:
-        return
-    heavy, ball = (
-        Estimate(one.value / rate, one.sigma / rate)
-        for one in (fitted.heavy_period_frames, fitted.ball_period_frames)
-    )
-    gravity = setup.gravity_m_s2
-    yield _Found(
-        "heavy_period_s",
-        2.0 * math.pi * math.sqrt(setup.heavy_thread_m / gravity),
-        heavy,
-        lambda s: replace(s, heavy_thread_m=_thread_m(heavy, gravity)),
-    )
-    yield _Found(
-        "ball_period_s",
-        2.0 * math.pi * math.sqrt(setup.light_thread_m / gravity),
-        ball,
-        lambda s: replace(s, light_thread_m=_thread_m(ball, gravity)),
-    )
+        ratio = Estimate(result.mass_ratio, result.mass_ratio_sigma or 0.0)
+        light_kg = setup.light_mass_kg
+        planned = setup.heavy_mass_kg / light_kg
+        yield _Found("mass_ratio", planned, ratio, "heavy_mass_kg", ratio.value * light_kg)
+    for name, share in (
+        ("restitution_bodies", result.restitution_bodies),
+        ("restitution_wall", result.restitution_wall),
+    ):
+        if share is not None:
+            yield _Found(name, getattr(setup, name), share, name, _as_share(share.value))
 
 
 def _in_mm(length_px: Estimate, scale: float, relative: float) -> Estimate:
@@ -139,24 +144,34 @@ def _in_mm(length_px: Estimate, scale: float, relative: float) -> Estimate:
     )
 
 
-def _thread_m(period_s: Estimate, gravity_m_s2: float) -> float:
-    return gravity_m_s2 * (period_s.value / (2.0 * math.pi)) ** 2
+def _thread_m(period_s: float, gravity_m_s2: float) -> float:
+    return gravity_m_s2 * (period_s / (2.0 * math.pi)) ** 2
 
 
-def _count(setup: Setup, found: Sequence[_Found]) -> int | None:
-    """Count of a set-up with some quantities as they were found; None where that is impossible."""
+def _as_share(restitution: float) -> float:
+    """Return a restitution as a set-up takes it; a measured one may exceed 1 a little."""
+    return min(max(restitution, 0.0), 1.0)
+
+
+def _changed(setup: Setup, found: Iterable[_Found]) -> Setup | None:
+    """Return a set-up with some quantities as they were found; None where that is impossible."""
     try:
-        for one in found:
-            setup = one.into(setup)
-        return simulate(setup).count
+        return replace(setup, **{one.field: one.value for one in found})  # type: ignore[arg-type]
     except UsageError:  # such as a cylinder inside the ball, by the errors of a fit
+        return None
+
+
+def _count(setup: Setup | None) -> int | None:
+    try:
+        return None if setup is None else simulate(setup).count
+    except UsageError:
         return None
 
 
 def _explanation(
     counted: int | None,
     counts: tuple[int, int, int | None],
-    quantities: tuple[ComparedQuantity, ...],
+    quantities: Sequence[ComparedQuantity],
 ) -> tuple[str, ...]:
     """Name what turns the planned count into the counted one; see ``PlanComparison``."""
     planned, theory, together = counts
@@ -172,3 +187,56 @@ def _surest(quantity: ComparedQuantity) -> float:
     """Order by the difference in standard uncertainties, the largest first."""
     off = abs(quantity.found.value - quantity.planned)
     return -off / quantity.found.sigma if quantity.found.sigma else -math.inf
+
+
+def _as_fitted(fitted: FittedSetup, mass_ratio: float) -> Setup | None:
+    """Return the fitted set-up, lossless; None where it is none.
+
+    The swings are small, hence linear, and no count depends on the units: a px stands for a metre
+    and a frame for a second.
+    """
+    gravity = Setup.gravity_m_s2
+    try:
+        return Setup(
+            heavy_mass_kg=mass_ratio,
+            light_mass_kg=1.0,
+            heavy_thread_m=_thread_m(fitted.heavy_period_frames.value, gravity),
+            light_thread_m=_thread_m(fitted.ball_period_frames.value, gravity),
+            wall_gap_m=fitted.gap_px.value,
+            bodies_gap_m=fitted.bodies_gap_px.value,
+            release_m=fitted.release_px.value,
+        )
+    except UsageError:  # a fit may leave a period at infinity, where no threads show
+        return None
+
+
+def _with_losses(lossless: Setup, result: TrialResult) -> Setup | None:
+    """Return a set-up with the restitutions of a result; None where these are not known."""
+    bodies, wall = result.restitution_bodies, result.restitution_wall
+    if bodies is None or wall is None or not math.isfinite(bodies.value + wall.value):
+        return None
+    return replace(
+        lossless,
+        restitution_bodies=_as_share(bodies.value),
+        restitution_wall=_as_share(wall.value),
+    )
+
+
+def _is_endless(setup: Setup, most: int) -> bool:
+    """Return whether a set-up has more collisions than any that ends; quick, unlike following it.
+
+    The gap between the bodies, which hardly matters for that, is added to the release.
+    """
+    try:
+        alike = ManySetups.of(
+            mass_ratio=setup.heavy_mass_kg / setup.light_mass_kg,
+            wall_gap_m=max(setup.wall_gap_m, TOUCHING_SHARE * setup.release_m),
+            release_m=setup.release_m + setup.bodies_gap_m,
+            heavy_thread_m=setup.heavy_thread_m,
+            light_thread_m=setup.light_thread_m,
+            restitution_bodies=setup.restitution_bodies,
+            restitution_wall=setup.restitution_wall,
+        )
+    except UsageError:
+        return False
+    return bool(simulate_many(alike, most).endless[0])

@@ -1,27 +1,66 @@
-"""What a plan is asked for: the set-up, the camera and how well hands can repeat it."""
+"""What a plan is asked for: the set-up, the camera, how well hands can repeat it; and as JSON.
+
+The JSON is kept so that a counted clip can be held against its plan later.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
-from typing import TypedDict
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any, TypedDict
+
+from numpy.typing import ArrayLike
 
 from count_video.errors import UsageError
+from count_video.inputs import (
+    CAPTURE_RATE,
+    DAMPING,
+    LENGTH,
+    MASS,
+    MOST_PLAN_BYTES,
+    SEED,
+    SHARE,
+    TOLERANCES,
+    TRIALS,
+    Range,
+    read_json_object,
+    shown,
+)
 from count_video.physics.many import GRAVITY_M_S2, ManySetups
 from count_video.physics.setup import Setup
 from count_video.physics.theory import Mass, exact_ratio
-from count_video.records import Floats
 
+PLAN_VERSION = 1
 MOST_RATIO = 1_000_000
 """A larger mass ratio would have more than 3141 collisions, of which no clip shows the number."""
-MOST_TRIALS = 100_000
 MOST_FACTOR, MOST_MORE = 2, 60
 """Of the theory's count, and beyond that: trials with more collisions are not followed."""
+
+_RANGES = {
+    **dict.fromkeys(("heavy", "light"), MASS),
+    **dict.fromkeys(("gap_m", "release_m", "heavy_thread_m", "light_thread_m"), LENGTH),
+    "ball_diameter_m": LENGTH,
+    "capture_fps": CAPTURE_RATE,
+    "restitution": SHARE,
+    "damping_per_s": DAMPING,
+    "trials": TRIALS,
+    "seed": SEED,
+}
+_TOLERANCE_RANGES = dict(TOLERANCES.values())
+_WHOLE = ("trials", "seed")
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """How trials scatter that are meant to be alike: standard deviations, unless said otherwise."""
+    """How trials scatter that are meant to be alike: standard deviations, unless said otherwise.
+
+    Raises
+    ------
+    UsageError
+        If a value is out of its range.
+    """
 
     gap_m: float = 0.001
     release_m: float = 0.002
@@ -37,13 +76,7 @@ class Tolerances:
     """Of the restitution from collision to collision."""
 
     def __post_init__(self) -> None:
-        for one in fields(self):
-            value = getattr(self, one.name)
-            if not (math.isfinite(value) and value >= 0):
-                raise UsageError(f"the tolerance {one.name} is {value:g}; it must be 0 or more")
-        for name in ("mass", "restitution", "scatter"):
-            if getattr(self, name) > 1:
-                raise UsageError(f"the tolerance {name} is a share; it must not exceed 1")
+        _check_ranges(vars(self), _TOLERANCE_RANGES, "the tolerance ")
 
 
 class PlanDetails(TypedDict, total=False):
@@ -94,7 +127,9 @@ class PlanRequest:
     """Of all that is drawn at random."""
 
     def __post_init__(self) -> None:
-        _check_positive(self)
+        exact_ratio(self.heavy, self.light)  # refuses what is no mass
+        given = {name: value for name, value in vars(self).items() if name != "tolerances"}
+        _check_ranges(given, _RANGES)
         if self.mass_ratio < 1:
             raise UsageError(
                 f"the heavy mass is {float(self.mass_ratio):.4g} of the light one; give the heavy "
@@ -113,18 +148,12 @@ class PlanRequest:
                 f"the release of {self.release_m:g} m is not shorter than a thread of "
                 f"{shortest_m:g} m; plan swings that are small"
             )
-        if not 0 <= self.restitution <= 1:
-            raise UsageError(f"the restitution is {self.restitution:g}; it lies between 0 and 1")
         slowest = math.sqrt(GRAVITY_M_S2 / max(self.heavy_thread_m, self.light_thread_m))
-        if not 0 <= self.damping_per_s < slowest:
+        if self.damping_per_s >= slowest:
             raise UsageError(
                 f"the damping is {self.damping_per_s:g} a second; it must lie between 0 and "
                 f"{slowest:.3g}, from where on nothing swings"
             )
-        if not 2 <= self.trials <= MOST_TRIALS:
-            raise UsageError(f"{self.trials} trials make no table; ask for 2 to {MOST_TRIALS}")
-        if self.seed < 0:
-            raise UsageError(f"the seed is {self.seed}; it must be 0 or more")
 
     @property
     def mass_ratio(self) -> float:
@@ -133,23 +162,11 @@ class PlanRequest:
 
     def setup(self) -> Setup:
         """Return the set-up as the simulator takes it; the light mass is the unit."""
-        return Setup(
-            heavy_mass_kg=self.mass_ratio,
-            light_mass_kg=1.0,
-            heavy_thread_m=self.heavy_thread_m,
-            light_thread_m=self.light_thread_m,
-            heavy_damping_per_s=self.damping_per_s,
-            light_damping_per_s=self.damping_per_s,
-            ball_diameter_m=self.ball_diameter_m,
-            wall_gap_m=self.gap_m,
-            release_m=self.release_m,
-            restitution_bodies=self.restitution,
-            restitution_wall=self.restitution,
-            gravity_m_s2=GRAVITY_M_S2,
-        )
+        setups = setups_at(self, self.gap_m, self.release_m)
+        return replace(setups.one(0), ball_diameter_m=self.ball_diameter_m)
 
 
-def setups_at(request: PlanRequest, gap_m: Floats, release_m: Floats) -> ManySetups:
+def setups_at(request: PlanRequest, gap_m: ArrayLike, release_m: ArrayLike) -> ManySetups:
     """Return the planned set-up with other gaps and releases, without scatter."""
     return ManySetups.of(
         mass_ratio=request.mass_ratio,
@@ -168,18 +185,60 @@ def most_collisions(theory: int) -> int:
     return MOST_FACTOR * theory + MOST_MORE
 
 
-_POSITIVE = {
-    "gap_m": "the gap",
-    "release_m": "the release",
-    "heavy_thread_m": "the cylinder's thread",
-    "light_thread_m": "the ball's thread",
-    "capture_fps": "the camera's rate",
-    "ball_diameter_m": "the ball's diameter",
-}
+def request_object(request: PlanRequest) -> dict[str, Any]:
+    """Turn a request into what ``json.dumps`` takes."""
+    return {
+        **asdict(request),
+        "heavy": float(request.heavy),
+        "light": float(request.light),
+        "tolerances": asdict(request.tolerances),
+    }
 
 
-def _check_positive(request: PlanRequest) -> None:
-    for name, words in _POSITIVE.items():
-        value = getattr(request, name)
-        if value is not None and not (math.isfinite(value) and value > 0):
-            raise UsageError(f"{words} is {value:g}; it must be a number above 0")
+def read_request(path: Path) -> PlanRequest:
+    """Read the request of a stored plan.
+
+    Raises
+    ------
+    UsageError
+        If the file cannot be read, is no plan, or has a value that makes no sense.
+    """
+    stored = read_json_object(path, MOST_PLAN_BYTES)
+    if stored.get("plan_version") != PLAN_VERSION:
+        raise UsageError(
+            f"{path}: is no plan, version {PLAN_VERSION}; give the plan.json that --plan wrote"
+        )
+    values = stored.get("request")
+    if not isinstance(values, dict):
+        raise UsageError(f"{path}: has no planned set-up; make the file again with --plan")
+    try:
+        tolerances = Tolerances(**_numbers(values.get("tolerances", {}), _TOLERANCE_RANGES))
+        rest = {key: value for key, value in values.items() if key != "tolerances"}
+        return PlanRequest(**_numbers(rest, _RANGES), tolerances=tolerances)
+    except UsageError as error:
+        raise UsageError(f"{path}: {error}") from error
+    except TypeError as error:
+        raise UsageError(f"{path}: lacks a mass; make the file again with --plan") from error
+
+
+def _numbers(values: object, known: Mapping[str, Range]) -> dict[str, Any]:
+    """Check that an object of JSON holds, under names of fields, numbers of their kind."""
+    if not isinstance(values, dict):
+        raise UsageError(f"{shown(str(values))} is no object with the values of a plan")
+    for name, value in values.items():
+        if name not in known:
+            raise UsageError(f"{shown(name)} is nothing that a plan has")
+        kind = int if name in _WHOLE else int | float
+        absent = value is None and name == "capture_fps"
+        if isinstance(value, bool) or not (absent or isinstance(value, kind)):
+            raise UsageError(f"{name} is {shown(str(value))}; it must be a number {known[name]}")
+    return dict(values)
+
+
+def _check_ranges(values: Mapping[str, Any], ranges: Mapping[str, Range], prefix: str = "") -> None:
+    """Refuse a value out of its range; None is a value that is left open."""
+    for name, value in values.items():
+        if value is not None and not ranges[name].holds(value):
+            raise UsageError(
+                f"{prefix}{name} is {shown(str(value))}; it must be a number {ranges[name]}"
+            )

@@ -17,7 +17,7 @@ from count_video.reports.json_object import FIGURE, SCHEMA_VERSION, plain
 from count_video.reports.words import WIDTH, counts_words, printable, ratio_words
 
 if TYPE_CHECKING:
-    from count_video.planning.tolerances import TrialTable
+    from count_video.planning.spread import TrialTable
 
 SURE = 0.9
 """A count less probable than this needs a person."""

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from count_video.inputs import Range, json_value, stored_number
-from count_video.planning.stored import PLAN_VERSION, request_object
+from count_video.planning.request import PLAN_VERSION, request_object
 from count_video.records import PlanComparison, TrialResult
 from count_video.reports.words import storable
 
 if TYPE_CHECKING:
-    from count_video.planning.camera import CameraView
-    from count_video.planning.whole import Plan
+    from count_video.planning.forecast import CameraView
+    from count_video.planning.plan import Plan
 
 SCHEMA_VERSION = 1
 SIGNIFICANT_DIGITS = 12

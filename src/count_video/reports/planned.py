@@ -14,11 +14,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from count_video.physics.engine import SimulatedCollision
 from count_video.physics.flights import Pendulum as Swing
-from count_video.physics.simulator import SimulatedCollision
-from count_video.planning.camera import PICTURE_WIDTH_PX
-from count_video.planning.measured import RESOLVED_FRAMES
-from count_video.planning.whole import Plan
+from count_video.planning.forecast import PICTURE_WIDTH_PX, RESOLVED_FRAMES
+from count_video.planning.plan import Plan
 from count_video.records import (
     BodyTrack,
     Collision,

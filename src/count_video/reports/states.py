@@ -16,9 +16,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Wedge
 from matplotlib.ticker import MaxNLocator
 
-from count_video.physics.phase_circle import state_points
-from count_video.physics.theory import Mass, collision_count, theta_rad
-from count_video.planning.expected import expected_counts
+from count_video.physics.theory import Mass, collision_count, state_points, theta_rad
+from count_video.planning.comparison import expected_counts
 from count_video.records import Floats
 from count_video.reports.drawing import (
     BALL,

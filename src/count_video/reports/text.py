@@ -8,7 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from count_video.physics.theory import pi_bounds
-from count_video.planning.expected import Expected, expected_counts, ratio_range
+from count_video.planning.comparison import Expected, expected_counts, ratio_range
 from count_video.records import (
     Collision,
     ComparedQuantity,

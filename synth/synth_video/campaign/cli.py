@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from statistics import fmean, pstdev
 
-from synth_video.campaign.filming import Take, film, takes_of, write_lists
+from synth_video.campaign.rendering import Take, film, takes_of, write_lists
 from synth_video.campaign.search import CAMPAIGNS, search, target_named, true_counts
 
 

@@ -32,7 +32,7 @@ class Target:
     hands: Hands = field(default_factory=Hands)
 
     def met_by(self, counts: Sequence[int]) -> bool:
-        """Tell whether counts have the figures of the table, as far as they are printed."""
+        """Return whether counts have the figures of the table, as far as they are printed."""
         return (
             len(counts) == self.trials
             and (max(counts), min(counts)) == (self.maximum, self.minimum)

@@ -7,13 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from count_video.physics.discs import Disc, collide
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.records import Floats
-from synth_video.experiments.course import SPARE_S, Contact, Course, Place, pendulum_of, swing
-from synth_video.experiments.settings import ExperimentSettings
-from synth_video.exposure import rise_m
+from synth_video.experiments.course import (
+    SPARE_S,
+    Contact,
+    Course,
+    Place,
+    free_run,
+    pendulum_of,
+    rise_m,
+)
+from synth_video.experiments.discs import Disc, collide
+from synth_video.scene import ExperimentSettings
 
 CRADLE_BODIES = 5
 
@@ -73,12 +80,12 @@ def two_pendulums(experiment: ExperimentSettings, setup: Setup) -> Course:
 def passing(experiment: ExperimentSettings, setup: Setup) -> Course:
     """Let two pendulums swing toward each other, up to the least gap, and back."""
     start_m, radius_m = experiment.start_m, setup.ball_diameter_m / 2
-    law = pendulum_of(setup, 0.0)
+    swing = free_run(pendulum_of(setup, 0.0), start_m)
     middle_m = start_m + experiment.offset_m / 2 + radius_m
 
     def place(side: int) -> Place:
         def at(times_s: Floats) -> tuple[Floats, Floats]:
-            aside_m = side * swing(law, start_m, times_s)
+            aside_m = side * swing(times_s)
             return side * middle_m + aside_m, rise_m(setup, aside_m, setup.light_thread_m)
 
         return at
@@ -92,13 +99,13 @@ def cradle(experiment: ExperimentSettings, setup: Setup) -> Course:
     Equal balls that exchange their velocities move like balls that pass through each other and
     change names: the k-th from the left is always the k-th smallest of five free swings.
     """
-    law = pendulum_of(setup, 0.0)
+    swing = free_run(pendulum_of(setup, 0.0), experiment.start_m)
     bodies = range(CRADLE_BODIES)
     hangers_m = [(body - (CRADLE_BODIES - 1) / 2) * setup.ball_diameter_m for body in bodies]
 
     def place(body: int) -> Place:
         def at(times_s: Floats) -> tuple[Floats, Floats]:
-            aside = swing(law, experiment.start_m, times_s)
+            aside = swing(times_s)
             # One swings, four rest at 0: it is the last of the row while it is beyond them.
             ends = {0: np.minimum(aside, 0.0), CRADLE_BODIES - 1: np.maximum(aside, 0.0)}
             aside_m = ends.get(body, np.zeros_like(aside))

@@ -7,7 +7,7 @@ from synth_video.suite.condition import Condition
 RATE = (
     Condition(
         "uneven",
-        "a variable rate: exposures off their time by up to 3 or 15 % of a frame, time stamps tell",
+        "a variable rate: exposures off their time by up to 3 or 15 % of a frame, stamped truly",
         ("camera.jitter=0.03", "encoding.variable_rate=true"),
         ("camera.jitter=0.15", "encoding.variable_rate=true"),
     ),
@@ -25,7 +25,7 @@ RATE = (
     ),
     Condition(
         "ramp",
-        "a slow-motion export whose rate is 2 or 4 times as high where collisions crowd",
+        "a slow-motion export whose rate is 2 or 4 times as high where collisions are dense",
         ("clip.ramp=2", "clip.lead_frames=48", "clip.tail_frames=80"),
         ("clip.ramp=4", "clip.lead_frames=96", "clip.tail_frames=160", "clip.max_frames=900"),
     ),

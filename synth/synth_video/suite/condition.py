@@ -14,7 +14,7 @@ from synth_video.variation import varied
 Strength = Literal["ordinary", "full"]
 STRENGTHS: tuple[Strength, ...] = ("ordinary", "full")
 SCENE = "suite"
-LOOKS = (
+PLAIN = (
     "view.width_m=0.36 | 0.32 | 0.44",
     "background.kind=table | plaster | cloth | plaster",
     "ball.color=[226, 103, 28] | [226, 226, 222] | [226, 103, 28] | [60, 110, 190] | [40, 40, 44]",
@@ -41,7 +41,7 @@ class Condition:
     suffix: str = ".mp4"
     """Container of the clips."""
     base: str = SCENE
-    """Scene that it makes harder; one that is not of the suite keeps its own looks."""
+    """Scene that it makes harder; one that is not of the suite keeps its own appearance."""
 
     def seed(self, number: int) -> int:
         """Seed of a clip by its number: each condition has trials of its own."""
@@ -56,8 +56,8 @@ class Condition:
             The settings do not make a scene.
         """
         own = self.ordinary if strength == "ordinary" else self.full
-        looks = LOOKS if self.base == SCENE else ()
-        scene = load_scene(self.base, [choice(setting, number) for setting in (*looks, *own)])
+        plain = PLAIN if self.base == SCENE else ()
+        scene = load_scene(self.base, [choice(setting, number) for setting in (*plain, *own)])
         drawn = varied(scene, self.seed(number))
         return replace(drawn, name=f"{self.name}-{strength}", purpose=self.sentence)
 

@@ -10,9 +10,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from count_video.errors import UsageError
+from synth_video.film import render_clip
 from synth_video.scene import Scene
 from synth_video.suite.condition import STRENGTHS, Condition, Strength
-from synth_video.trial import render_clip
 from synth_video.truth import truth_path
 
 
@@ -42,7 +42,7 @@ class Take:
 
 @dataclass(frozen=True)
 class Label:
-    """What a clip's name tells of it."""
+    """What a clip's name says of it."""
 
     condition: str
     strength: str
@@ -91,7 +91,7 @@ def film(takes: Sequence[Take], folder: Path, workers: int) -> Iterator[tuple[Ta
 
 
 def _is_there(take: Take, clip: Path) -> bool:
-    """Tell whether a clip is complete (its truth is written after it) and of the same scene."""
+    """Return whether a clip is complete (its truth is written after it) and of the same scene."""
     try:
         truth = json.loads(truth_path(clip).read_text("utf-8"))
     except (OSError, ValueError):

@@ -49,7 +49,7 @@ def score_folder(folder: Path, results: Path) -> list[ClipScore]:
 
 
 def how_to_count(folder: Path) -> str:
-    """Tell the command that makes the answers."""
+    """Return the command that makes the answers."""
     return f"count the clips with: count-video --json {folder} > {folder / RESULTS}"
 
 

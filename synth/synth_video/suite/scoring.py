@@ -14,7 +14,7 @@ from synth_video.suite.matching import match
 
 Outcome = Literal["exact", "not_counted", "wrong"]
 CONFIDENT = 0.9
-"""A wrong count told with a probability above this is the worst that can happen."""
+"""A wrong count with a probability above this is the worst that can happen."""
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,12 @@ class ClipScore:
     """Whether the clip shows what a count needs."""
     true_count: int
     found_count: int | None
-    """None where no count was told."""
+    """None without a count."""
     outcome: Outcome
-    """``exact``: the count is right, or rightly none was told; ``not_counted``: a count was due."""
+    """``exact``: the count is right, or rightly missing; ``not_counted``: a count was due."""
     confidently_wrong: bool
     probability: float | None
-    """Of the count told; None without one."""
+    """Of the count; None without one."""
     missed: int
     """True collisions without a partner. This and all below is of counted clips; else 0 or ()."""
     invented: int

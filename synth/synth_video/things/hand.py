@@ -9,12 +9,12 @@ import numpy as np
 
 from count_video.physics.flights import Pendulum
 from count_video.records import Floats
-from synth_video.actors import Layer
 from synth_video.bodies import Lens
+from synth_video.body_picture import BodyPicture
 from synth_video.canvas import BodyCanvas, body_canvas
 from synth_video.exposure import Paths
+from synth_video.layers import Layer
 from synth_video.projection import Projection
-from synth_video.sprite import Sprite
 
 SKIN = np.array([204.0, 152.0, 124.0])
 SLEEVE = np.array([58.0, 74.0, 70.0])
@@ -32,7 +32,7 @@ KNUCKLES_M = 0.012
 class Hand:
     """A hand that goes with the cylinder until it lets go, then draws back."""
 
-    sprite: Sprite
+    picture: BodyPicture
     """About the axis of the cylinder at its far end."""
     law: Pendulum
     """The cylinder's swing until the first collision: position of its face."""
@@ -46,14 +46,14 @@ class Hand:
         held_s = np.clip(paths.times_s, 0.0, self.let_go_s)
         since_s = np.maximum(paths.times_s - self.let_go_s, 0.0)
         along_m = self._face_m(held_s) + self.length_m + 0.5 * BACK_M_S2 * since_s**2
-        yield Layer(self.sprite.placed(*projection.tilted(along_m, 0.5 * UP_M_S2 * since_s**2)))
+        yield Layer(self.picture.placed(*projection.tilted(along_m, 0.5 * UP_M_S2 * since_s**2)))
 
     def _face_m(self, times_s: Floats) -> Floats:
         start = np.full_like(times_s, self.start_m)
-        return start + self.law.advance_many(start, np.zeros_like(start), times_s)[0]
+        return start + self.law.advance(start, np.zeros_like(start), times_s)[0]
 
 
-def paint_hand(lens: Lens) -> Sprite:
+def paint_hand(lens: Lens) -> BodyPicture:
     """Paint four fingers over the far end, the back of the hand and a sleeve behind it.
 
     Channels: red, green, blue (premultiplied), coverage.

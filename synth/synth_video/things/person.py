@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 
 from count_video.records import Floats
-from synth_video.actors import Layer
+from synth_video.body_picture import BodyPicture
 from synth_video.exposure import Paths
+from synth_video.layers import Layer
 from synth_video.pixels import Pixels, as_pixels
 from synth_video.projection import Projection
-from synth_video.sprite import Sprite
 
 COAT = np.array([74.0, 82.0, 104.0])
 CHECK = np.array([150.0, 66.0, 58.0])
@@ -30,7 +30,7 @@ DIP_M = 0.006
 class Person:
     """Somebody who sways into the picture and out of it."""
 
-    sprite: Sprite
+    picture: BodyPicture
     """About the foremost point of the coat, which reaches away from the bodies."""
     edge_m: float
     """Distance from the wall of the picture's edge."""
@@ -46,12 +46,12 @@ class Person:
         angle = self.speed_m_s / sway_m * paths.times_s + self.phase_rad
         along_m = self.edge_m + self.inward * (self.reach_m - sway_m * (1 - np.sin(angle)))
         up_m = DIP_M * np.sin(0.7 * angle)
-        yield Layer(self.sprite.placed(*projection.tilted(along_m, up_m)))
+        yield Layer(self.picture.placed(*projection.tilted(along_m, up_m)))
 
 
 def paint_person(
     width_px: int, height_px: int, px_per_m: float, inward: int, rng: np.random.Generator
-) -> Sprite:
+) -> BodyPicture:
     """Paint a coat of this size, its foremost point in the middle of one upright side.
 
     Channels: red, green, blue (premultiplied), coverage.
@@ -73,8 +73,8 @@ def paint_person(
     sheet = np.concatenate([rgb * cover[..., None], cover[..., None]], axis=-1)
     soft = as_pixels(cv2.GaussianBlur(as_pixels(sheet), (0, 0), max(SOFT_M * px_per_m, 0.5)))
     if inward < 0:
-        return Sprite(np.ascontiguousarray(soft), 1, 0.0, height_px / 2)
-    return Sprite(np.ascontiguousarray(soft[:, ::-1]), 1, float(width_px), height_px / 2)
+        return BodyPicture(np.ascontiguousarray(soft), 1, 0.0, height_px / 2)
+    return BodyPicture(np.ascontiguousarray(soft[:, ::-1]), 1, float(width_px), height_px / 2)
 
 
 def _front_m(down_m: Floats, rng: np.random.Generator) -> Floats:

@@ -22,7 +22,7 @@ from synth_video.pixels import Pixels, as_pixels
 
 @dataclass(frozen=True)
 class Placed:
-    """A sprite's picture at its place in a frame."""
+    """A part of a body's picture at its place in a frame."""
 
     x_px: int
     y_px: int
@@ -32,7 +32,7 @@ class Placed:
 
 
 @dataclass
-class Sprite:
+class BodyPicture:
     """A body's picture on cells, and its phases as they are asked for."""
 
     cells: Pixels
@@ -43,8 +43,8 @@ class Sprite:
     """The body's reference point, in px from the corner of the first cell."""
     _phases: dict[tuple[int, int], Pixels] = field(default_factory=dict)
 
-    def at(self, time_s: float) -> Sprite:
-        """Return itself: this look does not change with time."""
+    def at(self, time_s: float) -> BodyPicture:
+        """Return itself: this appearance does not change with time."""
         return self
 
     def placed(self, x_px: Floats, y_px: Floats) -> Placed:

@@ -5,12 +5,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from count_video.physics.simulator import Motion
-from count_video.planning.advice import Proposal, proposals
-from count_video.planning.burst import PlannedBurst, planned_burst, planned_motion
-from count_video.planning.camera import CameraView, Framing, camera_view, framing_of
-from count_video.planning.chart import Chart, chart_of
+from count_video.planning.forecast import (
+    CameraView,
+    Framing,
+    PlannedBurst,
+    camera_view,
+    framing_of,
+    planned_burst,
+    planned_motion,
+)
 from count_video.planning.request import PlanRequest
-from count_video.planning.tolerances import Spread, TrialTable, spread_of, table_of
+from count_video.planning.spread import (
+    Chart,
+    Proposal,
+    Spread,
+    TrialTable,
+    chart_of,
+    proposals,
+    spread_of,
+    table_of,
+)
 from count_video.progress import NO_PROGRESS, Progress
 
 

@@ -10,15 +10,14 @@ import numpy as np
 
 from count_video.records import CollisionKind, Floats
 from synth_video.experiments.course import Course
-from synth_video.experiments.settings import NOTHING_TO_COUNT
 from synth_video.projection import Projection
-from synth_video.scene import Scene
+from synth_video.scene import NOTHING_TO_COUNT, Scene
 from synth_video.schedule import Schedule
 from synth_video.tripod import tripod_shift
 from synth_video.truth import FRAME_CONVENTION, RESOLVED_FRAMES
 
 VISIBLE_PX = 1.0
-"""A hop that leads less far from its stop is not to be told from rest."""
+"""A hop that leads less far from its stop looks like rest."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,7 @@ class ExperimentTruth:
 
     @property
     def resolved(self) -> bool:
-        """True if the frames can tell all collisions apart."""
+        """True if the frames show each collision."""
         return self.sure == self.count
 
     @property

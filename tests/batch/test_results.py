@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from count_video.batch import executor, store
+from count_video.batch import executor, results
 from count_video.batch.executor import Answer, tool_version
 from count_video.batch.manifest import Job
-from count_video.batch.store import HIDDEN, ResultStore, open_store, signature
+from count_video.batch.results import HIDDEN, ResultStore, open_store, signature
 from count_video.errors import UsageError
 from count_video.inputs import content_digest
 from count_video.reports.json_object import json_line
@@ -70,7 +70,7 @@ def test_a_clip_whose_signature_did_not_change_is_not_read(
     def read(file: Path) -> str:
         raise AssertionError(f"{file} was read")
 
-    monkeypatch.setattr(store, "content_digest", read)
+    monkeypatch.setattr(results, "content_digest", read)
     assert kept.known(job) == text
 
 
@@ -84,7 +84,7 @@ def test_another_version_of_the_tool_makes_a_result_unknown(
     kept: ResultStore, job: Job, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     keep(kept, job)
-    monkeypatch.setattr(store, "tool_version", lambda: "another")
+    monkeypatch.setattr(results, "tool_version", lambda: "another")
     assert kept.known(job) is None
 
 

@@ -9,9 +9,9 @@ from collections.abc import Callable, Collection, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from functools import partial
 
-from count_video.batch.executor import ClusterWorkers, LocalWorkers, Workers
+from count_video.batch.executor import ClusterWorkers
 from count_video.batch.manifest import Job, Pages, is_manifest, jobs_of
-from count_video.batch.store import ResultStore, open_store
+from count_video.batch.results import ResultStore, open_store
 from count_video.batch.summary import (
     SUMMARY,
     TABLE,
@@ -19,12 +19,13 @@ from count_video.batch.summary import (
     summarise,
     write_tables,
 )
-from count_video.ending import before_the_end
 from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
+from count_video.parallel import Processes, Workers
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
 from count_video.reports.words import WIDTH, printable
+from count_video.termination import before_the_end
 from count_video.trial import TrialSettings
 
 EXIT_COUNTED, EXIT_NOT_COUNTED = 0, 1
@@ -95,10 +96,10 @@ def _workers(options: argparse.Namespace) -> Callable[[], Workers]:
         return lambda: ClusterWorkers(options.scheduler)
 
     def start() -> Workers:
-        workers = LocalWorkers(options.jobs)
+        workers = Processes(options.jobs)
         if options.output is not None:
             before_the_end(partial(clear_unfinished, options.output))
-        before_the_end(workers.processes.kill)  # the latest comes first
+        before_the_end(workers.kill)  # the latest comes first
         return workers
 
     return start

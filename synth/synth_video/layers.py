@@ -8,11 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
+from synth_video.body_picture import BodyPicture, Placed
 from synth_video.exposure import Paths
 from synth_video.pixels import Pixels
 from synth_video.projection import Projection
-from synth_video.sprite import Placed, Sprite
-from synth_video.threads import Thread, ThreadLook, draw_thread
+from synth_video.threads import Thread, ThreadAppearance, draw_thread
 
 
 @dataclass(frozen=True)
@@ -25,17 +25,17 @@ class Layer:
     """How far the picture shows at each place of the frame, shape (h, w, 1); None for fully."""
 
 
-class Actor(Protocol):
+class LayerSource(Protocol):
     """A thing of the scene. Coordinates are tilted ones: the wall stands on the left."""
 
     def layers(self, paths: Paths, projection: Projection) -> Iterator[Layer]:
         """Yield what it looks like during one exposure, the farthest first."""
 
 
-class Look(Protocol):
+class Appearance(Protocol):
     """What a body looks like, which may change with time."""
 
-    def at(self, time_s: float) -> Sprite:
+    def at(self, time_s: float) -> BodyPicture:
         """Its picture at a real time."""
 
 
@@ -43,7 +43,7 @@ class Look(Protocol):
 class Moving:
     """A picture that goes with a body."""
 
-    look: Look
+    appearance: Appearance
     body: int
     """Index of the body in ``Paths.bodies``."""
     shift_m: float = 0.0
@@ -60,8 +60,8 @@ class Moving:
         along_m = path.along_m + self.shift_m
         up_m = path.up_m if self.level_m is None else np.full_like(along_m, self.level_m)
         at = projection.tilted(-along_m if self.mirrored else along_m, up_m)
-        sprite = self.look.at(float(paths.times_s.mean()))
-        yield Layer(sprite.placed(*at), self.strength)
+        picture = self.appearance.at(float(paths.times_s.mean()))
+        yield Layer(picture.placed(*at), self.strength)
 
 
 @dataclass(frozen=True)
@@ -69,14 +69,14 @@ class Hanging:
     """The threads of a body."""
 
     threads: tuple[Thread, ...]
-    look: ThreadLook
+    appearance: ThreadAppearance
     body: int
 
     def layers(self, paths: Paths, projection: Projection) -> Iterator[Layer]:
         """Draw those of the threads that are in sight."""
         path = paths.bodies[self.body]
         for thread in self.threads:
-            placed = draw_thread(thread, self.look, projection, path.along_m, path.up_m)
+            placed = draw_thread(thread, self.appearance, projection, path.along_m, path.up_m)
             if placed is not None:
                 yield Layer(placed)
 

@@ -1,4 +1,4 @@
-"""The looks of what stands before the camera, one frozen record a thing.
+"""The appearance of what stands before the camera, one frozen record a thing.
 
 Colours are display values (red, green, blue), 0 to 255; lengths are metres of the apparatus.
 """
@@ -27,7 +27,7 @@ def require(condition: bool, complaint: str) -> None:
 
 @dataclass(frozen=True)
 class BallSettings:
-    """Looks of the light body; its diameter (length along the line) belongs to the set-up."""
+    """Appearance of the light body; its diameter (length along the line) belongs to the set-up."""
 
     shape: BodyShape = "ball"
     """A ball, a wooden block or a cart seen from the side, or a puck seen from above."""
@@ -58,7 +58,7 @@ class BallSettings:
 
 @dataclass(frozen=True)
 class CylinderSettings:
-    """Looks and size of the heavy body; its mass belongs to the set-up."""
+    """Appearance and size of the heavy body; its mass belongs to the set-up."""
 
     shape: HeavyShape = "cylinder"
     """A cylinder, a wooden block or a cart seen from the side, or a puck seen from above."""

@@ -18,7 +18,7 @@ _SUBPIXEL_BITS = 4
 
 
 @dataclass(frozen=True)
-class Easel:
+class Raster:
     """Sheet of paint with its coordinates; metres along the line and up from the rest line."""
 
     projection: Projection
@@ -102,7 +102,7 @@ class Easel:
         return page
 
     def picture(self, sheet: Pixels, blur_m: float) -> Pixels:
-        """Look at a sheet through the tilted, slightly defocused camera: tilted coordinates."""
+        """See a sheet through the tilted, slightly defocused camera: tilted coordinates."""
         p = self.projection
         blur_px = blur_m * self.px_per_m
         if blur_px > 0.2:
@@ -119,11 +119,11 @@ class Easel:
         return as_pixels(small)
 
 
-def easel_for(projection: Projection, rng: np.random.Generator) -> Easel:
+def raster_for(projection: Projection, rng: np.random.Generator) -> Raster:
     """Prepare a sheet large enough for the camera's tilt."""
     longest = max(projection.width_px, projection.height_px)
     turn = abs(np.sin(np.radians(projection.tilt_deg)))
-    return Easel(projection, int(np.ceil(turn * longest / 2)) + 4, rng)
+    return Raster(projection, int(np.ceil(turn * longest / 2)) + 4, rng)
 
 
 def over(sheet: Pixels, cover: Pixels, rgb: tuple[float, float, float] | Pixels) -> None:

@@ -20,9 +20,9 @@ from count_video.outputs import clear_unfinished
 from count_video.parallel import Processes
 from count_video.physics.simulator import Motion, simulate
 from synth_video.campaign.search import Target
+from synth_video.film import render_clip
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene
-from synth_video.trial import render_trial
 
 SCENE = "campaign"
 PHONE_RATE = 240.0
@@ -136,7 +136,7 @@ def _rate(motion: Motion, rng: np.random.Generator) -> float:
 
 def _render(wanted: tuple[Take, Path]) -> None:
     take, folder = wanted
-    render_trial(take.scene, take.seed, folder / f"{take.name}.mp4")
+    render_clip(take.scene, take.seed, folder / f"{take.name}.mp4")
 
 
 def _manifest(takes: Sequence[Take]) -> str:

@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from count_video.errors import UsageError
 from count_video.physics.setup import Setup
+from synth_video.appearance import Color
+from synth_video.experiments.course_truth import BodyTruth, ExperimentTruth, truth_of_course
 from synth_video.experiments.happening import course_of
-from synth_video.experiments.settings import ExperimentSettings
 from synth_video.experiments.timing import schedule_of_course
-from synth_video.experiments.truth import BodyTruth, ExperimentTruth, truth_of_course
-from synth_video.looks import Color
 from synth_video.projection import projection_of
-from synth_video.scene import Scene
+from synth_video.scene import ExperimentSettings, Scene
 
 FEWEST_IMPACTS, MOST_IMPACTS = 4, 12
 RATES = (24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0, 240.0)
@@ -39,7 +38,7 @@ _TRIES = 2000
 def varied_experiment(scene: Scene, seed: int) -> Scene:
     """Draw the start, restitution, colours, side and capture rate of an experiment at random.
 
-    All collisions of the drawn clip can be told apart by eye. Where a body bounces, it does so 4
+    All collisions of the drawn clip can be seen one by one. Where a body bounces, it does so 4
     to 12 times.
 
     Raises
@@ -61,14 +60,14 @@ def varied_experiment(scene: Scene, seed: int) -> Scene:
 
 
 def _truth(scene: Scene, seed: int, rng: np.random.Generator) -> ExperimentTruth:
-    """Tell what a clip of the scene would show."""
+    """Return what a clip of the scene would show."""
     course = course_of(scene)
     schedule = schedule_of_course(scene, course, rng)
     return truth_of_course(scene, seed, course, schedule, projection_of(scene))
 
 
 def _fits(truth: ExperimentTruth) -> bool:
-    """Tell whether the clip is short, slow and plain enough, and its bodies stay in sight."""
+    """Return whether the clip is short, slow and plain enough, and its bodies stay in sight."""
     if not FEWEST_FRAMES <= truth.frames <= MOST_FRAMES or not truth.resolved:
         return False
     if truth.shortest_interval_frames < SHORTEST_INTERVAL_FRAMES:

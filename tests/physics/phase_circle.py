@@ -1,4 +1,4 @@
-"""The paper's geometry: state points on the phase circle and the region in which they stop.
+"""The paper's geometry, as a second way to the exact count and the region in which states stop.
 
 In the scaled velocities V₁ = √M v₁ and V₂ = √m v₂ the energy is a circle. A collision of the
 bodies moves the state along a line of slope −√(M/m) to the other crossing with the circle, one
@@ -12,11 +12,7 @@ import math
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
-
-from count_video.physics.certainty import certain_floor
-from count_video.physics.theory import Mass, collision_count, exact_ratio, theta_rad
-from count_video.records import Floats
+from count_video.physics.theory import Mass, certain_floor, exact_ratio, theta_rad
 
 # π/α is an integer n only if cos α = cos(π/n) is rational; by Niven's theorem it is then 0 or 1/2.
 _WHOLE_HALF_TURNS = {Fraction(1): 2, Fraction(3): 3}
@@ -24,18 +20,6 @@ _WHOLE_HALF_TURNS = {Fraction(1): 2, Fraction(3): 3}
 BORDER = 1e-14
 """Rounding of a scaled velocity, as a fraction of the stopping region's width. Borders are only
 ever met at ratios near 1, where the width is of the order of the velocities."""
-
-
-def state_points(heavy: Mass, light: Mass = 1) -> Floats:
-    """Points (V₁, V₂) from before the first collision to after the last, on the unit circle.
-
-    Shape (count + 1, 2); multiply by √(2E) for a trial of energy E. They are computed from the
-    angle of each point, not one from another, so that no rounding adds up.
-    """
-    steps = np.arange(collision_count(heavy, light) + 1)
-    angles = (steps + 1) // 2 * (2.0 * theta_rad(heavy, light))
-    side = np.where(steps % 2 == 0, 1.0, -1.0)
-    return np.column_stack([-np.cos(angles), side * np.sin(angles)])
 
 
 def in_stopping_region(
