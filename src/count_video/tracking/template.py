@@ -226,7 +226,6 @@ def _connected(
     numbers = np.flatnonzero(np.bincount(labels.ravel()))[1:]
     beside = [k for k in numbers if not (labels[:, columns] == k).any()]
     as_high = [k for k in beside if (labels[rows] == k).any(axis=1).mean() > AS_HIGH_SHARE]
-    held[beside] = 0
     parts = np.flatnonzero(held > PART_SHARE * held.max()).tolist()
     if shape[1] <= shape[0]:
         parts += as_high
