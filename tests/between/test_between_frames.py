@@ -77,6 +77,14 @@ def test_every_inferred_time_lies_within_its_uncertainty() -> None:
     assert all(e < 5 * c.frame_sigma + 0.02 for e, c in zip(errors, hidden, strict=True))
 
 
+def test_of_collisions_less_than_a_frame_apart_the_middle_ones_are_not_called_seen() -> None:
+    frames, told = filmed().event_frames, fitted().collisions
+    apart = np.diff(frames)
+    crowded = 1 + np.flatnonzero(np.maximum(apart[1:], apart[:-1]) < 1.0)
+    assert len(crowded) > 0
+    assert not any(told[number].seen for number in crowded)
+
+
 def test_kinds_alternate_and_numbers_count_from_one() -> None:
     collisions = fitted().collisions
     assert [c.number for c in collisions] == list(range(1, len(collisions) + 1))

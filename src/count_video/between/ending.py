@@ -8,6 +8,7 @@ from count_video.between.model import follow
 from count_video.between.observations import Observations
 from count_video.between.parameters import within_limits
 from count_video.between.solving import Solution
+from count_video.motion.priors import BELIEVED
 from count_video.records import Floats
 
 DRAWS = 200
@@ -34,7 +35,7 @@ def end_chances(observed: Observations, solution: Solution) -> tuple[float, floa
 
 
 def _draws(solution: Solution, rng: np.random.Generator) -> Floats:
-    covariance = np.linalg.pinv(solution.hessian, hermitian=True)
+    covariance = np.linalg.pinv(solution.hessian, hermitian=True) / BELIEVED
     values, vectors = np.linalg.eigh(covariance)
     widths = np.sqrt(np.maximum(values, 0.0))
     normal = rng.normal(size=(DRAWS, len(widths)))

@@ -10,15 +10,18 @@ from count_video.between.model import Paths, follow_one
 from count_video.between.observations import Observations
 from count_video.between.solving import Solution
 from count_video.between.tangents import tangents_of
+from count_video.motion.pieces import HALF_EXPOSURE
+from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import SeenCollisions
 from count_video.records import Collision, CollisionKind, Floats, Velocities
 
-SAME_FRAMES = 0.5
-"""A modelled collision is the one seen if they are not further apart than this, ..."""
 SAME_SIGMAS = 3.0
-"""... or so many times their uncertainty, ..."""
+"""A modelled collision is the one seen if they are not further apart than so many times their
+uncertainty: in a zigzag of which corners are missing the others are not where they seem, ..."""
+SAME_FRAMES = 0.5
+"""... or, where the frames resolve it, than so many frames, ..."""
 SAME_SHARE = 0.5
-"""... but never further than this share of the way to the next one."""
+"""... and never further than this share of the way to the next one."""
 
 
 def collisions_of(
@@ -50,13 +53,18 @@ def _partners(frames: Floats, sigmas: Floats, seen: Sequence[Collision]) -> dict
     # What never happens lies at infinity, and may do so more than once.
     room = np.diff(np.minimum(frames, np.finfo(np.float64).max), prepend=-np.inf, append=np.inf)
     share = SAME_SHARE * np.minimum(room[:-1], room[1:])
+    # No frame is clear of its neighbours on either side of it: the exposures hold them all.
+    hidden = np.maximum(room[:-1], room[1:]) < 2 * HALF_EXPOSURE
     pairs = []
     for event, frame in enumerate(frames):
+        if hidden[event]:
+            continue
         for place, collision in enumerate(seen):
             sigma = float(np.hypot(sigmas[event], collision.frame_sigma))
-            reach = min(share[event], max(SAME_FRAMES, SAME_SIGMAS * sigma))
+            least = SAME_FRAMES if share[event] >= SAME_SHARE * RESOLVED_FRAMES else 0.0
+            reach = min(share[event], max(least, SAME_SIGMAS * sigma))
             apart = abs(collision.frame - frame)
-            if collision.kind == _kind(event) and apart <= reach:
+            if collision.seen and collision.kind == _kind(event) and apart <= reach:
                 pairs.append((apart, event, place))
     pairs.sort()
     partners: dict[int, Collision] = {}
@@ -79,10 +87,17 @@ def _collision(
     when: tuple[float, float],
     partner: Collision | None,
 ) -> Collision:
-    """One collision; its time is the seen one where there is one, the rest is the model's."""
+    """One collision by the model; its time is the seen one where that contradicts the model's.
+
+    The model knows more, as all frames share its motion, and is wrong where something else acted.
+    """
     before, after = paths.before[:, 0, event + 1], paths.states[:, 0, event + 1]
     sign = observed.sign
-    frame, sigma = when if partner is None else (partner.frame, partner.frame_sigma)
+    frame, sigma = when
+    if partner is not None:
+        apart = abs(partner.frame - frame)
+        if apart > SAME_SIGMAS * np.hypot(sigma, partner.frame_sigma):
+            frame, sigma = partner.frame, partner.frame_sigma
     return Collision(
         number=event + 1,
         kind=_kind(event),

@@ -61,6 +61,8 @@ class Between:
     setup: FittedSetup
     misfit_px: float
     """Root mean square of what the model leaves unexplained of the ball's places."""
+    one_more: float
+    """Probability that another collision of the burst follows after the clip's end."""
 
 
 @dataclass(frozen=True)
@@ -128,8 +130,8 @@ def measure_burst(
     scatter = SCATTERS[len(SCATTERS) // 2]
     fit = fine_fit(observed, noise, prior, fits[0], scatter)
     measured = _answer(found, observed, {(fit.count, scatter): (0.0, fit)})
-    seen = all(collision.seen for collision in measured.collisions)
-    if not seen or measured.count != found.burst:
+    seen = sum(collision.seen for collision in measured.collisions)
+    if seen < found.shown or measured.count != found.burst:
         return Misfit(Reason(Cause.MODEL_DIFFERS))
     return measured
 
@@ -174,8 +176,8 @@ def _answer(
     )[1]
     fewer, more = end_chances(observed, solution)
     more = 0.0 if found.burst < len(found.collisions) else more
-    chances = shifted(chances, count, fewer, more)
-    if fewer > more and fewer > TURNED_BEFORE:
+    chances = shifted(chances, count, -1, fewer)
+    if fewer > more and fewer > TURNED_BEFORE and count > 1:
         count -= 1
         solution = replace(solution, count=count)
     values = solution.values
@@ -191,4 +193,5 @@ def _answer(
         ending=ending_of(paths, values),
         setup=fitted_setup(weighed, shares),
         misfit_px=_root_mean_square(solution),
+        one_more=more,
     )

@@ -7,13 +7,15 @@ until the best fit's residuals are no surprise, and only then are its rivals jud
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from count_video.between.observations import Observations
 from count_video.between.parameters import FIRST_DEVIATION, Prior
 from count_video.between.rivals import HOPELESS, fine_fit, log_evidence, recounted, refloored
 from count_video.between.solving import Noise, Solution, noise_of, scaled
-from count_video.motion.priors import DOUBT, SCATTERS
+from count_video.motion.priors import BELIEVED, DOUBT, SCATTERS
 from count_video.records import Floats
 
 Weighed = dict[tuple[int, float], tuple[float, Solution]]
@@ -26,10 +28,6 @@ CORRELATED_AT_MOST = 40
 """Lag in frames up to which residuals may hang together."""
 RESIDUALS_AT_LEAST = 20
 """Fewer do not tell how they hang together."""
-BELIEVED = 0.5
-"""Part of the differences in evidence that is believed. A tracker's errors hang together in more
-ways than the fit allows for: of ten rendered clips of long bursts, whose truth is known, the counts
-strayed by one and a half times what the whole evidence says."""
 
 
 def fine_fits(
@@ -159,12 +157,11 @@ def probabilities(weighed: Weighed) -> dict[int, float]:
     return {count: share / total for count, share in believed.items()}
 
 
-def shifted(chances: dict[int, float], count: int, fewer: float, more: float) -> dict[int, float]:
-    """Give the chances that a count ends one collision sooner or later to its neighbours."""
+def shifted(chances: Mapping[int, float], count: int, by: int, share: float) -> dict[int, float]:
+    """Give a share of a count's chance to another: its burst may end sooner or later."""
     moved = dict(chances)
-    for step, share in ((-1, fewer), (1, more)):
-        moved[count + step] = moved.get(count + step, 0.0) + share * chances[count]
-    moved[count] -= (fewer + more) * chances[count]
+    moved[count + by] = moved.get(count + by, 0.0) + share * chances[count]
+    moved[count] = chances[count] * (1 - share)
     return moved
 
 

@@ -96,6 +96,8 @@ def _missed_copies(track: Track) -> NDArray[np.bool_]:
     a copy is one if no body moved: at a clip's start little is known yet by which to tell them.
     """
     none = np.zeros(len(track.frame), dtype=bool)
+    if len(track.frame) == 0:
+        return none
     first, last = int(track.frame[0]), int(track.frame[-1])
     copies = np.setdiff1d(np.arange(first, last + 1), track.frame.astype(int))
     if len(copies) < STEPS_AT_LEAST:

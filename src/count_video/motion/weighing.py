@@ -17,7 +17,6 @@ from count_video.motion.priors import (
     CHANCE_PASSED_OVER,
     CHANCE_SINGLE,
     CHANCE_STRAYING,
-    CHANCE_WALL_AHEAD,
     CHANCE_WEAK,
     CHANCES_TAIL,
 )
@@ -84,13 +83,11 @@ def weighed(
 
 
 def with_wall_ahead(found: SeenImpacts) -> SeenImpacts:
-    """Doubt a count of two bodies one of which moves towards something when the clip ends."""
-    more = CHANCE_WALL_AHEAD
-    chances: dict[int, float] = {}
-    for count, chance in found.probability.items():
-        chances[count] = chances.get(count, 0.0) + chance * (1 - more)
-        chances[count + 1] = chances.get(count + 1, 0.0) + chance * more
-    return replace(found, doubts=(*found.doubts, Reason(Cause.WALL_AHEAD)), probability=chances)
+    """Refuse a count of two bodies one of which moves towards something when the clip ends.
+
+    If that is a wall, this is the first collision of a trial and no smaller experiment.
+    """
+    return replace(found, shortcomings=(*found.shortcomings, Reason(Cause.WALL_AHEAD)))
 
 
 def _shortcomings(impacts: Sequence[Impact], strays: int) -> list[Reason]:
