@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from synthetic_tracks import FilmedTrial, Filming, film, random_trial
 
-from count_video.between.infer import Between, Misfit, count_between
-from count_video.between.rivals import Knowledge
+from count_video.motion.fitted import Between, Misfit, count_between
 from count_video.motion.reasons import Cause
+from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate

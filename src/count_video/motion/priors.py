@@ -26,6 +26,11 @@ OUTLINE_SHARE: Final = 0.05
 OUTLINE_PX: Final = 1.5
 """Outline and contact agree to this share of the ball's diameter, or to so many px: the widths that
 learnt outlines have on rendered clips, truth known."""
+CAUCHY_SIGMAS: Final = 3.0
+"""From here on a residual counts less than its square, as with Cauchy errors: a tracker is misled
+now and then."""
+CLEAR_FRAMES: Final = 0.6
+"""Frames nearer to a collision may hold it in their exposure."""
 TURN_LOG_RATIO: Final = 2.0
 """A low point is a turn from this logarithm of the likelihood ratio on: most are collisions."""
 

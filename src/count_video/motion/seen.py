@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.motion.burst import Rival, find_burst
-from count_video.motion.finding import find_contacts
-from count_video.motion.gaps import gaps_of
-from count_video.motion.joint import collisions_of
-from count_video.motion.pace import (
+from count_video.motion.cadence import (
     frames_per_picture,
     in_frames,
     in_pictures,
     swing_in_frames,
 )
+from count_video.motion.finding import find_contacts
+from count_video.motion.gaps import gaps_of
+from count_video.motion.joint import collisions_of
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.resolution import shortest_interval, unexplained, unresolved
 from count_video.motion.swing import Swing, borne_out, fit_path, swing_of

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
-from count_video.between.infer import Between, Misfit
-from count_video.between.rivals import PAIR, Knowledge
-from count_video.between.weighing import shifted
+from count_video.motion.fitted import Between, Misfit
+from count_video.motion.posterior import shifted
 from count_video.motion.priors import STRAYING_WRONG
 from count_video.motion.reasons import Cause, Reason
+from count_video.motion.rivals import PAIR, Knowledge
 from count_video.motion.seen import SeenCollisions
 from count_video.records import FootageInfo, TrialResult
 from count_video.verdict.masses import with_mass_ratio
