@@ -250,6 +250,10 @@ def _collision(
         apart = abs(partner.frame - frame)
         if apart > SAME_SIGMAS * np.hypot(sigma, partner.frame_sigma):
             frame, sigma = partner.frame, partner.frame_sigma
+        else:
+            # Both rest on the same frames, so that the mean is no surer than the better one.
+            weight = sigma**2 / (sigma**2 + partner.frame_sigma**2)
+            frame, sigma = frame + weight * (partner.frame - frame), min(sigma, partner.frame_sigma)
     return Collision(
         number=event + 1,
         kind=_kind(event),
