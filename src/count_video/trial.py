@@ -3,7 +3,7 @@
 file -> frames            footage
 frames -> track           tracking
 track -> collisions       motion
-in doubt -> fitted        between (a model of the motion, for what lies between the frames)
+in doubt -> fitted        motion.fitted (the whole burst, also between the frames)
 collisions -> result      verdict
 
 All bodies that move are followed in one decoding. Two of them that collide are counted; where their
@@ -18,12 +18,12 @@ from fractions import Fraction
 from pathlib import Path
 
 from count_video import verdict
-from count_video.between.infer import Between, Misfit, count_between, measure_burst
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage, open_footage
 from count_video.motion.alone import seen_impacts
 from count_video.motion.cadence import cadence_of
 from count_video.motion.clock import as_shown, seen_by_clock
+from count_video.motion.fitted import Between, Misfit, count_between, measure_burst
 from count_video.motion.meeting import only_turns, without_wall
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.weighing import SeenImpacts, with_wall_ahead

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from synthetic_tracks import random_setup
 
-from count_video.between.infer import Between
+from count_video.motion.fitted import Between
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
 from count_video.records import Estimate, Floats

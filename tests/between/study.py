@@ -17,9 +17,9 @@ from itertools import pairwise
 import numpy as np
 from synthetic_tracks import FilmedTrial, random_long_trial, random_trial
 
-from count_video.between.infer import Between, count_between
-from count_video.between.rivals import Knowledge
+from count_video.motion.fitted import Between, count_between
 from count_video.motion.priors import PROBABILITY_RESOLVED
+from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import SeenCollisions, seen_collisions
 from count_video.verdict import leaves_room, sure_enough
 from count_video.verdict.fitted import MASS_RELATIVE_SIGMA

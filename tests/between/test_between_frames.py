@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from synthetic_tracks import FilmedTrial, Filming, film, random_trial
 
-from count_video.between.infer import Between, Misfit, count_between
-from count_video.between.rivals import Knowledge
+from count_video.motion.fitted import Between, Misfit, count_between
 from count_video.motion.reasons import Cause
+from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
@@ -75,6 +75,14 @@ def test_every_inferred_time_lies_within_its_uncertainty() -> None:
     errors = [abs(c.frame - filmed().event_frames[c.number - 1]) for c in hidden]
     # Five sigmas, and what sampling the exposure in the synthetic film leaves.
     assert all(e < 5 * c.frame_sigma + 0.02 for e, c in zip(errors, hidden, strict=True))
+
+
+def test_of_collisions_less_than_a_frame_apart_the_middle_ones_are_not_called_seen() -> None:
+    frames, told = filmed().event_frames, fitted().collisions
+    apart = np.diff(frames)
+    crowded = 1 + np.flatnonzero(np.maximum(apart[1:], apart[:-1]) < 1.0)
+    assert len(crowded) > 0
+    assert not any(told[number].seen for number in crowded)
 
 
 def test_kinds_alternate_and_numbers_count_from_one() -> None:

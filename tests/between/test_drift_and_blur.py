@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from synthetic_tracks import FilmedTrial, Filming, film
 
-from count_video.between.drift import drift_shape
-from count_video.between.infer import Between, count_between
-from count_video.between.model import follow_one
-from count_video.between.parameters import DRIFTS, FIRST_DEVIATION, Column
-from count_video.between.rivals import Knowledge
-from count_video.between.sampling import blur_of
+from count_video.motion.exposures import blur_of
+from count_video.motion.fitted import Between, count_between
+from count_video.motion.parameters import DRIFTS, FIRST_DEVIATION, Column, drift_shape
+from count_video.motion.pendulums import follow_one
+from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.records import Floats, Track

@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from count_video.between.estimates import estimate, mass_ratio, shares_of
-from count_video.between.parameters import FIRST_DEVIATION, Column
-from count_video.between.solving import Solution
-from count_video.between.weighing import Weighed
+from count_video.motion.estimates import estimate, mass_ratio, shares_of
+from count_video.motion.parameters import FIRST_DEVIATION, Column
+from count_video.motion.posterior import Weighed
+from count_video.motion.solving import Solution
 
 SIGMA = 0.01
 NOTHING = np.zeros(0)

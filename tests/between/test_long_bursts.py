@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from synthetic_tracks import FilmedTrial, Filming, film
 
-from count_video.between.infer import Between, count_between
-from count_video.between.parameters import MOST_DEVIATIONS, deviation_places, deviations_of
-from count_video.between.rivals import Knowledge
+from count_video.motion.fitted import Between, count_between
+from count_video.motion.parameters import MOST_DEVIATIONS, deviation_places, deviations_of
+from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.records import FootageInfo, FootageReport, TrialResult

@@ -3,11 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from count_video.between.model import Paths, follow, follow_one
-from count_video.between.parameters import FIRST_DEVIATION, Column
-from count_video.between.sampled_tangents import sampled_tangents
-from count_video.between.sampling import sample
-from count_video.between.tangents import tangents_of
+from count_video.motion.exposures import sample, sampled_tangents
+from count_video.motion.parameters import FIRST_DEVIATION, Column
+from count_video.motion.pendulums import Paths, follow, follow_one
+from count_video.motion.tangents import tangents_of
 from count_video.records import Floats
 
 START = -61.0

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from accuracy import errors_frames, resolved_clips
 from counting import Truth, answer, assert_counted, burst, fixture_clips, truth_of
@@ -20,6 +21,11 @@ RESOLVED = resolved_clips()
 UNRESOLVED = [clip for clip in CLIPS if clip not in RESOLVED]
 SCALE_ERROR = 0.04
 """Of the ball's diameter: its rim is blurred by about a pixel at either side, of fifty or more."""
+ONE_FRAME = 1.0
+"""Of collisions that follow each other faster, no frame lies in the flights between them."""
+STANDARDISED_AT_MOST = 1.5
+"""RMS of errors over their uncertainties; 1 if these are true. Neighbours share what is known of
+the motion, so of thirty errors only some five are independent: one in a hundred has more."""
 SAME_ERROR_FRAMES = 0.05
 """Another machine's rounding and another build's decoder move a time by less."""
 ACCURACY_ROW = re.compile(
@@ -60,6 +66,23 @@ def test_an_unresolved_clip_is_counted_right_or_said_to_be_in_doubt(clip: Path) 
     said = answer(clip)
     in_doubt = said["status"] == "not_counted" and said["count"] is None and said["reason"]
     assert in_doubt or said["count"] == truth_of(clip)["count"]
+
+
+@pytest.mark.parametrize("clip", UNRESOLVED, ids=name)
+def test_an_unresolved_clip_claims_to_have_seen_what_its_frames_show(clip: Path) -> None:
+    said = answer(clip)
+    if said["count"] is None:
+        pytest.skip("not counted: nothing is claimed")
+    told, true = burst(said), [event["frame"] for event in truth_of(clip)["events"]]
+    assert (said["seen"], said["between_frames"]) == (
+        sum(one["seen"] for one in told),
+        sum(not one["seen"] for one in told),
+    )
+    between = zip(true, true[1:], true[2:], strict=False)
+    crowded = [n for n, (a, b, c) in enumerate(between, 1) if max(b - a, c - b) < ONE_FRAME]
+    assert not any(told[n]["seen"] for n in crowded)
+    errors = [(one["frame"] - at) / one["frame_sigma"] for one, at in zip(told, true, strict=True)]
+    assert np.sqrt(np.mean(np.square(errors))) < STANDARDISED_AT_MOST
 
 
 @pytest.mark.parametrize("clip", CLIPS, ids=name)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from count_video.between.infer import Misfit
+from count_video.motion.fitted import Misfit
 from count_video.motion.priors import PROBABILITY_RESOLVED, STRAYING_WRONG
 from count_video.motion.reasons import Cause, Reason
 from count_video.records import TrialResult

@@ -8,16 +8,21 @@ A clip of 25 pictures a second that is shown at 30 holds a copy after every fift
 By the frames' numbers a body would stand still during each copy and all collisions would lie up to
 a picture off. Where a camera lost a picture and repeated the one before, it is the other way round:
 the frames are even, and the body moves two steps in one. The bodies' own paths tell which it is.
+
+Where every picture comes twice, the camera's exposure and the shortest interval that it resolves
+span two frames. The search for collisions therefore counts in pictures, and what it finds is told
+in frames.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import BodyTrack, Collision, Floats, Track
+from count_video.motion.swing import Swing
+from count_video.records import BodyTrack, Collision, Floats, Track, Velocities
 from count_video.signals import sigma_of
 
 STEPS_AT_LEAST = 6
@@ -96,6 +101,8 @@ def _missed_copies(track: Track) -> NDArray[np.bool_]:
     a copy is one if no body moved: at a clip's start little is known yet by which to tell them.
     """
     none = np.zeros(len(track.frame), dtype=bool)
+    if len(track.frame) == 0:
+        return none
     first, last = int(track.frame[0]), int(track.frame[-1])
     copies = np.setdiff1d(np.arange(first, last + 1), track.frame.astype(int))
     if len(copies) < STEPS_AT_LEAST:
@@ -114,3 +121,41 @@ def _missed_copies(track: Track) -> NDArray[np.bool_]:
 
 def _bodies(track: Track) -> list[BodyTrack]:
     return [track.ball] if track.heavy is None else [track.ball, track.heavy]
+
+
+def frames_per_picture(track: Track) -> float:
+    """Usual number of frames from one new picture to the next; 1 for footage as it was filmed."""
+    if len(track.frame) < 2:
+        return 1.0
+    return float(np.median(np.diff(track.frame)))
+
+
+def in_pictures(track: Track, pace: float) -> Track:
+    """Count the track's frames in pictures."""
+    return track if pace == 1.0 else replace(track, frame=track.frame / pace)
+
+
+def in_frames(collision: Collision, pace: float) -> Collision:
+    """Tell a collision that was found in pictures in frames."""
+    return replace(
+        collision,
+        frame=collision.frame * pace,
+        frame_sigma=collision.frame_sigma * pace,
+        velocity_before=_slowed(collision.velocity_before, pace),
+        velocity_after=_slowed(collision.velocity_after, pace),
+    )
+
+
+def _slowed(velocities: Velocities, pace: float) -> Velocities:
+    return Velocities(*(value / pace for value in astuple(velocities)))
+
+
+def swing_in_frames(swing: Swing | None, pace: float) -> Swing | None:
+    """Tell a swing that was fitted in pictures in frames."""
+    if swing is None:
+        return None
+    return replace(
+        swing,
+        rate_squared=swing.rate_squared / pace**2,
+        rate_squared_sigma=swing.rate_squared_sigma / pace**2,
+    )

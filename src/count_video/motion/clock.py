@@ -16,7 +16,12 @@ from count_video.motion.gaps import gaps_of
 from count_video.motion.left_out import LeftOut, left_out
 from count_video.motion.ramps import Ramp, ramps_of, sharpened, stray_px
 from count_video.motion.reasons import Cause
-from count_video.motion.seen import SeenCollisions, seen_collisions
+from count_video.motion.seen import (
+    NOTHING_SEEN,
+    SeenCollisions,
+    seen_collisions,
+    shows_motion,
+)
 from count_video.motion.swing import borne_out, fit_path
 from count_video.records import Track, TrialResult
 
@@ -39,6 +44,8 @@ def seen_by_clock(track: Track) -> tuple[Clock | None, Track, SeenCollisions]:
 
     Returns the clock (None where the frames are even), the track by that clock, and what it shows.
     """
+    if not shows_motion(track):
+        return None, track, NOTHING_SEEN
     cadence = cadence_of(track)
     even = cadence.evened(track) if cadence else track
     found = seen_collisions(even)

@@ -16,11 +16,9 @@ import numpy as np
 from count_video.lasting import Errors
 from count_video.motion.model import Kind, Model, Paths
 from count_video.motion.pieces import HALF_EXPOSURE
-from count_video.motion.priors import STRAY_SIGMAS, TIME_MOVES_FRAMES
+from count_video.motion.priors import CAUCHY_SIGMAS, STRAY_SIGMAS, TIME_MOVES_FRAMES
 from count_video.records import Collision, Floats, Velocities
 
-CAUCHY_SIGMAS = 3.0
-"""From here on a residual counts less than its square."""
 ROUNDS = 4
 SETTLED_FRAMES = 0.02
 """The fit is repeated with rows chosen by its times until these move by less than this."""

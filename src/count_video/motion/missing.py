@@ -115,7 +115,7 @@ def ends_at_stop(motion: Motion, impacts: Sequence[Impact]) -> int:
     """
     seen = np.flatnonzero(np.isfinite(motion.place_px))
     number = 0
-    for rows in (seen[:END_POINTS], seen[::-1][:END_POINTS]):
+    for rows in (seen[:END_POINTS], seen[::-1][:END_POINTS]) if len(seen) > 1 else ():
         frame, place = float(motion.frame[rows[0]]), motion.place_px[rows]
         steps = np.abs(np.diff(place) / np.diff(motion.frame[rows]))
         speed = float(steps.max())

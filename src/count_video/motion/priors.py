@@ -26,6 +26,11 @@ OUTLINE_SHARE: Final = 0.05
 OUTLINE_PX: Final = 1.5
 """Outline and contact agree to this share of the ball's diameter, or to so many px: the widths that
 learnt outlines have on rendered clips, truth known."""
+CAUCHY_SIGMAS: Final = 3.0
+"""From here on a residual counts less than its square, as with Cauchy errors: a tracker is misled
+now and then."""
+CLEAR_FRAMES: Final = 0.6
+"""Frames nearer to a collision may hold it in their exposure."""
 TURN_LOG_RATIO: Final = 2.0
 """A low point is a turn from this logarithm of the likelihood ratio on: most are collisions."""
 
@@ -73,8 +78,6 @@ CHANCE_STRAYING: Final = 0.4
 CHANCES_TAIL: Final = (0.5, 0.25, 0.15)
 """A body that bounces lower and lower goes on to do so below what the pictures show: where its
 last flight is shorter than this, these are the chances of one more, and each after it."""
-CHANCE_WALL_AHEAD: Final = 0.4
-"""Chance that what a body moves towards when the clip ends is a wall, which it strikes."""
 
 # What no model knows.
 
@@ -85,5 +88,10 @@ STRAYING_WRONG: Final = 0.15
 does not describe the track. Of 376 tracks counted rightly one in nineteen strays from it, of those
 counted wrongly two of three (frames cut out of clips, truth known); these are taken for one in 70.
 """
+BELIEVED: Final = 0.5
+"""Part of the differences in evidence that is believed, and of the precision that a fit claims for
+what it foresees. A tracker's errors hang together in more ways than the fit allows for: of ten
+rendered clips of long bursts, whose truth is known, the counts strayed by one and a half times what
+the whole evidence says."""
 DOUBT: Final = 1 - PROBABILITY_RESOLVED
 """Share of counts that turn out wrong for reasons outside the model."""

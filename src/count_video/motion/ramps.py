@@ -23,8 +23,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from count_video.motion.cadence import in_frames
 from count_video.motion.gaps import gaps_of
-from count_video.motion.pace import in_frames
 from count_video.motion.rate_changes import RateChange, rate_changes
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.swing import fit_path

@@ -30,6 +30,8 @@ class Cause(Enum):
     """The ball catches up with the heavy body at the end."""
     ENDS_RETURNING = auto()
     """The ball moves to the wall at the end."""
+    ENDS_BEFORE_NEXT = auto()
+    """By the fitted motion one more collision follows after the clip's end [probability]."""
     GRAZES_WALL = auto()
     """The ball creeps up to the wall after the last collision that is seen."""
     STRAYS = auto()

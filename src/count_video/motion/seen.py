@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from count_video.motion.burst import Rival, find_burst
-from count_video.motion.finding import find_contacts
-from count_video.motion.gaps import gaps_of
-from count_video.motion.joint import collisions_of
-from count_video.motion.pace import (
+from count_video.motion.cadence import (
     frames_per_picture,
     in_frames,
     in_pictures,
     swing_in_frames,
 )
+from count_video.motion.finding import find_contacts
+from count_video.motion.gaps import gaps_of
+from count_video.motion.joint import collisions_of
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.resolution import shortest_interval, unexplained, unresolved
 from count_video.motion.swing import Swing, borne_out, fit_path, swing_of
@@ -21,6 +24,9 @@ from count_video.records import Collision, Track
 
 FEW_TO_BELIEVE = 2
 """Outlines can be learnt wrongly: against more collisions than this in a row they have no say."""
+SHOWN_SHARE = 0.25
+"""The frames show a collision if they tell its time to this share of the way to its neighbours: of
+those that crowd they show a zigzag whose corners lie where the frames are."""
 APART_SHARE = 0.5
 """Bodies whose outlines stay this share of the ball's diameter apart do not touch: a camera that
 looks obliquely shows a gap at contact, but one small beside the ball."""
@@ -51,6 +57,22 @@ class SeenCollisions:
     """Whether the heavy body's whole path follows from its swing and the collisions: then both
     bodies were followed rightly."""
 
+    @property
+    def shown(self) -> int:
+        """How many of the burst the frames show; the others are told by alternation alone."""
+        return sum(collision.seen for collision in self.collisions[: self.burst])
+
+
+NOTHING_SEEN = SeenCollisions((), 0, None, (), (), np.inf, None, np.nan, False)
+"""Of a track that shows no motion of two bodies."""
+
+
+def shows_motion(track: Track) -> bool:
+    """Whether each body is seen in two frames at least, and the frames follow each other."""
+    bodies = [track.ball] if track.heavy is None else [track.ball, track.heavy]
+    seen = min(int(np.isfinite(body.position_px).sum()) for body in bodies)
+    return seen > 1 and bool(np.all(np.diff(track.frame) > 0))
+
 
 def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     """Find the collisions that a track of both bodies shows.
@@ -61,7 +83,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     pace = frames_per_picture(track) if pace is None else pace
     gaps = gaps_of(in_pictures(track, pace))
     found = find_contacts(gaps, track.ball_diameter_px)
-    collisions = collisions_of(found.contacts, gaps.sign)
+    collisions = _shown(collisions_of(found.contacts, gaps.sign))
     path = fit_path(gaps, collisions)
     right = borne_out(path, gaps)
     burst = find_burst(collisions, found.contacts, gaps, swing_of(path))
@@ -84,3 +106,13 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
         outlines_apart_px=apart,
         borne_out=bool(right),
     )
+
+
+def _shown(collisions: Sequence[Collision]) -> list[Collision]:
+    """Mark which collisions the frames show."""
+    frames = [collision.frame for collision in collisions]
+    nearest = np.minimum(np.diff(frames, prepend=-np.inf), np.diff(frames, append=np.inf))
+    return [
+        replace(collision, seen=collision.frame_sigma <= SHOWN_SHARE * apart)
+        for collision, apart in zip(collisions, nearest.tolist(), strict=True)
+    ]

@@ -1,4 +1,9 @@
-"""What speaks for the impacts found in a clip, what is in doubt, and why it supports no count."""
+"""What speaks for the impacts found in a clip, what is in doubt, and why it supports no count.
+
+Every impact and every doubt is one independent chance: an impact that few pictures show may be
+none, a flight that strays from free flight may hide one more. The count's probabilities are those
+of their sum.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from count_video.motion.certainty import chances_of_sum
 from count_video.motion.flight import Motion, straying
 from count_video.motion.impacts import Impact
 from count_video.motion.missing import chance_before, ends_at_stop, in_a_tail, passed_over
@@ -17,7 +21,6 @@ from count_video.motion.priors import (
     CHANCE_PASSED_OVER,
     CHANCE_SINGLE,
     CHANCE_STRAYING,
-    CHANCE_WALL_AHEAD,
     CHANCE_WEAK,
     CHANCES_TAIL,
 )
@@ -84,13 +87,11 @@ def weighed(
 
 
 def with_wall_ahead(found: SeenImpacts) -> SeenImpacts:
-    """Doubt a count of two bodies one of which moves towards something when the clip ends."""
-    more = CHANCE_WALL_AHEAD
-    chances: dict[int, float] = {}
-    for count, chance in found.probability.items():
-        chances[count] = chances.get(count, 0.0) + chance * (1 - more)
-        chances[count + 1] = chances.get(count + 1, 0.0) + chance * more
-    return replace(found, doubts=(*found.doubts, Reason(Cause.WALL_AHEAD)), probability=chances)
+    """Refuse a count of two bodies one of which moves towards something when the clip ends.
+
+    If that is a wall, this is the first collision of a trial and no smaller experiment.
+    """
+    return replace(found, shortcomings=(*found.shortcomings, Reason(Cause.WALL_AHEAD)))
 
 
 def _shortcomings(impacts: Sequence[Impact], strays: int) -> list[Reason]:
@@ -113,3 +114,19 @@ def _chance(impact: Impact, impacts: Sequence[Impact], kind: str) -> float:
     clear = CHANCE_CLEAR if impact.clarity > CLEAR_SIGMAS else CHANCE_WEAK
     alone = sum(other.side == impact.side for other in impacts) == 1
     return min(clear, CHANCE_SINGLE) if alone and kind == "wall" else clear
+
+
+CHANCE_AT_LEAST = 0.005
+"""Counts less probable than this are left out."""
+
+
+def chances_of_sum(chances: Sequence[float]) -> dict[int, float]:
+    """Probability of each number of independent events that come true, given the chance of each."""
+    sums = [1.0]
+    for chance in chances:
+        missed = [share * (1 - chance) for share in (*sums, 0.0)]
+        met = [share * chance for share in (0.0, *sums)]
+        sums = [a + b for a, b in zip(missed, met, strict=True)]
+    likely = {number: share for number, share in enumerate(sums) if share >= CHANCE_AT_LEAST}
+    total = sum(likely.values())
+    return {number: share / total for number, share in likely.items()}

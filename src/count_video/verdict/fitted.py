@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
-from count_video.between.infer import Between, Misfit
-from count_video.between.rivals import PAIR, Knowledge
+from count_video.motion.fitted import Between, Misfit
+from count_video.motion.posterior import shifted
 from count_video.motion.priors import STRAYING_WRONG
-from count_video.motion.reasons import Cause
+from count_video.motion.reasons import Cause, Reason
+from count_video.motion.rivals import PAIR, Knowledge
 from count_video.motion.seen import SeenCollisions
 from count_video.records import FootageInfo, TrialResult
 from count_video.verdict.masses import with_mass_ratio
@@ -116,11 +117,30 @@ def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
         chances[missed] = chances.get(missed, 0.0) + STRAYING_WRONG
         reasons = filter(None, (result.reason, sentence(between.reason)))
         return replace(result, reason="; ".join(reasons), probability=chances)
+    burst = tuple(timed(collision, result.capture_fps) for collision in between.collisions)
     return replace(
-        with_mass_ratio(result, between.mass_ratio),
+        with_mass_ratio(_continued(result, between.one_more), between.mass_ratio),
+        collisions=(*burst, *result.collisions[len(burst) :]),
         energy_kept=between.energy_kept,
         restitution_bodies=between.restitution_bodies,
         restitution_wall=between.restitution_wall,
         ending=between.ending,
         setup=between.setup,
+    )
+
+
+def _continued(result: TrialResult, one_more: float) -> TrialResult:
+    """Leave room for a collision after the clip's end; no count where it is likely."""
+    if result.count is None or one_more <= LIKELY_ABOVE:
+        return result
+    said = sentence(Reason(Cause.ENDS_BEFORE_NEXT, (one_more,)))
+    open_still = replace(
+        result,
+        reason="; ".join(filter(None, (result.reason, said))),
+        probability=shifted(result.probability, result.count, 1, one_more),
+    )
+    if open_still.probability[result.count] >= PROBABILITY_AT_LEAST:
+        return open_still
+    return replace(
+        open_still, status="not_counted", count=None, between_frames=None, pi_low=None, pi_high=None
     )

@@ -1,4 +1,4 @@
-"""Count what lies between the frames: the door of this room.
+"""Fit the whole burst, and count what lies between the frames.
 
 A model of the whole burst is fitted to the track for each number of collisions that comes into
 question. What the frames show of the motion on both sides, what single frames caught in the thick
@@ -11,21 +11,39 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from count_video.between.arrangement import fitted_setup
-from count_video.between.ending import end_chances
-from count_video.between.energy import ending_of, energy_kept
-from count_video.between.estimates import estimate, mass_ratio, shares_of
-from count_video.between.events import collisions_of
-from count_video.between.forward import calm_beginning, forward_fit
-from count_video.between.observations import Observations, observe
-from count_video.between.parameters import FIRST_DEVIATION, Column, Prior
-from count_video.between.rivals import Knowledge, coarse_fits, fine_fit, prior_of
-from count_video.between.solving import Solution, modelled
-from count_video.between.starting import rough_values
-from count_video.between.weighing import Weighed, doubted, fine_fits, probabilities, shifted, weigh
+from count_video.motion.estimates import (
+    collisions_of,
+    ending_of,
+    energy_kept,
+    estimate,
+    fitted_setup,
+    mass_ratio,
+    shares_of,
+)
+from count_video.motion.observations import Observations, observe
+from count_video.motion.parameters import FIRST_DEVIATION, Column, Prior
+from count_video.motion.posterior import (
+    Weighed,
+    doubted,
+    end_chances,
+    fine_fits,
+    probabilities,
+    shifted,
+    weigh,
+)
 from count_video.motion.priors import SCATTERS
 from count_video.motion.reasons import Cause, Reason
+from count_video.motion.rivals import (
+    Knowledge,
+    calm_beginning,
+    coarse_fits,
+    fine_fit,
+    forward_fit,
+    prior_of,
+)
 from count_video.motion.seen import SeenCollisions
+from count_video.motion.solving import Solution, modelled
+from count_video.motion.starting import rough_values
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
 FRAMES_AT_LEAST = 20
@@ -61,6 +79,8 @@ class Between:
     setup: FittedSetup
     misfit_px: float
     """Root mean square of what the model leaves unexplained of the ball's places."""
+    one_more: float
+    """Probability that another collision of the burst follows after the clip's end."""
 
 
 @dataclass(frozen=True)
@@ -128,8 +148,8 @@ def measure_burst(
     scatter = SCATTERS[len(SCATTERS) // 2]
     fit = fine_fit(observed, noise, prior, fits[0], scatter)
     measured = _answer(found, observed, {(fit.count, scatter): (0.0, fit)})
-    seen = all(collision.seen for collision in measured.collisions)
-    if not seen or measured.count != found.burst:
+    seen = sum(collision.seen for collision in measured.collisions)
+    if seen < found.shown or measured.count != found.burst:
         return Misfit(Reason(Cause.MODEL_DIFFERS))
     return measured
 
@@ -174,8 +194,8 @@ def _answer(
     )[1]
     fewer, more = end_chances(observed, solution)
     more = 0.0 if found.burst < len(found.collisions) else more
-    chances = shifted(chances, count, fewer, more)
-    if fewer > more and fewer > TURNED_BEFORE:
+    chances = shifted(chances, count, -1, fewer)
+    if fewer > more and fewer > TURNED_BEFORE and count > 1:
         count -= 1
         solution = replace(solution, count=count)
     values = solution.values
@@ -191,4 +211,5 @@ def _answer(
         ending=ending_of(paths, values),
         setup=fitted_setup(weighed, shares),
         misfit_px=_root_mean_square(solution),
+        one_more=more,
     )

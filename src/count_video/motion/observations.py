@@ -8,16 +8,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from count_video.between.drift import drift_shape
 from count_video.motion.gaps import Gaps, gaps_of
+from count_video.motion.parameters import drift_shape
 from count_video.motion.seen import SeenCollisions
+from count_video.motion.swing import FRAMES_BEYOND
 from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
 
-FRAMES_BEYOND = 60.0
-"""The path is used this far before the first and after the last collision seen."""
 CLEAR_FRAMES = 1.0
-"""And not nearer than this to a collision after the burst."""
+"""The path is not used nearer than this to a collision after the burst."""
 FRAMES_A_FLIGHT = 16
 """A long flight between two collisions is thinned out to so many frames: neighbouring ones tell
 the same."""

@@ -10,19 +10,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.between.model import Paths, follow, follow_one
-from count_video.between.observations import Observations
-from count_video.between.parameters import FIRST_DEVIATION, FIRST_DRIFT, Prior, within_limits
-from count_video.between.sampled_tangents import sampled_tangents
-from count_video.between.sampling import Sampled, blur_of, sample
-from count_video.between.tangents import tangents_of
+from count_video.motion.exposures import Sampled, blur_of, sample, sampled_tangents
+from count_video.motion.observations import Observations
+from count_video.motion.parameters import FIRST_DEVIATION, FIRST_DRIFT, Prior, within_limits
+from count_video.motion.pendulums import Paths, follow, follow_one
+from count_video.motion.priors import CAUCHY_SIGMAS
+from count_video.motion.tangents import tangents_of
 from count_video.records import Floats
 
 BLUR_SHARE = 0.06
 """Where a tracker sees a smeared ball is uncertain by this share of the standard deviation of its
 places during the exposure: measured on rendered clips, of which the truth is known."""
-CAUCHY_SIGMAS = 3.0
-"""From here on a residual counts less than its square."""
 FIRST_DAMPING = 1e-3
 """Of the normal equations, scaled to a unit diagonal: nearly a Gauss-Newton step ..."""
 MOST_DAMPING = 1e4

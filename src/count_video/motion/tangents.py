@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.between.model import Paths
-from count_video.between.parameters import FIRST_DEVIATION, Column, deviation_places
+from count_video.motion.parameters import FIRST_DEVIATION, Column, deviation_places
+from count_video.motion.pendulums import Paths
 from count_video.records import Floats
 
 

@@ -3,17 +3,23 @@
 What the fit leaves unexplained is larger than the noise of single frames and hangs together over
 several: compression, shading and a model that is not the world see to that. The noise is widened
 until the best fit's residuals are no surprise, and only then are its rivals judged.
+
+Where the burst ends has a probability as well: whether the last collision comes before the heavy
+body's turn, and whether one more follows after the clip's end.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from count_video.between.observations import Observations
-from count_video.between.parameters import FIRST_DEVIATION, Prior
-from count_video.between.rivals import HOPELESS, fine_fit, log_evidence, recounted, refloored
-from count_video.between.solving import Noise, Solution, noise_of, scaled
-from count_video.motion.priors import DOUBT, SCATTERS
+from count_video.motion.observations import Observations
+from count_video.motion.parameters import FIRST_DEVIATION, Prior, within_limits
+from count_video.motion.pendulums import follow
+from count_video.motion.priors import BELIEVED, DOUBT, SCATTERS
+from count_video.motion.rivals import HOPELESS, fine_fit, log_evidence, recounted, refloored
+from count_video.motion.solving import Noise, Solution, noise_of, scaled
 from count_video.records import Floats
 
 Weighed = dict[tuple[int, float], tuple[float, Solution]]
@@ -26,10 +32,6 @@ CORRELATED_AT_MOST = 40
 """Lag in frames up to which residuals may hang together."""
 RESIDUALS_AT_LEAST = 20
 """Fewer do not tell how they hang together."""
-BELIEVED = 0.5
-"""Part of the differences in evidence that is believed. A tracker's errors hang together in more
-ways than the fit allows for: of ten rendered clips of long bursts, whose truth is known, the counts
-strayed by one and a half times what the whole evidence says."""
 
 
 def fine_fits(
@@ -159,12 +161,11 @@ def probabilities(weighed: Weighed) -> dict[int, float]:
     return {count: share / total for count, share in believed.items()}
 
 
-def shifted(chances: dict[int, float], count: int, fewer: float, more: float) -> dict[int, float]:
-    """Give the chances that a count ends one collision sooner or later to its neighbours."""
+def shifted(chances: Mapping[int, float], count: int, by: int, share: float) -> dict[int, float]:
+    """Give a share of a count's chance to another: its burst may end sooner or later."""
     moved = dict(chances)
-    for step, share in ((-1, fewer), (1, more)):
-        moved[count + step] = moved.get(count + step, 0.0) + share * chances[count]
-    moved[count] -= (fewer + more) * chances[count]
+    moved[count + by] = moved.get(count + by, 0.0) + share * chances[count]
+    moved[count] = chances[count] * (1 - share)
     return moved
 
 
@@ -175,3 +176,34 @@ def doubted(chances: dict[int, float], count: int) -> dict[int, float]:
         doubted[number] = doubted.get(number, 0.0) + DOUBT / 2
     kept = {number for number, chance in doubted.items() if chance >= 1e-6} | {count}
     return {number: doubted[number] for number in sorted(kept)}
+
+
+DRAWS = 200
+
+
+def end_chances(observed: Observations, solution: Solution) -> tuple[float, float]:
+    """Probabilities that the burst has one collision fewer than was fitted, and one more.
+
+    Draws from the fit's uncertainty are followed for one collision more. One more is one between
+    the clip's end and the heavy body's turn; one that the frames would have to show is none, as
+    the fit has decided on those. One fewer it is where the body had turned before the last.
+    """
+    rng = np.random.default_rng(0)  # the same clip gets the same answer
+    sets = within_limits(_draws(solution, rng))
+    paths = follow(sets, solution.count + 1, float(observed.frame[0]) - 1.0)
+    last, following = paths.time[:, -2], paths.time[:, -1]
+    heavy, velocity = paths.states[0, :, -2], paths.states[1, :, -2]
+    rate, rest = paths.pendulums.heavy_rate, paths.pendulums.heavy_rest
+    # The heavy body turns toward the wall where it is farthest from it, not where it is nearest.
+    turn = last + np.arctan2(velocity, rate * (heavy - rest)) % (2 * np.pi) / rate
+    late = (paths.states[1, :, -3] > 0) & (paths.before[1, :, -2] < 0)
+    more = (following > observed.end) & (following < turn) & ~late
+    return float(np.mean(late)), float(np.mean(more))
+
+
+def _draws(solution: Solution, rng: np.random.Generator) -> Floats:
+    covariance = np.linalg.pinv(solution.hessian, hermitian=True) / BELIEVED
+    values, vectors = np.linalg.eigh(covariance)
+    widths = np.sqrt(np.maximum(values, 0.0))
+    normal = rng.normal(size=(DRAWS, len(widths)))
+    return np.asarray(solution.values + (normal * widths) @ vectors.T)

@@ -2,16 +2,22 @@
 
 The evidence for a count is its likelihood integrated over all parameters (Laplace's approximation
 about the best fit), so that a count that needs unlikely scatter of the restitution pays for it.
+
+A burst is fitted from its beginning on: the first few collisions, then more and more of them. Where
+the first collisions are seen, they tell wall, contact and losses well enough to foresee the next
+few, and these tell them better. So no fit ever starts more than a small part of a collision from
+where it ends, and nothing has to be searched for.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.between.observations import Observations, until
-from count_video.between.parameters import (
+from count_video.motion.observations import Observations, until
+from count_video.motion.parameters import (
     FIRST_DEVIATION,
     FIRST_DRIFT,
     Column,
@@ -20,10 +26,9 @@ from count_video.between.parameters import (
     deviations_of,
     within_limits,
 )
-from count_video.between.scanning import MOST_COLLISIONS, scan
-from count_video.between.solving import Noise, Solution, modelled, noise_of, solve
 from count_video.motion.priors import (
     BALL_RATE_SIGMA,
+    CLEAR_FRAMES,
     DRIFT_SIGMA_PX,
     EXPOSURE,
     PARALLAX_SIGMA,
@@ -33,7 +38,11 @@ from count_video.motion.priors import (
     RESTITUTION,
     USUAL_RATE_PER_S,
 )
-from count_video.records import Floats
+from count_video.motion.seen import SeenCollisions
+from count_video.motion.solving import Noise, Solution, modelled, noise_of, solve
+from count_video.motion.starting import MOST_COLLISIONS, scan
+from count_video.motion.swing import Swing
+from count_video.records import Collision, Floats
 
 FLOORS_PX = (6.0, 0.6)
 """The fit begins coarsely: far from the solution only large residuals should pull."""
@@ -41,8 +50,6 @@ UNEVEN = 0.015
 """Starts differ if the difference of their restitutions does by so much."""
 STARTS = 3
 """Numbers of collisions that are fitted from the first scan."""
-CLEAR_FRAMES = 0.6
-"""Frames nearer to a collision may hold it in their exposure."""
 SEEN_SHARE = 0.5
 """The number seen is tried if it is more than this share of the scan's best count."""
 HOPELESS = 150.0
@@ -236,3 +243,66 @@ def log_evidence(solution: Solution, scatter: float) -> float:
     volume = log_determinant + 2 * np.log(scale).sum()
     spread = np.log(scatter / np.sqrt(np.bincount(deviation_places(solution.count)))).sum()
     return float(-solution.loss - 0.5 * volume - spread)
+
+
+FIRST_COLLISIONS = 4
+GROWTH = 4
+"""Each fit spans so many times the collisions of the one before."""
+FLOOR_PX = 0.3
+"""Until all are in, anything nearer than this is as good."""
+CALM_FRAMES = 3.0
+"""Collisions further apart than this are all seen."""
+SCATTER = 0.006
+"""Of the restitution from collision to collision, to begin with."""
+SWING_SIGMAS = 4.0
+"""The heavy body's swing must be measured this clearly to begin with it."""
+
+
+def forward_fit(
+    observed: Observations, rough: Floats, prior: Prior, found: SeenCollisions, seen: int
+) -> Solution:
+    """Fit the first so many collisions of a burst, every one of which is seen."""
+    burst = found.collisions[: found.burst]
+    values = rough
+    if seen == len(burst) and found.swing is not None:
+        values = _with_swing(rough, found.swing)
+    for count in stages(seen):
+        part = observed
+        if count < len(burst):
+            part = until(observed, burst[count].frame - observed.origin - CLEAR_FRAMES)
+        missing = FIRST_DEVIATION + deviations_of(count) - len(values)
+        values = np.concatenate([values, np.zeros(max(missing, 0))])
+        solution = solve(
+            part,
+            noise_of(part, values, count, FLOOR_PX),
+            with_deviations(prior, count, SCATTER),
+            values,
+            count,
+        )
+        values = solution.values
+    return solution
+
+
+def calm_beginning(burst: Sequence[Collision]) -> int:
+    """Count the collisions up to the first two between which some may be missing."""
+    flights = np.diff([collision.frame for collision in burst])
+    crowded = np.flatnonzero(flights < CALM_FRAMES)
+    return int(crowded[0]) + 1 if len(crowded) else len(burst)
+
+
+def _with_swing(rough: Floats, swing: Swing) -> Floats:
+    """Take from the heavy body's path what it tells better than the rough values do."""
+    values = rough.copy()
+    if swing.mass_ratio_relative_sigma < 1 / SWING_SIGMAS:
+        values[Column.LIGHTNESS] = -np.log(swing.mass_ratio)
+    if swing.rate_squared > SWING_SIGMAS * swing.rate_squared_sigma:
+        values[Column.SWING] = np.log(swing.rate_squared) / 2
+    return np.asarray(within_limits(values[None])[0])
+
+
+def stages(count: int) -> list[int]:
+    """Numbers of collisions that are fitted one after the other; the last is all of them."""
+    rising = [min(FIRST_COLLISIONS, count)]
+    while rising[-1] < count:
+        rising.append(min(rising[-1] * GROWTH, count))
+    return rising

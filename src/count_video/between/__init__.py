@@ -1,1 +1,0 @@
-"""Collisions between the frames: an event-driven model fitted to the track."""

@@ -1,0 +1,294 @@
+"""What fits tell: parameters, the set-up, energies and the collisions themselves.
+
+Parameters are means over all fits that come into question, not of one alone. The scatter of the
+restitution from collision to collision is not known, and in long bursts neither is the count. Each
+has its own best mass ratio, from which a single fit's uncertainty knows nothing.
+
+The fits' parameters are the motion at the first collision; what a person set up by hand follows
+from them: the gap, the release (the swing's amplitude before the first collision), the gap between
+the bodies at rest, and the periods of the threads. Their uncertainties are those of the parameters,
+carried over by numeric derivatives, and the differences between the fits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from count_video.motion.observations import Observations
+from count_video.motion.parameters import Column
+from count_video.motion.pendulums import Paths, follow_one
+from count_video.motion.pieces import HALF_EXPOSURE
+from count_video.motion.posterior import Weighed
+from count_video.motion.resolution import RESOLVED_FRAMES
+from count_video.motion.seen import SeenCollisions
+from count_video.motion.solving import Solution
+from count_video.motion.tangents import tangents_of
+from count_video.records import (
+    Collision,
+    CollisionKind,
+    Ending,
+    EndingKind,
+    Estimate,
+    FittedSetup,
+    Floats,
+    Velocities,
+)
+
+
+def shares_of(weighed: Weighed, chances: Mapping[int, float]) -> Floats:
+    """Share of each fit: within a count by evidence, and between the counts by their chances.
+
+    Shape (fits,); sums to 1.
+    """
+    counts = np.array([count for count, _ in weighed])
+    evidence = np.array([evidence for evidence, _ in weighed.values()])
+    shares = np.zeros(len(counts))
+    for count in set(counts.tolist()):
+        own = counts == count
+        within = np.exp(evidence[own] - evidence[own].max())
+        shares[own] = chances.get(count, 0.0) * within / within.sum()
+    return np.asarray(shares / shares.sum())
+
+
+def estimate(weighed: Weighed, shares: Floats, column: Column) -> Estimate:
+    """Give mean and standard deviation of a parameter over all fits and their uncertainties."""
+    values = np.array([fit.values[column] for _, fit in weighed.values()])
+    variances = np.array([variances_of(fit)[column] for _, fit in weighed.values()])
+    mean = float(shares @ values)
+    return Estimate(mean, float(np.sqrt(shares @ (variances + (values - mean) ** 2))))
+
+
+def mass_ratio(weighed: Weighed, shares: Floats) -> Estimate:
+    """Heavy over light, from the logarithm of the lightness."""
+    lightness = estimate(weighed, shares, Column.LIGHTNESS)
+    ratio = float(np.exp(-lightness.value))
+    return Estimate(ratio, ratio * lightness.sigma)
+
+
+def variances_of(solution: Solution) -> Floats:
+    """Variances of a fit's parameters, shape (columns,)."""
+    return np.asarray(np.maximum(np.diag(np.linalg.pinv(solution.hessian, hermitian=True)), 0.0))
+
+
+STEP_SIGMAS = 0.01
+"""Step of a numeric derivative, in standard deviations of the parameter: what is asked for is
+smooth, and much smaller steps would leave roundings."""
+_USED = (
+    *(Column.HEAVY, Column.HEAVY_RATE, Column.HEAVY_PULL, Column.SWING, Column.BALL_SWING),
+    *(Column.BALL_REST, Column.WALL),
+)
+
+
+class _Arrangement(NamedTuple):
+    gap_px: Floats
+    release_px: Floats
+    bodies_gap_px: Floats
+    heavy_period_frames: Floats
+    ball_period_frames: Floats
+
+
+def fitted_setup(weighed: Weighed, shares: Floats) -> FittedSetup:
+    """Mean and standard uncertainty of the set-up over all fits, of which each has its share."""
+    fits = [fit for _, fit in weighed.values()]
+    values = np.array([_arranged(fit.values) for fit in fits])
+    variances = np.array([_variances(fit.values, fit.hessian) for fit in fits])
+    mean = shares @ values
+    sigma = np.sqrt(shares @ (variances + (values - mean) ** 2))
+    return FittedSetup(*(Estimate(float(m), float(s)) for m, s in zip(mean, sigma, strict=True)))
+
+
+def _arranged(values: Floats) -> _Arrangement:
+    """Derive the set-up from parameters, shape (columns,) or (columns, sets)."""
+    rate = np.exp(values[Column.SWING])
+    from_rest = -values[Column.HEAVY_PULL] / rate**2
+    rest = values[Column.HEAVY] - from_rest
+    period = 2.0 * np.pi / rate
+    return _Arrangement(
+        gap_px=values[Column.BALL_REST] - values[Column.WALL],
+        release_px=np.hypot(from_rest, values[Column.HEAVY_RATE] / rate),
+        bodies_gap_px=rest - values[Column.BALL_REST],
+        heavy_period_frames=period,
+        ball_period_frames=period * np.exp(-values[Column.BALL_SWING]),
+    )
+
+
+def _variances(values: Floats, hessian: Floats) -> Floats:
+    """Variances of the set-up that belongs to one fit, shape (5,)."""
+    covariance = np.linalg.pinv(hessian, hermitian=True)[np.ix_(_USED, _USED)]
+    steps = STEP_SIGMAS * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    sets = np.repeat(values[:, None], 2 * len(_USED), axis=1)
+    places = np.arange(len(_USED))
+    sets[_USED, 2 * places] += steps
+    sets[_USED, 2 * places + 1] -= steps
+    moved = np.array(_arranged(sets))
+    rise = moved[:, 0::2] - moved[:, 1::2]
+    jacobian = np.divide(rise, 2.0 * steps, out=np.zeros_like(rise), where=steps > 0)
+    return np.asarray(np.einsum("ip,pq,iq->i", jacobian, covariance, jacobian))
+
+
+DISSIPATED_BELOW = 0.1
+"""With less than this share of the energy left, losses have ended the burst."""
+AT_REST_SHARE = 0.02
+"""A velocity within this share of the first one is as good as none."""
+
+
+def energy_kept(paths: Paths, values: Floats) -> Floats:
+    """Energy after each collision over that before the first, shape (events,).
+
+    Kinetic and, on the threads, potential energy of both bodies, in units of the heavy mass.
+    """
+    after = _energy(paths, values, paths.states[:, 0, 1:])
+    start = _energy(paths, values, paths.before[:, 0, 1:2])
+    return np.asarray(after / start)
+
+
+def _energy(paths: Paths, values: Floats, states: Floats) -> Floats:
+    laws = paths.pendulums
+    heavy, heavy_velocity, ball, ball_velocity = states
+    swung = laws.heavy_rate[0] * (heavy - laws.heavy_rest[0])
+    ball_swung = laws.ball_rate[0] * (ball - laws.ball_rest[0])
+    light = np.exp(values[Column.LIGHTNESS]) * (ball_velocity**2 + ball_swung**2)
+    return np.asarray(heavy_velocity**2 + swung**2 + light) / 2
+
+
+def ending_of(paths: Paths, values: Floats) -> Ending:
+    """Tell how the burst ended from its state after the last collision."""
+    kept = float(energy_kept(paths, values)[-1])
+    first = abs(float(paths.before[1, 0, 1]))
+    heavy, ball = float(paths.states[1, 0, -1]) / first, float(paths.states[3, 0, -1]) / first
+    kind: EndingKind = "pendulum"
+    if kept < DISSIPATED_BELOW:
+        kind = "dissipative"
+    elif -AT_REST_SHARE <= ball <= heavy + AT_REST_SHARE:
+        kind = "geometric"
+    return Ending(kind, kept, heavy, ball)
+
+
+SAME_SIGMAS = 3.0
+"""A modelled collision is the one seen if they are not further apart than so many times their
+uncertainty: in a zigzag of which corners are missing the others are not where they seem, ..."""
+SAME_FRAMES = 0.5
+"""... or, where the frames resolve it, than so many frames, ..."""
+SAME_SHARE = 0.5
+"""... and never further than this share of the way to the next one."""
+
+
+def collisions_of(
+    observed: Observations, solution: Solution, found: SeenCollisions
+) -> tuple[Collision, ...]:
+    """Collisions of the fitted burst, numbered from 1."""
+    start = float(observed.frame[0]) - 1.0
+    paths = follow_one(solution.values, solution.count, start)
+    frames = observed.origin + paths.time[0, 1:]
+    sigmas, *state_sigmas = _sigmas(solution, paths)
+    partners = _partners(frames, sigmas, found.collisions[: found.burst])
+    return tuple(
+        _with_sigmas(
+            _collision(observed, paths, event, (frames[event], sigmas[event]), partners.get(event)),
+            *(state_sigma[event] for state_sigma in state_sigmas),
+        )
+        for event in range(solution.count)
+    )
+
+
+def _sigmas(solution: Solution, paths: Paths) -> list[Floats]:
+    """Give the standard uncertainties of the events.
+
+    Returns
+    -------
+    list
+        Of the times, shape (events,); of the state before and of that after, shape (events, 4).
+    """
+    tangents = tangents_of(paths, solution.values)
+    covariance = np.linalg.pinv(solution.hessian, hermitian=True)
+    sigmas = []
+    for jacobian in (tangents.time, tangents.arriving, tangents.states[1:]):
+        known = np.where(np.isfinite(jacobian), jacobian, 0.0)
+        variances = np.einsum("...p,pq,...q->...", known, covariance, known, optimize=True)
+        sigmas.append(np.asarray(np.sqrt(np.maximum(variances, 0.0))))
+    return sigmas
+
+
+def _with_sigmas(collision: Collision, before: Floats, after: Floats) -> Collision:
+    """Give velocities the uncertainties of their states: the heavy body's 2nd, the ball's 4th."""
+
+    def known(velocities: Velocities, state: Floats) -> Velocities:
+        ball, heavy = float(state[3]), float(state[1])
+        return replace(velocities, ball_sigma_px_frame=ball, heavy_sigma_px_frame=heavy)
+
+    return replace(
+        collision,
+        velocity_before=known(collision.velocity_before, before),
+        velocity_after=known(collision.velocity_after, after),
+    )
+
+
+def _partners(frames: Floats, sigmas: Floats, seen: Sequence[Collision]) -> dict[int, Collision]:
+    """Find the collision seen for each modelled one, as far as there is one; nearest first."""
+    # What never happens lies at infinity, and may do so more than once.
+    room = np.diff(np.minimum(frames, np.finfo(np.float64).max), prepend=-np.inf, append=np.inf)
+    share = SAME_SHARE * np.minimum(room[:-1], room[1:])
+    # No frame is clear of its neighbours on either side of it: the exposures hold them all.
+    hidden = np.maximum(room[:-1], room[1:]) < 2 * HALF_EXPOSURE
+    pairs = []
+    for event, frame in enumerate(frames):
+        if hidden[event]:
+            continue
+        for place, collision in enumerate(seen):
+            sigma = float(np.hypot(sigmas[event], collision.frame_sigma))
+            least = SAME_FRAMES if share[event] >= SAME_SHARE * RESOLVED_FRAMES else 0.0
+            reach = min(share[event], max(least, SAME_SIGMAS * sigma))
+            apart = abs(collision.frame - frame)
+            if collision.seen and collision.kind == _kind(event) and apart <= reach:
+                pairs.append((apart, event, place))
+    pairs.sort()
+    partners: dict[int, Collision] = {}
+    used: set[int] = set()
+    for _, event, place in pairs:
+        if event not in partners and place not in used:
+            partners[event] = seen[place]
+            used.add(place)
+    return partners
+
+
+def _kind(event: int) -> CollisionKind:
+    return "wall" if event % 2 else "bodies"
+
+
+def _collision(
+    observed: Observations,
+    paths: Paths,
+    event: int,
+    when: tuple[float, float],
+    partner: Collision | None,
+) -> Collision:
+    """One collision by the model; its time is the seen one where that contradicts the model's.
+
+    The model knows more, as all frames share its motion, and is wrong where something else acted.
+    """
+    before, after = paths.before[:, 0, event + 1], paths.states[:, 0, event + 1]
+    sign = observed.sign
+    frame, sigma = when
+    if partner is not None:
+        apart = abs(partner.frame - frame)
+        if apart > SAME_SIGMAS * np.hypot(sigma, partner.frame_sigma):
+            frame, sigma = partner.frame, partner.frame_sigma
+        else:
+            # Both rest on the same frames, so that the mean is no surer than the better one.
+            weight = sigma**2 / (sigma**2 + partner.frame_sigma**2)
+            frame, sigma = frame + weight * (partner.frame - frame), min(sigma, partner.frame_sigma)
+    return Collision(
+        number=event + 1,
+        kind=_kind(event),
+        frame=float(frame),
+        frame_sigma=float(sigma),
+        time_s=None,
+        seen=partner is not None,
+        position_px=sign * float(after[2]),
+        velocity_before=Velocities(sign * float(before[3]), sign * float(before[1])),
+        velocity_after=Velocities(sign * float(after[3]), sign * float(after[1])),
+    )
