@@ -144,7 +144,8 @@ def _likeliest(
         counted = trial.result.status == "counted"
         if counted and _borne_out(trial):
             return trial
-        if best is None or _borne_out(trial) or (track.wall_seen and not _stands(best)):
+        better = counted and best is not None and best.result.status != "counted"
+        if better or best is None or _borne_out(trial) or (track.wall_seen and not _stands(best)):
             best = trial
             if track.wall_seen and counted:
                 break

@@ -28,6 +28,9 @@ from count_video.tracking.view import TrackSettings, View, view_of
 
 PAIRS_AT_MOST = 3
 """So many pairs of bodies are offered, should the likeliest not collide."""
+OPPOSITE_AT_LEAST = 0.05
+"""Where contacts follow each other faster than the frames, opposite jumps do not show: pairs are
+then ranked by what else they do, behind most that show some."""
 PROGRESS_STEP = 16
 OVERLAP_SHARE = 0.25
 """Outlines may overlap by this share of the left one's width: bodies are round, views oblique."""
@@ -108,7 +111,7 @@ def pair_tracks(seen: Observation, wall_side: WallSide | None) -> list[Track]:
         raise TrackingError("nothing moves along a line as a rigid body does")
     pairs = [_ordered(*pair) for pair in combinations(found, 2)]
     ranked = sorted(
-        ((_score(*pair), pair) for pair in pairs if _side_by_side(*pair)),
+        ((_score(*pair, OPPOSITE_AT_LEAST), pair) for pair in pairs if _side_by_side(*pair)),
         key=lambda scored: -scored[0],
     )
     if not ranked:
@@ -167,7 +170,7 @@ def on_their_own(one_px: Floats, other_px: Floats) -> bool:
     return min(together, apart) > MIRROR_SHARE * max(together, apart)
 
 
-def _score(left: Followed, right: Followed) -> float:
+def _score(left: Followed, right: Followed, opposite_at_least: float = 0.0) -> float:
     """How much two bodies move as ball and heavy body do: in px per frame of velocity jumps.
 
     They repel each other, always at the same distance, and one of them bounces off something on
@@ -182,7 +185,7 @@ def _score(left: Followed, right: Followed) -> float:
         for one in (left, right)
     )
     noise = max(float(np.nanmedian(np.hypot(left.sigma_px, right.sigma_px))), NOISE_AT_LEAST_PX)
-    jumps = _opposite(left.x_px, right.x_px, lows)
+    jumps = max(_opposite(left.x_px, right.x_px, lows), opposite_at_least)
     whole = (far_side_jump(gap) + walls) * size / noise
     return jumps * whole / (1 + (spread / CONTACT_SPREAD_PX) ** 2)
 

@@ -27,8 +27,9 @@ SENTENCES: Final = {
     ),
     Cause.ENDS_CATCHING_UP: ENDS.format("while the ball still catches up with the cylinder"),
     Cause.ENDS_RETURNING: ENDS.format("while the ball still moves to the wall"),
-    Cause.ENDS_BEFORE_NEXT: "by the fitted motion one more collision follows after the clip's end, "
-    "with a probability of {:.0%}; let it run longer",
+    Cause.ENDS_BEFORE_NEXT: ENDS.format(
+        "when by the fitted motion one more collision follows, with a probability of {:.0%}"
+    ),
     Cause.GRAZES_WALL: "after the last collision that is seen the ball creeps up to the wall: "
     "whether it strikes it before the burst is over is too faint to tell",
     Cause.STRAYS: "the cylinder does not move as its swing and these collisions would have it: "
