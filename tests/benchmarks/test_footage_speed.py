@@ -16,7 +16,7 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from count_video.footage.pictures import luma_of
-from count_video.footage.reader import open_footage, pilot_frames
+from count_video.footage.reader import open_footage
 from count_video.footage.repeats import mark_repeats
 from count_video.footage.writer import WriteOptions, write_clip
 
@@ -35,9 +35,6 @@ MOST_FOR_FRAMES = 1.25
 """Opening, time stamps, and the comparison that finds copies."""
 MOST_FOR_COPIES = 0.08
 """Finding copies takes about 0.04 ms a frame of this size."""
-PILOT_SHARE = 0.2
-MOST_FOR_A_PILOT = 0.5
-"""Key frames take longer than others, and a pilot has to copy its pixels to keep them."""
 
 
 def pictures() -> Iterator[np.ndarray]:
@@ -121,9 +118,3 @@ def test_copies_are_found_in_a_small_part_of_the_time(
         assert not any(mark_repeats(lumas[k % 20] for k in range(FRAMES)))
 
     assert ratio_to_decoding(benchmark, clip, compare) <= MOST_FOR_COPIES
-
-
-def test_a_pilot_takes_little_more_than_its_share(benchmark: BenchmarkFixture, clip: Path) -> None:
-    budget = round(PILOT_SHARE * FRAMES)
-    ratio = ratio_to_decoding(benchmark, clip, lambda: pilot_frames(clip, budget=budget))
-    assert ratio <= MOST_FOR_A_PILOT

@@ -18,7 +18,7 @@ from count_video.batch.summary import row_of
 from count_video.corrections import reviewed
 from count_video.errors import CountVideoError
 from count_video.followed import Followed, packed, unpacked
-from count_video.footage.reader import open_footage, pilot_frames
+from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.outputs import OutputFolder
 from count_video.planning.request import PLAN_VERSION, PlanRequest, read_request, request_object
@@ -59,7 +59,6 @@ def _read_clip(path: Path) -> None:
         for _ in islice(footage.frames(), FRAMES_READ):
             pass
         footage.report()
-    pilot_frames(path, budget=6, length=2)
 
 
 def _write_manifest(path: Path) -> None:

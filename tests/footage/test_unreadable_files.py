@@ -13,7 +13,7 @@ from numbered_frames import numbered, write_numbered
 
 from count_video.errors import FootageError
 from count_video.footage.decoding import packets_of
-from count_video.footage.reader import open_footage, pilot_frames
+from count_video.footage.reader import open_footage
 
 
 def missing(path: Path) -> None:
@@ -79,14 +79,6 @@ def test_the_refusal_is_one_sentence_with_the_name_and_the_reason(
     message = str(caught.value)
     assert message.startswith(str(path))
     assert "\n" not in message
-
-
-@pytest.mark.parametrize("make", [missing, text, sound_only], ids=lambda make: make.__name__)
-def test_the_pilot_refuses_them_as_well(tmp_path: Path, make: Callable[[Path], None]) -> None:
-    path = tmp_path / "clip.mp4"
-    make(path)
-    with pytest.raises(FootageError):
-        pilot_frames(path, budget=10)
 
 
 def test_a_text_file_is_no_film_of_text(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numbered_frames import HEIGHT, WIDTH, Luma
 
-from count_video.footage.reader import open_footage, pilot_frames
+from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 
 ROTATIONS = (0, 90, 180, 270)
@@ -58,9 +58,3 @@ def test_ten_bit_pictures_are_turned_too(tmp_path: Path, rotation: int) -> None:
     with open_footage(path) as footage:
         luma = next(iter(footage.frames())).luma
         assert np.abs(luma.astype(float) - scene()).mean() < CODING_ERROR_LEVELS
-
-
-def test_the_pilot_shows_the_scene_upright(tmp_path: Path, rotation: int) -> None:
-    path = filmed(tmp_path / "clip.mp4", rotation)
-    (run,) = pilot_frames(path, budget=5)
-    assert np.abs(run[0].luma.astype(float) - scene()).mean() < CODING_ERROR_LEVELS

@@ -16,11 +16,10 @@ from count_video.footage.completeness import Promise, complaints, frames_missing
 from count_video.footage.decoding import Reading, seconds
 from count_video.footage.opening import MOST_FRAMES, MOST_PIXELS, check_size
 from count_video.footage.pictures import Luma, luma_of, quarter_turns, upright
-from count_video.footage.pilot import pilot_frames
 from count_video.footage.repeats import LONGEST_RUN, mark_repeats
 from count_video.records import FootageInfo, FootageReport, Frame
 
-__all__ = ["Footage", "open_footage", "pilot_frames"]
+__all__ = ["Footage", "open_footage"]
 
 REPEATS_WORTH_A_WORD = 3
 """Fewer copies between real frames are set aside without a word."""
