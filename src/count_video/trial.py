@@ -25,6 +25,7 @@ from count_video.motion.cadence import cadence_of
 from count_video.motion.clock import as_shown, seen_by_clock
 from count_video.motion.fitted import Between, Misfit, count_between, measure_burst
 from count_video.motion.meeting import only_turns, without_wall
+from count_video.motion.reasons import Cause, Reason
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.weighing import SeenImpacts, with_wall_ahead
 from count_video.progress import NO_PROGRESS, Progress
@@ -34,11 +35,6 @@ from count_video.tracking.lone import lone_track
 from count_video.tracking.observation import Observation, observe, pair_tracks
 from count_video.tracking.view import Region, TrackSettings
 
-PARTS = (
-    "what was followed as ball and heavy body may be parts of them: their outlines do not meet "
-    "where they collide, and their motion shows no momentum to be kept; light the bodies better, "
-    "or give their part of the picture with --region"
-)
 STROKE_SIGMAS = 4.0
 """The heavy body's path shows the strokes if they exceed their uncertainty by this factor."""
 
@@ -110,7 +106,8 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
             if not whole and alone.result.count is not None:
                 return alone
             if not whole and trial.result.count is not None:
-                nothing = verdict.nothing_to_count(footage.info, footage.report(), PARTS)
+                why = verdict.sentence(Reason(Cause.PARTS_OF_BODIES))
+                nothing = verdict.nothing_to_count(footage.info, footage.report(), why)
                 return replace(trial, result=nothing)
         better = verdict.is_better(
             alone.result, alone.track, trial.result, trial.track, borne_out=_strokes_show(trial)

@@ -26,7 +26,7 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from synthetic_tracks import FilmedTrial, Filming, film
+from synthetic_tracks import FilmedTrial, Filming, film, setup_of
 
 from count_video import trial as pipeline
 from count_video.errors import TrackingError
@@ -98,17 +98,8 @@ def hard_trial(seed: int) -> HardTrial:
 def _setup(rng: np.random.Generator) -> Setup:
     scatter = float(rng.uniform(0.0, SCATTER_AT_MOST))
     low, high = np.log(MASS_RATIOS)
-    return Setup(
-        heavy_mass_kg=0.0105 * float(np.exp(rng.uniform(low, high))),
-        wall_gap_m=float(rng.uniform(0.01, 0.07)),
-        bodies_gap_m=float(rng.uniform(0.0, 0.004)),
-        release_m=float(rng.uniform(0.05, 0.09)),
-        light_thread_m=float(rng.uniform(0.97, 1.03)),
-        restitution_bodies=float(rng.uniform(0.9, 1.0)),
-        restitution_wall=float(rng.uniform(0.9, 1.0)),
-        restitution_bodies_sd=scatter,
-        restitution_wall_sd=scatter,
-    )
+    ratio = float(np.exp(rng.uniform(low, high)))
+    return setup_of(rng, scatter, ratio, least_restitution=0.9)
 
 
 def _cut(filmed: FilmedTrial, clip: str, rng: np.random.Generator) -> tuple[Track, Floats]:

@@ -87,14 +87,21 @@ def _body(
 def random_setup(rng: np.random.Generator) -> Setup:
     """Draw a set-up near 1:100 with losses as balls and walls have them."""
     scatter = float(rng.choice([0.0, 0.003, 0.01]))
+    return setup_of(rng, scatter, float(rng.uniform(60.0, 140.0)), least_restitution=0.94)
+
+
+def setup_of(
+    rng: np.random.Generator, scatter: float, mass_ratio: float, *, least_restitution: float
+) -> Setup:
+    """Draw the rest of a set-up."""
     return Setup(
-        heavy_mass_kg=0.0105 * float(rng.uniform(60.0, 140.0)),
+        heavy_mass_kg=0.0105 * mass_ratio,
         wall_gap_m=float(rng.uniform(0.01, 0.07)),
         bodies_gap_m=float(rng.uniform(0.0, 0.004)),
         release_m=float(rng.uniform(0.05, 0.09)),
         light_thread_m=float(rng.uniform(0.97, 1.03)),
-        restitution_bodies=float(rng.uniform(0.94, 1.0)),
-        restitution_wall=float(rng.uniform(0.94, 1.0)),
+        restitution_bodies=float(rng.uniform(least_restitution, 1.0)),
+        restitution_wall=float(rng.uniform(least_restitution, 1.0)),
         restitution_bodies_sd=scatter,
         restitution_wall_sd=scatter,
     )

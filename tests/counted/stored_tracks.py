@@ -75,12 +75,10 @@ def _tracking_gives(stored: StoredClip) -> Iterator[None]:
         "open_footage": lambda *_, **__: nullcontext(footage),
         "observe": lambda *_, **__: nullcontext(seen),
         "stands_ahead": lambda *_: False,
-        **dict.fromkeys(("pair_tracks", "tracks"), pairs),
-        **dict.fromkeys(("lone_track", "track_free_bodies"), without_pair),
+        "pair_tracks": pairs,
+        "lone_track": without_pair,
     }
-    with patch.multiple(
-        trial, **{name: new for name, new in replaced.items() if hasattr(trial, name)}
-    ):
+    with patch.multiple(trial, **replaced):
         yield
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from count_video.tracking.following import Followed, Scene, follow
+from count_video.tracking.following import Followed, Surroundings, follow
 from count_video.tracking.sprite import look, make_sprite
 from count_video.tracking.template import Body
 
@@ -62,7 +62,7 @@ def followed(behind: Luma, shown: list[Luma]) -> Followed:
     sightings = {frame: (round(body_x(frame)), TOP) for frame in range(0, LEAVES, 4)}
     places = {frame: (float(x), float(y)) for frame, (x, y) in sightings.items()}
     body = Body(sprite, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
-    return follow(shown, FRAMES, body, Scene(behind, 0.0, np.zeros((len(FRAMES), 2))))
+    return follow(shown, FRAMES, body, Surroundings(behind, 0.0, np.zeros((len(FRAMES), 2))))
 
 
 @pytest.mark.parametrize("likeness", [0.5, 0.6])

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.parameters import drift_shape
@@ -101,11 +102,15 @@ def _thinned(places: np.ndarray, most: int) -> np.ndarray:
 
 def until(observed: Observations, end: float) -> Observations:
     """Keep the frames before a time."""
-    keep = observed.frame < end
+    return at_rows(observed, np.flatnonzero(observed.frame < end))
+
+
+def at_rows(observed: Observations, rows: NDArray[np.intp]) -> Observations:
+    """Keep some of the frames."""
     return replace(
         observed,
-        frame=observed.frame[keep],
-        ball_px=observed.ball_px[keep],
-        heavy_px=observed.heavy_px[keep],
-        drift=observed.drift[keep],
+        frame=observed.frame[rows],
+        ball_px=observed.ball_px[rows],
+        heavy_px=observed.heavy_px[rows],
+        drift=observed.drift[rows],
     )

@@ -67,6 +67,8 @@ class Cause(Enum):
     MEETS_OTHERS = auto()
     ENDS_TOGETHER = auto()
     STARTS_TOGETHER = auto()
+    PARTS_OF_BODIES = auto()
+    """The bodies neither touch, nor show momentum to be kept, nor obey the law."""
     MODEL_LACKS_FRAMES = auto()
     MODEL_FITS_NOTHING = auto()
     MODEL_DIFFERS = auto()

@@ -15,11 +15,10 @@ bad as what is far from one. The best places of each count are where fits may st
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from count_video.motion.observations import Observations
+from count_video.motion.observations import Observations, at_rows
 from count_video.motion.parameters import FIRST_DEVIATION, Column, Prior, within_limits
 from count_video.motion.priors import CLEAR_FRAMES
 from count_video.motion.solving import modelled
@@ -253,13 +252,7 @@ def _lightness_steps(rough: Floats, prior: Prior) -> Floats:
 
 def _thinned(observed: Observations) -> Observations:
     keep = np.unique(np.linspace(0, len(observed.frame) - 1, SCAN_FRAMES).round().astype(int))
-    return replace(
-        observed,
-        frame=observed.frame[keep],
-        ball_px=observed.ball_px[keep],
-        heavy_px=observed.heavy_px[keep],
-        drift=observed.drift[keep],
-    )
+    return at_rows(observed, keep)
 
 
 def _capped(residuals: Floats) -> Floats:

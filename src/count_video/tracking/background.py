@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.samples import THUMBNAIL_PX, median_picture
+from count_video.tracking.samples import THUMBNAIL_PX, median_picture, reduced, scale_to
 from count_video.tracking.shape import Place, Shape, hidden
 from count_video.tracking.sprite import Pixels, look
+from count_video.tracking.views import moved_back
 
 Luma = NDArray[np.uint8]
 
@@ -102,42 +103,35 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     shift_px
         How far the camera may have moved each, by x and y, shape (n, 2).
     """
-    scale = max(1, -(-pictures[0].shape[1] // THUMBNAIL_PX))
+    scale = scale_to(pictures[0].shape[1], THUMBNAIL_PX)
     away = np.hypot(*(shift_px - np.median(shift_px, axis=0)).T)
     most = np.argsort(-away, kind="stable")[:MOTION_OF]
     even = np.linspace(0, len(pictures) - 1, min(MOTION_OF, len(pictures))).astype(int)
-    stands, moves = (
-        _differences(pictures, (even, most), path / scale)
-        for path in (np.zeros_like(shift_px), shift_px)
-    )
-    limit = NOISE_SIGMAS * (1.4826 * float(np.nanmedian(stands)) + ROUNDING)
-    shown = np.isfinite(moves)
+    small, back = {}, {}
+    for k in np.union1d(even, most).tolist():
+        plain = reduced(pictures[k], scale).astype(np.float32)
+        small[k] = np.asarray(cv2.GaussianBlur(plain, (0, 0), SMOOTHING_PX), np.float32)
+        back[k] = moved_back(small[k], shift_px[k] / scale)
+    shown = np.array([_shown(small[k].shape, shift_px[k] / scale) for k in most.tolist()])
+    stands, moves = (_differences(one, even, most) for one in (small, back))
+    limit = NOISE_SIGMAS * (1.4826 * float(np.median(stands)) + ROUNDING)
     means = [np.minimum(one[shown], limit).mean() for one in (stands, moves)]
     return bool(means[1] < means[0])
 
 
 def _differences(
-    pictures: Sequence[Luma],
-    chosen: tuple[NDArray[np.intp], NDArray[np.intp]],
-    shift_px: Floats,
+    pictures: Mapping[int, Pixels], even: NDArray[np.intp], asked: NDArray[np.intp]
 ) -> Pixels:
-    """Differences of the second from the median of the first of two choices of pictures.
+    """Differences of the pictures that are asked for from the median of those evenly spread."""
+    median = np.median(np.array([pictures[k] for k in even.tolist()]), axis=0)
+    return np.array([np.abs(pictures[k] - median) for k in asked.tolist()], np.float32)
 
-    All are reduced and moved back, by ``shift_px`` of their px; NaN where one shows nothing.
-    """
-    size = np.array(pictures[0].shape[::-1]) // max(1, -(-pictures[0].shape[1] // THUMBNAIL_PX))
-    back: dict[int, Pixels] = {}
-    shown: dict[int, NDArray[np.bool_]] = {}
-    for k in np.union1d(*chosen).tolist():
-        reduced = cv2.resize(pictures[k], size, interpolation=cv2.INTER_AREA).astype(np.float32)
-        smooth = cv2.GaussianBlur(reduced, (0, 0), SMOOTHING_PX)
-        matrix = np.array([[1.0, 0.0, -shift_px[k, 0]], [0.0, 1.0, -shift_px[k, 1]]])
-        moved = cv2.warpAffine(smooth, matrix, size, borderMode=cv2.BORDER_REPLICATE)
-        back[k] = np.asarray(moved, np.float32)
-        shown[k] = cv2.warpAffine(np.ones_like(smooth), matrix, size) > WHOLLY_SHOWN
-    median = np.median(np.array([back[k] for k in chosen[0].tolist()]), axis=0)
-    away = [np.where(shown[k], np.abs(back[k] - median), np.nan) for k in chosen[1].tolist()]
-    return np.array(away, np.float32)
+
+def _shown(shape: tuple[int, ...], shift_px: Floats) -> NDArray[np.bool_]:
+    """Mark what of a picture of this shape, moved back, it shows itself."""
+    matrix = np.array([[1.0, 0.0, -shift_px[0]], [0.0, 1.0, -shift_px[1]]])
+    whole = cv2.warpAffine(np.ones(shape, np.float32), matrix, shape[::-1])
+    return np.asarray(whole > WHOLLY_SHOWN)
 
 
 def _moved_back(picture: Luma, gain: float, shift_px: Place) -> Luma:
@@ -145,9 +139,4 @@ def _moved_back(picture: Luma, gain: float, shift_px: Place) -> Luma:
     level = cv2.convertScaleAbs(picture, alpha=gain) if gain != 1.0 else picture
     if shift_px == (0.0, 0.0):
         return np.asarray(level, np.uint8)
-    matrix = np.array([[1.0, 0.0, -shift_px[0]], [0.0, 1.0, -shift_px[1]]])
-    size = picture.shape[1], picture.shape[0]
-    moved = cv2.warpAffine(
-        np.ascontiguousarray(level), matrix, size, borderMode=cv2.BORDER_REPLICATE
-    )
-    return np.asarray(moved, np.uint8)
+    return moved_back(np.asarray(level, np.uint8), shift_px)

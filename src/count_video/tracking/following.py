@@ -65,7 +65,7 @@ class Followed:
 
 
 @dataclass(frozen=True)
-class Scene:
+class Surroundings:
     """What bodies move in."""
 
     background: Luma
@@ -77,7 +77,7 @@ class Scene:
 
 
 def follow(
-    pictures: Sequence[Luma], frames: NDArray[np.intp], body: Body, scene: Scene
+    pictures: Sequence[Luma], frames: NDArray[np.intp], body: Body, around: Surroundings
 ) -> Followed:
     """Find a body in all pictures.
 
@@ -89,10 +89,10 @@ def follow(
         Frame index of each.
     body
         Its template, and where it was seen.
-    scene
+    around
         What it moves in.
     """
-    shift_px = scene.shift_px
+    shift_px = around.shift_px
     rows = np.searchsorted(frames, np.array(sorted(body.sightings)))
     seen = np.array([body.sightings[k] for k in sorted(body.sightings)]) - shift_px[rows]
     guesses = np.stack(
@@ -102,7 +102,7 @@ def follow(
     first = int(rows[0])
     ways = range(first, len(frames)), range(min(first + BACK_FROM, len(frames)) - 1, -1, -1)
     for way in ways:
-        path = _Path(body.sprite, body.typical_agreement, scene)
+        path = _Path(body.sprite, body.typical_agreement, around)
         for row in way:
             shift = (float(shift_px[row, 0]), float(shift_px[row, 1]))
             if np.isfinite(found[row, 0]):  # on the way back
@@ -118,9 +118,9 @@ def follow(
 class _Path:
     """Where a body was last seen, and how it moves; places are those in a picture at rest."""
 
-    def __init__(self, sprite: Sprite, agreement: float, scene: Scene) -> None:
+    def __init__(self, sprite: Sprite, agreement: float, around: Surroundings) -> None:
         self._sprite, self._typical = sprite, agreement
-        self._background, self._slope = scene.background, scene.slope
+        self._background, self._slope = around.background, around.slope
         self._place: Place | None = None
         self._speed: Place = (0.0, 0.0)
         self._fastest = 0.0

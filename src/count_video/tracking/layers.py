@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.background import Background
-from count_video.tracking.following import Followed, Scene, follow
+from count_video.tracking.following import Followed, Surroundings, follow
 from count_video.tracking.shape import Place, Shape
 from count_video.tracking.template import Body, Rough, learn
 from count_video.tracking.views import Chosen
@@ -54,8 +54,8 @@ class Clip:
 
     def follow(self, body: Body) -> Followed:
         """Find a body in all pictures."""
-        scene = Scene(self.background.luma, self.slope, self.shift_px)
-        return follow(self.pictures, self.frames, body, scene)
+        around = Surroundings(self.background.luma, self.slope, self.shift_px)
+        return follow(self.pictures, self.frames, body, around)
 
     def as_learnt(self, body: Body) -> Followed:
         """Take a body to be where it was when it was learnt, without an uncertainty."""

@@ -26,8 +26,6 @@ PIECE_HEIGHT = 0.2
 """A piece of the outline has these shares of the clearest piece's weight and of the height."""
 BEYOND_OUTLINE_PX = 2
 """Pixels kept beyond the outline: the blurred edge reaches that far."""
-RADIUS_SHARE = 0.2, 0.7
-"""Radius of a ball as a share of the height: the blur around small ones is part of what moves."""
 OUTSIDE_SHARE = 0.35
 """A circle is the outline if no larger share of what moves lies outside of it."""
 ROWS_AT_LEAST = 8
@@ -74,9 +72,9 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     columns = np.arange(clarity.shape[1])
     clarity[:, (columns < fence[0]) | (columns > fence[1])] = 0
     body = _own_edges(clarity)
-    circle = circle_through(*_edge_points(np.where(body, clarity, 0)), clarity.shape, RADIUS_SHARE)
+    circle = circle_through(*_edge_points(np.where(body, clarity, 0)), clarity.shape)
     if circle is None or not _holds(circle, mean):
-        circle = circle_through(*_ends(mean, slope, fence), clarity.shape, RADIUS_SHARE)
+        circle = circle_through(*_ends(mean, slope, fence), clarity.shape)
         if circle is not None and (circle.radius_px < LARGE_PX or not _holds(circle, mean)):
             circle = None
     if circle is not None:

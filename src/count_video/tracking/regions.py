@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.rigid import RigidGroup
-from count_video.tracking.samples import differences
+from count_video.tracking.samples import differences, reduced, scale_to
 
 Luma = NDArray[np.uint8]
 
@@ -122,13 +122,8 @@ def _changes(pictures: Sequence[Luma]) -> tuple[list[Luma], int]:
 
     Returns how many px of the samples one of theirs holds as well.
     """
-    scale = max(1, -(-pictures[0].shape[1] // WIDTH_PX))
-    size = pictures[0].shape[1] // scale, pictures[0].shape[0] // scale
-    small = [
-        np.asarray(cv2.resize(one, size, interpolation=cv2.INTER_AREA), np.uint8)
-        for one in pictures
-    ]
-    away = differences(small)
+    scale = scale_to(pictures[0].shape[1], WIDTH_PX)
+    away = differences([reduced(one, scale) for one in pictures])
     spread = np.median(np.array(away[:: max(1, len(away) // NOISE_OF)]))
     least = max(NOISE_SIGMAS * 1.4826 * float(spread), NOISE_LEVELS)
     for one in away:

@@ -76,9 +76,25 @@ class Thumbnails:
 def thumbnail(luma: Luma) -> Luma:
     """Reduce a picture to at most ``THUMBNAIL_PX`` columns."""
     height, width = luma.shape
-    scale = -(-width // THUMBNAIL_PX)  # whole: OpenCV then takes plain means, which are fast
+    scale = scale_to(width, THUMBNAIL_PX)
     size = max(BLOCK_PX, width // scale), max(BLOCK_PX, height // scale)
     return np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+def scale_to(width_px: int, at_most_px: int) -> int:
+    """How many px one px of a reduced picture holds, for it to be no wider than that.
+
+    The number is whole: OpenCV then takes plain means, which are fast.
+    """
+    return max(1, -(-width_px // at_most_px))
+
+
+def reduced(picture: Luma, scale: int) -> Luma:
+    """Reduce a picture so that one px holds ``scale`` of its."""
+    if scale == 1:
+        return picture
+    size = picture.shape[1] // scale, picture.shape[0] // scale
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def choose_samples(pictures: Mapping[int, Luma]) -> Samples:

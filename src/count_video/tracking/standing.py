@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.tracking.displacement import Shift, measure
 from count_video.tracking.landmarks import WINDOW_PX, Landmarks, make_landmarks
+from count_video.tracking.views import moved_back
 
 Luma = NDArray[np.uint8]
 Plane = NDArray[np.floating]
@@ -102,11 +103,9 @@ def clear_places(
 def _laid_together(pictures: Sequence[Luma], shifts: Floats) -> tuple[Plane, Plane]:
     """Mean and variance of pictures, each moved back by its shift."""
     total = np.zeros(pictures[0].shape, dtype=np.float32)
-    rows, columns = pictures[0].shape
     squares = np.zeros_like(total)
-    for picture, (x, y) in zip(pictures, shifts, strict=True):
-        back = np.array([[1.0, 0.0, -x], [0.0, 1.0, -y]])
-        steady = cv2.warpAffine(picture, back, (columns, rows), borderMode=cv2.BORDER_REPLICATE)
+    for picture, shift in zip(pictures, shifts, strict=True):
+        steady = moved_back(picture, shift)
         cv2.accumulate(steady, total)
         cv2.accumulateSquare(steady, squares)
     mean = total / len(pictures)

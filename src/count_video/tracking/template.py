@@ -221,14 +221,12 @@ def _connected(
     held[0] = 0
     if not held.any():
         return None
-    main = labels == np.argmax(held)
-    rows, columns = main.any(axis=1), main.any(axis=0)
-    numbers = np.flatnonzero(np.bincount(labels.ravel()))[1:]
-    beside = [k for k in numbers if not (labels[:, columns] == k).any()]
-    as_high = [k for k in beside if (labels[rows] == k).any(axis=1).mean() > AS_HIGH_SHARE]
     parts = np.flatnonzero(held > PART_SHARE * held.max()).tolist()
     if shape[1] <= shape[0]:
-        parts += as_high
+        main = labels == np.argmax(held)
+        rows, columns = main.any(axis=1), main.any(axis=0)
+        beside = np.setdiff1d(labels[rows], np.append(labels[:, columns], 0)).tolist()
+        parts += [k for k in beside if (labels[rows] == k).any(axis=1).mean() > AS_HIGH_SHARE]
     own = _without_threads(np.isin(labels, parts), box)
     return np.asarray((cv2.dilate(own.astype(np.uint8), kernel) > 0) & moving)
 

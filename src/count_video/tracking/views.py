@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import overload
+from typing import TypeVar, overload
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.tracking.samples import Samples
+from count_video.records import Floats
+from count_video.tracking.samples import Samples, reduced, scale_to
 
 Luma = NDArray[np.uint8]
+Depth = TypeVar("Depth", np.uint8, np.float32)
 
 CORNERS_WIDTH_PX = 960
 """Corners are followed in pictures no wider than this."""
@@ -24,7 +27,24 @@ BRIGHTNESS_OF = 4
 """It is measured in so many samples."""
 
 
-class Turned(Sequence[Luma]):
+class _Pictures(ABC, Sequence[Luma]):
+    """Pictures made of others when they are asked for."""
+
+    @abstractmethod
+    def picture(self, place: int) -> Luma:
+        """Make one of them."""
+
+    @overload
+    def __getitem__(self, place: int) -> Luma: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[Luma]: ...
+    def __getitem__(self, place: int | slice) -> Luma | list[Luma]:
+        if isinstance(place, slice):
+            return [self.picture(k) for k in range(*place.indices(len(self)))]
+        return self.picture(place)
+
+
+class Turned(_Pictures):
     """Pictures with x and y swapped."""
 
     def __init__(self, pictures: Sequence[Luma]) -> None:
@@ -33,17 +53,12 @@ class Turned(Sequence[Luma]):
     def __len__(self) -> int:
         return len(self._pictures)
 
-    @overload
-    def __getitem__(self, place: int) -> Luma: ...
-    @overload
-    def __getitem__(self, place: slice) -> list[Luma]: ...
-    def __getitem__(self, place: int | slice) -> Luma | list[Luma]:
-        if isinstance(place, slice):
-            return [picture.T for picture in self._pictures[place]]
+    def picture(self, place: int) -> Luma:
+        """Turn one of them."""
         return self._pictures[place].T
 
 
-class Chosen(Sequence[Luma]):
+class Chosen(_Pictures):
     """Some pictures of many."""
 
     def __init__(self, pictures: Sequence[Luma], chosen: NDArray[np.intp]) -> None:
@@ -52,13 +67,8 @@ class Chosen(Sequence[Luma]):
     def __len__(self) -> int:
         return len(self._chosen)
 
-    @overload
-    def __getitem__(self, place: int) -> Luma: ...
-    @overload
-    def __getitem__(self, place: slice) -> list[Luma]: ...
-    def __getitem__(self, place: int | slice) -> Luma | list[Luma]:
-        if isinstance(place, slice):
-            return [self._pictures[int(k)] for k in self._chosen[place]]
+    def picture(self, place: int) -> Luma:
+        """Take one of them."""
         return self._pictures[int(self._chosen[place])]
 
 
@@ -83,13 +93,13 @@ def levelled(pictures: Sequence[Luma], samples: Samples) -> tuple[list[Luma], in
 
     Returns how many px of the pictures one of theirs holds as well.
     """
-    scale = max(1, -(-pictures[0].shape[1] // CORNERS_WIDTH_PX))
-    reduced = [_reduced(pictures[k], scale) for k in samples.chosen]
-    some = reduced[:: len(reduced) // BRIGHTNESS_OF + 1]
+    scale = scale_to(pictures[0].shape[1], CORNERS_WIDTH_PX)
+    small = [reduced(pictures[k], scale) for k in samples.chosen]
+    some = small[:: len(small) // BRIGHTNESS_OF + 1]
     brightest = max(float(np.quantile(one, BRIGHT_SHARE)) for one in some)
     stretch = float(np.clip(BRIGHTEST_LEVEL / max(brightest, 1.0), 1.0, STRETCH_AT_MOST))
     level = []
-    for one, gain in zip(reduced, samples.gains, strict=True):
+    for one, gain in zip(small, samples.gains, strict=True):
         lamp = stretch * (gain if abs(gain - 1) > FLICKER_AT_LEAST else 1.0)
         # Smoothed after it, so that the levels between those of a dark picture are not lost.
         bright = cv2.convertScaleAbs(one, alpha=lamp) if lamp != 1.0 else one
@@ -97,8 +107,11 @@ def levelled(pictures: Sequence[Luma], samples: Samples) -> tuple[list[Luma], in
     return level, scale
 
 
-def _reduced(picture: Luma, scale: int) -> Luma:
-    if scale == 1:
-        return picture
-    size = picture.shape[1] // scale, picture.shape[0] // scale
-    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+def moved_back(picture: NDArray[Depth], shift_px: Sequence[float] | Floats) -> NDArray[Depth]:
+    """Move a picture back by the camera's shift along x and y; its border goes on."""
+    matrix = np.array([[1.0, 0.0, -shift_px[0]], [0.0, 1.0, -shift_px[1]]])
+    size = picture.shape[1], picture.shape[0]
+    moved = cv2.warpAffine(
+        np.ascontiguousarray(picture), matrix, size, borderMode=cv2.BORDER_REPLICATE
+    )
+    return np.asarray(moved, picture.dtype)

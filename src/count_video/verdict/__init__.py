@@ -5,6 +5,7 @@ from count_video.verdict.fitted import inferred, knowledge, left_open, measured,
 from count_video.verdict.impacts import impacts_counted, is_better, is_settled
 from count_video.verdict.missing import doubted_for_missing
 from count_video.verdict.resolved import counted, leaves_room, probabilities
+from count_video.verdict.wording import sentence
 
 __all__ = [
     "counted",
@@ -19,6 +20,7 @@ __all__ = [
     "measured",
     "nothing_to_count",
     "probabilities",
+    "sentence",
     "sure_enough",
     "unread_result",
 ]

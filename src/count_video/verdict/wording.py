@@ -68,6 +68,9 @@ SENTENCES: Final = {
     Cause.ENDS_TOGETHER: "the clip ends before the bodies have parted; let it run longer",
     Cause.STARTS_TOGETHER: "the clip starts when the bodies are next to each other; start it "
     "earlier",
+    Cause.PARTS_OF_BODIES: "what was followed as ball and heavy body may be parts of them: their "
+    "outlines do not meet where they collide, and their motion shows no momentum to be kept; light "
+    "the bodies better, or give their part of the picture with --region",
     Cause.MODEL_LACKS_FRAMES: "too few frames surround the collisions to fit a model of the motion "
     "to them",
     Cause.MODEL_FITS_NOTHING: "no motion of two bodies and a wall resembles the track",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -23,6 +22,7 @@ from synth_video.campaign.search import Target
 from synth_video.film import render_clip
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene
+from synth_video.truth import write_text
 
 SCENE = "campaign"
 PHONE_RATE = 240.0
@@ -109,8 +109,8 @@ def write_lists(takes: Sequence[Take], seed: int, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"cannot make {folder}: {error.strerror}; check the path") from error
-    _write(folder / "campaign.truth.json", json.dumps(truth, indent=1) + "\n")
-    _write(folder / "manifest.csv", _manifest(takes))
+    write_text(json.dumps(truth, indent=1) + "\n", folder / "campaign.truth.json")
+    write_text(_manifest(takes), folder / "manifest.csv")
 
 
 def _take(target: Target, seed: int, trial: int, scene: Scene) -> Take:
@@ -148,14 +148,3 @@ def _manifest(takes: Sequence[Take]) -> str:
         masses = f"{setup.heavy_mass_kg:g} {setup.light_mass_kg:g}"
         writer.writerow([f"{take.name}.mp4", f"{take.scene.camera.capture_fps:g}", masses])
     return text.getvalue()
-
-
-def _write(place: Path, text: str) -> None:
-    partial = place.with_name(f".{place.name}.{os.getpid()}.part")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        os.replace(partial, place)
-    except OSError as error:
-        raise UsageError(f"cannot write {place}: {error.strerror}; check the folder") from error
-    finally:
-        partial.unlink(missing_ok=True)
