@@ -139,12 +139,13 @@ def _followed(
     found: list[Followed] = []
     settled = False
     for number in range(ROUNDS):
+        known = len(found)
         more = add_bodies(few, roughs, found)
-        if len(more) == len(found):
+        if len(more) == known:
             break  # of what is left, nothing can be followed
-        few, found, settled = _learnt_again(few, scene, more, upright, known=len(found))
+        few, found, settled = _learnt_again(few, scene, more, upright, known)
         settled &= number == 0
-        if enough(found) or len(found) >= BODIES_AT_MOST:
+        if len(found) <= known or len(found) >= BODIES_AT_MOST or enough(found):
             break
         proposals = scene.proposals(scene.hidden(few, found, upright))
         roughs = roughly([turned(one) for one in proposals] if upright else proposals, few.frames)
