@@ -189,6 +189,7 @@ def _solve(design: Floats, place: Floats) -> tuple[Floats, Floats, float] | None
         return None
     left_over = place - scaled @ solution
     variance = float(left_over @ left_over) / (len(place) - design.shape[1])
-    covariance = CORRELATED_FRAMES * variance * np.linalg.inv(scaled.T @ scaled)
+    inverse = np.linalg.pinv(scaled.T @ scaled, hermitian=True)
+    covariance = CORRELATED_FRAMES * variance * inverse
     stray = float(np.sqrt(np.mean(left_over**2)))
     return solution / scale, np.sqrt(np.diag(covariance)) / scale, stray
