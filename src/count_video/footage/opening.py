@@ -90,7 +90,7 @@ def _bounded_memory() -> Iterator[None]:
 
 
 def choose_stream(path: Path, container: InputContainer) -> av.VideoStream:
-    """Return the video stream to count in: the default one, else the largest.
+    """Return the video stream to count in: the default one, else the film, else the largest.
 
     Raises
     ------
@@ -110,10 +110,14 @@ def choose_stream(path: Path, container: InputContainer) -> av.VideoStream:
             "pictures, or convert it to H.264"
         )
 
-    def rank(stream: av.VideoStream) -> tuple[bool, bool, int]:
+    # FFmpeg's own choice has read some packets: it knows a still where no header says so.
+    chosen = container.streams.best("video")
+
+    def rank(stream: av.VideoStream) -> tuple[bool, bool, bool, int]:
         size = stream.codec_context.width * stream.codec_context.height
         # Phones store a large still beside the film and call both the default.
-        return stream.frames != 1, bool(stream.disposition & Disposition.default), size
+        default = bool(stream.disposition & Disposition.default)
+        return stream.frames != 1, default, stream is chosen, size
 
     film = max(films, key=rank)
     film.codec_context.options = {"max_pixels": str(MOST_PIXELS)}
