@@ -48,6 +48,16 @@ def test_an_odd_request_is_one_line_and_exit_code_2(arguments: list[object]) -> 
     assert (answer.code, answer.out, answer.err.count("\n")) == (2, "", 1)
 
 
+def test_a_part_that_cannot_be_loaded_is_one_line(tmp_path: Path) -> None:
+    """Files of the user's own that are called like a library come before it."""
+    (tmp_path / "numpy.py").write_text("import no_such_module_anywhere")
+    places = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    answer = ask("--json", COUNTS_3, environment={"PYTHONPATH": places})
+    assert faults_of(answer, 1) == []
+    assert (answer.code, answer.out) == (2, "")
+    assert "no_such_module_anywhere" in answer.err
+
+
 @pytest.mark.parametrize("kept", sorted(CORPUS.glob("m[pko][4v]*")), ids=lambda kept: kept.name)
 def test_a_clip_that_once_failed_is_one_object(kept: Path) -> None:
     assert faults_of(ask("--json", kept), 1) == []
