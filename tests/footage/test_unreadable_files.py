@@ -90,6 +90,14 @@ def test_a_text_file_is_no_film_of_text(tmp_path: Path) -> None:
         open_footage(path)
 
 
+@pytest.mark.parametrize("name", ["trials.xlsx", "trials.TSV", "trials.txt"])
+def test_a_table_that_is_no_csv_gets_advice_of_its_own(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(b"PK\x03\x04 clip name")
+    with pytest.raises(FootageError, match=r"saved as CSV.*\.csv"):
+        open_footage(path)
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no named pipes")
 def test_a_pipe_is_refused_rather_than_waited_for(tmp_path: Path) -> None:
     path = tmp_path / "clip.mp4"

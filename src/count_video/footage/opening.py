@@ -37,6 +37,10 @@ _OPTIONS = {
 }
 _TEXT_FORMATS = frozenset({"tty", "bin", "adf", "idf", "xbin", "concat", "hls"})
 """FFmpeg paints text as pictures and follows lists of other files; nobody means that as footage."""
+_TABLES = frozenset({".txt", ".tsv", ".xls", ".xlsx", ".ods"})
+_GIVE_CLIPS = (
+    "give the clip itself, or a table of clips saved as CSV, with a name that ends in .csv"
+)
 
 
 def open_container(path: Path) -> InputContainer:
@@ -54,13 +58,15 @@ def open_container(path: Path) -> InputContainer:
             # An absolute path can never be taken for a URL.
             container = av.open(os.path.abspath(path), options=_OPTIONS, metadata_errors="replace")
     except (av.error.FFmpegError, OSError, ValueError) as error:
+        if path.suffix.lower() in _TABLES:
+            raise FootageError(f"{path}: this is no video; {_GIVE_CLIPS}") from error
         raise FootageError(
             f"{path}: not readable as video ({_short(error)}); the file is damaged, cut off before "
             "its index was written, or no video file: copy it again from the camera"
         ) from error
     if container.format.name in _TEXT_FORMATS:
         container.close()
-        raise FootageError(f"{path}: this is a text file, not a video; give the clip itself")
+        raise FootageError(f"{path}: this is a text file, not a video; {_GIVE_CLIPS}")
     return container
 
 
