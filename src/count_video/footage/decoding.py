@@ -23,8 +23,10 @@ JUMP_SHARE = 1.7
 """A step between time stamps so many times the usual one is a jump: a picture was left out."""
 STEPS_KEPT = 15
 """Steps of which the median is the usual one."""
-PIXELS_HELD = 100_000_000
+PIXELS_HELD = 50_000_000
 """Threads decode a picture each; together they hold about so many pixels at most."""
+PIXELS_FOR_THREADS = 2_000_000
+"""Smaller pictures are decoded by one thread: handing them over costs up to as much again."""
 
 THREADS_VARIABLE = "COUNT_VIDEO_THREADS"
 """Environment variable that says how many threads may decode a clip. Processes that share the
@@ -128,10 +130,12 @@ class Reading:
         except FootageError:
             self.container.close()
             raise
-        # With threads several pictures are decoded at once, while the caller looks at one.
+        # With threads several large pictures are decoded at once, while the caller looks at one.
         context = self.stream.codec_context
-        at_most = max(1, min(at_most, PIXELS_HELD // max(1, context.width * context.height)))
-        self.stream.thread_type = "AUTO" if threads and at_most > 1 else "NONE"
+        pixels = max(1, context.width * context.height)
+        at_most = max(1, min(at_most, PIXELS_HELD // pixels))
+        many = threads and at_most > 1 and pixels > PIXELS_FOR_THREADS
+        self.stream.thread_type = "AUTO" if many else "NONE"
         context.thread_count = at_most
         self.tally = Tally(tick_s=self.stream.time_base)
         self._rest = decode(self.container, self.stream, self.tally)

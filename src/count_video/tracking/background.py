@@ -26,8 +26,6 @@ NOISE_SIGMAS, ROUNDING = 6.0, 0.5
 """Differences beyond so many standard deviations of the noise, and grey levels of rounding, count
 alike: bodies differ from what they hide however the camera moved."""
 WHOLLY_SHOWN = 0.999
-HIDDEN = 256
-"""Stands, in the sorting of bytes, for a pixel that is hidden: above all others."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +38,12 @@ class Background:
     """Frame index -> how far the camera has moved the picture, by x and y."""
     gains: Mapping[int, float]
     """Frame index -> factor by which lamps that flicker brighten the picture."""
+
+    def reduced(self, scale: int, frames: Sequence[int]) -> Background:
+        """Reduce it, for pictures with these frame indices that are reduced alike."""
+        shifts = {k: self.shift_px.get(k, (0.0, 0.0)) for k in frames}
+        small = {k: (x / scale, y / scale) for k, (x, y) in shifts.items()}
+        return Background(reduced(self.luma, scale), small, self.gains)
 
     def behind(self, frame: int, place: Place, shape: tuple[int, int]) -> Pixels:
         """Cut out what lies behind a piece of a picture."""
@@ -72,22 +76,13 @@ def background_of(
         frame: _moved_back(picture, 1 / gains[frame], shift_px[frame])
         for frame, picture in pictures.items()
     }
-    plain = median_picture(list(level.values()))
+    marked = {}
     if known:
-        size = plain.shape[0], plain.shape[1]
-        marked = {
-            frame: _moved_back(hidden(known, frame, (0.0, 0.0), size), 1.0, shift_px[frame]) > 0
-            for frame in level
-        }
-        some = np.logical_or.reduce(list(marked.values()))
-        seen = np.array([level[frame][some] for frame in level]).astype(np.int16)
-        covered = np.array([marked[frame][some] for frame in level])
-        seen[covered] = HIDDEN
-        count = len(seen) - covered.sum(axis=0)
-        ordered = np.sort(seen, axis=0)
-        middle = np.take_along_axis(ordered, np.minimum(count // 2, len(seen) - 1)[None], axis=0)[0]
-        plain[some] = np.where(count > 0, middle, plain[some]).astype(np.uint8)
-    return Background(plain, shift_px, gains)
+        size = next(iter(level.values())).shape
+        for frame in level:
+            mark = hidden(known, frame, (0.0, 0.0), (size[0], size[1]))
+            marked[frame] = _moved_back(mark, 1.0, shift_px[frame])
+    return Background(median_picture(list(level.values()), list(marked.values())), shift_px, gains)
 
 
 def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:

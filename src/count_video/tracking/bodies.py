@@ -40,7 +40,7 @@ from count_video.tracking.rigid import scene_path
 from count_video.tracking.samples import Samples, choose_samples
 from count_video.tracking.shape import Box, Shape, size_of
 from count_video.tracking.standing import landmarks_of
-from count_video.tracking.template import Rough, line_tilt_deg
+from count_video.tracking.template import Body, Rough, line_tilt_deg
 from count_video.tracking.views import ByFrame, Turned, levelled
 
 Luma = NDArray[np.uint8]
@@ -53,7 +53,7 @@ LANDMARKS_OF = 16
 BACKGROUND_OF = 15
 """The background is the median of so many samples."""
 TIMES_LEARNT, SETTLED_PX = 2, 2.0
-"""Outlines are learnt at most so often, until their sizes change by less than this."""
+"""Outlines are learnt at most so often more, until their sizes change by less than this."""
 ROUNDS = 4
 """So often bodies are looked for in what those that are known leave unexplained."""
 
@@ -138,40 +138,45 @@ def _followed(
     upright, enough = way
     few = clip.only(scene.samples.chosen)
     found: list[Followed] = []
-    for _ in range(ROUNDS):
+    settled = False
+    for number in range(ROUNDS):
+        known = len(found)
         more = add_bodies(few, roughs, found)
-        if len(more) == len(found):
+        if len(more) == known:
             break  # of what is left, nothing can be followed
-        few, found = _learnt_again(few, scene, more, upright, times=1)
-        if enough(found) or len(found) >= BODIES_AT_MOST:
+        few, found, settled = _learnt_again(few, scene, more, upright, known)
+        settled &= number == 0
+        if len(found) <= known or len(found) >= BODIES_AT_MOST or enough(found):
             break
         proposals = scene.proposals(scene.hidden(few, found, upright))
         roughs = roughly([turned(one) for one in proposals] if upright else proposals, few.frames)
-    if found:
-        few, found = _learnt_again(few, scene, found, upright, times=TIMES_LEARNT)
+    for _ in range(TIMES_LEARNT):
+        if settled or not found:
+            break
+        few, found, settled = _learnt_again(few, scene, found, upright)
     clip = replace(clip, background=few.background)
     return unhidden(clip, apart([clip.follow(seen.body) for seen in found]))
 
 
 def _learnt_again(
-    few: Clip, scene: _Scene, found: Sequence[Followed], upright: bool, *, times: int
-) -> tuple[Clip, list[Followed]]:
-    """Learn the background without known bodies, and each of them without the others.
+    few: Clip, scene: _Scene, found: Sequence[Followed], upright: bool, known: int = 0
+) -> tuple[Clip, list[Followed], bool]:
+    """Learn the background without the bodies, and those after the first ``known`` anew.
 
     What an outline does not cover yet is in the background, and what it covers too much is not: the
-    outlines are learnt anew until they stay as they are.
+    outlines are learnt until they stay as they are, which is returned as well.
     """
-    found = list(found)
-    for _ in range(times):
-        before = [few.shape(seen) for seen in found]
-        few = replace(few, background=scene.background(few.samples, upright, before))
-        found = [few.as_learnt(learn_again(few, seen, found)) for seen in found]
-        sizes = np.array(
-            [[size_of(one.box) for one in before], [size_of(s.body.box) for s in found]]
-        )
-        if np.abs(np.diff(sizes, axis=0)).max() < SETTLED_PX:
-            break
-    return few, found
+    before = [few.shape(seen) for seen in found]
+    few = replace(few, background=scene.background(few.samples, upright, before))
+    bodies: list[Body | None] = [seen.body for seen in found[:known]]
+    bodies += [learn_again(few, seen, found) for seen in found[known:]]
+    sizes = [
+        (size_of(shape.box), size_of(body.box))
+        for shape, body in zip(before, bodies, strict=True)
+        if body is not None
+    ]
+    settled = len(sizes) == len(found) and bool(np.ptp(sizes, axis=1).max() < SETTLED_PX)
+    return few, [few.as_learnt(body) for body in bodies if body is not None], settled
 
 
 class _Scene:

@@ -170,13 +170,11 @@ def _shown(points: Floats, circle: Floats) -> bool:
 
 def _outermost_share(points: Floats, circle: Floats, side: int) -> float:
     """Share of the rows about the centre whose outermost point on a side lies on the circle."""
-    height = points[:, 1] - circle[1]
-    rows = np.unique(points[np.abs(height) < CENTRAL_ROWS * circle[2], 1])
-    if len(rows) == 0:
+    central = points[np.abs(points[:, 1] - circle[1]) < CENTRAL_ROWS * circle[2]]
+    if len(central) == 0:
         return 0.0
-    on = 0
-    for row in rows:
-        outermost = side * float((side * points[points[:, 1] == row, 0]).max())
-        edge = circle[0] + side * np.sqrt(circle[2] ** 2 - (row - circle[1]) ** 2)
-        on += abs(outermost - edge) < OUTERMOST_PX
-    return on / len(rows)
+    rows, row = np.unique(central[:, 1], return_inverse=True)
+    outermost = np.full(len(rows), -np.inf)
+    np.maximum.at(outermost, row, side * central[:, 0])
+    edge = side * circle[0] + np.sqrt(circle[2] ** 2 - (rows - circle[1]) ** 2)
+    return float(np.mean(np.abs(outermost - edge) < OUTERMOST_PX))

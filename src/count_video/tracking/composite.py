@@ -12,10 +12,19 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.tracking.background import Background
 from count_video.tracking.outline import Mean
+from count_video.tracking.samples import reduced
 from count_video.tracking.shape import Place, Shape, hidden
 from count_video.tracking.sprite import Pixels
 
 Luma = NDArray[np.uint8]
+Levels = NDArray[np.int16]
+"""Smoothed brightness in steps of a grey level: half the bytes of floats, and sorted faster."""
+
+STEPS = 64
+"""Of a grey level: far below the rounding of the pictures."""
+LAST = np.int16(np.iinfo(np.int16).max)
+STRIP_PIXELS = 200_000
+"""So many pixels of all pieces are laid upon each other at a time: they stay in the cache."""
 
 SHOWN_AT_LEAST, SHOWN_PICTURES = 0.15, 4
 """A pixel is learnt only if nothing hides it in more than this share, and number, of pictures: of
@@ -34,15 +43,34 @@ CUT_SIGMAS, CUT_LEVELS = 6.0, 10.0
 """Mistakes larger than so many standard deviations and grey levels count as such ones."""
 NEIGHBOURHOOD_PX, COVERED_RATIO = 5, 1.25
 """A pixel moves with the body if the pieces differ from what lies behind it by this many times as
-much as from their median, over a neighbourhood of this side."""
+much as from their median, over a neighbourhood of this side in the pictures as they are."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """What bodies are cut out of."""
+
+    pictures: Mapping[int, Luma]
+    """Frame index -> luma, shape (height, width)."""
+    background: Background
+    known: Sequence[Shape]
+    """What hides a body in some pictures."""
+
+    def reduced(self, scale: int, frames: Sequence[int]) -> Source:
+        """Reduce the pictures with these frame indices, and what is known of them."""
+        if scale == 1:
+            return self
+        pictures = {k: reduced(self.pictures[k], scale) for k in frames}
+        known = [one.reduced(scale, frames) for one in self.known]
+        return Source(pictures, self.background.reduced(scale, frames), known)
 
 
 @dataclass(frozen=True)
 class Pieces:
     """Pieces of n pictures, laid upon each other; arrays have shape (n, height, width)."""
 
-    seen: Pixels
-    behind: Pixels
+    seen: Levels
+    behind: Levels
     """What lies behind the body there: the background with the bodies that are known."""
     covered: NDArray[np.bool_]
     """Where a piece shows nothing: beyond its picture, or where something of unknown look is."""
@@ -58,12 +86,12 @@ class Pieces:
 
 
 def cut_pieces(
-    source: tuple[Mapping[int, Luma], Background, Sequence[Shape]],
+    source: Source,
     places: Mapping[int, Place],
     shape_and_margin: tuple[tuple[int, int], tuple[int, int]],
 ) -> Pieces:
     """Cut pieces out of pictures at these places, with a margin of some rows and columns around."""
-    pictures, background, known = source
+    pictures, background, known = source.pictures, source.background, source.known
     (height, width), margin = shape_and_margin
     corners = np.array(list(places.values())) - margin[::-1]
     size = background.luma.shape
@@ -73,18 +101,23 @@ def cut_pieces(
     )
     shape = height + 2 * margin[0] - sum(rows), width + 2 * margin[1] - sum(columns)
     boxes = [one for one in known if one.sprite is None]
-    seen, behind, covered, others = [], [], [], []
-    for frame, inner in places.items():
+    bodies = [one for one in known if one.sprite is not None]
+    seen, behind = (np.empty((len(places), *shape), np.int16) for _ in range(2))
+    covered, others = (np.zeros((len(places), *shape), np.bool_) for _ in range(2))
+    for number, (frame, inner) in enumerate(places.items()):
         place = inner[0] + (columns[0] - margin[1]), inner[1] + (rows[0] - margin[0])
-        beyond = _outside(place, shape, pictures[frame].shape)
         back = background.behind(frame, place, shape)
-        body = [one.paint(back, frame, place) for one in known if one.sprite is not None]
-        seen.append(background.levelled(pictures[frame], frame, place, shape))
-        behind.append(back)
-        covered.append(beyond | (hidden(boxes, frame, place, shape) > 0))
-        others.append(np.logical_or.reduce([np.zeros(shape, np.bool_), *body]))
-    arrays = [np.array(one) for one in (seen, behind, covered, others)]
-    return Pieces(arrays[0], arrays[1], arrays[2], arrays[3], (rows, columns))
+        for one in bodies:
+            others[number] |= one.paint(back, frame, place)
+        seen[number] = _levels(background.levelled(pictures[frame], frame, place, shape))
+        behind[number] = _levels(back)
+        covered[number] = _outside(place, shape, pictures[frame].shape)
+        covered[number] |= hidden(boxes, frame, place, shape) > 0
+    return Pieces(seen, behind, covered, others, (rows, columns))
+
+
+def _levels(piece: Pixels) -> Levels:
+    return np.asarray(np.rint(piece * np.float32(STEPS)), np.int16)
 
 
 def _shown(begins: Floats, length: int, size: int) -> tuple[int, int]:
@@ -94,24 +127,32 @@ def _shown(begins: Floats, length: int, size: int) -> tuple[int, int]:
     return before, after
 
 
-def median_of(pieces: Pieces) -> Mean:
+def median_of(pieces: Pieces, scale: int = 1) -> Mean:
     """Median and variance of pieces, and which pixels move with the body.
 
     A pixel moves with the body if the median explains the pieces better than what lies behind it
     does. Mistakes beyond what noise makes count alike, so that what passes by in a few pictures
     decides nothing.
     """
-    hidden_by = pieces.covered | pieces.others
-    often = (~hidden_by).sum(axis=0) > pieces.least
-    free = np.where(often, hidden_by, pieces.covered)
-    typical = _quantile(pieces.seen, free, 0.5)
-    inner, outer = np.abs(pieces.seen - typical), np.abs(pieces.seen - pieces.behind)
-    most = np.float32(_largest_mistake(inner, outer, free))
-    own, still = (_mean(np.minimum(one, most), pieces.covered) for one in (inner, outer))
-    size = NEIGHBOURHOOD_PX, NEIGHBOURHOOD_PX
+    often = (~(pieces.covered | pieces.others)).sum(axis=0) > pieces.least
+    free = pieces.covered | (pieces.others & often)
+    height, width = often.shape
+    typical, variance, own, still = (np.empty((height, width), np.float32) for _ in range(4))
+    step = max(1, STRIP_PIXELS // (width * len(pieces.seen)))
+    strips = [slice(top, top + step) for top in range(0, height, step)]
+    for rows in strips:
+        typical[rows] = _quantile(pieces.seen[:, rows], free[:, rows], 0.5)
+    most = _largest_mistake(pieces, _levels(typical), free)
+    for rows in strips:
+        inner = np.abs(pieces.seen[:, rows] - _levels(typical[rows]))
+        outer = np.abs(pieces.seen[:, rows] - pieces.behind[:, rows])
+        own[rows], still[rows] = (
+            _mean(np.minimum(one, most), pieces.covered[:, rows]) for one in (inner, outer)
+        )
+        variance[rows] = (_quantile(inner, free[:, rows], MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
+    size = round(NEIGHBOURHOOD_PX / scale) | 1, round(NEIGHBOURHOOD_PX / scale) | 1
     moving = cv2.blur(still, size) > COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
     shown = (~pieces.covered).sum(axis=0) > pieces.least
-    variance = (_quantile(inner, free, MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
     return Mean(
         np.pad(typical, pieces.around),
         np.pad(variance, pieces.around, constant_values=NOISE_FLOOR),
@@ -119,11 +160,16 @@ def median_of(pieces: Pieces) -> Mean:
     )
 
 
-def _largest_mistake(inner: Pixels, outer: Pixels, covered: NDArray[np.bool_]) -> float:
-    """Grey levels that noise does not exceed, by the better of two explanations of each pixel."""
+def _largest_mistake(pieces: Pieces, typical: Levels, covered: NDArray[np.bool_]) -> np.int16:
+    """Largest that noise makes, by the better of two explanations of each pixel, in levels."""
     some = (slice(None), slice(None, None, NOISE_STRIDE), slice(None, None, NOISE_STRIDE))
-    usual = [_quantile(one[some], covered[some], 0.5) for one in (inner, outer)]
-    return max(CUT_SIGMAS * MEDIAN_TO_SIGMA * float(np.median(np.minimum(*usual))), CUT_LEVELS)
+    seen = pieces.seen[some]
+    usual = [
+        _quantile(np.abs(seen - other), covered[some], 0.5)
+        for other in (typical[some[1:]], pieces.behind[some])
+    ]
+    sigma = MEDIAN_TO_SIGMA * float(np.median(np.minimum(*usual)))
+    return np.int16(STEPS * max(CUT_SIGMAS * sigma, CUT_LEVELS))
 
 
 def _outside(place: Place, shape: tuple[int, int], picture: tuple[int, ...]) -> NDArray[np.bool_]:
@@ -135,16 +181,18 @@ def _outside(place: Place, shape: tuple[int, int], picture: tuple[int, ...]) -> 
     return np.asarray(beyond_y[:, None] | beyond_x[None, :])
 
 
-def _mean(values: Pixels, covered: NDArray[np.bool_]) -> Pixels:
-    """Mean over the pictures in which a pixel is not covered, shape (height, width); else 0."""
-    count = np.maximum((~covered).sum(axis=0), 1)
-    return np.asarray((values * ~covered).sum(axis=0) / count, np.float32)
+def _mean(values: Levels, covered: NDArray[np.bool_]) -> Pixels:
+    """Mean where a pixel is not covered, shape (height, width), in grey levels; else 0."""
+    values[covered] = 0
+    count = STEPS * np.maximum((~covered).sum(axis=0), 1)
+    return np.asarray(values.sum(axis=0, dtype=np.int32) / count, np.float32)
 
 
-def _quantile(values: Pixels, covered: NDArray[np.bool_], share: float) -> Pixels:
-    """Quantile over the pictures in which a pixel is not covered, shape (height, width); else 0."""
-    ordered = np.sort(np.where(covered, np.float32(np.inf), values), axis=0)
+def _quantile(values: Levels, covered: NDArray[np.bool_], share: float) -> Pixels:
+    """Quantile where a pixel is not covered, shape (height, width), in grey levels; else 0."""
     count = len(values) - covered.sum(axis=0)
+    # Covered ones come last.
+    ordered = np.sort(np.where(covered, LAST, values), axis=0)
     place = np.minimum((share * count).astype(np.intp), len(values) - 1)
     found = np.take_along_axis(ordered, place[None], axis=0)[0]
-    return np.where(np.isfinite(found), found, np.float32(0)).astype(np.float32)
+    return np.where(count > 0, found, 0).astype(np.float32) / np.float32(STEPS)

@@ -190,17 +190,16 @@ def _hiding(rough: Rough, roughs: Sequence[Rough], known: Sequence[Shape]) -> li
     ]
 
 
-def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body:
+def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | None:
     """Learn a body from all samples in which it was found, without what others hide of it."""
     others, own = [other for other in found if other is not seen], few.shape(seen)
-    body = learn(
+    return learn(
         few.samples,
         few.background,
         Rough(few.sightings(seen), seen.body.box, (-np.inf, np.inf)),
         [few.sightings(other) for other in others][:2],
         [shape for shape in (few.shape(other) for other in others) if not shape.holds(own)],
     )
-    return seen.body if body is None else body
 
 
 def _holds(rough: Rough, other: Followed, frames: NDArray[np.intp]) -> bool:

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.tracking.cutting import EDGE_PX
 from count_video.tracking.following import Again, Followed
 from count_video.tracking.layers import Clip
 from count_video.tracking.registration import Hides
 from count_video.tracking.sprite import Pixels
-from count_video.tracking.template import EDGE_PX
 
 COMPARED = 12
 """Who is in front is judged in so many of the pictures in which two bodies overlap."""

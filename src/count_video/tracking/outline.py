@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.circle import LARGE_PX, Circle, circle_through
-from count_video.tracking.peak import beyond, peak_of
+from count_video.tracking.peak import beyond
 from count_video.tracking.sprite import Pixels, Sprite, make_sprite
 
 EDGE_POSSIBLE = 0.35
@@ -181,10 +181,13 @@ def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward:
 
 def _edges(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> Floats:
     """Edge of each row: the steepest place within a few px of the mask's end."""
-    steepest = []
-    for row, end in zip(rows.tolist(), ends.tolist(), strict=True):
-        begin, stop = sorted((end - (EDGE_REACH_PX - 1) * inward, end + EDGE_REACH_PX * inward))
-        begin, stop = max(begin, 0), min(stop + 1, slope.shape[1])
-        steepness = np.abs(slope[row, begin:stop])
-        steepest.append(begin + peak_of(steepness, int(np.argmax(steepness))))
-    return np.array(steepest)
+    first = np.minimum(ends - (EDGE_REACH_PX - 1) * inward, ends + EDGE_REACH_PX * inward)
+    columns = first[:, None] + np.arange(2 * EDGE_REACH_PX)
+    inside = (columns >= 0) & (columns < slope.shape[1])
+    steepness = np.abs(slope[rows[:, None], columns.clip(0, slope.shape[1] - 1)])
+    steepness[~inside] = -1.0
+    best, each = np.argmax(steepness, axis=1), np.arange(len(rows))
+    around = np.pad(steepness, ((0, 0), (1, 1)), constant_values=-1.0)
+    low, top, high = (around[each, best + k] for k in range(3))
+    between = np.where((low >= 0) & (high >= 0), beyond(low, top, high), 0.0)
+    return np.asarray(columns[each, best] + between, np.float64)

@@ -68,21 +68,19 @@ class Regions:
 
     boxes: list[list[Floats]]
     """Left, top, width and height of each region, sample by sample."""
-    sums: list[Floats]
-    """Sums of all differences from the background above and to the left, sample by sample."""
+    changes: list[Luma]
+    """Differences from the background, sample by sample, 0 where they are noise."""
     scale: int
-    """How many px of the samples one of the sums' holds."""
+    """How many px of the samples one of the differences' holds."""
 
     def change(self, path_px: Floats, box_px: Sequence[float]) -> float:
         """Sum of the differences in a box along a path, mean over all samples."""
         total = 0.0
-        for place, sums in zip(path_px, self.sums, strict=True):
+        for place, one in zip(path_px, self.changes, strict=True):
             if np.isfinite(place[0]):
                 ends = (np.array(box_px).reshape(2, 2) + place) / self.scale
-                left, top, right, bottom = np.rint(ends).astype(int).ravel()
-                low, high = np.clip((left, right), 0, sums.shape[1] - 1)
-                first, last = np.clip((top, bottom), 0, sums.shape[0] - 1)
-                total += sums[last, high] - sums[first, high] - sums[last, low] + sums[first, low]
+                left, top, right, bottom = np.rint(ends).astype(int).clip(0).ravel()
+                total += cv2.sumElems(one[top:bottom, left:right])[0]
         return total / max(1, len(path_px))
 
 
@@ -97,8 +95,7 @@ def find_regions(
     if known is not None:
         _leave_out(changes, known)
     boxes = [[box * scale for box in _regions(_mask(one))] for one in changes]
-    sums = [np.asarray(cv2.integral(one), np.float64) for one in changes]
-    return Regions(boxes, sums, scale)
+    return Regions(boxes, changes, scale)
 
 
 def share_unexplained(
@@ -207,16 +204,16 @@ def _regions(mask: Luma) -> list[Floats]:
 
 def _nearest(expected: Floats, regions: Sequence[Floats]) -> int | None:
     """Find the nearest region of like size within reach; None if there is none."""
-    best, nearest = None, 1.0
-    for place, region in enumerate(regions):
-        ratio = region[2:] / expected[2:]
-        if ratio.max() > SIZE_RATIO or ratio.min() < 1 / SIZE_RATIO:
-            continue
-        away = np.abs(region[:2] - expected[:2]) + np.abs(region[2:] - expected[2:]) / 2
-        distance = float((away / (REACH_SIZES * expected[2:])).max())
-        if distance < nearest:
-            best, nearest = place, distance
-    return best
+    if not regions:
+        return None
+    found = np.array(regions)
+    size = expected[2:]
+    away = np.abs(found[:, :2] - expected[:2]) + np.abs(found[:, 2:] - size) / 2
+    distance = (away / (REACH_SIZES * size)).max(axis=1)
+    unlike = np.abs(np.log(found[:, 2:] / size)).max(axis=1) > np.log(SIZE_RATIO)
+    distance[unlike] = np.inf
+    best = int(np.argmin(distance))
+    return best if distance[best] < 1.0 else None
 
 
 def _moves(path: _Path) -> bool:

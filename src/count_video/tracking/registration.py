@@ -80,6 +80,7 @@ def register(
     model, inside = within
     x, y = guess
     at = round(x), round(y)
+    step: _Step | None = None
     for _ in range(ROUNDS):
         if hides is not None and at != (round(x), round(y)):
             at = round(x), round(y)
@@ -88,7 +89,7 @@ def register(
                 return None
             model, inside = within
         seen = look_at(picture, x, y, model.tiles)
-        step = _step(model, seen)
+        step = _step(model, seen, step)
         if step is None:
             return None
         x, y = x + step.x_px, y + step.y_px
@@ -138,11 +139,20 @@ class _Step:
     sigma_x_px: float
     agreement: float
     """Weighted correlation of the picture with the sprite, at the place that was looked at."""
+    weighted: Pixels
+    """The model times the weights that were left to its pixels, shape (4, n)."""
+    normal: Floats
+    """Its product with the model, shape (4, 4)."""
 
 
-def _step(model: Model, seen: Pixels) -> _Step | None:
+def _step(model: Model, seen: Pixels, before: _Step | None) -> _Step | None:
     """One robust least squares step; None if it is singular or the sprite fades away."""
-    weight, spread = _robust(model, seen)
+    if before is None:
+        solution = model.solver @ seen
+    else:  # what was found to disagree may not lead the next step astray
+        solution = np.linalg.solve(before.normal, before.weighted @ seen).astype(np.float32)
+    left_over = np.asarray(seen - solution @ model.design, np.float32)
+    weight, spread = _robust(model, left_over)
     weighted = model.design * weight
     normal = (weighted @ model.design.T).astype(np.float64)
     projected = (weighted @ seen).astype(np.float64)
@@ -150,24 +160,23 @@ def _step(model: Model, seen: Pixels) -> _Step | None:
     wanted[:, 0] = projected
     wanted[0, 1] = 1.0  # the second solution is the first column of the covariance
     try:
-        solution = np.linalg.solve(normal, wanted)
+        solved = np.linalg.solve(normal, wanted)
     except np.linalg.LinAlgError:
         return None
-    gain = float(solution[2, 0])
+    gain = float(solved[2, 0])
     if not gain > GAIN_AT_LEAST:
         return None
     x, y = (
-        min(max(float(value) / gain, -STEP_AT_MOST_PX), STEP_AT_MOST_PX)
-        for value in solution[:2, 0]
+        min(max(float(value) / gain, -STEP_AT_MOST_PX), STEP_AT_MOST_PX) for value in solved[:2, 0]
     )
-    variance = max(float(solution[0, 1]), 0.0) * spread**2 * KEPT * model.correlation
+    variance = max(float(solved[0, 1]), 0.0) * spread**2 * KEPT * model.correlation
     power = float((weight * seen) @ seen)
-    return _Step(x, y, float(np.sqrt(variance)) / gain, _correlation(normal, projected, power))
+    agreement = _correlation(normal, projected, power)
+    return _Step(x, y, float(np.sqrt(variance)) / gain, agreement, weighted, normal)
 
 
-def _robust(model: Model, seen: Pixels) -> tuple[Pixels, float]:
+def _robust(model: Model, left_over: Pixels) -> tuple[Pixels, float]:
     """Weights with pixels that disagree taken down, and the spread of the others."""
-    left_over = seen - (model.solver @ seen) @ model.design
     scaled = left_over * model.root_weight
     some = np.abs(scaled[::SPREAD_STRIDE][model.weight[::SPREAD_STRIDE] > 0])
     if len(some) == 0:

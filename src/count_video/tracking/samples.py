@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 
 Luma = NDArray[np.uint8]
+Depth = TypeVar("Depth", np.uint8, np.float32)
 
 THUMBNAIL_PX = 256
 """Width to which pictures are reduced to choose among them."""
@@ -34,7 +36,10 @@ PAIRS = 200
 MOVES_SIGMAS, MOVES_LEVELS = 6.0, 0.7
 """A block in which something moves changes by more than the noise and by more than this, in grey
 levels."""
-MEDIAN_OF = 31
+MEDIAN_OF, MEDIAN_ROWS = 31, 64
+"""A median is taken of so many pictures, and of so many rows at a time: that bounds its memory."""
+ABOVE_ALL = 256
+"""Stands, in the sorting of bytes, for a pixel that is hidden."""
 MOVED_SIGMAS = 3.0
 SEED = 20260101
 
@@ -75,10 +80,7 @@ class Thumbnails:
 
 def thumbnail(luma: Luma) -> Luma:
     """Reduce a picture to at most ``THUMBNAIL_PX`` columns."""
-    height, width = luma.shape
-    scale = scale_to(width, THUMBNAIL_PX)
-    size = max(BLOCK_PX, width // scale), max(BLOCK_PX, height // scale)
-    return np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    return reduced(luma, scale_to(luma.shape[1], THUMBNAIL_PX))
 
 
 def scale_to(width_px: int, at_most_px: int) -> int:
@@ -89,12 +91,14 @@ def scale_to(width_px: int, at_most_px: int) -> int:
     return max(1, -(-width_px // at_most_px))
 
 
-def reduced(picture: Luma, scale: int) -> Luma:
-    """Reduce a picture so that one px holds ``scale`` of its."""
+def reduced(picture: NDArray[Depth], scale: int) -> NDArray[Depth]:
+    """Reduce a picture so that one px holds ``scale`` of its; what is left at the end is cut."""
     if scale == 1:
         return picture
-    size = picture.shape[1] // scale, picture.shape[0] // scale
-    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+    height, width = (max(1, size // scale) for size in picture.shape)
+    whole = picture[: height * scale, : width * scale]
+    small = cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
+    return np.asarray(small, picture.dtype)
 
 
 def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
@@ -129,11 +133,30 @@ def differences(pictures: Sequence[Luma]) -> list[Luma]:
     return [np.asarray(cv2.absdiff(one, middle), np.uint8) for one in pictures]
 
 
-def median_picture(pictures: Sequence[Luma]) -> Luma:
-    """Take the median of each pixel; of an even number the upper one of the middle two."""
-    # Sorted as short integers: as bytes it takes eight times more, and so does numpy's median.
-    ordered = np.sort(np.array(pictures, dtype=np.int16), axis=0)
-    return np.asarray(ordered[len(ordered) // 2], np.uint8)
+def median_picture(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Luma:
+    """Take the median of each pixel; of an even number the upper one of the middle two.
+
+    Pixels that are marked by ``hidden``, picture by picture, do not count unless all are.
+    """
+    middle = np.empty(pictures[0].shape, np.uint8)
+    for top in range(0, len(middle), MEDIAN_ROWS):
+        rows = slice(top, top + MEDIAN_ROWS)
+        # As short integers: bytes are sorted eight times slower, as by numpy's median.
+        levels = np.array([one[rows] for one in pictures], dtype=np.int16)
+        plain = np.sort(levels, axis=0)
+        middle[rows] = plain[len(plain) // 2]
+        marks = np.array([one[rows] for one in hidden], dtype=np.bool_)
+        some = marks.any(axis=0)
+        if not some.any():
+            continue
+        levels[marks] = ABOVE_ALL
+        count = len(levels) - marks[:, some].sum(axis=0)
+        shown = np.sort(levels[:, some], axis=0)
+        place = np.minimum(count // 2, len(levels) - 1)[None]
+        middle[rows][some & ~marks.all(axis=0)] = np.take_along_axis(shown, place, axis=0)[
+            0, count > 0
+        ]
+    return middle
 
 
 def _moved(level: Sequence[Luma]) -> NDArray[np.bool_]:

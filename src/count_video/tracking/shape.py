@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -9,13 +10,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.tracking.sprite import Pixels, Sprite
+from count_video.tracking.samples import reduced
+from count_video.tracking.sprite import Pixels, Sprite, make_sprite
 
 Luma = NDArray[np.uint8]
 Place = tuple[float, float]
 Box = tuple[float, float, float, float]
 """Left, top, right, bottom in px."""
 
+MOSTLY = 0.5
+"""A px of a reduced body is its own if so much of it is."""
 MARGIN_PX = 3.0
 """So far around its outline a body hides what lies behind it."""
 DIFFERENT_PX = 2.0
@@ -38,22 +42,41 @@ class Shape:
     sprite: Sprite | None = None
     """Its appearance, with that point at the top left; None where it is not known."""
 
+    def reduced(self, scale: int, frames: Sequence[int]) -> Shape:
+        """Reduce it, for pictures with these frame indices that are reduced alike."""
+        places = {k: self.places[k] for k in frames if k in self.places}
+        left, top, right, bottom = (edge / scale for edge in self.box)
+        sprite = None if self.sprite is None else _reduced(self.sprite, scale)
+        small = {k: (x / scale, y / scale) for k, (x, y) in places.items()}
+        return Shape(small, (left, top, right, bottom), sprite)
+
     def paint(self, piece: Pixels, frame: int, corner: Place) -> NDArray[np.bool_]:
         """Paint the body over what lies behind it in a piece of a picture, in place.
 
         ``corner`` is where the piece's top left pixel lies. Returns where the body is, shape
         (height, width).
         """
+        covered = np.zeros(piece.shape, np.bool_)
         place, sprite = self.places.get(frame), self.sprite
         if place is None or sprite is None:
-            return np.zeros(piece.shape, np.bool_)
-        shift = np.array([[1.0, 0.0, place[0] - corner[0]], [0.0, 1.0, place[1] - corner[1]]])
-        size, edge = piece.shape[::-1], cv2.BORDER_REPLICATE
+            return covered
+        x, y = place[0] - corner[0], place[1] - corner[1]
+        height, width = sprite.shape
+        left, top = max(0, math.floor(x)), max(0, math.floor(y))
+        part = (
+            slice(top, max(top, math.ceil(y) + height)),
+            slice(left, max(left, math.ceil(x) + width)),
+        )
+        under = piece[part]
+        if under.size == 0:
+            return covered
+        shift = np.array([[1.0, 0.0, x - left], [0.0, 1.0, y - top]])
+        size, edge = under.shape[::-1], cv2.BORDER_REPLICATE
         held = (sprite.weight > 0).astype(np.uint8)
-        body = cv2.warpAffine(held, shift, size, flags=cv2.INTER_NEAREST) > 0
+        covered[part] = cv2.warpAffine(held, shift, size, flags=cv2.INTER_NEAREST) > 0
         seen = cv2.warpAffine(sprite.appearance, shift, size, borderMode=edge)
-        np.copyto(piece, seen, where=body)
-        return np.asarray(body)
+        np.copyto(under, seen, where=covered[part])
+        return covered
 
     def mark(self, picture: Luma, frame: int, corner: Place = (0.0, 0.0), scale: int = 1) -> None:
         """Mark the box with ones, in a picture of zeros.
@@ -96,3 +119,11 @@ def hidden(shapes: Sequence[Shape], frame: int, corner: Place, size: tuple[int, 
     for shape in shapes:
         shape.mark(marked, frame, corner)
     return marked
+
+
+def _reduced(sprite: Sprite, scale: int) -> Sprite:
+    held = (sprite.weight > 0).astype(np.float32)
+    appearance, weight, share = (
+        reduced(one, scale) for one in (sprite.appearance, sprite.weight, held)
+    )
+    return make_sprite(appearance, np.where(share > MOSTLY, weight, np.float32(0)))

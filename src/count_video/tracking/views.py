@@ -98,13 +98,12 @@ def levelled(pictures: Sequence[Luma], samples: Samples) -> tuple[list[Luma], in
     some = small[:: len(small) // BRIGHTNESS_OF + 1]
     brightest = max(float(np.quantile(one, BRIGHT_SHARE)) for one in some)
     stretch = float(np.clip(BRIGHTEST_LEVEL / max(brightest, 1.0), 1.0, STRETCH_AT_MOST))
-    level = []
-    for one, gain in zip(small, samples.gains, strict=True):
+    for place, gain in enumerate(samples.gains.tolist()):
         lamp = stretch * (gain if abs(gain - 1) > FLICKER_AT_LEAST else 1.0)
         # Smoothed after it, so that the levels between those of a dark picture are not lost.
-        bright = cv2.convertScaleAbs(one, alpha=lamp) if lamp != 1.0 else one
-        level.append(np.asarray(cv2.GaussianBlur(bright, (0, 0), SMOOTHING_PX), np.uint8))
-    return level, scale
+        bright = cv2.convertScaleAbs(small[place], alpha=lamp) if lamp != 1.0 else small[place]
+        small[place] = np.asarray(cv2.GaussianBlur(bright, (0, 0), SMOOTHING_PX), np.uint8)
+    return small, scale
 
 
 def moved_back(picture: NDArray[Depth], shift_px: Sequence[float] | Floats) -> NDArray[Depth]:

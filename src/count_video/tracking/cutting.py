@@ -1,0 +1,193 @@
+"""Cut a body out of pieces of pictures: what moves with it and hangs together, in two views.
+
+A wide view of reduced pictures shows what a body is and where it ends, without its threads, shadow
+and neighbours; within that, a close view of the pictures as they are gives its template.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.tracking.composite import NEIGHBOURHOOD_PX, Source, cut_pieces, median_of
+from count_video.tracking.outline import Mean, Outline, find_outline
+from count_video.tracking.shape import Place
+
+EDGE_PX = 3
+"""So far around what moves with a body its blurred edges reach."""
+CLOSE_PX = 2 * EDGE_PX + 1
+"""A close view shows so many px, and one of the wide view's, around a body."""
+WIDE_ROWS = 0.45
+"""The rows of a body are at least so wide, as a share of the widest; a circle's are, but for a
+twentieth of its height at the top and at the bottom. Threads are narrower."""
+THREAD_SHARE, THREAD_PX = 0.1, NEIGHBOURHOOD_PX + 4
+"""What is narrower than this share of a body's shorter side, and than so many px, is no part of it,
+but a thread."""
+GAP_SHARES = 0.1, 0.15
+"""Where a body is as bright as what lies behind it, gaps of these shares of its shorter side, from
+row to row and from column to column, are its own."""
+PART_SHARE = 0.1
+"""A long plain body shows its two ends and nothing between them: parts at least so large, as a
+share of the largest, belong to it if they lie in its box, ..."""
+AS_HIGH_SHARE = 0.6
+"""... and beside a box that is higher than wide parts that are nearly as high, in this share of its
+rows: it may be that of one end."""
+PIECES_AT_LEAST, PIXELS = 12, 1_000_000
+"""Of large bodies fewer pieces are taken, so that all have no more pixels than this together."""
+AREA_SHARE = 0.6
+"""What fills more of the picture than this is the scene."""
+SIGHTINGS_AT_LEAST = 4
+
+Fence = tuple[float, float]
+"""Image x, from a body's path, beyond which its neighbours' corners begin."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What is known of a body on the way, in px of pictures that may be reduced."""
+
+    scale: int
+    """How many px of the pictures one of its holds."""
+    corner: Place
+    """Of the box around it, from its path."""
+    shape: tuple[int, int]
+    """Height and width of the box."""
+    places: Mapping[int, Place]
+    """Frame index -> image x and y of the box's top left pixel."""
+    own: NDArray[np.bool_] | None = None
+    """Which pixels of the box are the body's; None where that is not known."""
+    unsure_px: int = 1
+    """Up to so far from these."""
+    agreement: float = 0.0
+    """Median correlation with the pictures it was registered in."""
+
+    def reduced(self, scale: int) -> Stage:
+        """Turn px of pictures into those of reduced ones."""
+        (x, y), (height, width) = self.corner, self.shape
+        places = {k: (x / scale, y / scale) for k, (x, y) in self.places.items()}
+        shape = round(height / scale), round(width / scale)
+        return Stage(scale, (x / scale, y / scale), shape, places)
+
+    def enlarged(self) -> Stage:
+        """Turn px of reduced pictures into those of the pictures."""
+        by, (x, y), (height, width) = self.scale, self.corner, self.shape
+        places = {k: (by * x, by * y) for k, (x, y) in self.places.items()}
+        own = None if self.own is None else self.own.repeat(by, axis=0).repeat(by, axis=1)
+        return Stage(1, (by * x, by * y), (by * height, by * width), places, own, by)
+
+    def fills(self, source: Source) -> bool:
+        """Whether it takes up more of the picture than a body does."""
+        height, width = self.shape
+        return height * width > AREA_SHARE * source.background.luma.size
+
+
+def wide_cut(
+    source: Source, stage: Stage, margin: tuple[int, int], fence: Fence
+) -> tuple[Stage, Outline] | None:
+    """Cut out what moves with a body and hangs together with its box; None if nothing does."""
+    return _cut(source, replace(stage, own=None), margin, fence)
+
+
+def close_cut(source: Source, wide: Stage, fence: Fence) -> tuple[Stage, Outline] | None:
+    """Cut a body out of the pictures as they are, within what a wide view gives of it."""
+    margin = CLOSE_PX + wide.unsure_px
+    return _cut(source, wide, (margin, margin), fence)
+
+
+def _cut(
+    source: Source, stage: Stage, margin: tuple[int, int], fence: Fence
+) -> tuple[Stage, Outline] | None:
+    if len(stage.places) < SIGHTINGS_AT_LEAST or stage.fills(source):
+        return None
+    frames = list(stage.places)
+    pixels = (stage.shape[0] + 2 * margin[0]) * (stage.shape[1] + 2 * margin[1])
+    count = max(PIECES_AT_LEAST, PIXELS // pixels)
+    some = np.linspace(0, len(frames) - 1, min(count, len(frames))).astype(int).tolist()
+    pieces = cut_pieces(
+        source, {frames[k]: stage.places[frames[k]] for k in some}, (stage.shape, margin)
+    )
+    mean = median_of(pieces, stage.scale)
+    own = _connected(mean.moving, stage, margin)
+    if own is None:
+        return None
+    edge = -(-EDGE_PX // stage.scale)
+    rows, columns = (np.flatnonzero(own.any(axis=axis)) for axis in (1, 0))
+    top, left = max(0, int(rows[0]) - edge), max(0, int(columns[0]) - edge)
+    part = slice(top, int(rows[-1]) + edge + 1), slice(left, int(columns[-1]) + edge + 1)
+    begin = left - margin[1]
+    ends = [side / stage.scale - stage.corner[0] - begin for side in fence]
+    outline = find_outline(
+        Mean(mean.appearance[part], mean.variance[part], own[part]), (ends[0], ends[1])
+    )
+    if outline is None:
+        return None
+    x, y = begin + outline.begin_px, top - margin[0]
+    shape = outline.sprite.shape
+    places = {k: (place[0] + x, place[1] + y) for k, place in stage.places.items()}
+    held = own[part][:, outline.begin_px : outline.begin_px + shape[1]]
+    corner = stage.corner[0] + x, stage.corner[1] + y
+    return Stage(stage.scale, corner, shape, places, held), outline
+
+
+def _connected(
+    moving: NDArray[np.bool_], stage: Stage, margin: tuple[int, int]
+) -> NDArray[np.bool_] | None:
+    """Part of what moves with a body that hangs together with its box; None if nothing does."""
+    if stage.own is None:
+        return _hanging_together(moving, stage, margin)
+    reach = 2 * stage.unsure_px + 1
+    around = np.pad(stage.own, [(size, size) for size in margin]).astype(np.uint8)
+    near = cv2.dilate(around, np.ones((reach, reach), np.uint8)) > 0
+    own = np.asarray(near & moving)
+    return own if own.any() else None
+
+
+def _hanging_together(
+    moving: NDArray[np.bool_], stage: Stage, margin: tuple[int, int]
+) -> NDArray[np.bool_] | None:
+    """Part of what moves with a body that hangs together with its box, without threads."""
+    shape, scale = stage.shape, stage.scale
+    side = scale * min(shape)
+    width = _reduced(max(THREAD_PX, round(THREAD_SHARE * side)), scale)
+    kernel = np.ones((width, width), np.uint8)
+    gap = np.ones([_reduced(round(share * side), scale) for share in GAP_SHARES], np.uint8)
+    whole = cv2.morphologyEx(moving.astype(np.uint8), cv2.MORPH_CLOSE, gap)
+    opened = cv2.morphologyEx(whole, cv2.MORPH_OPEN, kernel)
+    _, labels = cv2.connectedComponents(opened)
+    box = tuple(slice(begin, begin + size) for begin, size in zip(margin, shape, strict=True))
+    inner = labels[box]
+    held = np.bincount(inner.ravel(), minlength=max(2, int(labels.max()) + 1))
+    held[0] = 0
+    if not held.any():
+        return None
+    parts = np.flatnonzero(held > PART_SHARE * held.max()).tolist()
+    if shape[1] <= shape[0]:
+        main = labels == np.argmax(held)
+        rows, columns = main.any(axis=1), main.any(axis=0)
+        beside = np.setdiff1d(labels[rows], np.append(labels[:, columns], 0)).tolist()
+        parts += [k for k in beside if (labels[rows] == k).any(axis=1).mean() > AS_HIGH_SHARE]
+    own = _without_threads(np.isin(labels, parts), box)
+    return np.asarray((cv2.dilate(own.astype(np.uint8), kernel) > 0) & moving)
+
+
+def _reduced(width_px: int, scale: int) -> int:
+    """Odd width of a kernel for reduced pictures that joins or removes no more than this one."""
+    return ((width_px | 1) - 1) // (2 * scale) * 2 + 1
+
+
+def _without_threads(own: NDArray[np.bool_], box: tuple[slice, ...]) -> NDArray[np.bool_]:
+    """Keep the rows about the widest one of the box that are nearly as wide."""
+    last = own.shape[1] - np.argmax(own[:, ::-1], axis=1)
+    wide = np.where(own.any(axis=1), last - np.argmax(own, axis=1), 0)
+    inner = wide[box[0]]
+    middle = box[0].start + int(np.argmax(inner))
+    narrow = np.flatnonzero(wide < WIDE_ROWS * inner.max())
+    begin = int(narrow[narrow < middle].max(initial=-1)) + 1
+    end = int(narrow[narrow > middle].min(initial=len(wide)))
+    kept = np.zeros_like(own)
+    kept[begin:end] = own[begin:end]
+    return kept
