@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import unicodedata
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from count_video.outputs import (
     HIDDEN,
     LONGEST_NAME_BYTES,
     OutputFolder,
+    after_others,
     appearing,
     clear_unfinished,
     held,
@@ -35,6 +37,8 @@ from count_video.trial import TrialSettings
 ANY_NAME = st.text(st.characters(exclude_characters="/\0"), min_size=1, max_size=300)
 PATIENCE_S = 60
 """To open a file takes milliseconds; a pipe is waited for without end."""
+HESITATES_S = 0.2
+"""For the lock to be taken too early, if it can be."""
 WRITER = """
 import os, signal, sys
 from pathlib import Path
@@ -134,6 +138,23 @@ def test_a_failure_leaves_neither_half_a_file_nor_the_loss_of_the_old_one(tmp_pa
         fail_half_way()
     assert [file.name for file in tmp_path.iterdir()] == ["a.mp4"]
     assert target.read_bytes() == b"old"
+
+
+def test_who_comes_second_writes_after_the_first(tmp_path: Path) -> None:
+    lock = tmp_path / "lock"
+    written = []
+
+    def second() -> None:
+        with after_others(lock):
+            written.append("second")
+
+    thread = threading.Thread(target=second)
+    with after_others(lock):
+        thread.start()
+        thread.join(HESITATES_S)
+        written.append("first")
+    thread.join()
+    assert written == ["first", "second"]
 
 
 def test_what_a_killed_process_left_is_cleared_and_what_is_in_the_making_is_not(

@@ -97,6 +97,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except UsageError as error:
         _complain(str(error))
         return EXIT_USAGE
+    except ImportError as error:  # something else of its name, or a library of the system's missing
+        _complain(
+            f"a part of this program cannot be loaded ({error}); install count-video again, in an "
+            "environment of its own"
+        )
+        return EXIT_USAGE
     except KeyboardInterrupt:
         _complain("interrupted")
         return EXIT_INTERRUPTED

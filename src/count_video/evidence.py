@@ -6,7 +6,8 @@ clip and leaves its line in the space-time image and its cut-outs at the contact
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
@@ -20,7 +21,14 @@ from count_video.followed import Followed, followed
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
-from count_video.outputs import CsvDialect, OutputFolder, open_outputs, output_name, write_whole
+from count_video.outputs import (
+    CsvDialect,
+    OutputFolder,
+    after_others,
+    open_outputs,
+    output_name,
+    write_whole,
+)
 from count_video.progress import NO_PROGRESS, Progress, counted_off
 from count_video.records import Track, TrialResult
 from count_video.reports.annotated_clip import AnnotatedClip, frame_times_s
@@ -80,7 +88,7 @@ def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
     UsageError
         The folder cannot be made, or a file in it was not written by this program.
     """
-    _files_of(path, evidence).check(["json"])
+    _opened(path, evidence).check(["json"])
 
 
 def keep_evidence(
@@ -109,11 +117,11 @@ def keep_evidence(
         The evidence cannot be written.
     """
     path = Path(result.clip)
-    files = _files_of(path, evidence)
-    files.write("json", f"{json_line(result)}\n".encode("ascii"))
     found = Followed(result, None, None) if trial is None else followed(trial)
-    drawn = draw_evidence(path, replace(found, result=result), evidence, progress)
-    return (*files.written, *drawn.files)
+    with _files_of(path, evidence) as files:
+        files.write("json", f"{json_line(result)}\n".encode("ascii"))
+        _draw(path, replace(found, result=result), (files, evidence), progress)
+    return tuple(files.written)
 
 
 def draw_evidence(
@@ -133,14 +141,21 @@ def draw_evidence(
     UsageError
         If the evidence cannot be written.
     """
-    files = _files_of(path, evidence)
+    with _files_of(path, evidence) as files:
+        _draw(path, found, (files, evidence), progress)
+    return Evidence(found.result, tuple(files.written))
+
+
+def _draw(
+    path: Path, found: Followed, into: tuple[_Files, EvidenceSettings], progress: Progress
+) -> None:
+    files, evidence = into
     if found.track is None:
         files.write("html", clip_page(found.result, None, None).encode("utf-8"))
     else:
         _write_all(path, found, found.track, (files, evidence.picture_format), progress)
         if evidence.presenter is not None:
             _write_presenter(path, found, found.track, (files, evidence.presenter), progress)
-    return Evidence(found.result, tuple(files.written))
 
 
 def draw_trial(trial: Trial, result: TrialResult) -> Figure | None:
@@ -155,7 +170,23 @@ def draw_trial(trial: Trial, result: TrialResult) -> Figure | None:
     return trial_figure(_material(found, trial.track, clip))
 
 
-def _files_of(path: Path, evidence: EvidenceSettings) -> _Files:
+@contextmanager
+def _files_of(path: Path, evidence: EvidenceSettings) -> Iterator[_Files]:
+    """Open the folder for a clip, while no other process writes there under the same name.
+
+    Two clips of one name that are counted at the same time would leave files of both.
+    """
+    files = _opened(path, evidence)
+    lock = files.outputs.hidden / f"{files.name}.lock"
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(after_others(lock))
+        except OSError as error:
+            raise _unwritable(lock, error) from error
+        yield files
+
+
+def _opened(path: Path, evidence: EvidenceSettings) -> _Files:
     """Open the folder for a clip; raise UsageError if a file in it is not this program's own."""
     outputs = open_outputs(evidence.folder)
     outputs.csv_dialect = evidence.csv_dialect

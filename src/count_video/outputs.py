@@ -33,13 +33,13 @@ from count_video.inputs import json_value
 if sys.platform == "win32":
     import msvcrt
 
-    def _take(descriptor: int) -> None:
-        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+    def _take(descriptor: int, *, wait: bool = False) -> None:
+        msvcrt.locking(descriptor, msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK, 1)
 else:
     import fcntl
 
-    def _take(descriptor: int) -> None:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    def _take(descriptor: int, *, wait: bool = False) -> None:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
 
 
 HIDDEN = ".count-video"
@@ -282,6 +282,26 @@ def held(file: Path) -> Iterator[None]:
                 f"{folder}: this folder cannot be locked ({error.strerror}); give one on another "
                 "disk with -o"
             ) from error
+        yield
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def after_others(file: Path) -> Iterator[None]:
+    """Wait for the lock on a file (made if needed, and left there) and hold it.
+
+    Where files cannot be locked nobody waits.
+
+    Raises
+    ------
+    OSError
+        The file cannot be made.
+    """
+    descriptor = _open_own(file, os.O_RDWR | os.O_CREAT)
+    try:
+        with suppress(OSError):
+            _take(descriptor, wait=True)
         yield
     finally:
         os.close(descriptor)

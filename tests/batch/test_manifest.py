@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import sys
 from fractions import Fraction
 from pathlib import Path
 
@@ -28,6 +29,19 @@ def complaint(file: Path) -> str:
     with pytest.raises(UsageError) as caught:
         jobs_of([file], PLAIN)
     return str(caught.value)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a folder in use cannot be removed there")
+def test_a_current_folder_that_is_gone_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    with monkeypatch.context() as there:
+        there.chdir(gone)
+        gone.rmdir()
+        said = complaint(tmp_path / "trial.mp4")
+    assert "current folder is gone" in said
 
 
 def test_a_result_is_named_after_its_clip() -> None:

@@ -106,6 +106,21 @@ def test_a_damaged_record_makes_a_result_unknown(kept: ResultStore, job: Job, da
     assert ResultStore(kept.folder, fresh=False).known(job) is None
 
 
+@pytest.mark.parametrize("damage", [None, "", "{", "[]", "a swing of another length"])
+def test_a_result_whose_followed_motion_is_damaged_is_unknown(
+    kept: ResultStore, job: Job, damage: str | None
+) -> None:
+    """It is counted again, so that its pages can be drawn later without that."""
+    answer = replace(answer_to(job), followed="a swing")
+    kept.keep(job, answer, signature(job.file))
+    assert (kept.known(job), kept.followed(job)) == (answer.text, "a swing")
+    place = kept.folder / HIDDEN / "trial.json"
+    place.unlink() if damage is None else place.write_text(damage)
+    assert kept.known(job) is None
+    kept.keep(job, answer, signature(job.file))
+    assert (kept.known(job), kept.followed(job)) == (answer.text, "a swing")
+
+
 def test_a_record_whose_result_never_came_is_no_result(
     kept: ResultStore, job: Job, monkeypatch: pytest.MonkeyPatch
 ) -> None:

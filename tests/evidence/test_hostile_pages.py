@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,8 +13,10 @@ import pytest
 from evidence_made import Made
 
 from count_video.batch.summary import summarise
+from count_video.planning.plan import make_plan
+from count_video.planning.request import PlanRequest
 from count_video.records import Correction
-from count_video.reports.page import Footage, campaign_page, clip_page
+from count_video.reports.page import Footage, campaign_page, clip_page, plan_page
 from table_rows import row
 
 if TYPE_CHECKING:
@@ -134,6 +137,23 @@ def test_the_policy_stops_what_an_escape_would_have_let_through(
     assert not ran(visit)
     assert visit.locator("#list button").count() == len(made.result.collisions)
     visit.close()
+
+
+def test_every_page_allows_only_itself(made: Made) -> None:
+    pages = {
+        "clip": made.file("html").read_text("utf-8"),
+        "campaign": campaign_page([], summarise([]), (b"", "image/png")),
+        "plan": plan_page(make_plan(PlanRequest(16, 1), with_table=False)),
+    }
+    for name, page in pages.items():
+        policy = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page)
+        assert policy, name
+        allowed = dict(rule.strip().split(" ", 1) for rule in policy[1].split(";"))
+        # The first does not cover the next two.
+        for rule in ("default-src", "base-uri", "form-action"):
+            assert allowed[rule] == "'none'", f"{name}: {rule}"
+        sources = " ".join(allowed.values())
+        assert not re.search(r"unsafe|//|\*", sources), name
 
 
 def test_without_the_policy_the_same_markup_would_run(

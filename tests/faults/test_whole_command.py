@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import shutil
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import ENDINGS, MOST_BYTES, ask, faults_of, unfinished
+from command import ENDINGS, MOST_BYTES, ask, faults_of, start, unfinished
 from mutations import mutated
 from readers import READERS
 
@@ -21,6 +22,7 @@ from count_video.footage.writer import WriteOptions, write_clip
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 COUNTS_3 = FIXTURES / "ratio1-count3.mp4"
+COUNTS_12 = FIXTURES / "ratio16-count12.mp4"
 CORPUS = Path(__file__).with_name("corpus")
 POLL_S = 0.01
 SLOW = pytest.mark.slow
@@ -46,6 +48,16 @@ def test_an_odd_request_is_one_line_and_exit_code_2(arguments: list[object]) -> 
     answer = ask("--json", *arguments)
     assert faults_of(answer, 1) == []
     assert (answer.code, answer.out, answer.err.count("\n")) == (2, "", 1)
+
+
+def test_a_part_that_cannot_be_loaded_is_one_line(tmp_path: Path) -> None:
+    """Files of the user's own that are called like a library come before it."""
+    (tmp_path / "numpy.py").write_text("import no_such_module_anywhere")
+    places = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    answer = ask("--json", COUNTS_3, environment={"PYTHONPATH": places})
+    assert faults_of(answer, 1) == []
+    assert (answer.code, answer.out) == (2, "")
+    assert "no_such_module_anywhere" in answer.err
 
 
 @pytest.mark.parametrize("kept", sorted(CORPUS.glob("m[pko][4v]*")), ids=lambda kept: kept.name)
@@ -248,3 +260,22 @@ def test_a_campaign_of_hostile_names_has_a_row_and_a_page_for_each(tmp_path: Pat
     assert len((results / "trials.csv").read_text("utf-8").splitlines()) == 1 + len(names)
     kept = {file.name.casefold() for file in results.glob("*.json")}
     assert len(kept) == len(names) + 1, "a result a clip, and the summary"
+
+
+@SLOW
+def test_two_clips_of_one_name_at_the_same_time_leave_the_files_of_one(tmp_path: Path) -> None:
+    clips = []
+    for clip in (COUNTS_3, COUNTS_12):
+        (tmp_path / clip.stem).mkdir()
+        clips.append(shutil.copy(clip, tmp_path / clip.stem / "trial.mp4"))
+    out = tmp_path / "out"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    both = [start(clip, "-o", out, **quiet) for clip in clips]
+    assert [process.wait() for process in both] == [0, 0]
+    count = json.loads((out / "trial.json").read_text("utf-8"))["count"]
+    assert count in (3, 12)
+    assert len((out / "trial.collisions.csv").read_text("utf-8").splitlines()) == 1 + count
+    page = (out / "trial.html").read_text("utf-8")
+    assert f"<h1>{count} collisions" in page
+    video = base64.b64encode((out / "trial.annotated.mp4").read_bytes()).decode("ascii")
+    assert video in page

@@ -1,13 +1,16 @@
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
+from av.stream import Disposition
 from numbered_frames import FPS, HEIGHT, WIDTH, number_in, numbered, write_numbered
 
 from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions
+from count_video.footage.writer import WriteOptions, write_clip
 
 FRAMES = 40
 
@@ -61,6 +64,24 @@ def test_luma_is_what_was_written(tmp_path: Path, name: str, codec: str, pixel_f
         assert frame.luma.dtype == np.uint8
         error = frame.luma.astype(float) - numbered(number)
         assert np.abs(error).mean() < CODING_ERROR_LEVELS
+
+
+def test_a_still_beside_the_film_is_not_the_film(tmp_path: Path) -> None:
+    """It comes first and is larger, and the header says of neither how many pictures it has."""
+    film = write_numbered(tmp_path / "film.mkv", FRAMES)
+    still, both = tmp_path / "still.mkv", tmp_path / "both.mkv"
+    write_clip(still, [np.tile(numbered(0), (2, 2))], WriteOptions(codec="mjpeg"))
+    with av.open(both, "w") as target, ExitStack() as stack:
+        sources = [stack.enter_context(av.open(path)) for path in (still, film)]
+        streams = [target.add_stream_from_template(one.streams.video[0]) for one in sources]
+        for source, stream in zip(sources, streams, strict=True):
+            stream.disposition = Disposition(0)
+            for packet in source.demux(video=0):
+                if packet.size:
+                    packet.stream = stream
+                    target.mux(packet)
+    with open_footage(both) as footage:
+        assert [number_in(frame.luma) for frame in footage.frames()] == list(range(FRAMES))
 
 
 def test_the_info_says_what_the_file_says(tmp_path: Path) -> None:

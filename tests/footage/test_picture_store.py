@@ -42,8 +42,13 @@ def test_a_turned_view_is_kept_as_it_looks() -> None:
         assert np.array_equal(store[0], PICTURE.T)
 
 
-def test_no_room_is_one_clear_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "gone"))
+@pytest.mark.parametrize("temporary", ["gone", None])
+def test_no_room_is_one_clear_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, temporary: str | None
+) -> None:
+    """Where the folder for temporary files vanished, and where no folder at all can be written."""
+    monkeypatch.setattr(tempfile, "tempdir", temporary and str(tmp_path / temporary))
+    monkeypatch.setattr(tempfile, "_candidate_tempdir_list", lambda: [str(tmp_path / "none")])
     with PictureStore(0, 1) as store, pytest.raises(FootageError, match="no room for the pictures"):
         store.append(PICTURE)
 

@@ -1,18 +1,20 @@
 from __future__ import annotations
 
+import errno
 import os
 import wave
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import av
+import av.error
 import cv2
 import numpy as np
 import pytest
 from numbered_frames import numbered, write_numbered
 
-from count_video.errors import FootageError
-from count_video.footage.decoding import packets_of
+from count_video.errors import FootageError, MachineError
+from count_video.footage.decoding import Tally, decode, packets_of
 from count_video.footage.reader import open_footage
 
 
@@ -88,6 +90,14 @@ def test_a_text_file_is_no_film_of_text(tmp_path: Path) -> None:
         open_footage(path)
 
 
+@pytest.mark.parametrize("name", ["trials.xlsx", "trials.TSV", "trials.txt"])
+def test_a_table_that_is_no_csv_gets_advice_of_its_own(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(b"PK\x03\x04 clip name")
+    with pytest.raises(FootageError, match=r"saved as CSV.*\.csv"):
+        open_footage(path)
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no named pipes")
 def test_a_pipe_is_refused_rather_than_waited_for(tmp_path: Path) -> None:
     path = tmp_path / "clip.mp4"
@@ -138,3 +148,32 @@ def test_what_follows_the_end_of_a_stream_is_not_asked_for() -> None:
 
     packets = packets_of(Damaged(), None)  # type: ignore[arg-type]
     assert [bytes(packet) for packet in packets] == [b"a picture"]
+
+
+class Reluctant:
+    """A decoder that gives pictures until it is asked once more than that."""
+
+    def __init__(self, pictures: int) -> None:
+        self.pictures = pictures
+
+    def decode(self, packet: av.Packet | None) -> list[av.VideoFrame]:
+        if self.pictures == 0:
+            raise av.error.BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+        self.pictures -= 1
+        return [av.VideoFrame(16, 16, "gray")]
+
+
+class Packets:
+    def demux(self, stream: object) -> Iterator[av.Packet]:
+        yield from (av.Packet(b"a picture") for _ in range(5))
+
+
+def test_a_decoder_that_gets_no_threads_is_no_damaged_clip() -> None:
+    with pytest.raises(MachineError, match="no more threads"):
+        list(decode(Packets(), Reluctant(0), Tally()))  # type: ignore[arg-type]
+
+
+def test_a_decoder_that_stops_later_was_opened_and_met_damage() -> None:
+    tally = Tally()
+    assert len(list(decode(Packets(), Reluctant(3), tally))) == 3  # type: ignore[arg-type]
+    assert (tally.pictures, tally.errors) == (3, 3)  # two packets and the decoder's last pictures

@@ -18,7 +18,7 @@ import cv2
 
 import count_video
 from count_video import trial
-from count_video.batch.manifest import Job
+from count_video.batch.manifest import Job, Pages
 from count_video.errors import CountVideoError, FootageError, TrackingError, UsageError
 from count_video.followed import Followed, followed, packed, unpacked
 from count_video.inputs import content_digest
@@ -78,7 +78,7 @@ def count_job(job: Job) -> Answer:
             found = _followed(job)
             result, kept, final = found.result, packed(found), True
             if job.pages is not None:
-                evidence = _drawn(job, found)
+                evidence = _drawn(job, job.pages, found)
     except (CountVideoError, OSError) as error:
         # An OSError's own text repeats number and path; its plain words are enough.
         words = error.strerror if isinstance(error, OSError) else None
@@ -100,12 +100,10 @@ def _followed(job: Job) -> Followed:
     return followed(trial.work_through(job.file, job.settings))
 
 
-def _drawn(job: Job, found: Followed) -> tuple[str, ...]:
+def _drawn(job: Job, pages: Pages, found: Followed) -> tuple[str, ...]:
     # Drawing takes long to import, and most campaigns draw nothing.
     from count_video.evidence import EvidenceSettings, draw_evidence  # noqa: PLC0415
 
-    pages = job.pages
-    assert pages is not None
     folder = Path(job.start, pages.folder)
     wanted = EvidenceSettings(
         folder, pages.picture_format, name=job.name, csv_dialect=pages.csv_dialect

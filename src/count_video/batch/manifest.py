@@ -81,11 +81,14 @@ def jobs_of(
     Raises
     ------
     UsageError
-        A manifest cannot be read or says what makes no sense.
+        A manifest cannot be read or says what makes no sense, or the current folder is gone.
     """
     taken = dict.fromkeys(RESERVED_NAMES, 2)
     wanted = (job for path in paths for job in _wanted(path, settings))
-    start = os.getcwd()
+    try:
+        start = os.getcwd()
+    except OSError as error:
+        raise UsageError("the current folder is gone; change to one that is there") from error
     return [replace(job, name=_free_name(job, taken), pages=pages, start=start) for job in wanted]
 
 

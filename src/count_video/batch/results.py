@@ -4,7 +4,8 @@
 files, together with a digest of the result. That line is written first: a result without it cannot
 exist, and a line whose result never came (the power went in between) finds that the digest does not
 fit. Every file is there whole or not at all. A file is written over only if this program wrote it.
-``.count-video/NAME.json`` holds what was followed, from which pages can be drawn later.
+``.count-video/NAME.json`` holds what was followed, from which pages can be drawn later; a result is
+not kept without it, so that a folder which lost some of it is whole again after the next run.
 """
 
 from __future__ import annotations
@@ -57,13 +58,16 @@ class ResultStore:
     def known(self, job: Job) -> str | None:
         """Return the result of an earlier run as its JSON text; None if it does not hold now.
 
-        It holds while the clip's content, the options and the tool are the same. A clip whose
-        signature did not change is not read again.
+        It holds while the clip's content, the options and the tool are the same, and what was
+        followed is there (a change that keeps its length shows when pages are drawn from it). A
+        clip whose signature did not change is not read again.
         """
         entry = {} if self.fresh else self._entry(job)
         with suppress(OSError, UsageError, ValueError):
             text = read_text(self._place(job), _MOST_BYTES).removesuffix("\n") if entry else ""
             if not entry or _digest(text) != entry.get("result"):
+                return None
+            if not self._has_followed(job, entry):
                 return None
             now = signature(job.file)
             same = entry.get("signature") == now
@@ -130,10 +134,11 @@ class ResultStore:
                 "options": _settings_text(job),
                 "signature": seen,
                 "evidence": {name: self._written_at(name) for name in answer.evidence},
-                "followed": None if answer.followed is None else _digest(answer.followed),
             }
             if answer.followed is not None:
                 write_whole(self._followed_place(job), answer.followed.encode("ascii"))
+                entry["followed"] = _digest(answer.followed)
+                entry["followed_bytes"] = len(answer.followed)
             self._write(job, answer.text, entry)
         elif not self._entry(job):
             self.write(self._place(job).name, answer.text + "\n")
@@ -157,6 +162,11 @@ class ResultStore:
     def _written_at(self, name: str) -> Signature:
         """Size and time of the last change of a file; empty if it is not there."""
         return signature(self.folder / name)[:2]
+
+    def _has_followed(self, job: Job, entry: Mapping[str, object]) -> bool:
+        """Return whether what was followed is there, as long as it was written; or nothing was."""
+        length = entry.get("followed_bytes")
+        return length is None or signature(self._followed_place(job))[:1] == [length]
 
     def _place(self, job: Job) -> Path:
         return self.folder / f"{job.name}.json"

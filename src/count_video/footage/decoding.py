@@ -15,7 +15,7 @@ import av
 import av.error
 from av.container import InputContainer
 
-from count_video.errors import FootageError, UsageError
+from count_video.errors import FootageError, MachineError, UsageError
 from count_video.footage.opening import choose_stream, open_container
 from count_video.inputs import THREADS, whole
 
@@ -161,17 +161,33 @@ class Reading:
 def decode(
     container: InputContainer, stream: av.VideoStream, tally: Tally
 ) -> Generator[av.VideoFrame, None, None]:
-    """Yield the pictures of a stream in the order of display and count what fails."""
+    """Yield the pictures of a stream in the order of display and count what fails.
+
+    Raises
+    ------
+    MachineError
+        The decoder cannot be opened for want of threads.
+    """
     for packet in _packets(container, stream, tally):
         try:
             pictures = stream.decode(packet)
-        except av.error.FFmpegError:
+        except av.error.FFmpegError as error:
+            if isinstance(error, BlockingIOError) and not tally.pictures + tally.errors:
+                raise _no_threads() from error
             tally.refuse()
             continue
         for picture in pictures:
             tally.add(picture)
             yield picture
     tally.exhausted = True
+
+
+def _no_threads() -> MachineError:
+    """Make the error of a decoder that could not be opened for want of threads."""
+    return MachineError(
+        "the system lets no more threads decode this clip; close other programs, or set "
+        f"{THREADS_VARIABLE}=1"
+    )
 
 
 def seconds(ticks: int | None, tick_s: Fraction | None) -> float:

@@ -37,6 +37,10 @@ _OPTIONS = {
 }
 _TEXT_FORMATS = frozenset({"tty", "bin", "adf", "idf", "xbin", "concat", "hls"})
 """FFmpeg paints text as pictures and follows lists of other files; nobody means that as footage."""
+_TABLES = frozenset({".txt", ".tsv", ".xls", ".xlsx", ".ods"})
+_GIVE_CLIPS = (
+    "give the clip itself, or a table of clips saved as CSV, with a name that ends in .csv"
+)
 
 
 def open_container(path: Path) -> InputContainer:
@@ -54,13 +58,15 @@ def open_container(path: Path) -> InputContainer:
             # An absolute path can never be taken for a URL.
             container = av.open(os.path.abspath(path), options=_OPTIONS, metadata_errors="replace")
     except (av.error.FFmpegError, OSError, ValueError) as error:
+        if path.suffix.lower() in _TABLES:
+            raise FootageError(f"{path}: this is no video; {_GIVE_CLIPS}") from error
         raise FootageError(
             f"{path}: not readable as video ({_short(error)}); the file is damaged, cut off before "
             "its index was written, or no video file: copy it again from the camera"
         ) from error
     if container.format.name in _TEXT_FORMATS:
         container.close()
-        raise FootageError(f"{path}: this is a text file, not a video; give the clip itself")
+        raise FootageError(f"{path}: this is a text file, not a video; {_GIVE_CLIPS}")
     return container
 
 
@@ -90,7 +96,7 @@ def _bounded_memory() -> Iterator[None]:
 
 
 def choose_stream(path: Path, container: InputContainer) -> av.VideoStream:
-    """Return the video stream to count in: the default one, else the largest.
+    """Return the video stream to count in: the default one, else the film, else the largest.
 
     Raises
     ------
@@ -110,10 +116,14 @@ def choose_stream(path: Path, container: InputContainer) -> av.VideoStream:
             "pictures, or convert it to H.264"
         )
 
-    def rank(stream: av.VideoStream) -> tuple[bool, bool, int]:
+    # FFmpeg's own choice has read some packets: it knows a still where no header says so.
+    chosen = container.streams.best("video")
+
+    def rank(stream: av.VideoStream) -> tuple[bool, bool, bool, int]:
         size = stream.codec_context.width * stream.codec_context.height
         # Phones store a large still beside the film and call both the default.
-        return stream.frames != 1, bool(stream.disposition & Disposition.default), size
+        default = bool(stream.disposition & Disposition.default)
+        return stream.frames != 1, default, stream is chosen, size
 
     film = max(films, key=rank)
     film.codec_context.options = {"max_pixels": str(MOST_PIXELS)}

@@ -185,9 +185,10 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
         first = reading.first()
         if first is None:
             raise FootageError(
-                f"{path}: not one picture could be decoded ({reading.tally.errors} packets were "
-                "refused); the file is damaged or cut, or its pictures are too large (more than "
-                f"{MOST_PIXELS // 1_000_000} million pixels): copy it again from the camera"
+                f"{path}: not one picture could be decoded (packets refused: "
+                f"{reading.tally.errors}); the file is damaged or cut, or its pictures are too "
+                f"large (more than {MOST_PIXELS // 1_000_000} million pixels): copy it again from "
+                "the camera"
             )
         check_size(path, first.width, first.height)
         promise = promise_of(path, reading)

@@ -112,7 +112,7 @@ class PictureStore(Sequence[Luma]):
                 self._file.write(np.ascontiguousarray(picture[top:bottom, left:right]).data)
         except OSError as error:
             raise FootageError(
-                f"no room for the pictures of the clip in {tempfile.gettempdir()} "
+                "no room for the pictures of the clip in the folder for temporary files "
                 f"({error.strerror}): free some space there, set TMPDIR to another folder, or give "
                 "a part of the clip with --region, --start and --end"
             ) from error

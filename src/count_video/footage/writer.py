@@ -100,7 +100,8 @@ def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | Non
             stream = _add_stream(container, first.shape, options)
             count = _encode(chain([first], pictures), stream, container, options)
     except (av.error.FFmpegError, OSError, _RefusalError) as error:
-        reason = " ".join(str(error).split())
+        # The system's plain words; the text of its errors repeats a name that nobody gave.
+        reason = " ".join((getattr(error, "strerror", None) or str(error)).split())
         raise UsageError(
             f"cannot write {path} ({options.codec}, {options.pixel_format}): {reason}; "
             "check the folder, the suffix and that codec and container go together"

@@ -218,17 +218,17 @@ def table_of(request: PlanRequest, theory: int) -> TrialTable:
     )
 
 
-def shares_of(requests: Sequence[PlanRequest], count: int, trials: int) -> list[float]:
+def shares_of(planned: Sequence[PlanRequest], count: int, trials: int) -> list[float]:
     """Share of trials that give a count, for each request; the errors of the hands are the same."""
-    if not requests:
+    if not planned:
         return []
-    drawn = [drawn_setups(one, trials, (one.seed, _STREAM_SPREAD)) for one in requests]
+    drawn = [drawn_setups(one, trials, (one.seed, _STREAM_SPREAD)) for one in planned]
     columns = {
         name: np.concatenate([getattr(setups, name) for setups in drawn])
         for name in ManySetups.__dataclass_fields__
     }
     found = simulate_many(ManySetups.of(**columns), most_collisions(count))
-    counts = found.count.reshape(len(requests), trials)
+    counts = found.count.reshape(len(planned), trials)
     return [float(share) for share in (counts == count).mean(axis=1)]
 
 

@@ -168,15 +168,18 @@ def _draw_setup(axes: Axes, plan: Plan) -> None:
 def map_csv(chart: Chart | None) -> str:
     """Write the map as a table: a row a cell, lengths in metres."""
     lines = ["gap_m,release_m,count,shortest_s,rate_needed_fps"]
-    for row, column in np.ndindex((0, 0) if chart is None else chart.count.shape):
-        assert chart is not None
-        count, shortest = int(chart.count[row, column]), float(chart.shortest_s[row, column])
-        known = count != NO_COUNT
-        interval = f"{shortest:.6g}" if known and math.isfinite(shortest) else ""
-        rate = f"{rate_needed_fps(shortest):.0f}" if known else ""
-        place = f"{chart.gap_m[column]:.4f},{chart.release_m[row]:.4f}"
-        lines.append(f"{place},{count if known else ''},{interval},{rate}")
+    if chart is not None:
+        lines += [_cell_csv(chart, row, column) for row, column in np.ndindex(chart.count.shape)]
     return "\n".join(lines) + "\n"
+
+
+def _cell_csv(chart: Chart, row: int, column: int) -> str:
+    count, shortest = int(chart.count[row, column]), float(chart.shortest_s[row, column])
+    known = count != NO_COUNT
+    interval = f"{shortest:.6g}" if known and math.isfinite(shortest) else ""
+    rate = f"{rate_needed_fps(shortest):.0f}" if known else ""
+    place = f"{chart.gap_m[column]:.4f},{chart.release_m[row]:.4f}"
+    return f"{place},{count if known else ''},{interval},{rate}"
 
 
 def _ends(centres_cm: Floats) -> tuple[float, float]:
