@@ -153,7 +153,10 @@ def _followed(
     for _ in range(TIMES_LEARNT):
         if settled or not found:
             break
-        few, found, settled = _learnt_again(few, scene, found, upright)
+        again, kept, settled = _learnt_again(few, scene, found, upright)
+        if len(kept) < len(found):
+            break  # one shows an outline no more, and nothing comes in its place
+        few, found = again, kept
     clip = replace(clip, background=few.background)
     return unhidden(clip, apart([clip.follow(seen.body) for seen in found]))
 
