@@ -153,13 +153,18 @@ def _worst(fitted: Contacts, tolerance_px: float) -> list[int]:
 def _strayed(fitted: Contacts, points: Sequence[LowPoint], gaps: Gaps) -> list[int]:
     """Contacts that lie farther from their lowest sample than the steps next to it, or the noise.
 
-    So it is where pictures in between do not show the body: what happened there is not seen.
+    So it is where pictures in between do not show the body: what happened there is not seen. Where
+    bodies close slowly noise alone makes a sample the lowest that is some frames away.
     """
     lowest = np.array([point.lowest for point in points])
     place = np.searchsorted(gaps.frame, lowest)
     steps = np.diff(gaps.frame, prepend=gaps.frame[0], append=gaps.frame[-1])
     longest = np.maximum(np.maximum(steps[place], steps[place + 1]), 1.0)
-    allowed = TIME_MOVES_FRAMES * longest + PLACE_SIGMAS * fitted.frame_sigma
+    jump, sigma = jumps_of(fitted)
+    noises = {kind: sigma_of(gaps.closing(kind)) for kind in KINDS}
+    noise = np.array([noises[point.kind] for point in points])
+    speed = np.where(jump > JUMP_SIGMAS * sigma, jump / 2, np.inf)
+    allowed = TIME_MOVES_FRAMES * longest + PLACE_SIGMAS * (fitted.frame_sigma + noise / speed)
     return peaks(np.abs(fitted.frame - lowest) / allowed - 1)
 
 

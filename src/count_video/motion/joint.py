@@ -17,6 +17,7 @@ from count_video.lasting import Errors
 from count_video.motion.model import Kind, Model, Paths
 from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.priors import CAUCHY_SIGMAS, STRAY_SIGMAS, TIME_MOVES_FRAMES
+from count_video.motion.scanning import scanned
 from count_video.records import Collision, Floats, Velocities
 
 ROUNDS = 4
@@ -110,6 +111,8 @@ def fit_contacts(
             model.use_errors(errors)
         values = _solved(model, FLOOR_SHARE if rough else 0.0)
         found = values[: len(times)]
+        if number + 1 < how.rounds:
+            found = scanned(model, values)
         moved = float(np.abs(found - times).max(initial=0.0))
         times = found
         if number and moved < SETTLED_FRAMES:
