@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from count_video.lasting import Errors
-from count_video.motion.joint import Contacts, fit_contacts
+from count_video.motion.batches import fit_contacts
+from count_video.motion.joint import Contacts
 from count_video.motion.model import Kind, Model, Paths
 from count_video.records import Floats
 
