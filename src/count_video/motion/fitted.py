@@ -27,11 +27,12 @@ from count_video.motion.posterior import (
     doubted,
     end_chances,
     fine_fits,
+    model_wrong,
     probabilities,
     shifted,
     weigh,
 )
-from count_video.motion.priors import SCATTERS
+from count_video.motion.priors import DOUBT, SCATTERS
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.rivals import (
     Knowledge,
@@ -56,8 +57,9 @@ RIVALS = 5
 """Counts that are fitted finely, ..."""
 COARSELY_LOST = 40.0
 """... if their coarse fits are not worse than the best one's by so much."""
-TURNED_BEFORE = 0.5
-"""The last fitted collision is left to what follows the burst if this is more likely than not."""
+LIKELY = 0.5
+"""The last fitted collision is left to what follows the burst if this is more likely than not; and
+more collisions than were seen are told if they are."""
 NOTHING_KNOWN = Knowledge()
 
 
@@ -123,7 +125,8 @@ def count_between(
     strayed = _strayed(fits[0], observed, track)
     if strayed is not None:
         return strayed
-    return _answer(found, observed, weigh(observed, noise, prior, fits, coarse))
+    wrong = model_wrong(observed, fits[0])
+    return _answer(found, observed, weigh(observed, noise, prior, fits, coarse), wrong)
 
 
 def measure_burst(
@@ -131,7 +134,8 @@ def measure_burst(
 ) -> Between | Misfit:
     """Fit the model to a burst whose collisions are all seen, for what it tells of the physics.
 
-    Parameters as for ``count_between``; the count is the number seen and stays so.
+    Parameters as for ``count_between``. The count is the number seen, unless by that number the
+    model does not describe the track and by a larger one, more likely than all others, it does.
     """
     observed = observe(track, found)
     start = _start(observed, found, known)
@@ -144,7 +148,8 @@ def measure_burst(
     fits, noise = fine_fits(observed, prior, [coarse])
     strayed = _strayed(fits[0], observed, track)
     if strayed is not None:
-        return strayed
+        other = count_between(track, found, known)
+        return other if _is_larger(other, found.burst) else strayed
     scatter = SCATTERS[len(SCATTERS) // 2]
     fit = fine_fit(observed, noise, prior, fits[0], scatter)
     measured = _answer(found, observed, {(fit.count, scatter): (0.0, fit)})
@@ -152,6 +157,13 @@ def measure_burst(
     if seen < found.shown or measured.count != found.burst:
         return Misfit(Reason(Cause.MODEL_DIFFERS))
     return measured
+
+
+def _is_larger(between: Between | Misfit, seen: int) -> bool:
+    """Whether more collisions than were seen are likelier than not."""
+    if isinstance(between, Misfit) or between.count <= seen:
+        return False
+    return between.probability[between.count] > LIKELY
 
 
 def _start(
@@ -185,7 +197,9 @@ def _answer(
     found: SeenCollisions,
     observed: Observations,
     weighed: Weighed,
+    wrong: float = DOUBT,
 ) -> Between:
+    """Tell what the fits say; ``wrong`` is the probability that their model is."""
     chances = probabilities(weighed)
     shares = shares_of(weighed, chances)
     count = max(chances, key=lambda number: chances[number])
@@ -195,14 +209,14 @@ def _answer(
     fewer, more = end_chances(observed, solution)
     more = 0.0 if found.burst < len(found.collisions) else more
     chances = shifted(chances, count, -1, fewer)
-    if fewer > more and fewer > TURNED_BEFORE and count > 1:
+    if fewer > more and fewer > LIKELY and count > 1:
         count -= 1
         solution = replace(solution, count=count)
     values = solution.values
     paths, _ = modelled(observed, values[None], count)
     return Between(
         count=count,
-        probability=doubted(chances, count),
+        probability=doubted(chances, count, wrong),
         collisions=collisions_of(observed, solution, found),
         mass_ratio=mass_ratio(weighed, shares),
         restitution_bodies=estimate(weighed, shares, Column.BODIES),

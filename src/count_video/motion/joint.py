@@ -109,7 +109,7 @@ def fit_together(
             model.use_errors(errors)
         values = _solved(model, FLOOR_SHARE if rough else 0.0)
         found = values[: len(times)]
-        if number + 1 < how.rounds:
+        if not rough and number + 1 < how.rounds:
             found = scanned(model, values)
         moved = float(np.abs(found - times).max(initial=0.0))
         times = found

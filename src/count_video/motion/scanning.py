@@ -27,6 +27,10 @@ from count_video.records import Floats
 STEP_FRAMES = 0.125
 """Between times that are tried: the fit that follows has but to find the right rows."""
 
+SHOWN_FRAMES = 4.0
+"""Two flights that take less show fewer rows than they have unknowns: the frames catch a zigzag,
+and where its corners are they do not tell."""
+
 
 @dataclass(frozen=True)
 class _Flown:
@@ -56,7 +60,11 @@ def scanned(model: Model, values: Floats) -> Floats:
     """
     count = len(model.times)
     times = values[:count].copy()
-    crowded = np.flatnonzero(times[2:] - times[:-2] < WINDOW_FRAMES) + 1
+    apart = np.diff(times)
+    shown = np.minimum(apart[1:], apart[:-1]) > model.touching
+    flights = times[2:] - times[:-2]
+    shown &= (flights > SHOWN_FRAMES) & (flights < WINDOW_FRAMES)
+    crowded = np.flatnonzero(shown) + 1
     if len(crowded) == 0:
         return times
     flown, place = _flown(model, values), model.nodes(values)[0][0].copy()
