@@ -154,19 +154,34 @@ def _worst(fitted: Contacts, tolerance_px: float) -> list[int]:
 def _strayed(fitted: Contacts, points: Sequence[LowPoint], gaps: Gaps) -> list[int]:
     """Contacts that lie farther from their lowest sample than the steps next to it, or the noise.
 
-    So it is where pictures in between do not show the body: what happened there is not seen. Where
-    bodies close slowly noise alone makes a sample the lowest that is some frames away.
+    So it is where pictures in between do not show the body: what happened there is not seen. Noise
+    moves the lowest sample the more, the more slowly the gap opens or closes.
     """
     lowest = np.array([point.lowest for point in points])
     place = np.searchsorted(gaps.frame, lowest)
     steps = np.diff(gaps.frame, prepend=gaps.frame[0], append=gaps.frame[-1])
     longest = np.maximum(np.maximum(steps[place], steps[place + 1]), 1.0)
-    jump, sigma = jumps_of(fitted)
-    noises = {kind: sigma_of(gaps.closing(kind)) for kind in KINDS}
-    noise = np.array([noises[point.kind] for point in points])
-    speed = np.where(jump > JUMP_SIGMAS * sigma, jump / 2, np.inf)
-    allowed = TIME_MOVES_FRAMES * longest + PLACE_SIGMAS * (fitted.frame_sigma + noise / speed)
+    noise = np.array([_gap_noise_px(fitted, point.kind) for point in points])
+    sigma = np.hypot(fitted.frame_sigma, noise / _slowest(fitted))
+    allowed = TIME_MOVES_FRAMES * longest + PLACE_SIGMAS * sigma
     return peaks(np.abs(fitted.frame - lowest) / allowed - 1)
+
+
+def _gap_noise_px(fitted: Contacts, kind: CollisionKind) -> float:
+    """Estimate the standard deviation of one sample of a gap."""
+    errors = fitted.errors if kind == "bodies" else fitted.errors[:1]
+    known = [one.sigma_px for one in errors if one is not None]
+    return float(np.linalg.norm(known))
+
+
+def _slowest(fitted: Contacts) -> Floats:
+    """How fast the gap of each contact closes or opens, the slower of both; inf where not shown."""
+    ball, heavy = (body.rate for body in fitted.bodies)
+    touching = np.array([kind == "bodies" for kind in fitted.kinds])
+    speed = np.abs(np.where(touching[:, None], heavy - ball, ball))
+    slowest = np.minimum(speed[:, 0], speed[:, 1])
+    shown = np.maximum(slowest, SIGMA_AT_LEAST)
+    return np.asarray(np.where(np.isfinite(slowest), shown, np.inf))
 
 
 def _apart(

@@ -27,6 +27,7 @@ from count_video.tracking.layers import (
     apart,
     learn_again,
 )
+from count_video.tracking.occlusion import unhidden
 from count_video.tracking.proposals import (
     Proposal,
     at_full_size,
@@ -149,7 +150,7 @@ def _followed(
     if found:
         few, found = _learnt_again(few, scene, found, upright, times=TIMES_LEARNT)
     clip = replace(clip, background=few.background)
-    return apart([clip.follow(seen.body) for seen in found])
+    return unhidden(clip, apart([clip.follow(seen.body) for seen in found]))
 
 
 def _learnt_again(

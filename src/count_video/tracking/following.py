@@ -8,14 +8,14 @@ and then the surroundings are searched, further out the longer the body has been
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.registration import Fit, register
+from count_video.tracking.registration import Fit, Hides, register
 from count_video.tracking.search import search
 from count_video.tracking.sprite import Pixels, Sprite, look_at
 from count_video.tracking.template import Body
@@ -76,8 +76,23 @@ class Surroundings:
     """How far the camera has moved each of n pictures, by x and y, shape (n, 2)."""
 
 
+@dataclass(frozen=True)
+class Again:
+    """A body that was followed, and where others that were not known then hide part of it."""
+
+    seen: Followed
+    rows: NDArray[np.bool_]
+    """Which pictures to find it in anew, shape (n,)."""
+    hides: Callable[[int], Hides]
+    """Row of a picture -> where in it something is in front of the body."""
+
+
 def follow(
-    pictures: Sequence[Luma], frames: NDArray[np.intp], body: Body, around: Surroundings
+    pictures: Sequence[Luma],
+    frames: NDArray[np.intp],
+    body: Body,
+    around: Surroundings,
+    again: Again | None = None,
 ) -> Followed:
     """Find a body in all pictures.
 
@@ -91,6 +106,8 @@ def follow(
         Its template, and where it was seen.
     around
         What it moves in.
+    again
+        Where it was found before, to find it anew in some of the pictures only.
     """
     shift_px = around.shift_px
     rows = np.searchsorted(frames, np.array(sorted(body.sightings)))
@@ -99,17 +116,26 @@ def follow(
         [np.interp(frames, frames[rows], seen[:, axis]) for axis in range(2)], axis=1
     )
     found = np.full((len(frames), 3), np.nan)
+    if again is not None:
+        before = np.stack([again.seen.x_px, again.seen.y_px, again.seen.sigma_px], axis=1)
+        found[~again.rows] = before[~again.rows]
     first = int(rows[0])
     ways = range(first, len(frames)), range(min(first + BACK_FROM, len(frames)) - 1, -1, -1)
     for way in ways:
         path = _Path(body.sprite, body.typical_agreement, around)
         for row in way:
             shift = (float(shift_px[row, 0]), float(shift_px[row, 1]))
-            if np.isfinite(found[row, 0]):  # on the way back
+            if np.isfinite(found[row, 0]):
                 path.pass_by(int(frames[row]), (float(found[row, 0]), float(found[row, 1])))
                 continue
+            if again is not None and not again.rows[row]:
+                path.lose()
+                continue
             guess = (float(guesses[row, 0]), float(guesses[row, 1]))
-            fit = path.find(int(frames[row]), pictures[row], guess, shift)
+            hides = again.hides(row) if again is not None else None
+            if again is not None:  # the guesses come from what was found with the others in front
+                guess = path.onward(int(frames[row]), guess)
+            fit = path.find(int(frames[row]), pictures[row], guess, (shift, hides))
             if fit is not None:
                 found[row] = fit.x_px - shift[0], fit.y_px - shift[1], fit.sigma_x_px
     return Followed(body, *found.T)
@@ -127,28 +153,45 @@ class _Path:
         self._frame = 0
         self._lost = 0
 
-    def find(self, frame: int, picture: Luma, guess: Place, shift: Place) -> Fit | None:
-        """Find the body in the next picture."""
-        fit = self._believed(register(picture, self._sprite, _plus(guess, shift)), picture, shift)
-        steps = frame - self._frame
-        onward = _plus(self._place or guess, (self._speed[0] * steps, self._speed[1] * steps))
+    def find(
+        self, frame: int, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
+    ) -> Fit | None:
+        """Find the body in the next picture, by the camera's shift and what hides the body."""
+        shift, hides = shown
+        fit = self._registered(picture, guess, shown)
+        onward = self.onward(frame, guess)
         if fit is None and self._place is not None and not self._lost:
-            fit = register(picture, self._sprite, _plus(onward, shift))
-            fit = self._believed(fit, picture, shift)
+            fit = self._registered(picture, onward, shown)
         if fit is None and (self._lost < LOST_LONG or frame % SEARCH_STRIDE == 0):
             near = guess if self._place is None or self._lost else onward
-            fit = self._believed(self._searched(picture, _plus(near, shift)), picture, shift)
+            fit = self._believed(self._searched(picture, _plus(near, shift), hides), picture, shift)
         if fit is None:
-            self._lost += 1
+            self.lose()
             return None
         self.pass_by(frame, (fit.x_px - shift[0], fit.y_px - shift[1]))
         return fit
 
-    def _searched(self, picture: Luma, near: Place) -> Fit | None:
+    def _registered(
+        self, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
+    ) -> Fit | None:
+        shift, hides = shown
+        fit = register(picture, self._sprite, _plus(guess, shift), hides)
+        return self._believed(fit, picture, shift)
+
+    def _searched(self, picture: Luma, near: Place, hides: Hides | None) -> Fit | None:
         large = REACH_OVER_HEIGHT * self._sprite.shape[0]
         reach = max(REACH_AT_LEAST_PX, large, REACH_OVER_SPEED * self._fastest) * (1 + self._lost)
         within = reach if reach < picture.shape[1] else None
-        return search(picture, self._sprite, near, self._slope, within)
+        return search(picture, self._sprite, near, self._slope, within, hides)
+
+    def onward(self, frame: int, guess: Place) -> Place:
+        """Guess a place by the last one and the last velocity."""
+        steps = frame - self._frame
+        return _plus(self._place or guess, (self._speed[0] * steps, self._speed[1] * steps))
+
+    def lose(self) -> None:
+        """Take note that a picture does not show the body."""
+        self._lost += 1
 
     def pass_by(self, frame: int, place: Place) -> None:
         """Take note of where the body is in a picture."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.background import Background
-from count_video.tracking.following import Followed, Surroundings, follow
+from count_video.tracking.following import Again, Followed, Surroundings, follow
 from count_video.tracking.shape import Place, Shape
 from count_video.tracking.template import Body, Rough, learn
 from count_video.tracking.views import Chosen
@@ -52,10 +52,10 @@ class Clip:
             self, pictures=pictures, frames=self.frames[chosen], shift_px=self.shift_px[chosen]
         )
 
-    def follow(self, body: Body) -> Followed:
-        """Find a body in all pictures."""
+    def follow(self, body: Body, again: Again | None = None) -> Followed:
+        """Find a body in all pictures, or again in some of them."""
         around = Surroundings(self.background.luma, self.slope, self.shift_px)
-        return follow(self.pictures, self.frames, body, around)
+        return follow(self.pictures, self.frames, body, around, again)
 
     def as_learnt(self, body: Body) -> Followed:
         """Take a body to be where it was when it was learnt, without an uncertainty."""

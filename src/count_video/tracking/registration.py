@@ -11,6 +11,7 @@ equations, with the correlation that the smoothing causes taken into account.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,20 +59,34 @@ class Fit:
     """Correlation of the picture with the sprite at its place, -1 to 1, over the pixels that
     were not taken for something in front of the body or behind it."""
     inside: float
-    """Share of the sprite's pixels that lie within the picture."""
+    """Share of the sprite's pixels that lie within the picture, with nothing in front of them."""
 
 
-def register(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> Fit | None:
+Hides = Callable[[NDArray[np.intp], NDArray[np.intp]], NDArray[np.bool_]]
+"""Whether something stands in front at these columns and rows of a picture, shape (n,) each."""
+
+
+def register(
+    picture: Picture, sprite: Sprite, guess: tuple[float, float], hides: Hides | None = None
+) -> Fit | None:
     """Place the sprite in the picture, starting from a guess that is right to a pixel or two.
 
-    Returns None where the equations have no solution or the iteration does not settle nearby.
+    ``hides`` marks which px of the picture show something in front of the body. Returns None where
+    the equations have no solution or the iteration does not settle nearby.
     """
-    within = _within(picture, sprite, guess)
+    within = _within(picture, sprite, guess, hides)
     if within is None:
         return None
     model, inside = within
     x, y = guess
+    at = round(x), round(y)
     for _ in range(ROUNDS):
+        if hides is not None and at != (round(x), round(y)):
+            at = round(x), round(y)
+            within = _within(picture, sprite, (x, y), hides)
+            if within is None:
+                return None
+            model, inside = within
         seen = look_at(picture, x, y, model.tiles)
         step = _step(model, seen)
         if step is None:
@@ -85,19 +100,23 @@ def register(picture: Picture, sprite: Sprite, guess: tuple[float, float]) -> Fi
 
 
 def _within(
-    picture: Picture, sprite: Sprite, guess: tuple[float, float]
+    picture: Picture, sprite: Sprite, guess: tuple[float, float], hides: Hides | None
 ) -> tuple[Model, float] | None:
-    """Model of those pixels that lie within the picture, and their share; None if too few do."""
+    """Model of those pixels that the picture shows, and their share; None if too few."""
     model = sprite.model
     if len(model.chosen) < PIXELS_AT_LEAST:
         return None
     height, width = sprite.shape
     rows, columns = picture.shape
     left, top = round(guess[0]), round(guess[1])
-    if left >= 0 and top >= 0 and left + width <= columns and top + height <= rows:
+    whole = left >= 0 and top >= 0 and left + width <= columns and top + height <= rows
+    if whole and hides is None:
         return model, 1.0
     y, x = np.divmod(model.chosen, width)
-    good = (x + left >= 1) & (x + left < columns - 1) & (y + top >= 1) & (y + top < rows - 1)
+    x, y = x + left, y + top
+    good = (x >= 1) & (x < columns - 1) & (y >= 1) & (y < rows - 1)
+    if hides is not None:
+        good &= ~hides(x, y)
     if np.count_nonzero(good) < PIXELS_AT_LEAST:
         return None
     return _part(model, good), float(good.mean())

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from count_video.tracking.peak import peak_of
-from count_video.tracking.registration import Fit, register
+from count_video.tracking.registration import Fit, Hides, register
 from count_video.tracking.sprite import Picture, Pixels, Sprite
 
 COARSE_HEIGHT_PX = 28
@@ -43,6 +43,7 @@ def search(
     near: tuple[float, float],
     slope: float,
     reach_px: float | None = None,
+    hides: Hides | None = None,
 ) -> Fit | None:
     """Find the sprite along the line of motion; None where nothing like it is there.
 
@@ -58,10 +59,12 @@ def search(
         Rise of the line of motion: change of y by x.
     reach_px
         How far from ``near`` to look along x; None for the whole width.
+    hides
+        What stands in front of it.
     """
     best: Fit | None = None
     for place in likely_places(picture, sprite, near, slope, reach_px):
-        fit = register(picture, sprite, place)
+        fit = register(picture, sprite, place, hides)
         if fit is not None and (best is None or fit.agreement > best.agreement):
             best = fit
         if best is not None and best.agreement > SURE:
