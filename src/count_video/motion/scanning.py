@@ -27,9 +27,9 @@ from count_video.records import Floats
 STEP_FRAMES = 0.125
 """Between times that are tried: the fit that follows has but to find the right rows."""
 
-SHOWN_FRAMES = 4.0
-"""Two flights that take less show fewer rows than they have unknowns: the frames catch a zigzag,
-and where its corners are they do not tell."""
+FLIGHT_FRAMES = 2.2
+"""Where flights take less on average, frames show fewer rows than there are unknowns: they catch a
+zigzag, and where its corners are they do not tell. Then all is left to a model of the burst."""
 
 
 @dataclass(frozen=True)
@@ -60,11 +60,13 @@ def scanned(model: Model, values: Floats) -> Floats:
     """
     count = len(model.times)
     times = values[:count].copy()
-    apart = np.diff(times)
+    # Four flights are two before a contact and two after it, or all that are there.
+    first, last = (np.clip(np.arange(1, count - 1) + by, 0, count - 1) for by in (-2, 2))
+    if np.any(times[last] - times[first] < FLIGHT_FRAMES * (last - first)):
+        return times
+    apart, flights = np.diff(times), times[2:] - times[:-2]
     shown = np.minimum(apart[1:], apart[:-1]) > model.touching
-    flights = times[2:] - times[:-2]
-    shown &= (flights > SHOWN_FRAMES) & (flights < WINDOW_FRAMES)
-    crowded = np.flatnonzero(shown) + 1
+    crowded = np.flatnonzero(shown & (flights < WINDOW_FRAMES)) + 1
     if len(crowded) == 0:
         return times
     flown, place = _flown(model, values), model.nodes(values)[0][0].copy()
