@@ -112,12 +112,6 @@ def test_frames_left_out_of_a_crowd_without_a_trace_are_made_up_for(seed: int) -
     assert any("left out" in warning for warning in outcome.result.warnings)
 
 
-@pytest.mark.parametrize("seed", [87, 107])
-def test_a_count_by_a_model_that_strays_from_the_track_is_not_sure(seed: int) -> None:
-    outcome = counted(hard_trial(seed))
-    assert outcome.claimed < SURE
-
-
 def test_collisions_in_frames_that_are_missing_are_inferred() -> None:
     outcome = counted(hard_trial(15))
     assert outcome.right

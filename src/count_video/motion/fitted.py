@@ -27,12 +27,11 @@ from count_video.motion.posterior import (
     doubted,
     end_chances,
     fine_fits,
-    model_wrong,
     probabilities,
     shifted,
     weigh,
 )
-from count_video.motion.priors import DOUBT, SCATTERS
+from count_video.motion.priors import SCATTERS
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.rivals import (
     Knowledge,
@@ -125,8 +124,7 @@ def count_between(
     strayed = _strayed(fits[0], observed, track)
     if strayed is not None:
         return strayed
-    wrong = model_wrong(observed, fits[0])
-    return _answer(found, observed, weigh(observed, noise, prior, fits, coarse), wrong)
+    return _answer(found, observed, weigh(observed, noise, prior, fits, coarse))
 
 
 def measure_burst(
@@ -197,9 +195,7 @@ def _answer(
     found: SeenCollisions,
     observed: Observations,
     weighed: Weighed,
-    wrong: float = DOUBT,
 ) -> Between:
-    """Tell what the fits say; ``wrong`` is the probability that their model is."""
     chances = probabilities(weighed)
     shares = shares_of(weighed, chances)
     count = max(chances, key=lambda number: chances[number])
@@ -216,7 +212,7 @@ def _answer(
     paths, _ = modelled(observed, values[None], count)
     return Between(
         count=count,
-        probability=doubted(chances, count, wrong),
+        probability=doubted(chances, count),
         collisions=collisions_of(observed, solution, found),
         mass_ratio=mass_ratio(weighed, shares),
         restitution_bodies=estimate(weighed, shares, Column.BODIES),

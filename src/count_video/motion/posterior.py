@@ -17,7 +17,7 @@ import numpy as np
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import FIRST_DEVIATION, Prior, within_limits
 from count_video.motion.pendulums import follow
-from count_video.motion.priors import BELIEVED, DOUBT, MISFIT_AT_MOST, MISFIT_SIGMA, SCATTERS
+from count_video.motion.priors import BELIEVED, DOUBT, SCATTERS
 from count_video.motion.rivals import HOPELESS, fine_fit, log_evidence, recounted, refloored
 from count_video.motion.solving import Noise, Solution, noise_of, scaled
 from count_video.records import Floats
@@ -54,38 +54,12 @@ def fine_fits(
     )
 
 
-def model_wrong(observed: Observations, fit: Solution) -> float:
-    """Probability that the model is wrong, by how far the track strays from its best fit.
-
-    Of a right model the residuals are somewhat larger than the noise, of a wrong one by any factor.
-    """
-    noise = noise_of(observed, fit.values, fit.count)
-    factor = np.log(
-        max(
-            1.0,
-            _spread(fit.ball_residuals / noise.ball),
-            _spread(fit.heavy_residuals / noise.heavy),
-        )
-    )
-    if_right = np.sqrt(2 / np.pi) / MISFIT_SIGMA * np.exp(-((factor / MISFIT_SIGMA) ** 2) / 2)
-    if_wrong = 1 / np.log(MISFIT_AT_MOST)
-    return float(max(DOUBT, DOUBT * if_wrong / (DOUBT * if_wrong + (1 - DOUBT) * if_right)))
-
-
-def _spread(residuals: np.ndarray) -> float:
-    """Root mean square of residuals in sigmas, the outliers' limited; 1 of too few."""
-    kept = residuals[np.isfinite(residuals)]
-    if len(kept) < RESIDUALS_AT_LEAST:
-        return 1.0
-    return float(np.sqrt(np.mean(np.clip(kept, -6, 6) ** 2)))
-
-
 def _inflation(residuals: np.ndarray) -> float:
     """Factor on the noise for residuals that are larger than it, or hang together."""
     kept = residuals[np.isfinite(residuals)]
     if len(kept) < RESIDUALS_AT_LEAST:
         return 1.0
-    spread = _spread(kept)
+    spread = float(np.sqrt(np.mean(np.clip(kept, -6, 6) ** 2)))
     centred = np.clip(kept, -6, 6) / max(spread, 1e-9)
     together = 1.0
     for lag in range(1, min(CORRELATED_AT_MOST, len(kept) // 4)):
@@ -195,11 +169,11 @@ def shifted(chances: Mapping[int, float], count: int, by: int, share: float) -> 
     return moved
 
 
-def doubted(chances: dict[int, float], count: int, wrong: float = DOUBT) -> dict[int, float]:
+def doubted(chances: dict[int, float], count: int) -> dict[int, float]:
     """Leave room for what the model does not know: one collision more or fewer."""
-    doubted = {number: chance * (1 - wrong) for number, chance in chances.items()}
+    doubted = {number: chance * (1 - DOUBT) for number, chance in chances.items()}
     for number in (count - 1, count + 1):
-        doubted[number] = doubted.get(number, 0.0) + wrong / 2
+        doubted[number] = doubted.get(number, 0.0) + DOUBT / 2
     kept = {number for number, chance in doubted.items() if chance >= 1e-6} | {count}
     return {number: doubted[number] for number in sorted(kept)}
 

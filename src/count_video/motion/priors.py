@@ -95,8 +95,3 @@ rendered clips of long bursts, whose truth is known, the counts strayed by one a
 the whole evidence says."""
 DOUBT: Final = 1 - PROBABILITY_RESOLVED
 """Share of counts that turn out wrong for reasons outside the model."""
-MISFIT_SIGMA: Final = 0.2
-"""Of the logarithm of residuals over noise where the model is right: below 1.4 times on all
-rendered clips whose collisions lie between the frames, truth known, where the count was right."""
-MISFIT_AT_MOST: Final = 10.0
-"""Where it is wrong they are larger by any factor up to this."""
