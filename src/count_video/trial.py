@@ -196,7 +196,10 @@ def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
         result = verdict.inferred(result, found, between)
     elif result.count:
         between = measure_burst(track, found, verdict.knowledge(info, settings.masses))
-        result = verdict.measured(result, between)
+        more = isinstance(between, Between) and between.count > result.count
+        result = (
+            verdict.inferred(result, found, between) if more else verdict.measured(result, between)
+        )
     result = verdict.doubted_for_missing(result, report)
     return Trial(as_shown(result, clock), info, shown, found, between)
 

@@ -105,6 +105,19 @@ def test_hard_trials_are_as_they_are_said_to_be() -> None:
     assert np.array_equal(again.track.ball.position_px, drawn[3].track.ball.position_px)
 
 
+@pytest.mark.parametrize("seed", [47, 55, 131])
+def test_frames_left_out_of_a_crowd_without_a_trace_are_made_up_for(seed: int) -> None:
+    outcome = counted(hard_trial(seed))
+    assert outcome.right
+    assert any("left out" in warning for warning in outcome.result.warnings)
+
+
+def test_collisions_in_frames_that_are_missing_are_inferred() -> None:
+    outcome = counted(hard_trial(15))
+    assert outcome.right
+    assert outcome.result.between_frames
+
+
 def outcome(count: int | None, claimed: float, result: TrialResult) -> Outcome:
     chances = {} if count is None else {count: claimed}
     return Outcome(trial(1.0), replace(result, count=count, probability=chances))

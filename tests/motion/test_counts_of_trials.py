@@ -13,8 +13,6 @@ from filmed_trials import (
     film_motion,
     resolving_fps,
 )
-from hypothesis import HealthCheck, Phase, assume, given, settings
-from hypothesis import strategies as st
 
 from count_video.motion.reasons import Cause
 from count_video.motion.seen import SeenCollisions, seen_collisions
@@ -31,16 +29,47 @@ SHALLOWEST_PX = 2.0
 """Twenty standard deviations of the noisiest track; three frames sample two thirds of it."""
 MASS_RATIO_SHARE = 0.02
 
-masses = st.floats(0.0, np.log(250.0)).map(lambda log: LIGHT_KG * float(np.exp(log)))
-setups = st.builds(
-    Setup,
-    heavy_mass_kg=masses,
-    wall_gap_m=st.floats(0.02, 0.07),
-    bodies_gap_m=st.floats(0.0, 0.004),
-    release_m=st.floats(0.06, 0.09),
-    restitution_bodies=st.floats(0.95, 1.0),
-    restitution_wall=st.floats(0.95, 1.0),
-)
+COUNT_AT_LEAST = 3
+TRIALS = range(200)
+CAUGHT = (304, 563, 850, 880, 1959)
+"""Seeds of trials in which a fit once stayed a frame away from one contact: a local minimum."""
+SLOW = (2909, 3538)
+"""And, as of 112, in which noise put the lowest sample of a slow contact some frames off."""
+
+
+def drawn(seed: int) -> tuple[FilmedTrial, Filming]:
+    """Draw a trial whose collisions the frames show; of half of them some values are extreme.
+
+    All comes from one seed, whatever else is drawn or loaded.
+    """
+    rng = np.random.default_rng(seed)
+    while True:
+        at_ends = rng.random() < 0.5
+        heavy_kg = LIGHT_KG * float(np.exp(_between(rng, 0.0, np.log(250.0), at_ends)))
+        setup = Setup(
+            heavy_mass_kg=heavy_kg,
+            wall_gap_m=_between(rng, 0.02, 0.07, at_ends),
+            bodies_gap_m=_between(rng, 0.0, 0.004, at_ends),
+            release_m=_between(rng, 0.06, 0.09, at_ends),
+            restitution_bodies=_between(rng, 0.95, 1.0, at_ends),
+            restitution_wall=_between(rng, 0.95, 1.0, at_ends),
+        )
+        interval = _between(rng, RESOLVED_FRAMES, 7.0, at_ends)
+        noise, phase = _between(rng, 0.02, 0.1, at_ends), _between(rng, 0.0, 1.0, at_ends)
+        motion, number = simulate(setup), int(rng.integers(0, 1001))
+        if motion.count < COUNT_AT_LEAST:
+            continue
+        filming = Filming(resolving_fps(motion, interval), noise, clock_phase=phase)
+        trial = film_motion(motion, filming, number)
+        if shown(trial):
+            return trial, filming
+
+
+def _between(rng: np.random.Generator, low: float, high: float, at_ends: bool) -> float:
+    which = rng.random() if at_ends else 1.0
+    if which < 0.25:
+        return low
+    return high if which < 0.4 else float(rng.uniform(low, high))
 
 
 def shown(trial: FilmedTrial) -> bool:
@@ -78,33 +107,18 @@ def counted(found: SeenCollisions) -> tuple[int, tuple[str, ...]]:
     return found.burst, tuple(collision.kind for collision in inside)
 
 
-@settings(
-    max_examples=200,
-    suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
-    phases=[Phase.generate],  # a trial that fails is as plain as it can be: nothing to shrink
-)
-@given(
-    setups,
-    st.floats(RESOLVED_FRAMES, 7.0),
-    st.floats(0.02, 0.1),
-    st.floats(0.0, 1.0),
-    st.integers(0, 1000),
-)
-def test_resolved_trials_are_counted_exactly_with_kinds_and_times(
-    setup: Setup, interval: float, noise: float, phase: float, seed: int
-) -> None:
-    motion = simulate(setup)
-    assume(motion.count >= 3)
-    fps = resolving_fps(motion, interval)
-    trial = film_motion(motion, Filming(fps, noise, clock_phase=phase), seed)
-    assume(shown(trial))
+@pytest.mark.parametrize("seed", [*TRIALS, *CAUGHT, *SLOW])
+def test_resolved_trials_are_counted_exactly_with_kinds_and_times(seed: int) -> None:
+    trial, filming = drawn(seed)
+    motion = trial.motion
 
     found = seen_collisions(trial.track)
 
     assert counted(found) == (motion.count, trial.kinds)
+    assert {doubt.cause for doubt in found.doubts} <= {Cause.UNRESOLVED}  # 2.5 frames and noise
     for collision, frame, bounce in zip(found.collisions, trial.frames, motion.burst, strict=False):
         jump = bounce.light_after_m_s - bounce.light_before_m_s
-        blurred = NOISE_SHARE * noise / (abs(jump) * PX_PER_M / fps)
+        blurred = NOISE_SHARE * filming.noise_px / (abs(jump) * PX_PER_M / filming.capture_fps)
         assert collision.frame == pytest.approx(frame, abs=TIME_FRAMES + blurred)
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from filmed_trials import FilmedTrial, Filming, film
+from filmed_trials import RESOLVED_FRAMES, FilmedTrial, Filming, film
 
 from count_video.motion.clock import seen_by_clock
 from count_video.motion.left_out import LeftOut, left_out
@@ -75,6 +75,44 @@ def test_collisions_in_frames_left_out_are_not_passed_over(whole: FilmedTrial) -
     assert found.burst < whole.motion.count
     assert found.doubts or found.shortcomings
     assert clock is None or isinstance(clock, LeftOut)
+
+
+@pytest.fixture(scope="module")
+def crowded() -> FilmedTrial:
+    """1:100 at a rate that shows a zigzag where the collisions crowd."""
+    return film(replace(SETUP, heavy_mass_kg=1.05), Filming(FPS))
+
+
+def test_an_even_crowd_lacks_no_frames(crowded: FilmedTrial) -> None:
+    found = seen_collisions(crowded.track)
+
+    assert np.diff(crowded.frames).min() < RESOLVED_FRAMES
+    assert left_out(crowded.track, found.collisions, found.burst) is None
+
+
+@pytest.mark.parametrize("frames", [2, 6, 10])
+@pytest.mark.parametrize("share", [0.2, 0.4, 0.6, 0.8])
+def test_frames_left_out_of_a_crowd_are_noticed(
+    crowded: FilmedTrial, share: float, frames: int
+) -> None:
+    near = crowded.frames[int(share * len(crowded.frames))]
+    track = without(crowded.track, float(np.floor(near)), frames)
+    found = seen_collisions(track)
+
+    gap = left_out(track, found.collisions, found.burst)
+
+    assert gap is not None
+    assert gap.after == pytest.approx(np.floor(near), abs=1)
+    assert gap.frames == pytest.approx(frames, abs=1)
+
+
+def test_what_happened_in_frames_left_out_is_known_to_half_a_frame(whole: FilmedTrial) -> None:
+    found = replace(seen_collisions(whole.track).collisions[0], frame_sigma=0.01)
+    clock = LeftOut(after=100.0, frames=9, flown=True)
+
+    told = [clock.shown(replace(found, frame=at)).frame_sigma for at in (99.0, 105.0, 111.0)]
+
+    assert told == [0.01, 0.5, 0.01]
 
 
 def test_collisions_are_told_by_the_frames_that_are_there(whole: FilmedTrial) -> None:

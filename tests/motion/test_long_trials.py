@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from count_video.lasting import Errors
-from count_video.motion.joint import Contacts, fit_contacts
+from count_video.motion.batches import BATCH_CONTACTS, fit_contacts
+from count_video.motion.joint import Contacts, fit_together
 from count_video.motion.model import Kind, Model, Paths
 from count_video.records import Floats
 
@@ -21,6 +22,8 @@ LASTS_FRAMES = 4.0
 ROUNDING = 1e-12
 KINDS: tuple[Kind, ...] = ("bodies", "wall") * 5
 MANY = 200
+SIGMA_SHARE = 0.15
+"""Batches know the place of the wall, and the errors of some 1600 places, a little less well."""
 FLOAT_BYTES = 8
 
 
@@ -82,3 +85,21 @@ def test_memory_does_not_grow_with_the_square_of_the_frames() -> None:
         tracemalloc.stop()
     assert len(found.frame) == MANY
     assert most_bytes < FLOAT_BYTES * len(ball) ** 2 / 2
+
+
+def test_batches_tell_what_a_fit_of_all_contacts_at_once_tells() -> None:
+    ball = bouncing(MANY)
+    rough = np.round(FIRST + EVERY * np.arange(MANY)).tolist()
+    paths = Paths(np.arange(float(len(ball))), ball, None)
+
+    batches = fit_contacts(paths, ["wall"] * MANY, rough)
+    at_once = fit_together(paths, ["wall"] * MANY, rough)
+
+    assert MANY > 2 * BATCH_CONTACTS
+    true = FIRST + EVERY * np.arange(MANY)
+    off, off_at_once = (float(np.std(one.frame - true)) for one in (batches, at_once))
+    assert off < (1 + SIGMA_SHARE) * off_at_once
+    assert off < (1 + SIGMA_SHARE) * float(batches.frame_sigma.mean())
+    assert batches.frame_sigma == pytest.approx(at_once.frame_sigma, rel=SIGMA_SHARE)
+    assert np.median(batches.stray_px) == pytest.approx(0.0, abs=ERROR_PX)
+    assert batches.bodies[0].rate.shape == (MANY, 2)

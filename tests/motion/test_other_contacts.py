@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from count_video.motion.joint import Contacts, Fitting, fit_contacts
+from count_video.motion.batches import fit_contacts
+from count_video.motion.joint import Contacts, Fitting
 from count_video.motion.model import Paths
 from count_video.records import Floats
 

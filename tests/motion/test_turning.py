@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from made_collisions import collision
 
+from count_video.motion.batches import fit_contacts
 from count_video.motion.burst import Turning, find_burst, first_turn
 from count_video.motion.gaps import Gaps
-from count_video.motion.joint import Contacts, Motion, fit_contacts
+from count_video.motion.joint import Contacts, Motion
 from count_video.motion.model import Paths
 from count_video.records import Floats
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from count_video.motion.batches import fit_contacts
 from count_video.motion.cadence import frames_per_picture, in_frames, in_pictures
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import find_impacts
-from count_video.motion.joint import Fitting, collisions_of, fit_contacts
+from count_video.motion.joint import Fitting, collisions_of
 from count_video.motion.meeting import seen_meetings
 from count_video.motion.model import Paths
 from count_video.motion.reasons import Cause, Reason

@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from count_video.motion.batches import fit_contacts
 from count_video.motion.gaps import Gaps
-from count_video.motion.joint import ROUNDS, Contacts, Fitting, fit_contacts
+from count_video.motion.joint import ROUNDS, Contacts, Fitting
 from count_video.motion.model import Paths, weighted_median
 from count_video.motion.priors import (
     OUTLINE_PX,

@@ -56,8 +56,9 @@ RIVALS = 5
 """Counts that are fitted finely, ..."""
 COARSELY_LOST = 40.0
 """... if their coarse fits are not worse than the best one's by so much."""
-TURNED_BEFORE = 0.5
-"""The last fitted collision is left to what follows the burst if this is more likely than not."""
+LIKELY = 0.5
+"""The last fitted collision is left to what follows the burst if this is more likely than not; and
+more collisions than were seen are told if they are."""
 NOTHING_KNOWN = Knowledge()
 
 
@@ -131,7 +132,8 @@ def measure_burst(
 ) -> Between | Misfit:
     """Fit the model to a burst whose collisions are all seen, for what it tells of the physics.
 
-    Parameters as for ``count_between``; the count is the number seen and stays so.
+    Parameters as for ``count_between``. The count is the number seen, unless by that number the
+    model does not describe the track and by a larger one, more likely than all others, it does.
     """
     observed = observe(track, found)
     start = _start(observed, found, known)
@@ -144,7 +146,8 @@ def measure_burst(
     fits, noise = fine_fits(observed, prior, [coarse])
     strayed = _strayed(fits[0], observed, track)
     if strayed is not None:
-        return strayed
+        other = count_between(track, found, known)
+        return other if _is_larger(other, found.burst) else strayed
     scatter = SCATTERS[len(SCATTERS) // 2]
     fit = fine_fit(observed, noise, prior, fits[0], scatter)
     measured = _answer(found, observed, {(fit.count, scatter): (0.0, fit)})
@@ -152,6 +155,13 @@ def measure_burst(
     if seen < found.shown or measured.count != found.burst:
         return Misfit(Reason(Cause.MODEL_DIFFERS))
     return measured
+
+
+def _is_larger(between: Between | Misfit, seen: int) -> bool:
+    """Whether more collisions than were seen are likelier than not."""
+    if isinstance(between, Misfit) or between.count <= seen:
+        return False
+    return between.probability[between.count] > LIKELY
 
 
 def _start(
@@ -195,7 +205,7 @@ def _answer(
     fewer, more = end_chances(observed, solution)
     more = 0.0 if found.burst < len(found.collisions) else more
     chances = shifted(chances, count, -1, fewer)
-    if fewer > more and fewer > TURNED_BEFORE and count > 1:
+    if fewer > more and fewer > LIKELY and count > 1:
         count -= 1
         solution = replace(solution, count=count)
     values = solution.values

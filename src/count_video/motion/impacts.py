@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from count_video.motion.batches import fit_contacts
 from count_video.motion.finding import (
     JUMP_SIGMAS,
     OWN_PLACE_SIGMAS,
@@ -28,7 +29,7 @@ from count_video.motion.finding import (
     smoothness_of,
 )
 from count_video.motion.flight import Motion, straying
-from count_video.motion.joint import Contacts, Fitting, fit_contacts
+from count_video.motion.joint import Contacts, Fitting
 from count_video.motion.model import Kind, Paths
 from count_video.motion.pieces import WINDOW_FRAMES
 from count_video.motion.priors import TURN_LOG_RATIO

@@ -17,6 +17,7 @@ from count_video.lasting import Errors
 from count_video.motion.model import Kind, Model, Paths
 from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.priors import CAUCHY_SIGMAS, STRAY_SIGMAS, TIME_MOVES_FRAMES
+from count_video.motion.scanning import scanned
 from count_video.records import Collision, Floats, Velocities
 
 ROUNDS = 4
@@ -65,8 +66,6 @@ class Contacts:
     """Of the ball, then of the heavy body, where there is one."""
     distance_px: float
     """Between the bodies' reference points where they touch; NaN where they do not."""
-    misfit: float
-    """Sum of squares of residuals in sigmas, robust, with the priors."""
     errors: tuple[Errors | None, ...]
     """Of the places of each body."""
 
@@ -88,7 +87,7 @@ class Fitting:
 USUAL = Fitting()
 
 
-def fit_contacts(
+def fit_together(
     paths: Paths, kinds: Sequence[Kind], frames: Sequence[float], how: Fitting = USUAL
 ) -> Contacts:
     """Fit contacts of known kinds, in order of time, from rough frame coordinates.
@@ -110,6 +109,8 @@ def fit_contacts(
             model.use_errors(errors)
         values = _solved(model, FLOOR_SHARE if rough else 0.0)
         found = values[: len(times)]
+        if not rough and number + 1 < how.rounds:
+            found = scanned(model, values)
         moved = float(np.abs(found - times).max(initial=0.0))
         times = found
         if number and moved < SETTLED_FRAMES:
@@ -191,8 +192,8 @@ def _loss(model: Model, found: Floats, values: Floats) -> float:
     return float(CAUCHY_SIGMAS**2 * np.log1p((found / CAUCHY_SIGMAS) ** 2).sum() + away @ away)
 
 
-def _covariance(model: Model, values: Floats) -> tuple[Floats, float]:
-    """Covariance of the parameters, shape (columns, columns), and the sum of squares."""
+def _covariance(model: Model, values: Floats) -> Floats:
+    """Covariance of the parameters, shape (columns, columns)."""
     found, jacobian = model.residuals(values)
     weight = model.weight
     weighted = jacobian / (1 + (found / CAUCHY_SIGMAS) ** 2)[:, None]
@@ -203,12 +204,12 @@ def _covariance(model: Model, values: Floats) -> tuple[Floats, float]:
     total = np.diag(weight**2)
     for body in range(len(model.errors)):
         total += model.covariance(weighted, body)
-    return inverse @ total @ inverse, _loss(model, found, values)
+    return np.asarray(inverse @ total @ inverse)
 
 
 def _contacts(model: Model, values: Floats, origin: float) -> Contacts:
     """Tell the contacts of a solution, with places from an origin."""
-    covariance, misfit = _covariance(model, values)
+    covariance = _covariance(model, values)
     sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     count = len(model.times)
     return Contacts(
@@ -222,7 +223,6 @@ def _contacts(model: Model, values: Floats, origin: float) -> Contacts:
             _motion(model, values, covariance, body) for body in range(len(model.paths.signals))
         ),
         distance_px=float(values[model.distance]) if "bodies" in model.kinds else np.nan,
-        misfit=misfit,
         errors=model.errors,
     )
 
@@ -247,7 +247,8 @@ def _motion(model: Model, values: Floats, covariance: Floats, body: int) -> Moti
             here = (float(rates[near, 0]), slopes[near, 0])
             rate[contact], gradients[contact] = model.rate_within(values, near, time, here)
     jump = gradients[:, 1] - gradients[:, 0]
-    sigma = np.sqrt(np.einsum("csp,csp->cs", gradients @ covariance, gradients))
+    flat = gradients.reshape(-1, model.columns)
+    sigma = np.sqrt(np.einsum("cp,cp->c", flat @ covariance, flat)).reshape(count, 2)
     jump_sigma = np.sqrt(np.einsum("cp,cp->c", jump @ covariance, jump))
     return Motion(rate, sigma, jump_sigma, rows)
 

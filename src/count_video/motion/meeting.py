@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from count_video.motion.batches import fit_contacts
 from count_video.motion.cadence import in_frames
 from count_video.motion.finding import JUMP_SIGMAS
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import Impact, find_impacts
-from count_video.motion.joint import Fitting, collisions_of, fit_contacts
+from count_video.motion.joint import Fitting, collisions_of
 from count_video.motion.model import Paths
 from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.reasons import Cause, Reason

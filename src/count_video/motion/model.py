@@ -18,7 +18,7 @@ on some of them, with a normal prior as wide as those of the flights that show t
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
@@ -26,7 +26,7 @@ from typing import Literal
 
 import numpy as np
 
-from count_video.lasting import FORGOTTEN_FRAMES, LASTS_FRAMES, Errors, errors_of, flight_of
+from count_video.lasting import FORGOTTEN_FRAMES, LASTS_FRAMES, Errors, Flight, errors_of, flight_of
 from count_video.motion.pieces import WINDOW_FRAMES, Rows, pieces_of
 from count_video.motion.priors import (
     BEND_FRAMES,
@@ -42,6 +42,9 @@ Kind = Literal["wall", "far", "bodies"]
 
 BEND_SHOWN_ROWS = 5
 """So many rows of a piece show its acceleration; where none do, ..."""
+
+ENOUGH_ROWS = 3000
+"""So many rows tell the standard deviation of errors to 1.5 %."""
 
 FIRST, LAST, BEND, SWING, SLOPE = range(5)
 NODE_SLOTS = 4
@@ -169,8 +172,8 @@ class Model:
         # Of one body alone hands and rest, before the first contact and after the last, are no
         # flights; two bodies swing before and after.
         inner = flights[1:-1] if len(self.paths.signals) == 1 else []
-        errors = errors_of([flight for flight in inner if flight])
-        return errors or errors_of([flight for flight in flights if flight])
+        errors = errors_of(_enough(inner))
+        return errors or errors_of(_enough(flights))
 
     @cached_property
     def prior(self) -> tuple[Floats, Floats]:
@@ -420,6 +423,13 @@ class Model:
         gradient[[self.bends + number, self.swings + piece.body]] += since, swung
         gradient[contact] -= bend
         return float(at_contact[0] + bend * since + swing * swung), gradient
+
+
+def _enough(flights: Sequence[Flight | None]) -> list[Flight]:
+    """Flights that say something, of very many rows only every so many of them."""
+    telling = [flight for flight in flights if flight]
+    rows = sum(len(flight.clock) for flight in telling)
+    return telling[:: max(1, rows // ENOUGH_ROWS)]
 
 
 def weighted_median(values: Floats, weights: Floats) -> float:
