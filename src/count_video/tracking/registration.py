@@ -27,7 +27,10 @@ from count_video.tracking.sprite import (
     solve,
 )
 
-ROUNDS = 8
+ROUNDS, FRESH_ROUNDS = 8, 2
+"""In the first rounds, pixels may disagree because the place is wrong: which of them do is judged
+anew. If that does not settle, the weights that were left judge the next round, as in iteratively
+reweighted least squares."""
 CONVERGED_PX = 0.1
 """A Gauss-Newton step this small ends the iteration: what is left is of the order of its square
 times the bend of an edge over its slope, some thousandths of a px."""
@@ -81,7 +84,7 @@ def register(
     x, y = guess
     at = round(x), round(y)
     step: _Step | None = None
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS):
         if hides is not None and at != (round(x), round(y)):
             at = round(x), round(y)
             within = _within(picture, sprite, (x, y), hides)
@@ -89,7 +92,7 @@ def register(
                 return None
             model, inside = within
         seen = look_at(picture, x, y, model.tiles)
-        step = _step(model, seen, step)
+        step = _step(model, seen, step if number >= FRESH_ROUNDS else None)
         if step is None:
             return None
         x, y = x + step.x_px, y + step.y_px
