@@ -18,11 +18,7 @@ from count_video.verdict.timed import timed
 from count_video.verdict.wording import sentence
 
 PROBABILITY_AT_LEAST = 0.5
-"""A count that is inferred must be more probable than all others together, ..."""
-INTERVAL_SHARE = 0.01
-"""... or, in a burst of hundreds, right to this share of it, ..."""
-INTERVAL_PROBABILITY = 0.95
-"""... with this probability."""
+"""A count that is inferred must be more probable than all others together."""
 LISTED_AT_MOST = 4
 """Of more likely counts than so many only the range is named, ..."""
 RANGED_AT_MOST = 10
@@ -68,11 +64,10 @@ def _completed(result: TrialResult, found: SeenCollisions, between: Between) -> 
     after = result.collisions[min(count, found.burst) :]
     later = tuple(replace(c, number=count + place) for place, c in enumerate(after, 1))
     seen = sum(collision.seen for collision in burst)
-    doubtful = between.probability[count] < PROBABILITY_AT_LEAST
     return replace(
         result,
         status="counted",
-        reason=left_open(between, result.mass_ratio) if doubtful else None,
+        reason=None,
         count=count,
         seen=seen,
         between_frames=count - seen,
@@ -98,10 +93,8 @@ def left_open(between: Between, mass_ratio: float | None) -> str:
 
 
 def sure_enough(between: Between) -> bool:
-    """Whether a count may be told: probable by itself, or within a narrow interval."""
-    count, chances = between.count, between.probability
-    near = sum(p for n, p in chances.items() if abs(n - count) <= INTERVAL_SHARE * count)
-    return chances[count] >= PROBABILITY_AT_LEAST or near >= INTERVAL_PROBABILITY
+    """Whether a count is probable enough to be given; if not, its interval is the reason."""
+    return between.probability[between.count] >= PROBABILITY_AT_LEAST
 
 
 def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
