@@ -37,6 +37,8 @@ _OPTIONS = {
 }
 _TEXT_FORMATS = frozenset({"tty", "bin", "adf", "idf", "xbin", "concat", "hls"})
 """FFmpeg paints text as pictures and follows lists of other files; nobody means that as footage."""
+_STILLS = frozenset({"mjpeg", "png", "bmp", "gif", "tiff", "webp"})
+"""Coded so, a stream beside another one is likely its cover, where no header says so."""
 _TABLES = frozenset({".txt", ".tsv", ".xls", ".xlsx", ".ods"})
 _GIVE_CLIPS = (
     "give the clip itself, or a table of clips saved as CSV, with a name that ends in .csv"
@@ -116,14 +118,12 @@ def choose_stream(path: Path, container: InputContainer) -> av.VideoStream:
             "pictures, or convert it to H.264"
         )
 
-    # FFmpeg's own choice has read some packets: it knows a still where no header says so.
-    chosen = container.streams.best("video")
-
     def rank(stream: av.VideoStream) -> tuple[bool, bool, bool, int]:
         size = stream.codec_context.width * stream.codec_context.height
         # Phones store a large still beside the film and call both the default.
         default = bool(stream.disposition & Disposition.default)
-        return stream.frames != 1, default, stream is chosen, size
+        still = stream.codec_context.name in _STILLS
+        return stream.frames != 1, default, not still, size
 
     film = max(films, key=rank)
     film.codec_context.options = {"max_pixels": str(MOST_PIXELS)}
