@@ -91,8 +91,9 @@ class Ramp:
 
     def _pace(self, frame: float) -> float:
         """Steady time of the frame about a coordinate."""
-        ends = np.clip([frame - 0.5, frame + 0.5], self.frame[0], self.frame[-1])
-        return float(np.diff(self.time_of(ends))[0] / np.diff(ends)[0])
+        middle = float(np.clip(frame, self.frame[0] + 0.5, self.frame[-1] - 0.5))
+        ends = np.array([middle - 0.5, middle + 0.5])
+        return float(np.diff(self.time_of(ends))[0])
 
     def slows(self, collisions: Sequence[Collision]) -> bool:
         """Whether a collision, told in frames, lies where no pictures are left out.
