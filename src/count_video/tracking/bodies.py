@@ -116,10 +116,9 @@ def find_movers(
     shift = np.zeros((len(frames), 2)) if motion is None else np.nan_to_num(motion.shift_px)
     views = Turned(pictures) if upright else pictures
     rows = dict(zip(frames[samples.chosen].tolist(), samples.chosen.tolist(), strict=True))
-    slope = float(np.tan(np.radians(tilt)))
     shift = shift[:, ::-1] if upright else shift
     sampled = ByFrame(views, rows)
-    clip = Clip(views, frames, sampled, scene.background(sampled, upright, []), slope, shift)
+    clip = Clip(views, frames, sampled, scene.background(sampled, upright, []), shift)
     followed = _followed(clip, scene, roughs, (upright, enough))
     hidden = scene.hidden(clip, followed, upright)
     left = share_unexplained(scene.small, samples.chosen, hidden)

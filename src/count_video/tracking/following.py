@@ -8,6 +8,8 @@ and then the surroundings are searched, further out the longer the body has been
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -38,6 +40,8 @@ REACH_OVER_SPEED = 3.0
 BACK_FROM = 4
 """From the first picture in which a body is known it is followed on, and, from so many later, back
 to the first of the clip."""
+ORDERS = 1, 2
+"""Places are extrapolated by so many powers of the time: at constant velocity, then as in a throw."""
 LOST_LONG, SEARCH_STRIDE = 8, 4
 """A body that was lost for so many frames is searched in every fourth only."""
 
@@ -70,8 +74,6 @@ class Surroundings:
 
     background: Luma
     """What stands still, shape (height, width)."""
-    slope: float
-    """Rise of the line of motion: change of y by x."""
     shift_px: Floats
     """How far the camera has moved each of n pictures, by x and y, shape (n, 2)."""
 
@@ -146,25 +148,23 @@ class _Path:
 
     def __init__(self, sprite: Sprite, agreement: float, around: Surroundings) -> None:
         self._sprite, self._typical = sprite, agreement
-        self._background, self._slope = around.background, around.slope
-        self._place: Place | None = None
-        self._speed: Place = (0.0, 0.0)
-        self._fastest = 0.0
-        self._frame = 0
+        self._background = around.background
+        self._trail: deque[tuple[int, Place]] = deque(maxlen=max(ORDERS) + 1)
+        self._fastest: Place = (0.0, 0.0)
         self._lost = 0
 
     def find(
         self, frame: int, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
     ) -> Fit | None:
         """Find the body in the next picture, by the camera's shift and what hides the body."""
-        shift, hides = shown
+        shift, _ = shown
         fit = self._registered(picture, guess, shown)
-        onward = self.onward(frame, guess)
-        if fit is None and self._place is not None and not self._lost:
-            fit = self._registered(picture, onward, shown)
+        for order in ORDERS:
+            if fit is None and self._trail and not self._lost:
+                fit = self._registered(picture, self.onward(frame, guess, order), shown)
         if fit is None and (self._lost < LOST_LONG or frame % SEARCH_STRIDE == 0):
-            near = guess if self._place is None or self._lost else onward
-            fit = self._believed(self._searched(picture, _plus(near, shift), hides), picture, shift)
+            near = guess if self._lost else self.onward(frame, guess)
+            fit = self._searched(picture, near, shown)
         if fit is None:
             self.lose()
             return None
@@ -178,16 +178,28 @@ class _Path:
         fit = register(picture, self._sprite, _plus(guess, shift), hides)
         return self._believed(fit, picture, shift)
 
-    def _searched(self, picture: Luma, near: Place, hides: Hides | None) -> Fit | None:
-        large = REACH_OVER_HEIGHT * self._sprite.shape[0]
-        reach = max(REACH_AT_LEAST_PX, large, REACH_OVER_SPEED * self._fastest) * (1 + self._lost)
-        within = reach if reach < picture.shape[1] else None
-        return search(picture, self._sprite, near, self._slope, within, hides)
+    def _searched(
+        self, picture: Luma, near: Place, shown: tuple[Place, Hides | None]
+    ) -> Fit | None:
+        shift, hides = shown
+        fits = search(picture, self._sprite, _plus(near, shift), self._reach(), hides)
+        return next((fit for fit in fits if self._believed(fit, picture, shift)), None)
 
-    def onward(self, frame: int, guess: Place) -> Place:
-        """Guess a place by the last one and the last velocity."""
-        steps = frame - self._frame
-        return _plus(self._place or guess, (self._speed[0] * steps, self._speed[1] * steps))
+    def _reach(self) -> Place:
+        """How far to search by x and by y: further, the longer the body has been lost."""
+        large = REACH_OVER_HEIGHT * self._sprite.shape[0]
+        along, across = (REACH_OVER_SPEED * fastest for fastest in self._fastest)
+        away = 1 + self._lost
+        return max(REACH_AT_LEAST_PX, large, along) * away, large + across * away
+
+    def onward(self, frame: int, guess: Place, order: int = 1) -> Place:
+        """Extrapolate the last places by a polynomial; the guess where there are none."""
+        known = list(self._trail)[-order - 1 :]
+        x = y = 0.0
+        for at, place in known:
+            share = math.prod((frame - other) / (at - other) for other, _ in known if other != at)
+            x, y = x + share * place[0], y + share * place[1]
+        return (x, y) if known else guess
 
     def lose(self) -> None:
         """Take note that a picture does not show the body."""
@@ -195,12 +207,15 @@ class _Path:
 
     def pass_by(self, frame: int, place: Place) -> None:
         """Take note of where the body is in a picture."""
-        if self._place is not None:
-            steps = frame - self._frame
-            speed = ((place[0] - self._place[0]) / steps, (place[1] - self._place[1]) / steps)
-            self._fastest = max(self._fastest, abs(speed[0]))
-            self._speed = (0.0, 0.0) if self._lost else speed
-        self._place, self._frame, self._lost = place, frame, 0
+        if self._trail:
+            last, before = self._trail[-1]
+            steps = abs(frame - last)
+            along, across = (abs(a - b) / steps for a, b in zip(place, before, strict=True))
+            self._fastest = max(self._fastest[0], along), max(self._fastest[1], across)
+        if self._lost:
+            self._trail.clear()
+        self._trail.append((frame, place))
+        self._lost = 0
 
     def _believed(self, fit: Fit | None, picture: Luma, shift: Place) -> Fit | None:
         """Take a fit only if it is the body's, and not a place of the scenery that is like it."""

@@ -33,7 +33,7 @@ DIRECTION_SPREAD_RAD = 0.35
 OTHER_TRAVEL, OTHER_SIZE = 0.3, 0.4
 """Another body counts as one that moves by itself if it moves by this share of the way of the one
 that moves most, and is of this share of its size."""
-UNEXPLAINED_AT_MOST = 0.35
+UNEXPLAINED_AT_MOST = 35.0
 """Of what differs from the background this share may be outside of the bodies that were followed:
 threads, shadows that fade."""
 GOES_WITH_SHARE, GOES_WITH_SEEN = 0.1, 0.25

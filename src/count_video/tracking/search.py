@@ -4,10 +4,12 @@ Normalised cross-correlation of the sprite with the picture, at reduced size: a 
 pixels is all that the registration needs. Pixels count by their weight in the sprite, for the
 corners of its box show what lies behind the body, which is another thing at every place. So coarse
 a look confuses a plain body with what is like it in the scenery, so the best few places are
-registered and the best agreement counts.
+registered, and the best agreement comes first.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import cv2
 import numpy as np
@@ -33,19 +35,16 @@ ROUNDING = 0.01
 FLAT_SHARE = 1e-5
 """What varies by less, as a share of the scene's highest power, is rounding of single precision."""
 TINY = 1e-9
-ROWS_OF_SLACK = 0.25
-"""The band searched is this much higher than the sprite on either side, as a share of it."""
 
 
 def search(
     picture: Picture,
     sprite: Sprite,
     near: tuple[float, float],
-    slope: float,
-    reach_px: float | None = None,
+    reach_px: tuple[float, float],
     hides: Hides | None = None,
-) -> Fit | None:
-    """Find the sprite along the line of motion; None where nothing like it is there.
+) -> Iterator[Fit]:
+    """Find the sprite about a place: what is like it, that which agrees best first.
 
     Parameters
     ----------
@@ -55,40 +54,31 @@ def search(
         What to look for.
     near
         A place (x, y) where the sprite's top left pixel once was, in px.
-    slope
-        Rise of the line of motion: change of y by x.
     reach_px
-        How far from ``near`` to look along x; None for the whole width.
+        How far from ``near`` to look along x and along y.
     hides
         What stands in front of it.
     """
-    best: Fit | None = None
-    for place in likely_places(picture, sprite, near, slope, reach_px):
+    fits = []
+    for place in likely_places(picture, sprite, near, reach_px):
         fit = register(picture, sprite, place, hides)
-        if fit is not None and (best is None or fit.agreement > best.agreement):
-            best = fit
-        if best is not None and best.agreement > SURE:
-            break
-    return best
+        if fit is not None and fit.agreement > SURE:
+            yield fit
+        elif fit is not None:
+            fits.append(fit)
+    yield from sorted(fits, key=lambda fit: -fit.agreement)
 
 
 def likely_places(
-    picture: Picture,
-    sprite: Sprite,
-    near: tuple[float, float],
-    slope: float,
-    reach_px: float | None = None,
+    picture: Picture, sprite: Sprite, near: tuple[float, float], reach_px: tuple[float, float]
 ) -> list[tuple[float, float]]:
     """Places (x, y) of the sprite's top left pixel, right to a few px, the likeliest first.
 
     Parameters are those of :func:`search`.
     """
     height, width = sprite.shape
-    reach = float(picture.shape[1]) if reach_px is None else reach_px
-    rise = abs(slope) * min(reach, picture.shape[1])
-    slack = ROWS_OF_SLACK * height + (rise if reach_px is not None else rise / 2)
-    left, right = _span(near[0], width, reach, picture.shape[1])
-    top, bottom = _span(near[1], height, slack, picture.shape[0])
+    left, right = _span(near[0], width, reach_px[0], picture.shape[1])
+    top, bottom = _span(near[1], height, reach_px[1], picture.shape[0])
     if right - left < width or bottom - top < height:
         return []
     scale = max(1.0, min(height, width) / COARSE_HEIGHT_PX)
