@@ -17,7 +17,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from count_video.errors import CountVideoError, UsageError
+from count_video.errors import CountVideoError, MachineError, UsageError
+from count_video.memory import check_limits
 from count_video.options import complete_options, is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.words import printable
@@ -94,15 +95,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         code = _answered(arguments)
         _flush_stdout()
-    except UsageError as error:
-        _complain(str(error))
+    except (UsageError, MachineError, ImportError) as error:
+        _complain(_not_loaded(error) if isinstance(error, ImportError) else str(error))
         return EXIT_USAGE
-    except ImportError as error:  # something else of its name, or a library of the system's missing
-        _complain(
-            f"a part of this program cannot be loaded ({error}); install count-video again, in an "
-            "environment of its own"
-        )
-        return EXIT_USAGE
+    except MemoryError:  # those of the clips have become answers
+        _complain("there is not enough memory; close other programs and start again")
+        return EXIT_NOT_COUNTED
     except KeyboardInterrupt:
         _complain("interrupted")
         return EXIT_INTERRUPTED
@@ -116,6 +114,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
+def _not_loaded(error: ImportError) -> str:
+    """Say so of something else of a part's name, or of a library of the system's that is missing."""
+    return (
+        f"a part of this program cannot be loaded ({error}); install count-video again, in an "
+        "environment of its own"
+    )
+
+
 def _answered(arguments: Sequence[str] | None) -> int:
     try:
         options = read_options(arguments)
@@ -125,6 +131,7 @@ def _answered(arguments: Sequence[str] | None) -> int:
 
 
 def _answer(options: argparse.Namespace) -> int:
+    check_limits()
     if options.output is not None:
         _quieten_the_drawing()
     if options.theory is not None:

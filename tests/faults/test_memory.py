@@ -10,17 +10,21 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from command import faults_of
+from command import ask, faults_of, unfinished
 from test_any_request import answer_to
 
 from count_video import trial
 from count_video.batch.executor import count_job
 from count_video.batch.manifest import Job
 from count_video.errors import MachineError
-from count_video.memory import shortage_told
+from count_video.footage.writer import WriteOptions, write_clip
+from count_video.memory import LEAST_BYTES, check_limits, shortage_told
+from count_video.reports import plan_text
 from count_video.trial import TrialSettings
 
-COUNTS_3 = Path(__file__).parents[2] / "fixtures" / "ratio1-count3.mp4"
+FIXTURES = Path(__file__).parents[2] / "fixtures"
+COUNTS_3 = FIXTURES / "ratio1-count3.mp4"
+COUNTS_12 = FIXTURES / "ratio16-count12.mp4"
 MORE_THAN_ANY = 1 << 55
 
 
@@ -69,3 +73,60 @@ def test_a_shortage_in_a_campaign_is_not_kept_as_the_answer_for_good(
     answer = count_job(Job("clip", str(clip), TrialSettings()))
     assert not answer.final
     assert "not enough memory" in json.loads(answer.text)["reason"]
+
+
+def test_a_shortage_outside_of_the_clips_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plan_text, "theory_text", too_much_for_python)
+    answer = answer_to("--theory", "100", "1")
+    assert (answer.code, faults_of(answer)) == (1, [])
+    assert "not enough memory" in answer.err
+
+
+@pytest.mark.parametrize("name", LEAST_BYTES)
+def test_a_limit_that_no_clip_fits_into_is_told_before_anything_is_loaded(name: str) -> None:
+    option, least = LEAST_BYTES[name]
+    answer = ask("--json", COUNTS_3, limits={name: least - 1})
+    assert (answer.code, answer.out, faults_of(answer)) == (2, "", [])
+    assert f"ulimit -{option}" in answer.err
+
+
+@pytest.mark.parametrize("name", LEAST_BYTES)
+def test_a_small_clip_fits_into_the_least_limit(name: str) -> None:
+    answer = ask("--json", COUNTS_3, limits={name: LEAST_BYTES[name][1]})
+    assert (answer.code, faults_of(answer, 1)) == (0, [])
+
+
+def test_a_process_without_limits_is_not_complained_about() -> None:
+    check_limits()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("megabytes", [50, *range(100, 2001, 100)])
+@pytest.mark.parametrize("name", LEAST_BYTES)
+def test_every_limit_ends_with_a_count_or_one_line(
+    name: str, megabytes: int, large_clip: Path
+) -> None:
+    for clip in (COUNTS_3, COUNTS_12, large_clip):
+        answer = ask("--json", clip, limits={name: megabytes * 1_000_000})
+        assert faults_of(answer, 1) == []
+        assert answer.code == 0 or answer.err.count("\n") == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("megabytes", range(600, 1001, 100))
+@pytest.mark.parametrize("more", [[], ["--pages", "--jobs=1", FIXTURES]])
+def test_every_limit_leaves_evidence_whole_or_one_line(
+    megabytes: int, more: list[object], tmp_path: Path
+) -> None:
+    answer = ask(COUNTS_3, "-o", tmp_path, *more, limits={"RLIMIT_AS": megabytes * 1_000_000})
+    assert faults_of(answer) == []
+    assert unfinished(tmp_path) == []
+
+
+@pytest.fixture(scope="module")
+def large_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A clip of pictures of the largest size, whose decoder takes half a gigabyte."""
+    clip = tmp_path_factory.mktemp("large") / "clip.mp4"
+    picture = np.full((4320, 4096), 90, np.uint8)
+    write_clip(clip, (picture + np.uint8(k) for k in range(20)), WriteOptions(preset="ultrafast"))
+    return clip
