@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import errno
 import os
+import struct
 import wave
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -58,6 +59,20 @@ def no_whole_picture(path: Path) -> None:
     path.write_bytes(path.read_bytes()[: (first.pos or 0) + first.size // 2])
 
 
+def animated_webp(path: Path) -> None:
+    """Write the header of an animation, whose frames FFmpeg cannot decode."""
+
+    def chunk(name: bytes, data: bytes) -> bytes:
+        return name + struct.pack("<I", len(data)) + data + bytes(len(data) % 2)
+
+    canvas = struct.pack("<I", 63)[:3] + struct.pack("<I", 47)[:3]
+    extended = chunk(b"VP8X", b"\x02\0\0\0" + canvas) + chunk(b"ANIM", bytes(6))
+    encoded, still = cv2.imencode(".webp", np.zeros((48, 64), np.uint8))
+    assert encoded
+    frame = bytes(6) + canvas + struct.pack("<I", 33)[:3] + b"\0" + still.tobytes()[12:]
+    path.write_bytes(chunk(b"RIFF", b"WEBP" + extended + 2 * chunk(b"ANMF", frame)))
+
+
 UNREADABLE: dict[Callable[[Path], None], str] = {
     missing: "no such file",
     folder: "folder",
@@ -67,6 +82,7 @@ UNREADABLE: dict[Callable[[Path], None], str] = {
     random_bytes: "not readable as video",
     sound_only: "audio",
     no_whole_picture: "not one picture",
+    animated_webp: "animated WebP",
 }
 
 

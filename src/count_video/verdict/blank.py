@@ -35,6 +35,8 @@ def unread_result(clip: str, reason: str) -> TrialResult:
 
 def nothing_to_count(info: FootageInfo, report: FootageReport, reason: str) -> TrialResult:
     """Answer for a clip that was read but shows nothing that can be counted."""
+    if report.frames_decoded == 1:
+        reason = "one picture alone could be read, in which nothing moves; give the whole clip"
     return replace(
         unread_result(str(info.path), reason),
         capture_fps=info.capture_fps,
