@@ -115,7 +115,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _not_loaded(error: ImportError) -> str:
-    """Say so of something else of a part's name, or of a library of the system's that is missing."""
+    """Say it of something else of a part's name, or of a library that the system lacks."""
     return (
         f"a part of this program cannot be loaded ({error}); install count-video again, in an "
         "environment of its own"
