@@ -18,7 +18,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from count_video.errors import CountVideoError, MachineError, UsageError
-from count_video.memory import check_limits
+from count_video.memory import (
+    DRAWING_BYTES,
+    LIBRARIES_BYTES,
+    check_limits,
+    check_room,
+    shortage_told,
+)
 from count_video.options import complete_options, is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.words import printable
@@ -93,14 +99,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command on ``arguments`` (None: those of this process) and return its exit code."""
     _show_any_file_name()
     try:
-        code = _answered(arguments)
+        with shortage_told():
+            code = _answered(arguments)
         _flush_stdout()
     except (UsageError, MachineError, ImportError) as error:
         _complain(_not_loaded(error) if isinstance(error, ImportError) else str(error))
         return EXIT_USAGE
-    except MemoryError:  # those of the clips have become answers
-        _complain("there is not enough memory; close other programs and start again")
-        return EXIT_NOT_COUNTED
     except KeyboardInterrupt:
         _complain("interrupted")
         return EXIT_INTERRUPTED
@@ -133,6 +137,7 @@ def _answered(arguments: Sequence[str] | None) -> int:
 def _answer(options: argparse.Namespace) -> int:
     check_limits()
     if options.output is not None:
+        check_room(LIBRARIES_BYTES + DRAWING_BYTES)
         _quieten_the_drawing()
     if options.theory is not None:
         return _answer_theory(options)

@@ -21,6 +21,7 @@ from count_video.followed import Followed, followed
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
+from count_video.memory import DRAWING_BYTES, check_room
 from count_video.outputs import (
     CsvDialect,
     OutputFolder,
@@ -149,6 +150,7 @@ def draw_evidence(
 def _draw(
     path: Path, found: Followed, into: tuple[_Files, EvidenceSettings], progress: Progress
 ) -> None:
+    check_room(DRAWING_BYTES)
     files, evidence = into
     if found.track is None:
         files.write("html", clip_page(found.result, None, None).encode("utf-8"))

@@ -10,14 +10,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 
-from count_video.errors import MachineError
+from count_video.errors import CountVideoError, MachineError
 
 LEAST_BYTES = {"RLIMIT_AS": ("v", 600_000_000), "RLIMIT_DATA": ("d", 200_000_000)}
 """Limits of a process: the option of ``ulimit`` that sets each, and the least that will do. On
 Linux the libraries take 430 MB of addresses and 120 MB of data, a small clip most of the rest."""
+LIBRARIES_BYTES = 430_000_000
+DRAWING_BYTES = 300_000_000
+"""SciPy and matplotlib take 120 MB; the rest is for pictures and an encoder. With less SciPy's
+OpenBLAS asks for its buffer for ever as it is loaded."""
 _BUFFER_BYTES = 64_000_000
 """OpenBLAS takes half of it, once, at the first product of large matrices."""
 _LARGE = 64
+_PICTURE_BYTES = 150_000_000
+"""More than any picture takes that is decoded."""
 _OPENCV_NO_MEMORY = -4  # cv::Error::StsNoMem
 
 
@@ -45,28 +51,48 @@ def check_limits() -> None:
 
 @contextmanager
 def shortage_told() -> Iterator[None]:
-    """Turn the errors of Python, NumPy and OpenCV for want of memory into one of ours.
+    """Turn any error for want of memory into one of ours.
 
     Raises
     ------
     MachineError
         What was done here found no memory.
     """
-    import cv2  # noqa: PLC0415 - takes time, and memory that check_limits asks for
-
     try:
-        _take_buffer()
         yield
-    except MemoryError as error:
-        raise _shortage() from error
-    except cv2.error as error:
-        if error.code != _OPENCV_NO_MEMORY:
+    except (CountVideoError, OSError):
+        raise
+    except Exception as error:
+        if not _for_want_of_memory(error):
             raise
-        raise _shortage() from error
+        raise MachineError(
+            "there is not enough memory; close other programs, count fewer clips at a time "
+            "(--jobs), or use a part of the picture (--region)"
+        ) from error
+
+
+def _for_want_of_memory(error: Exception) -> bool:
+    """Return whether an error says so, or there is none: each library has errors of its own."""
+    said = getattr(error, "code", None) == _OPENCV_NO_MEMORY
+    if said or isinstance(error, MemoryError):
+        return True
+    try:
+        check_room()
+    except MemoryError:
+        return True
+    return False
+
+
+def check_room(wanted_bytes: int = _PICTURE_BYTES) -> None:
+    """Raise MemoryError unless there is room: FFmpeg calls it damage where it found none.
+
+    The other way round, it says of absurd sizes in damaged files that there was no memory for them.
+    """
+    bytearray(wanted_bytes)
 
 
 @cache
-def _take_buffer() -> None:
+def take_buffer() -> None:
     """Have OpenBLAS take its buffer while there is room for it, for it ends the process if not.
 
     Raises
@@ -74,15 +100,8 @@ def _take_buffer() -> None:
     MemoryError
         There is no room.
     """
-    import numpy as np  # noqa: PLC0415 - as above
+    import numpy as np  # noqa: PLC0415 - takes memory that is asked for before
 
-    bytearray(_BUFFER_BYTES)
+    check_room(_BUFFER_BYTES)
     large = np.ones((_LARGE, _LARGE))
     large @ large
-
-
-def _shortage() -> MachineError:
-    return MachineError(
-        "there is not enough memory for this clip; close other programs, count fewer clips at a "
-        "time (--jobs), or use a part of the picture (--region)"
-    )

@@ -20,6 +20,7 @@ from pathlib import Path
 from count_video import verdict
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage, open_footage
+from count_video.memory import take_buffer
 from count_video.motion.alone import seen_impacts
 from count_video.motion.cadence import cadence_of
 from count_video.motion.clock import as_shown, seen_by_clock
@@ -89,7 +90,10 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
         If the file cannot be read as footage.
     UsageError
         If a setting does not fit the clip.
+    MemoryError
+        If there is not enough memory.
     """
+    take_buffer()
     with open_footage(path, capture_fps=settings.capture_fps) as footage:
         looking = TrackSettings(settings.wall_side, settings.region, settings.start, settings.end)
         with observe(footage, looking, progress) as seen:

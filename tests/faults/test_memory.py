@@ -13,19 +13,18 @@ import pytest
 from command import ask, faults_of, unfinished
 from test_any_request import answer_to
 
-from count_video import trial
+from count_video import memory, trial
 from count_video.batch.executor import count_job
 from count_video.batch.manifest import Job
-from count_video.errors import MachineError
+from count_video.errors import MachineError, UsageError
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.memory import LEAST_BYTES, check_limits, shortage_told
 from count_video.reports import plan_text
 from count_video.trial import TrialSettings
 
-FIXTURES = Path(__file__).parents[2] / "fixtures"
-COUNTS_3 = FIXTURES / "ratio1-count3.mp4"
-COUNTS_12 = FIXTURES / "ratio16-count12.mp4"
+COUNTS_3 = Path(__file__).parents[2] / "fixtures" / "ratio1-count3.mp4"
 MORE_THAN_ANY = 1 << 55
+LARGE_FRAMES = 20
 
 
 def too_much_for_numpy(*_: object) -> None:
@@ -47,6 +46,14 @@ TOO_MUCH = (too_much_for_numpy, too_much_for_opencv, too_much_for_python)
 def test_a_shortage_is_one_sentence_whoever_meets_it(demand: Callable[[], None]) -> None:
     with pytest.raises(MachineError, match="not enough memory"), shortage_told():
         demand()
+
+
+def test_whatever_fails_without_room_fails_for_want_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "check_room", too_much_for_python)
+    with pytest.raises(MachineError, match="not enough memory"), shortage_told():
+        raise ValueError("Input array could not be made C-contiguous")
+    with pytest.raises(UsageError, match="no such"), shortage_told():
+        raise UsageError("no such option")
 
 
 def test_any_other_error_of_opencv_stays_what_it_is() -> None:
@@ -78,7 +85,7 @@ def test_a_shortage_in_a_campaign_is_not_kept_as_the_answer_for_good(
 def test_a_shortage_outside_of_the_clips_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plan_text, "theory_text", too_much_for_python)
     answer = answer_to("--theory", "100", "1")
-    assert (answer.code, faults_of(answer)) == (1, [])
+    assert (answer.code, faults_of(answer)) == (2, [])
     assert "not enough memory" in answer.err
 
 
@@ -106,19 +113,25 @@ def test_a_process_without_limits_is_not_complained_about() -> None:
 def test_every_limit_ends_with_a_count_or_one_line(
     name: str, megabytes: int, large_clip: Path
 ) -> None:
-    for clip in (COUNTS_3, COUNTS_12, large_clip):
+    for clip, frames in ((COUNTS_3, 108), (large_clip, LARGE_FRAMES)):
         answer = ask("--json", clip, limits={name: megabytes * 1_000_000})
         assert faults_of(answer, 1) == []
         assert answer.code == 0 or answer.err.count("\n") == 1
+        for line in answer.out.splitlines():
+            assert json.loads(line)["frames_decoded"] in (None, frames), "frames lost on the way"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("megabytes", range(600, 1001, 100))
-@pytest.mark.parametrize("more", [[], ["--pages", "--jobs=1", FIXTURES]])
+@pytest.mark.parametrize("megabytes", range(600, 1101, 50))
+@pytest.mark.parametrize(
+    "arguments",
+    [[COUNTS_3], [COUNTS_3, COUNTS_3, "--pages", "--jobs=1"], ["--plan", "100", "1"]],
+    ids=["evidence", "campaign", "plan"],
+)
 def test_every_limit_leaves_evidence_whole_or_one_line(
-    megabytes: int, more: list[object], tmp_path: Path
+    megabytes: int, arguments: list[object], tmp_path: Path
 ) -> None:
-    answer = ask(COUNTS_3, "-o", tmp_path, *more, limits={"RLIMIT_AS": megabytes * 1_000_000})
+    answer = ask(*arguments, "-o", tmp_path, limits={"RLIMIT_AS": megabytes * 1_000_000})
     assert faults_of(answer) == []
     assert unfinished(tmp_path) == []
 
@@ -128,5 +141,7 @@ def large_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A clip of pictures of the largest size, whose decoder takes half a gigabyte."""
     clip = tmp_path_factory.mktemp("large") / "clip.mp4"
     picture = np.full((4320, 4096), 90, np.uint8)
-    write_clip(clip, (picture + np.uint8(k) for k in range(20)), WriteOptions(preset="ultrafast"))
+    write_clip(
+        clip, (picture + np.uint8(k) for k in range(LARGE_FRAMES)), WriteOptions(preset="ultrafast")
+    )
     return clip

@@ -15,6 +15,7 @@ import pytest
 from numbered_frames import numbered, write_numbered
 
 from count_video.errors import FootageError, MachineError
+from count_video.footage import decoding
 from count_video.footage.decoding import Tally, decode, packets_of
 from count_video.footage.reader import open_footage
 
@@ -187,6 +188,15 @@ class Packets:
 def test_a_decoder_that_gets_no_threads_is_no_damaged_clip() -> None:
     with pytest.raises(MachineError, match="no more threads"):
         list(decode(Packets(), Reluctant(0), Tally()))  # type: ignore[arg-type]
+
+
+def test_packets_refused_for_want_of_memory_are_no_damage(monkeypatch: pytest.MonkeyPatch) -> None:
+    def find_no_room() -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(decoding, "check_room", find_no_room)
+    with pytest.raises(MemoryError):
+        list(decode(Packets(), Reluctant(3), Tally()))  # type: ignore[arg-type]
 
 
 def test_a_decoder_that_stops_later_was_opened_and_met_damage() -> None:
