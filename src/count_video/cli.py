@@ -138,7 +138,7 @@ def _answer(options: argparse.Namespace) -> int:
     check_limits()
     if options.output is not None:
         check_room(LIBRARIES_BYTES + DRAWING_BYTES)
-        _quieten_the_drawing()
+        _load_the_drawing()
     if options.theory is not None:
         return _answer_theory(options)
     if options.plan is not None:
@@ -226,11 +226,18 @@ def _replaces_evidence(options: argparse.Namespace) -> bool:
     return False
 
 
-def _quieten_the_drawing() -> None:
-    """Keep matplotlib's remarks on its font cache, made at the first picture, off stderr."""
+def _load_the_drawing() -> None:
+    """Load matplotlib, with its remarks (on its font cache, or on settings) kept off stderr."""
     import logging
 
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    logging.getLogger("matplotlib").setLevel(logging.CRITICAL)
+    try:
+        import matplotlib as _  # noqa: F401 - reads a file of settings, also from this folder
+    except (OSError, ValueError) as error:
+        raise UsageError(
+            f"the settings of matplotlib cannot be read ({error}); move its file matplotlibrc "
+            "away, which is in this folder or among your settings"
+        ) from error
 
 
 def _answer_theory(options: argparse.Namespace) -> int:

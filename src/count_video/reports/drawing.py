@@ -14,9 +14,9 @@ from functools import cache, lru_cache
 from typing import Any
 
 import cv2
-import matplotlib as mpl
 import matplotlib.patheffects as effects
 import numpy as np
+from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont
@@ -93,8 +93,8 @@ def rgb(colour: str) -> Colour:
 
 
 def styled() -> AbstractContextManager[None]:
-    """Context in which a figure is made and written."""
-    context: AbstractContextManager[None] = mpl.rc_context(STYLE)
+    """Context in which a figure is made and written, whatever ``matplotlibrc`` lies about here."""
+    context: AbstractContextManager[None] = style.context(["default", STYLE])
     return context
 
 
