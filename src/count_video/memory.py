@@ -88,7 +88,7 @@ def check_room(wanted_bytes: int = _PICTURE_BYTES) -> None:
 
     The other way round, it says of absurd sizes in damaged files that there was no memory for them.
     """
-    bytearray(wanted_bytes)
+    bytes(wanted_bytes)  # taken by calloc: never touched, and free again at once
 
 
 @cache

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import resource
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -18,12 +19,13 @@ from count_video.batch.executor import count_job
 from count_video.batch.manifest import Job
 from count_video.errors import MachineError, UsageError
 from count_video.footage.writer import WriteOptions, write_clip
-from count_video.memory import LEAST_BYTES, check_limits, shortage_told
+from count_video.memory import LEAST_BYTES, check_limits, check_room, shortage_told
 from count_video.reports import plan_text
 from count_video.trial import TrialSettings
 
 COUNTS_3 = Path(__file__).parents[2] / "fixtures" / "ratio1-count3.mp4"
 MORE_THAN_ANY = 1 << 55
+MUCH_BYTES = 1 << 30
 LARGE_FRAMES = 20
 
 
@@ -145,3 +147,11 @@ def large_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
         clip, (picture + np.uint8(k) for k in range(LARGE_FRAMES)), WriteOptions(preset="ultrafast")
     )
     return clip
+
+
+def test_to_ask_for_room_fills_none() -> None:
+    """Each packet that is refused asks: memory that is filled would take minutes."""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    check_room(MUCH_BYTES)
+    touched = resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+    assert touched < MUCH_BYTES // resource.getpagesize() // 100
