@@ -19,7 +19,13 @@ import cv2
 import count_video
 from count_video import trial
 from count_video.batch.manifest import Job, Pages
-from count_video.errors import CountVideoError, FootageError, TrackingError, UsageError
+from count_video.errors import (
+    CountVideoError,
+    FootageError,
+    MachineError,
+    TrackingError,
+    UsageError,
+)
 from count_video.followed import Followed, followed, packed, unpacked
 from count_video.inputs import content_digest
 from count_video.memory import shortage_told
@@ -132,6 +138,8 @@ def _answer(job: Job, future: Future[Answer] | None) -> Answer:
     error = future.exception()
     if isinstance(error, BrokenExecutor):
         return failure(job, "the worker died on this clip, twice; play the clip, or convert it")
+    if isinstance(error, MachineError):
+        return failure(job, str(error))
     if error is not None:
         # Not the clip's error but the program's (or the cluster's): the others are not to suffer.
         words = " ".join(f"{type(error).__name__}: {error}".split())
