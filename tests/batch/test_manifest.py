@@ -170,6 +170,13 @@ def test_a_folder_stands_for_the_video_files_in_it(tmp_path: Path) -> None:
     assert [clip.name for clip in clips_in(tmp_path)] == ["clip1.mkv", "clip2.MOV", "clip10.mp4"]
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="links need rights there")
+def test_a_link_that_leads_nowhere_is_not_passed_over(tmp_path: Path) -> None:
+    (tmp_path / "far.mp4").symlink_to(tmp_path / "unmounted" / "clip.mp4")
+    (tmp_path / "folder.mp4").mkdir()
+    assert [clip.name for clip in clips_in(tmp_path)] == ["far.mp4"]
+
+
 def test_a_folder_without_a_clip_is_told(tmp_path: Path) -> None:
     touch(tmp_path, "notes.txt")
     with pytest.raises(FootageError, match="no video file in this folder"):
