@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from count_video import trial
 from count_video.batch.manifest import Job, jobs_of
+from count_video.batch.results import signature
 from count_video.errors import CountVideoError, UsageError
 from count_video.memory import shortage_told
 from count_video.outputs import CsvDialect
@@ -54,6 +55,8 @@ class Result:
     """What the answer rests on; None for a clip that could not be read."""
     error: CountVideoError | OSError | None = None
     """Why the clip could not be read; None for every other clip, counted or not."""
+    clip_state: tuple[int, ...] = ()
+    """Size in bytes and time of the last change of the clip that was counted; empty if unknown."""
 
     @property
     def clip(self) -> str:
@@ -197,16 +200,25 @@ class Result:
         Raises
         ------
         UsageError
-            If a file cannot be written, or would replace one that this program did not write.
+            If a file cannot be written, or would replace one that this program did not write; if
+            the clip changed since it was counted.
         """
         from count_video.evidence import EvidenceSettings, keep_evidence  # noqa: PLC0415
 
         wanted = EvidenceSettings(
             Path(folder), picture_format, csv_dialect=csv_dialect, presenter=presenter
         )
+        self._check_clip()
         with shortage_told():
             names = keep_evidence(self.trial, self.answer, wanted, progress)
+        self._check_clip()
         return [wanted.folder / name for name in names]
+
+    def _check_clip(self) -> None:
+        """Raise UsageError if the clip is another than the one counted: its pictures are too."""
+        now = _state_of(Path(self.clip))  # empty if it is gone, which the drawing says
+        if self.clip_state and now and now != self.clip_state:
+            raise UsageError(f"{self.clip}: the clip changed since it was counted; count it again")
 
     def __repr__(self) -> str:
         """One line: the clip and its count."""
@@ -298,12 +310,13 @@ def count(  # noqa: PLR0913 - what a clip may need is many things, each by its n
         ball_diameter_mm=ball_diameter_mm,
         seen_only=seen_only,
     )
+    state = _state_of(Path(path))
     try:
         with shortage_told():
             worked = trial.work_through(Path(path), settings, progress)
     finally:
         progress.finish()
-    return Result(worked.result, worked)
+    return Result(worked.result, worked, clip_state=state)
 
 
 def count_all(
@@ -389,12 +402,17 @@ def _count_job(job: Job) -> Result:
     if job.problem is not None:
         return refused(job.clip, UsageError(job.problem))
     path = Path(job.clip)
+    state = _state_of(path)
     try:
         with shortage_told():
             worked = trial.work_through(path, job.settings)
     except (CountVideoError, OSError) as error:
         return refused(path, error)
-    return Result(worked.result, worked)
+    return Result(worked.result, worked, clip_state=state)
+
+
+def _state_of(clip: Path) -> tuple[int, ...]:
+    return tuple(signature(clip)[:2])
 
 
 def _died(job: Job) -> Result:

@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import pickle
+import shutil
 import subprocess
 import sys
 from fractions import Fraction
@@ -44,6 +45,16 @@ def test_a_clip_is_counted(result: Result) -> None:
     assert result.reasons == ()
     assert result.error is None
     assert repr(result) == "<count_video.Result ratio1-count3.mp4: 3 collisions>"
+
+
+def test_no_evidence_shows_another_clip_than_the_one_counted(tmp_path: Path) -> None:
+    clip = tmp_path / "clip.mp4"
+    shutil.copy(CLIP, clip)
+    result = count_video.count(clip)
+    shutil.copy(FIXTURES / "ratio16-count12.mp4", clip)
+    with pytest.raises(UsageError, match="changed since it was counted"):
+        result.save(tmp_path / "evidence")
+    assert not (tmp_path / "evidence").exists()
 
 
 def test_masses_are_taken_at_their_decimal_values(result: Result) -> None:
