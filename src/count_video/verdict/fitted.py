@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 
 from count_video.motion.fitted import Between, Misfit
-from count_video.motion.posterior import shifted
+from count_video.motion.posterior import with_more
 from count_video.motion.priors import STRAYING_WRONG
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.rivals import PAIR, Knowledge
@@ -42,7 +43,7 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
         return replace(result, reason=f"{result.reason}; {sentence(between.reason)}")
     count = between.count
     least = min(found.burst, found.rival.count) if found.rival else found.burst
-    if count < least:
+    if count < least and between.left_out is None:
         return replace(
             result,
             reason=f"{result.reason}; the model of the motion that describes the track best has "
@@ -112,7 +113,7 @@ def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
         return replace(result, reason="; ".join(reasons), probability=chances)
     burst = tuple(timed(collision, result.capture_fps) for collision in between.collisions)
     return replace(
-        with_mass_ratio(_continued(result, between.one_more), between.mass_ratio),
+        with_mass_ratio(_continued(result, between.following), between.mass_ratio),
         collisions=(*burst, *result.collisions[len(burst) :]),
         energy_kept=between.energy_kept,
         restitution_bodies=between.restitution_bodies,
@@ -122,17 +123,18 @@ def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
     )
 
 
-def _continued(result: TrialResult, one_more: float) -> TrialResult:
-    """Leave room for a collision after the clip's end; no count where it is likely."""
-    if result.count is None or one_more <= LIKELY_ABOVE:
+def _continued(result: TrialResult, following: Mapping[int, float]) -> TrialResult:
+    """Leave room for collisions after the clip's end; no count where they are likely."""
+    more = 1.0 - following.get(0, 0.0)
+    if result.count is None or more <= LIKELY_ABOVE:
         return result
-    said = sentence(Reason(Cause.ENDS_BEFORE_NEXT, (one_more,)))
+    said = sentence(Reason(Cause.ENDS_BEFORE_NEXT, (more,)))
     open_still = replace(
         result,
         reason="; ".join(filter(None, (result.reason, said))),
-        probability=shifted(result.probability, result.count, 1, one_more),
+        probability=with_more(result.probability, following),
     )
-    if open_still.probability[result.count] >= PROBABILITY_AT_LEAST:
+    if open_still.probability.get(result.count, 0.0) >= PROBABILITY_AT_LEAST:
         return open_still
     return replace(
         open_still, status="not_counted", count=None, between_frames=None, pi_low=None, pi_high=None
