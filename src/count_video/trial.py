@@ -20,12 +20,11 @@ from pathlib import Path
 from count_video import verdict
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage, open_footage
-from count_video.motion.alone import seen_impacts
 from count_video.motion.cadence import cadence_of
-from count_video.motion.clock import as_shown, seen_by_clock
 from count_video.motion.fitted import Between, Misfit, count_between, measure_burst
+from count_video.motion.frame_times import as_shown, seen_by_clock
 from count_video.motion.left_out import LeftOut
-from count_video.motion.meeting import only_turns, without_wall
+from count_video.motion.meeting import only_turns, seen_impacts, without_wall
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.weighing import SeenImpacts, with_wall_ahead

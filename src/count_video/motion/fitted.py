@@ -120,12 +120,14 @@ def count_between(
         return start
     rough, prior = start
     calm = calm_beginning(found.collisions[: found.burst])
+    whole = None
     if calm >= CALM_COLLISIONS:
         first = forward_fit(observed, rough, prior, found, calm)
         lightness = rough[Column.LIGHTNESS]
         rough = first.values[:FIRST_DEVIATION].copy()
         rough[Column.LIGHTNESS] = lightness
-    coarse = coarse_fits(observed, rough, prior, found.burst)
+        whole = first if calm == found.burst and np.isfinite(first.loss) else None
+    coarse = coarse_fits(observed, rough, prior, found.burst, whole)
     observed, coarse = with_frames_left_out(observed, rough, prior, coarse, found.burst, gap)
     if not np.isfinite(coarse[0].loss):
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))

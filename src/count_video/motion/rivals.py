@@ -121,8 +121,9 @@ def coarse_fits(
 ) -> list[Solution]:
     """Fit promising counts coarsely, without scatter; the solutions by rising loss.
 
-    It begins with the number that was seen and the counts that the scan likes best. As long as the
-    best one's neighbours have not been tried they come next, each from the best fit so far.
+    It begins with the number that was seen, the counts that the scan likes best, and the ``start``
+    if there is one. As long as the best one's neighbours have not been tried they come next, each
+    from the best fit so far.
     """
     rows = scan(observed, rough, prior)
     if prior.sigma[Column.SKIP]:
@@ -132,7 +133,12 @@ def coarse_fits(
     likeliest = _likeliest(rows, STARTS)
     wanted = [seen] if not likeliest or seen > SEEN_SHARE * likeliest[0] else []
     fitted: dict[int, Solution] = {}
+    if start is not None:
+        first = start.values[:FIRST_DEVIATION]
+        fitted[start.count] = refloored(observed, prior, first, start.count)
     for count in dict.fromkeys(wanted + likeliest):
+        if start is not None and count == start.count:
+            continue
         fitted[count] = _best_start(observed, prior, rows, count, _bearable(fitted))
     return _from(observed, prior, fitted)
 
