@@ -21,11 +21,11 @@ from count_video import verdict
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage, open_footage
 from count_video.memory import take_buffer
-from count_video.motion.alone import seen_impacts
 from count_video.motion.cadence import cadence_of
-from count_video.motion.clock import as_shown, seen_by_clock
 from count_video.motion.fitted import Between, Misfit, count_between, measure_burst
-from count_video.motion.meeting import only_turns, without_wall
+from count_video.motion.frame_times import as_shown, seen_by_clock
+from count_video.motion.left_out import LeftOut
+from count_video.motion.meeting import only_turns, seen_impacts, without_wall
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.weighing import SeenImpacts, with_wall_ahead
@@ -196,7 +196,9 @@ def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
     result = verdict.counted(info, report, track, found, settings.masses, settings.ball_diameter_mm)
     between = None
     if verdict.leaves_room(found) and not settings.seen_only:
-        between = count_between(track, found, verdict.knowledge(info, settings.masses))
+        known = verdict.knowledge(info, settings.masses)
+        gap = clock if isinstance(clock, LeftOut) else None
+        between = count_between(track, found, known, gap)
         result = verdict.inferred(result, found, between)
     elif result.count:
         between = measure_burst(track, found, verdict.knowledge(info, settings.masses))
@@ -205,7 +207,8 @@ def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
             verdict.inferred(result, found, between) if more else verdict.measured(result, between)
         )
     result = verdict.doubted_for_missing(result, report)
-    return Trial(as_shown(result, clock), info, shown, found, between)
+    left_out = between.left_out if isinstance(between, Between) else None
+    return Trial(as_shown(result, clock, left_out), info, shown, found, between)
 
 
 def _without_pair(seen: Observation) -> Trial:

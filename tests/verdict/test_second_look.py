@@ -15,7 +15,7 @@ from count_video.records import (
     Velocities,
 )
 from count_video.verdict import is_better
-from count_video.verdict.blank import unread_result
+from count_video.verdict.answers import unread_result
 
 FRAMES = 40
 

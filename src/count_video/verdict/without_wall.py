@@ -8,9 +8,7 @@ import numpy as np
 
 from count_video.motion.weighing import SeenImpacts
 from count_video.records import FootageInfo, FootageReport, Track, TrialResult
-from count_video.verdict.blank import nothing_to_count
-from count_video.verdict.missing import with_missing
-from count_video.verdict.timed import timed
+from count_video.verdict.answers import nothing_to_count, timed, with_missing
 from count_video.verdict.wording import sentences
 
 IMPACTS_PROBABILITY_AT_LEAST = 0.25
