@@ -32,7 +32,7 @@ from count_video.outputs import (
     output_name,
     write_whole,
 )
-from count_video.trial import TrialSettings
+from count_video.pipeline import TrialSettings
 
 ANY_NAME = st.text(st.characters(exclude_characters="/\0"), min_size=1, max_size=300)
 PATIENCE_S = 60

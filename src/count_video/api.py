@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Literal, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video import trial
+from count_video import pipeline
 from count_video.batch.manifest import Job, jobs_of
 from count_video.errors import CountVideoError, UsageError
 from count_video.memory import shortage_told
@@ -50,7 +50,7 @@ class Result:
 
     answer: TrialResult
     """Everything that was found, as one frozen record with a unit on every field."""
-    trial: trial.Trial | None = None
+    trial: pipeline.Trial | None = None
     """What the answer rests on; None for a clip that could not be read."""
     error: CountVideoError | OSError | None = None
     """Why the clip could not be read; None for every other clip, counted or not."""
@@ -300,7 +300,7 @@ def count(  # noqa: PLR0913 - what a clip may need is many things, each by its n
     )
     try:
         with shortage_told():
-            worked = trial.work_through(Path(path), settings, progress)
+            worked = pipeline.work_through(Path(path), settings, progress)
     finally:
         progress.finish()
     return Result(worked.result, worked)
@@ -391,7 +391,7 @@ def _count_job(job: Job) -> Result:
     path = Path(job.clip)
     try:
         with shortage_told():
-            worked = trial.work_through(path, job.settings)
+            worked = pipeline.work_through(path, job.settings)
     except (CountVideoError, OSError) as error:
         return refused(path, error)
     return Result(worked.result, worked)

@@ -29,6 +29,7 @@ from count_video.outputs import (
     output_name,
     write_whole,
 )
+from count_video.pipeline import Trial
 from count_video.progress import NO_PROGRESS, Progress, counted_off
 from count_video.records import Track, TrialResult
 from count_video.reports.annotated_clip import AnnotatedClip, frame_times_s
@@ -47,7 +48,6 @@ from count_video.reports.page import MEDIA_TYPES, Footage, Picture, clip_page
 from count_video.reports.presenter import PresenterClip, Shape
 from count_video.reports.tables import collisions_array, table_csv, track_array
 from count_video.reports.words import printable
-from count_video.trial import Trial
 
 PictureFormat = Literal["png", "svg"]
 _PRESENTER = ("presenter.mp4", "presenter.gif")

@@ -9,8 +9,8 @@ from typing import TypedDict, TypeVar, Unpack
 from count_video import inputs
 from count_video.errors import UsageError
 from count_video.physics.theory import Mass
+from count_video.pipeline import TrialSettings
 from count_video.records import WallSide
-from count_video.trial import TrialSettings
 
 _Value = TypeVar("_Value")
 

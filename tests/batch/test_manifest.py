@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from count_video.batch.manifest import clips_in, jobs_of
 from count_video.errors import FootageError, UsageError
-from count_video.trial import TrialSettings
+from count_video.pipeline import TrialSettings
 
 PLAIN = TrialSettings()
 

@@ -44,13 +44,13 @@ BARE = """
 import sys
 from pathlib import Path
 import cv2
-from count_video.trial import TrialSettings, count_clip
+from count_video.pipeline import TrialSettings, count_clip
 cv2.setNumThreads(1)
 for clip in sorted(Path(sys.argv[1]).glob("*.mp4")):
     count_clip(clip, TrialSettings())
 """
 IMPORTS = """
-import count_video.trial
+import count_video.pipeline
 import count_video.batch.command
 import count_video.reports.figure
 """

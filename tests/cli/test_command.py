@@ -14,8 +14,8 @@ from stand_in import StandIn, counted
 
 from count_video.cli import main
 from count_video.errors import FootageError, UsageError
+from count_video.pipeline import TrialSettings
 from count_video.records import TrialResult
-from count_video.trial import TrialSettings
 
 
 def unreadable(path: Path) -> TrialResult:

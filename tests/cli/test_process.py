@@ -17,7 +17,7 @@ STAND_IN = """
 import time
 from dataclasses import replace
 from types import SimpleNamespace
-from count_video import trial
+from count_video import pipeline
 from count_video.verdict import unread_result
 from count_video.cli import run
 
@@ -28,7 +28,7 @@ def work_through(path, settings, progress):
     result = replace(unread_result(str(path), ""), status="counted", reason=None, count=0)
     return SimpleNamespace(result=result, track=None)
 
-trial.work_through = work_through
+pipeline.work_through = work_through
 run()
 """
 

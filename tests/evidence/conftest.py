@@ -10,8 +10,8 @@ from evidence_made import CLIP, FIXTURES, Made, Truth
 
 from count_video.evidence import EvidenceSettings, draw_evidence
 from count_video.followed import followed
+from count_video.pipeline import TrialSettings, work_through
 from count_video.records import Floats
-from count_video.trial import TrialSettings, work_through
 
 
 @pytest.fixture(scope="session")

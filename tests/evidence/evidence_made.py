@@ -7,8 +7,8 @@ from pathlib import Path
 
 from count_video.evidence import EvidenceSettings, draw_evidence
 from count_video.followed import followed
+from count_video.pipeline import Trial, TrialSettings, work_through
 from count_video.records import Floats, TrialResult
-from count_video.trial import Trial, TrialSettings, work_through
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 CLIP = FIXTURES / "ratio16-count12.mp4"

@@ -15,13 +15,13 @@ from count_video import cli
 from count_video.errors import UsageError
 from count_video.evidence import EvidenceSettings
 from count_video.outputs import HIDDEN
+from count_video.pipeline import TrialSettings
 from count_video.reports.tables import (
     COLLISION_COLUMNS,
     TRACK_COLUMNS,
     collisions_array,
     table_csv,
 )
-from count_video.trial import TrialSettings
 from tiers import rest_slow
 
 SMALL = CLIP.with_name("ratio1-count3.mp4")

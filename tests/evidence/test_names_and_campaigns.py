@@ -18,8 +18,8 @@ from count_video.batch.summary import summarise
 from count_video.evidence import EvidenceSettings
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import write_clip
+from count_video.pipeline import TrialSettings
 from count_video.reports.page import Footage, campaign_page, clip_page
-from count_video.trial import TrialSettings
 from table_rows import row
 
 SMALL = FIXTURES / "ratio1-count3.mp4"

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 import cv2
 
 import count_video
-from count_video import trial
+from count_video import pipeline
 from count_video.batch.manifest import Job, Pages
 from count_video.errors import CountVideoError, FootageError, TrackingError, UsageError
 from count_video.followed import Followed, followed, packed, unpacked
@@ -97,7 +97,7 @@ def _followed(job: Job) -> Followed:
         with suppress(ValueError):
             found = unpacked(job.followed)
             return replace(found, result=replace(found.result, clip=str(job.file)))
-    return followed(trial.work_through(job.file, job.settings))
+    return followed(pipeline.work_through(job.file, job.settings))
 
 
 def _drawn(job: Job, pages: Pages, found: Followed) -> tuple[str, ...]:
