@@ -18,10 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from count_video.errors import UsageError
-from count_video.physics.mountings import RESTING_FRACTION
-from count_video.physics.setup import Setup
+from count_video.physics.contacts import Flags, States, Swings, Whole, next_contact
+from count_video.physics.setup import RESTING_FRACTION, Setup
 from count_video.physics.simulator import LONGEST_BURST_PERIODS, MOST_COLLISIONS, simulate
-from count_video.physics.swings import Flags, States, Swings, Whole, next_contact
 from count_video.records import Floats
 
 GRAVITY_M_S2 = 9.81

@@ -17,8 +17,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from count_video.physics.contacts import Whole
 from count_video.physics.many import NO_COUNT, ManyBursts, ManySetups, simulate_many
-from count_video.physics.swings import Whole
 from count_video.physics.theory import mass_ratio_interval
 from count_video.planning.forecast import planned_burst, planned_motion, rate_needed_fps
 from count_video.planning.request import MOST_RATIO, PlanRequest, most_collisions, setups_at
