@@ -191,7 +191,6 @@ def request_object(request: PlanRequest) -> dict[str, Any]:
         **asdict(request),
         "heavy": float(request.heavy),
         "light": float(request.light),
-        "tolerances": asdict(request.tolerances),
     }
 
 

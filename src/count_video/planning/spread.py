@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike
 from count_video.physics.contacts import Whole
 from count_video.physics.many import NO_COUNT, ManyBursts, ManySetups, simulate_many
 from count_video.physics.theory import mass_ratio_interval
-from count_video.planning.forecast import planned_burst, planned_motion, rate_needed_fps
 from count_video.planning.request import MOST_RATIO, PlanRequest, most_collisions, setups_at
 from count_video.records import Floats
 
@@ -38,7 +37,9 @@ MOST_DRAWN = 4_000_000
 CENTRAL = (0.025, 0.975)
 """Quantiles that hold 95 % between them."""
 _STREAM_TABLE, _STREAM_SPREAD, _STREAM_GROUPS = range(3)
-
+RESOLVED_FRAMES = 2.5
+"""From this interval on the frames show each collision."""
+RATE_STEP_FPS = 10
 
 HOPELESS = 0.5
 """Where bodies come to rest on each other in more trials than this, it is for their losses."""
@@ -131,6 +132,13 @@ class Chart:
     where bodies come to rest on each other in ever smaller bounces."""
     shortest_s: Floats
     """Shortest time from one collision to the next; NaN where there is no count."""
+
+
+def rate_needed_fps(shortest_s: float) -> float:
+    """Rate at which collisions this far apart are seen one by one, in steps of ten; at least 10."""
+    if shortest_s == math.inf:
+        return float(RATE_STEP_FPS)
+    return float(RATE_STEP_FPS * math.ceil(RESOLVED_FRAMES / shortest_s / RATE_STEP_FPS))
 
 
 def drawn_setups(request: PlanRequest, trials: int, seed: Sequence[int]) -> ManySetups:
@@ -296,8 +304,8 @@ def _nearest(
     for value, share in zip(values, shares, strict=True):
         if share >= ENOUGH:
             better = changed(request, change, value)
-            shortest_s = planned_burst(better, planned_motion(better)).shortest_s
-            return Proposal(change, value, share, rate_needed_fps(shortest_s))
+            found = simulate_many(setups_at(better, better.gap_m, better.release_m))
+            return Proposal(change, value, share, rate_needed_fps(float(found.shortest_s[0])))
     return None
 
 

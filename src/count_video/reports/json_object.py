@@ -22,8 +22,7 @@ from count_video.records import PlanComparison, TrialResult
 from count_video.reports.words import storable
 
 if TYPE_CHECKING:
-    from count_video.planning.forecast import CameraView
-    from count_video.planning.plan import Plan
+    from count_video.planning.plan import CameraView, Plan
 
 SCHEMA_VERSION = 1
 SIGNIFICANT_DIGITS = 12

@@ -19,10 +19,9 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from count_video.planning import forecast as measured
+from count_video.planning import plan as measured
 from count_video.planning.comparison import expected_counts
-from count_video.planning.forecast import Measured
-from count_video.planning.plan import Plan
+from count_video.planning.plan import Measured, Plan
 from count_video.records import Collision, Estimate, Floats, TrialResult
 from count_video.reports.campaign import (
     CampaignSummary,

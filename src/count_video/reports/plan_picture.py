@@ -19,9 +19,8 @@ from scipy import ndimage
 from count_video.errors import UsageError
 from count_video.outputs import OutputFolder, open_outputs
 from count_video.physics.many import NO_COUNT
-from count_video.planning.forecast import RESOLVED_FRAMES, rate_needed_fps
 from count_video.planning.plan import Plan
-from count_video.planning.spread import Chart
+from count_video.planning.spread import RESOLVED_FRAMES, Chart, rate_needed_fps
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Floats
 from count_video.reports.drawing import (

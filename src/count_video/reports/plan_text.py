@@ -17,10 +17,16 @@ from count_video.physics.theory import (
     pi_bounds,
     theta_rad,
 )
-from count_video.planning.forecast import PICTURE_WIDTH_PX, RESOLVED_FRAMES, CameraView
-from count_video.planning.plan import Plan
+from count_video.planning.plan import PICTURE_WIDTH_PX, CameraView, Plan
 from count_video.planning.request import PlanRequest
-from count_video.planning.spread import ENOUGH, Proposal, Spread, TrialTable, restitution_range
+from count_video.planning.spread import (
+    ENOUGH,
+    RESOLVED_FRAMES,
+    Proposal,
+    Spread,
+    TrialTable,
+    restitution_range,
+)
 from count_video.reports.campaign import entry, histogram_lines, paper_lines
 from count_video.reports.words import WIDTH, Note, answer_text, plural
 

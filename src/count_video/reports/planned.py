@@ -16,8 +16,8 @@ import numpy as np
 
 from count_video.physics.engine import SimulatedCollision
 from count_video.physics.flights import Pendulum as Swing
-from count_video.planning.forecast import PICTURE_WIDTH_PX, RESOLVED_FRAMES
-from count_video.planning.plan import Plan
+from count_video.planning.plan import PICTURE_WIDTH_PX, Plan
+from count_video.planning.spread import RESOLVED_FRAMES
 from count_video.records import (
     BodyTrack,
     Collision,
