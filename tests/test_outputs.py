@@ -24,7 +24,6 @@ from count_video.outputs import (
     HIDDEN,
     LONGEST_NAME_BYTES,
     OutputFolder,
-    after_others,
     appearing,
     clear_unfinished,
     held,
@@ -145,11 +144,11 @@ def test_who_comes_second_writes_after_the_first(tmp_path: Path) -> None:
     written = []
 
     def second() -> None:
-        with after_others(lock):
+        with held(lock, wait=True):
             written.append("second")
 
     thread = threading.Thread(target=second)
-    with after_others(lock):
+    with held(lock, wait=True):
         thread.start()
         thread.join(HESITATES_S)
         written.append("first")

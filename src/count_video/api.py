@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from count_video import pipeline
 from count_video.batch.manifest import Job, jobs_of
 from count_video.errors import CountVideoError, UsageError
+from count_video.followed import Followed, followed
 from count_video.memory import shortage_told
 from count_video.outputs import CsvDialect
 from count_video.parallel import in_parallel
@@ -160,7 +161,7 @@ class Result:
         """
         from count_video.evidence import draw_trial  # noqa: PLC0415
 
-        drawn = None if self.trial is None else draw_trial(self.trial, self.answer)
+        drawn = draw_trial(self._followed)
         if drawn is None:
             raise CountVideoError(f"{self.clip}: nothing to draw: {'; '.join(self.reasons)}")
         return drawn
@@ -199,13 +200,13 @@ class Result:
         UsageError
             If a file cannot be written, or would replace one that this program did not write.
         """
-        from count_video.evidence import EvidenceSettings, keep_evidence  # noqa: PLC0415
+        from count_video.evidence import EvidenceSettings, draw_evidence  # noqa: PLC0415
 
         wanted = EvidenceSettings(
             Path(folder), picture_format, csv_dialect=csv_dialect, presenter=presenter
         )
         with shortage_told():
-            names = keep_evidence(self.trial, self.answer, wanted, progress)
+            names = draw_evidence(self._followed, wanted, progress, with_json=True)
         return [wanted.folder / name for name in names]
 
     def __repr__(self) -> str:
@@ -223,6 +224,13 @@ class Result:
             )
         parts.append(f"<pre>{html.escape(self.text())}</pre>")
         return "\n".join(parts)
+
+    @property
+    def _followed(self) -> Followed:
+        """What the picture and the page are drawn from: the answer, and the motion below it."""
+        if self.trial is None:
+            return Followed(self.answer, None, None)
+        return replace(followed(self.trial), result=self.answer)
 
     @cached_property
     def _png(self) -> bytes | None:

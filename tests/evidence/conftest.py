@@ -19,8 +19,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     folder = tmp_path_factory.mktemp("evidence")
     settings = TrialSettings(capture_fps=480.0)
     trial = work_through(CLIP, settings)
-    drawn = draw_evidence(CLIP, followed(trial), EvidenceSettings(folder))
-    return Made(CLIP, folder, trial, drawn.result)
+    draw_evidence(followed(trial), EvidenceSettings(folder))
+    return Made(CLIP, folder, trial, trial.result)
 
 
 @pytest.fixture(scope="session")

@@ -42,4 +42,6 @@ def count_with_evidence(
     path: Path, settings: TrialSettings, evidence: EvidenceSettings
 ) -> TrialResult:
     """Count a clip and write its evidence."""
-    return draw_evidence(path, followed(work_through(path, settings)), evidence).result
+    found = followed(work_through(path, settings))
+    draw_evidence(found, evidence)
+    return found.result

@@ -30,7 +30,7 @@ def shaken(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Track]:
     path = tmp_path_factory.mktemp("shaken") / "shaken.mp4"
     render_clip(load_scene("equal-masses", (f"tripod.shake_px={SHAKE_PX}",)), 3, path)
     trial = work_through(path, TrialSettings())
-    draw_evidence(path, followed(trial), EvidenceSettings(path.parent))
+    draw_evidence(followed(trial), EvidenceSettings(path.parent))
     assert trial.track is not None
     return path, trial.track
 

@@ -108,7 +108,7 @@ def _drawn(job: Job, pages: Pages, found: Followed) -> tuple[str, ...]:
     wanted = EvidenceSettings(
         folder, pages.picture_format, name=job.name, csv_dialect=pages.csv_dialect
     )
-    return draw_evidence(job.file, found, wanted).files
+    return draw_evidence(found, wanted)
 
 
 def failure(job: Job, reason: str) -> Answer:

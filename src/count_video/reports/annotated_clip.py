@@ -172,6 +172,7 @@ class AnnotatedClip:
         self.contact_frames = ContactFrames(track)
         self.contact_frames.want(result.collisions)
         self.track = track
+        self.shape = shape
         self.shown_s = shown_s
         self._result = result
         self._lasts_s = np.diff(shown_s, append=shown_s[-1:] + 1.0 / FASTEST_FPS)

@@ -22,8 +22,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 from PIL import Image
 
-from count_video.errors import UsageError
-from count_video.outputs import open_outputs
+from count_video.outputs import explained, open_outputs
 from count_video.physics.theory import collision_count, theta_rad
 from count_video.reports.campaign import CampaignSummary, Summary, TrialRow, theory_words
 from count_video.reports.drawing import (
@@ -176,11 +175,9 @@ def write_theory_picture(
         If it cannot be written.
     """
     data = picture_bytes(theory_figure(*masses), picture_format)
-    outputs = open_outputs(folder)
-    try:
-        outputs.write(f"theory.{picture_format}", data)
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to: {error.strerror}") from error
+    outputs, name = open_outputs(folder), f"theory.{picture_format}"
+    with explained(folder / name):
+        outputs.write(name, data)
 
 
 def theory_figure(heavy: Fraction, light: Fraction) -> Figure:

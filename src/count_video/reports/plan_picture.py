@@ -16,8 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 from scipy import ndimage
 
-from count_video.errors import UsageError
-from count_video.outputs import OutputFolder, open_outputs
+from count_video.outputs import OutputFolder, explained, open_outputs
 from count_video.physics.many import NO_COUNT
 from count_video.planning.plan import Plan
 from count_video.planning.spread import RESOLVED_FRAMES, Chart, rate_needed_fps
@@ -224,11 +223,7 @@ def write_plan(plan: Plan, outputs: OutputFolder, progress: Progress = NO_PROGRE
         "plan.svg": lambda: picture_bytes(figure, "svg"),
     }
     for name in NAMES:
-        try:
+        with explained(outputs.folder / name):
             outputs.write(name, files[name]())
-        except OSError as error:
-            place, reason = outputs.folder / name, error.strerror or "it failed"
-            message = f"cannot write {place}: {reason}; give another folder with -o"
-            raise UsageError(message) from error
         progress.advance(1)
     progress.finish()
