@@ -40,9 +40,8 @@ from count_video.reports.figure import (
     time_panels,
     trial_figure,
 )
-from count_video.reports.frame_samples import FRAMES_ENOUGH, levelled, touching
 from count_video.reports.json_object import json_line
-from count_video.reports.material import Material
+from count_video.reports.material import FRAMES_ENOUGH, Material, levelled, touching
 from count_video.reports.page import MEDIA_TYPES, Footage, Picture, clip_page
 from count_video.reports.presenter import PresenterClip, Shape
 from count_video.reports.tables import collisions_array, table_csv, track_array

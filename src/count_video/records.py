@@ -16,7 +16,7 @@ Conventions
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -263,36 +263,36 @@ class PlanComparison:
 
 @dataclass(frozen=True)
 class TrialResult:
-    """The answer for one clip: what ``count-video`` prints."""
+    """The answer for one clip: what ``count-video`` prints; None is what is not known."""
 
     clip: str
     status: Status
     reason: str | None
     """Why the clip is not counted, or what is doubtful; None if all is well."""
-    count: int | None
+    count: int | None = None
     """Collisions of the first burst; None unless counted."""
-    seen: int | None
-    between_frames: int | None
-    probability: dict[int, float]
+    seen: int | None = None
+    between_frames: int | None = None
+    probability: dict[int, float] = field(default_factory=dict)
     """Probability of each count, as far as the evidence goes; empty if not counted."""
-    count_after_burst: int | None
-    collisions: tuple[Collision, ...]
+    count_after_burst: int | None = None
+    collisions: tuple[Collision, ...] = ()
     """All collisions found; those of the burst first (numbers 1 to ``count``)."""
-    capture_fps: float | None
-    capture_fps_source: RateSource
-    frames_decoded: int | None
-    frames_promised: int | None
-    wall_side: WallSide | None
-    ball_diameter_px: float | None
-    millimetres_per_px: float | None
+    capture_fps: float | None = None
+    capture_fps_source: RateSource = "unknown"
+    frames_decoded: int | None = None
+    frames_promised: int | None = None
+    wall_side: WallSide | None = None
+    ball_diameter_px: float | None = None
+    millimetres_per_px: float | None = None
     """Scale from the ball's diameter."""
-    pi_low: float | None
+    pi_low: float | None = None
     """Lower bound on pi from the count: N times theta."""
-    pi_high: float | None
+    pi_high: float | None = None
     """Upper bound on pi from the count: (N + 1) times theta."""
-    mass_ratio: float | None
+    mass_ratio: float | None = None
     """Heavy over light; given by the user or measured from the motion."""
-    warnings: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
     mass_ratio_sigma: float | None = None
     """Its standard uncertainty; None where it is given, or not known."""
     reviewed_count: int | None = None

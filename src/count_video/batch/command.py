@@ -123,9 +123,9 @@ def _progress() -> tuple[Progress, Callable[[], AbstractContextManager[None]]]:
     """Return what shows the progress, and how to write beside it."""
     if sys.stderr is None or not sys.stderr.isatty():
         return NO_PROGRESS, nullcontext
-    from count_video.reports.progress_bar import CampaignBar
+    from count_video.reports.progress_bar import TerminalBar
 
-    bar = CampaignBar(sys.stderr)
+    bar = TerminalBar(sys.stderr, "clips", per_minute=True)
     before_the_end(bar.finish)
     together = sys.stdout is not None and os.isatty(sys.stdout.fileno())
     return bar, bar.aside if together else nullcontext

@@ -29,13 +29,16 @@ from count_video.reports.drawing import (
     text_width,
     write,
 )
-from count_video.reports.frame_samples import (
+from count_video.reports.material import (
     ContactFrames,
+    SpaceTime,
     SpaceTimeSampler,
+    ball_edges_px,
+    burst_size,
+    contact_px,
     image_point,
     shift_of,
 )
-from count_video.reports.material import SpaceTime, ball_edges_px, burst_size, contact_px
 
 LONGEST_PX = 1280
 """Of the footage's sides."""

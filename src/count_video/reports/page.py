@@ -30,8 +30,7 @@ from count_video.reports.campaign import (
     physics_lines,
     summary_lines,
 )
-from count_video.reports.frame_samples import ContactFrame
-from count_video.reports.material import burst_size
+from count_video.reports.material import ContactFrame, burst_size
 from count_video.reports.plan_text import change_words, plan_headline, plan_notes, table_lines
 from count_video.reports.tables import collision_lines
 from count_video.reports.text import comparison_lines, result_notes
