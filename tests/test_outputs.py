@@ -213,7 +213,9 @@ def test_what_this_program_wrote_beside_clips_is_no_clip(folder: OutputFolder) -
     assert [clip.name for clip in clips_in(folder.folder)] == ["bar.annotated.mp4", "foo.mp4"]
 
 
-def test_the_evidence_of_another_clip_is_told_from_that_of_this_one(folder: OutputFolder) -> None:
+def test_the_evidence_of_another_clip_is_distinguished_from_this_ones(
+    folder: OutputFolder,
+) -> None:
     clip = folder.folder.parent / "trial.mp4"
     clip.write_bytes(b"a clip")
     assert not shows_another_clip(folder.folder, clip)

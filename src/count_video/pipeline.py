@@ -41,7 +41,7 @@ STROKE_SIGMAS = 4.0
 
 @dataclass(frozen=True)
 class TrialSettings:
-    """What the user may tell about a clip."""
+    """What the user may say about a clip."""
 
     capture_fps: float | None = None
     """Camera's rate in frames per second of real time."""
@@ -91,8 +91,8 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
         If a setting does not fit the clip.
     """
     with open_footage(path, capture_fps=settings.capture_fps) as footage:
-        looking = TrackSettings(settings.wall_side, settings.region, settings.start, settings.end)
-        with observe(footage, looking, progress) as seen:
+        wanted = TrackSettings(settings.wall_side, settings.region, settings.start, settings.end)
+        with observe(footage, wanted, progress) as seen:
             try:
                 trial = _likeliest(pair_tracks(seen, settings.wall_side), seen, settings)
             except TrackingError:

@@ -48,7 +48,7 @@ class FootageInfo:
     rotation_deg: int
     """Counter-clockwise turn that display asks for: 0, 90, 180 or 270."""
     frames_promised: int | None
-    """Number of frames that the container or its packets promise; None if neither tells."""
+    """Number of frames that the container or its packets promise; None if neither does."""
     container_fps: float | None
     """Frames per second of footage time (the playing rate); None if not stated."""
     capture_fps: float | None
@@ -175,7 +175,7 @@ class Collision:
 
 @dataclass(frozen=True)
 class Correction:
-    """What a person who looked at the frames changed."""
+    """What a person changed who checked the frames."""
 
     action: CorrectionAction
     """``wrong`` takes a collision of the tool away, ``missed`` adds one."""

@@ -91,7 +91,7 @@ def test_a_reader_that_leaves_ends_the_command_without_a_word(form: str) -> None
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
-def test_an_answer_that_cannot_be_written_is_told() -> None:
+def test_an_answer_that_cannot_be_written_is_reported() -> None:
     with open("/dev/full", "w") as full, started("a.mp4", stdout=full.fileno()) as process:
         _, complaint = process.communicate()
     assert process.returncode == 1

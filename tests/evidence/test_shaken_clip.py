@@ -21,7 +21,7 @@ from synth_video.scene_file import load_scene
 
 SHAKE_PX = 3.0
 EVERY = 12
-"""The outline is looked for in every so many frames."""
+"""The outline is sought in every so many frames."""
 
 
 @pytest.fixture(scope="module")

@@ -140,10 +140,10 @@ def _check_number(name: str, value: float) -> None:
 
 RESTING_FRACTION = 1e-9
 """A contact slower than this fraction of the trial's speed is no bounce: the bodies stay together.
-The energy so lost, a fraction of 1e-18, is below the rounding of the whole. It ends the chatter of
-inelastic bodies: the speed of the n-th hop falls as eⁿ, so at most ln(1e-9) / ln(e) hops come
+The energy so lost, a fraction of 1e-18, is below the rounding of the whole. It ends the ever smaller
+hops of inelastic bodies: the speed of the n-th hop falls as eⁿ, so at most ln(1e-9) / ln(e) hops come
 before rest (404 for e = 0.95). Likewise an acceleration below this fraction of the trial's does
-not part two bodies, so that equal pendulums which swing side by side do not rattle by rounding."""
+not part two bodies, so that equal pendulums which swing side by side do not collide by rounding."""
 
 
 class Hold(IntEnum):

@@ -74,8 +74,8 @@ class Spread:
     """Trials simulated; all figures but ``endless_share`` are over those with a count."""
     histogram: dict[int, int]
     endless_share: float
-    """Share of the trials in which the ball rattles to rest between cylinder and wall, which loses
-    so much that there is no count to speak of."""
+    """Share of the trials in which the ball comes to rest between cylinder and wall in ever smaller
+    bounces, of which there is no number."""
     mean: float
     sd: float
     """Standard deviation of a count."""

@@ -1,7 +1,7 @@
 """The pictures of the annotated clip: header with the count, footage with outlines, strip below.
 
-The strip is the space-time image as it grows: the newest frame's line is its top row, so it seems
-to flow out of the footage, and every contact stays in sight for a while. The clip plays slower
+The strip is the space-time image as it grows: the newest frame's line is its top row, right below
+the footage, and every contact stays visible for a while. The clip plays slower
 where collisions follow each other fast and faster where nothing happens; the header says so, and a
 line in it shows where on the real time axis the frame lies.
 """
@@ -281,9 +281,9 @@ class AnnotatedClip:
             return
         face = float(track.heavy.position_px[row])
         inward = -1 if track.wall_side == "left" else 1
-        foot = face - inward * 0.25 * track.ball_diameter_px
+        inside = face - inward * 0.25 * track.ball_diameter_px
         reach = FACE_DIAMETERS * track.ball_diameter_px
-        corners = [(foot, -reach), (face, -reach), (face, reach), (foot, reach)]
+        corners = [(inside, -reach), (face, -reach), (face, reach), (inside, reach)]
         points = [self.layout.place(self._aside(along, aside, row)) for along, aside in corners]
         path(canvas, points, rgb(HEAVY))
 

@@ -1,4 +1,4 @@
-"""Progress bars for a person at a terminal, wiped away at their end: the result stands alone."""
+"""A progress bar for a person at a terminal, removed at its end."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class TerminalBar:
             self._bar.advance(self._bar.task_ids[0], frames)
 
     def finish(self) -> None:
-        """Wipe the bar away and give the cursor back."""
+        """Remove the bar and show the cursor again."""
         if self._bar is not None:
             self._bar.stop()
             self._bar = None

@@ -38,7 +38,7 @@ from count_video.reports.material import Material
 from count_video.reports.words import counts_words
 
 MOST_POINTS = 700
-"""More points than this melt into a line; the circle is then drawn alone."""
+"""More points than this cannot be seen one by one; the circle is then drawn alone."""
 REACH = 1.24
 """Half the side of the panel, in radii."""
 MOST_STATES = 45
