@@ -55,7 +55,7 @@ CRF = 23
 
 @dataclass(frozen=True)
 class EvidenceSettings:
-    """Where the evidence goes, and in which formats."""
+    """The folder of the evidence, and its formats."""
 
     folder: Path
     """Made if it is not there."""
@@ -63,7 +63,7 @@ class EvidenceSettings:
     name: str | None = None
     """What the files are named after; None for the clip's name without its suffix."""
     csv_dialect: CsvDialect = "comma"
-    """Of the tables."""
+    """Dialect of the tables."""
     presenter: Shape | None = None
     """Shape of a clip for a talk, with its GIF; None for none."""
 

@@ -55,7 +55,7 @@ _MOST_RECORD_BYTES = 100_000_000
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _UNFINISHED = re.compile(r"\.[0-9a-f]{12}\.part(\..*)?")
 _SUFFIX_CHARACTERS = 40
-"""So much of a name's end is kept in the name of the unfinished file: it names the format."""
+"""Length of a name's end that the unfinished file keeps: it names the format."""
 _unfinished: set[Path] = set()
 """Files that this process is writing."""
 
@@ -66,7 +66,7 @@ class OutputFolder:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.csv_dialect: CsvDialect = "comma"
-        """Of the tables that are written from now on."""
+        """Dialect of the tables that are written from now on."""
         self._entries: dict[str, dict[str, object]] = {}
         self._read_to = 0
 

@@ -108,9 +108,9 @@ class BodyTrack:
     sigma_px: Floats
     """Standard uncertainty of ``position_px``; NaN where not seen."""
     low_edge_px: float
-    """From the reference point to the outline's end at smaller positions (negative)."""
+    """Distance from the reference point to the outline's end at smaller positions (negative)."""
     high_edge_px: float
-    """From the reference point to the outline's end at larger positions (positive)."""
+    """Distance from the reference point to the outline's end at larger positions (positive)."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ class Collision:
     """One collision: a sign change of the relative velocity, at a contact."""
 
     number: int
-    """From 1, in order of time, through the burst and beyond it."""
+    """Counts from 1, in order of time, through the burst and beyond it."""
     kind: CollisionKind
     frame: float
     """Frame coordinate of the contact."""
@@ -194,7 +194,7 @@ class Estimate:
 
     value: float
     sigma: float
-    """Its standard uncertainty."""
+    """Its standard uncertainty, in the same unit."""
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,7 @@ class Ending:
     """Velocity of the heavy body after the last collision, away from the wall, over its speed
     before the first."""
     ball_speed: float
-    """The same of the ball; between 0 and ``heavy_speed`` in the stopping region."""
+    """That of the ball; between 0 and ``heavy_speed`` in the stopping region."""
 
 
 @dataclass(frozen=True)
@@ -219,15 +219,15 @@ class FittedSetup:
     """How the bodies hung and where the heavy one was let go, by the fitted model."""
 
     gap_px: Estimate
-    """From the wall to the ball where it hangs at rest."""
+    """Distance from the wall to the ball where it hangs at rest."""
     release_px: Estimate
-    """From where the heavy body hangs to where it was let go: its swing's amplitude."""
+    """Distance from where the heavy body hangs to where it was let go: its amplitude."""
     bodies_gap_px: Estimate
     """Between ball and heavy body where both hang at rest; negative where they would overlap."""
     heavy_period_frames: Estimate
     """Time of a full swing of the heavy body on its threads."""
     ball_period_frames: Estimate
-    """The same of the ball."""
+    """Time of a full swing of the ball."""
 
 
 @dataclass(frozen=True)
@@ -307,4 +307,4 @@ class TrialResult:
     setup: FittedSetup | None = None
     """The set-up that a fitted model finds; None where none was fitted."""
     comparison: PlanComparison | None = None
-    """With the plan that was given; None where none was."""
+    """Comparison with the plan that was given; None where none was."""

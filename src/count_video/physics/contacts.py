@@ -144,7 +144,7 @@ def _gap_bounds(upper: Mover, lower: Mover, window_s: float) -> tuple[float, flo
 def _difference_bounds(
     upper: tuple[Any, Any], lower: tuple[Any, Any], window_s: Number
 ) -> tuple[Number, Number]:
-    """Do the same for two pendulums, each given by its phasor and rate; they may nearly be alike.
+    """Bounds for two pendulums, each given by its phasor and rate; they may nearly be alike.
 
     With q = Re(C e^{λτ}) the n-th derivative of the gap is Re(A e^{λτ} − B e^{μτ}), A = C λⁿ and
     likewise B. It is no larger than |A| + |B|, nor, as no motion grows, than
@@ -210,7 +210,7 @@ class Swings(NamedTuple):
 
 
 class States(NamedTuple):
-    """Where all are after an event; ``heavy`` is the cylinder's face less a ball diameter."""
+    """Places and velocities after an event; ``heavy`` is the face less a ball diameter."""
 
     time: Floats
     heavy: Floats

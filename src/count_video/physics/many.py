@@ -42,13 +42,13 @@ class ManySetups:
     heavy_thread_m: Floats
     light_thread_m: Floats
     damping_per_s: Floats
-    """Of both pendulums."""
+    """Decay rate of both pendulums' amplitudes."""
     restitution_bodies: Floats
     restitution_wall: Floats
     restitution_sd: Floats
     """Standard deviation of both from collision to collision."""
     seed: Whole
-    """Of the scatter of the restitution."""
+    """Seed of the scatter of the restitution."""
 
     @classmethod
     def of(cls, **values: ArrayLike) -> ManySetups:

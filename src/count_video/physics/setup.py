@@ -48,9 +48,9 @@ class Setup:
     light_friction: float = 0.0
     ball_diameter_m: float = 0.040
     wall_gap_m: float = 0.07
-    """From the wall to the ball's wall-side face when the ball hangs at rest."""
+    """Distance from the wall to the ball's wall-side face when the ball hangs at rest."""
     bodies_gap_m: float = 0.0
-    """From the ball's near face to the cylinder's face when both hang at rest."""
+    """Distance from the ball's near face to the cylinder's face when both hang at rest."""
     release_m: float = 0.09
     """The cylinder starts this far beyond its rest position."""
     heavy_velocity_m_s: float = 0.0
@@ -140,10 +140,11 @@ def _check_number(name: str, value: float) -> None:
 
 RESTING_FRACTION = 1e-9
 """A contact slower than this fraction of the trial's speed is no bounce: the bodies stay together.
-The energy so lost, a fraction of 1e-18, is below the rounding of the whole. It ends the ever smaller
-hops of inelastic bodies: the speed of the n-th hop falls as eⁿ, so at most ln(1e-9) / ln(e) hops come
-before rest (404 for e = 0.95). Likewise an acceleration below this fraction of the trial's does
-not part two bodies, so that equal pendulums which swing side by side do not collide by rounding."""
+The energy so lost, a fraction of 1e-18, is below the rounding of the whole. It ends the ever
+smaller hops of inelastic bodies: the speed of the n-th hop falls as eⁿ, so at most
+ln(1e-9) / ln(e) hops come before rest (404 for e = 0.95). Likewise an acceleration below this
+fraction of the trial's does not part two bodies, so that equal pendulums which swing side by side
+do not collide by rounding."""
 
 
 class Hold(IntEnum):

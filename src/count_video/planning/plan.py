@@ -112,13 +112,13 @@ class PlannedBurst:
     swing_back_m: float
     """How far beyond its rest the cylinder swings back."""
     last_m: float
-    """From the wall to the ball's far face at the last collision."""
+    """Distance from the wall to the ball's far face at the last collision."""
     last_speed_m_s: float
     """Speed at which the two close in on each other there."""
     smallest_hop_m: float
     """Shortest way of the ball between cylinder and wall; inf if it does not reach the wall."""
     intervals_s: tuple[float, ...]
-    """From each collision to the next."""
+    """Times from each collision to the next."""
 
 
 def planned_motion(request: PlanRequest) -> Motion:

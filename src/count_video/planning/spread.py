@@ -38,11 +38,11 @@ CENTRAL = (0.025, 0.975)
 """Quantiles that hold 95 % between them."""
 _STREAM_TABLE, _STREAM_SPREAD, _STREAM_GROUPS = range(3)
 RESOLVED_FRAMES = 2.5
-"""From this interval on the frames show each collision."""
+"""Collisions this far apart or farther are shown each by the frames."""
 RATE_STEP_FPS = 10
 
 HOPELESS = 0.5
-"""Where bodies come to rest on each other in more trials than this, it is for their losses."""
+"""Where bodies come to rest on each other in more trials, no gap or release will help."""
 ENOUGH = 0.95
 """Share of the trials that is to give the theory's count, ..."""
 PROPOSAL_TRIALS, FEWEST_PROPOSAL_TRIALS = 100, 20
@@ -86,7 +86,7 @@ class Spread:
     table_mean: tuple[float, float]
     """The mean of a table lies between these in 95 of 100 tables."""
     table_sd: tuple[float, float]
-    """And the standard deviation (population) between these."""
+    """The standard deviation (population) of a table likewise."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class TrialTable:
 
     trials: int
     counts: tuple[int, ...]
-    """In order; those of endless trials are left out."""
+    """Counts in order; endless trials are left out."""
     maximum: int | None
     """This and the figures below are None where no trial has a count."""
     minimum: int | None

@@ -41,7 +41,7 @@ from count_video.reports.material import (
 )
 
 LONGEST_PX = 1280
-"""Of the footage's sides."""
+"""Longer side of the footage in the annotated clip."""
 NARROWEST_PX = 640
 FLASH_FRAMES = 4
 """A collision's mark stays on the footage for so many frames."""
@@ -64,13 +64,13 @@ NUMBER_PX = 15
 FASTEST_FPS = 30.0
 """Clips that play faster (their container has the capture rate) are slowed to this."""
 BETWEEN_COLLISIONS_S = 0.7
-"""From one collision to the next at least this long; about what it takes to say a number."""
+"""Shortest time shown from one collision to the next: about what it takes to say a number."""
 LONGEST_FRAME_S = 0.2
 """No frame stands still longer, however few there are between two collisions."""
 PATIENCE_S = 3.0
 """Stretches without a collision that would take longer are played fast in their middle."""
 UNHURRIED_S = 0.8
-"""So long before and after a collision the clip plays at its own rate."""
+"""Time before and after a collision in which the clip plays at its own rate."""
 FORWARD_FPS = 180.0
 """Rate in the middle of empty stretches, as fast as browsers show frame by frame."""
 
@@ -114,7 +114,7 @@ def frame_times_s(
 
 @dataclass(frozen=True)
 class ClipLayout:
-    """Where things are in a picture of the annotated clip."""
+    """Places of footage, header and strip in a picture of the annotated clip."""
 
     scale: float
     """Pixels of the picture a pixel of the footage."""
@@ -125,10 +125,10 @@ class ClipLayout:
     footage_height_px: int
     left_px: int
     top_px: int
-    """From the picture's edges to the footage."""
+    """Distances from the picture's edges to the footage."""
 
     def place(self, point: Point) -> Point:
-        """Where an image point of the footage is; an integer is the centre of a pixel in both."""
+        """Place of an image point of the footage; an integer is the centre of a pixel in both."""
         x, y = ((v + 0.5) * self.scale - 0.5 for v in point)
         return x + self.left_px, y + self.top_px
 

@@ -159,7 +159,7 @@ MOST_WRITTEN_OUT = 10**12
 LONGEST_FACT = 100
 """Characters of a line of words."""
 MOST_NUMBERS = 45
-"""From more points on only some are numbered, about this many."""
+"""Where there are more points, only about this many are numbered."""
 
 
 def write_theory_picture(

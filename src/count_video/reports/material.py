@@ -18,7 +18,7 @@ Range = tuple[float, float]
 DENSE_SHARE = 0.6
 """The enlarged stretch is the shortest that holds this share of the burst."""
 MARGIN_SHARE = 0.06
-"""Of a stretch of frames, shown on either side of it."""
+"""Share of a stretch of frames that is shown on either side of it."""
 BESIDE_DIAMETERS = 0.35
 """Shown beyond the ball's path, towards the wall and towards the heavy body."""
 HALF_WIDTH_DIAMETERS = 0.1
@@ -316,7 +316,7 @@ class ContactFrames:
 
     track: Track
     found: dict[int, list[ContactFrame]] = field(default_factory=lambda: defaultdict(list))
-    """By the collision's number, in order of time."""
+    """Frames of each collision, by its number, in order of time."""
     _wanted: dict[int, list[Collision]] = field(default_factory=lambda: defaultdict(list))
 
     def want(self, collisions: tuple[Collision, ...]) -> None:

@@ -62,7 +62,7 @@ class Picture:
     media_type: str
     """``image/png`` or ``image/svg+xml``."""
     panels: Sequence[Mapping[str, object]] = ()
-    """Where on it time runs to the right, as ``figure.time_panels`` says."""
+    """Panels in which time runs to the right, as ``figure.time_panels`` gives them."""
 
 
 def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | None) -> str:

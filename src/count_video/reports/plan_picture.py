@@ -56,7 +56,7 @@ SIZE_INCHES = (16.0, 12.0)
 RATES_FPS = (60, 120, 240, 480, 960, 2000, 4000, 8000, 16_000, 32_000, 64_000, 128_000)
 """Rates whose contours are drawn, where they lie on the map."""
 MOST_COLOURS = 12
-"""From more counts on several share a colour."""
+"""Where there are more counts than this, several share a colour."""
 LETTER_CELLS = 2.2
 """A count is written where its region reaches this far to all sides."""
 ELLIPSE_SIGMAS = 2.0
@@ -195,7 +195,7 @@ MOST_POINTS = 60_000
 BEYOND = 0.12
 """The picture begins this share of the burst before the first collision, and ends so after it."""
 WALL_DIAMETERS = 0.5
-"""From the picture's border to the wall, in ball diameters."""
+"""Distance from the picture's border to the wall, in ball diameters."""
 BACKDROP, WALL, BALL, CYLINDER = 70, 150, 225, 180
 """Brightness of what the image shows, 0 to 255."""
 
@@ -208,7 +208,7 @@ class _Filmed:
 
     @cached_property
     def rate(self) -> float:
-        """Of the planned camera, or the one that is needed; less where that is too many frames."""
+        """Rate of the planned camera, or the one needed; less where that is too many frames."""
         camera, burst = self.plan.camera, self.plan.burst
         wanted = self.plan.framing.rate_needed_fps if camera is None else camera.capture_fps
         return min(wanted, MOST_FRAMES / max(burst.last_s - burst.first_s, 1e-3))

@@ -42,7 +42,7 @@ MOST_POINTS = 700
 REACH = 1.24
 """Half the side of the panel, in radii."""
 MOST_STATES = 45
-"""From more states on only every fifth is numbered."""
+"""Where there are more states than this, only every fifth is numbered."""
 SWING_WORTH_A_WORD = 0.05
 """Share of the energy in the swing from which on it is mentioned."""
 

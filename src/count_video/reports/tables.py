@@ -20,7 +20,7 @@ from count_video.reports.material import burst_size, scale_of
 from count_video.reports.words import WIDTH, fixed, printable
 
 _TYPES = {"number": "i8", "kind": "U6", "seen": "?", "in_burst": "?", "quality": "U5"}
-"""Of the columns that are no float64."""
+"""Types of the columns that are not float64."""
 _TRACK = (
     *("frame", "time_s", "ball_px", "ball_sigma_px", "heavy_px", "heavy_sigma_px"),
     *("ball_mm", "ball_sigma_mm", "heavy_mm", "heavy_sigma_mm", "quality"),
