@@ -32,6 +32,7 @@ from count_video.reports.tables import collisions_array, track_array
 from count_video.reports.text import headline, result_text
 from count_video.settings import Settings, exact_mass, trial_settings
 from count_video.verdict import unread_result
+from count_video.verdict.choosing import Trial
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,7 +52,7 @@ class Result:
 
     answer: TrialResult
     """Everything that was found, as one frozen record with a unit on every field."""
-    trial: pipeline.Trial | None = None
+    trial: Trial | None = None
     """What the answer rests on; None for a clip that could not be read."""
     error: CountVideoError | OSError | None = None
     """Why the clip could not be read; None for every other clip, counted or not."""

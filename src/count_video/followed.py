@@ -17,9 +17,9 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 from count_video.inputs import json_value
-from count_video.pipeline import Trial
 from count_video.records import Track, TrialResult
 from count_video.reports.material import Pendulum
+from count_video.verdict.choosing import Trial
 
 
 @dataclass(frozen=True)
