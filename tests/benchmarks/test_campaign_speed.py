@@ -21,7 +21,7 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from synth_video.campaign.rendering import film, takes_of
-from synth_video.campaign.search import CAMPAIGNS
+from synth_video.campaign.seed_search import CAMPAIGNS
 
 if not hasattr(os, "wait4"):
     pytest.skip("this system does not tell what a process used", allow_module_level=True)

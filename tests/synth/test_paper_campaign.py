@@ -18,7 +18,7 @@ from synth_video.campaign.rendering import (
     takes_of,
     write_lists,
 )
-from synth_video.campaign.search import CAMPAIGNS, Target, search, target_named, true_counts
+from synth_video.campaign.seed_search import CAMPAIGNS, Target, search, target_named, true_counts
 from synth_video.cli import main
 
 PAPER = CAMPAIGNS["paper-30"]

@@ -18,7 +18,7 @@ from count_video.records import (
     TrialResult,
     Velocities,
 )
-from count_video.verdict.blank import unread_result
+from count_video.verdict.answers import unread_result
 from count_video.verdict.choosing import Trial, is_better
 
 FRAMES = 40

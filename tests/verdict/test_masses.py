@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from count_video.records import Estimate, TrialResult
-from count_video.verdict.blank import unread_result
+from count_video.verdict.answers import unread_result
 from count_video.verdict.masses import (
     RELATIVE_SIGMA_AT_MOST,
     contradiction,

@@ -1,9 +1,12 @@
 """From what was found to the answer: counted or not, how sure, and what to do."""
 
-from count_video.verdict.blank import nothing_to_count, unread_result
-from count_video.verdict.fitted import inferred, knowledge, left_open, measured, sure_enough
-from count_video.verdict.impacts import impacts_counted
-from count_video.verdict.missing import doubted_for_missing
+from count_video.verdict.answers import (
+    doubted_for_missing,
+    impacts_counted,
+    nothing_to_count,
+    unread_result,
+)
+from count_video.verdict.inferred import inferred, knowledge, left_open, measured, sure_enough
 from count_video.verdict.resolved import counted, leaves_room, probabilities
 from count_video.verdict.wording import sentence
 

@@ -12,9 +12,8 @@ from count_video.motion.reasons import ENDS_EARLY, Cause, Reason
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.swing import Swing
 from count_video.records import Estimate, FootageInfo, FootageReport, Track, TrialResult
-from count_video.verdict.blank import nothing_to_count
+from count_video.verdict.answers import nothing_to_count, timed
 from count_video.verdict.masses import contradiction, with_mass_ratio, with_masses
-from count_video.verdict.timed import timed
 from count_video.verdict.wording import sentence, sentences
 
 OUTLINES_SHARE = 0.05

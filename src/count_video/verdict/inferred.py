@@ -12,9 +12,9 @@ from count_video.motion.reasons import Cause, Reason
 from count_video.motion.rivals import PAIR, Knowledge
 from count_video.motion.seen import SeenCollisions
 from count_video.records import FootageInfo, TrialResult
+from count_video.verdict.answers import timed
 from count_video.verdict.masses import with_mass_ratio
 from count_video.verdict.resolved import LIKELY_ABOVE
-from count_video.verdict.timed import timed
 from count_video.verdict.wording import sentence
 
 PROBABILITY_AT_LEAST = 0.5
