@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from count_video import pipeline
 from count_video.batch.manifest import Job, jobs_of
-from count_video.errors import CountVideoError, UsageError
+from count_video.errors import CountVideoError, UsageError, reason_of
 from count_video.followed import Followed, followed
 from count_video.memory import shortage_told
 from count_video.outputs import CsvDialect
@@ -387,10 +387,7 @@ def plan(heavy: Mass, light: Mass, *, chart: bool = True, **details: Unpack[Plan
 
 def refused(path: AnyPath, error: CountVideoError | OSError) -> Result:
     """Make the result of a clip that could not be worked on."""
-    # An OSError's own text repeats number and path; its plain words are enough.
-    plain_words = error.strerror if isinstance(error, OSError) else None
-    reason = plain_words or str(error).removeprefix(f"{path}: ") or type(error).__name__
-    return Result(unread_result(fspath(path), reason), error=error)
+    return Result(unread_result(fspath(path), reason_of(error, path)), error=error)
 
 
 def _count_job(job: Job) -> Result:

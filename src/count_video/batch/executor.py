@@ -19,7 +19,13 @@ import cv2
 import count_video
 from count_video import pipeline
 from count_video.batch.manifest import Job, Pages
-from count_video.errors import CountVideoError, FootageError, TrackingError, UsageError
+from count_video.errors import (
+    CountVideoError,
+    FootageError,
+    TrackingError,
+    UsageError,
+    reason_of,
+)
 from count_video.followed import Followed, followed, packed, unpacked
 from count_video.inputs import content_digest
 from count_video.memory import shortage_told
@@ -80,10 +86,7 @@ def count_job(job: Job) -> Answer:
             if job.pages is not None:
                 evidence = _drawn(job, job.pages, found)
     except (CountVideoError, OSError) as error:
-        # An OSError's own text repeats number and path; its plain words are enough.
-        words = error.strerror if isinstance(error, OSError) else None
-        reason = words or str(error).removeprefix(f"{job.file}: ") or type(error).__name__
-        result = unread_result(job.clip, reason)
+        result = unread_result(job.clip, reason_of(error, job.file))
         # What hinders the work, a full disk for example, may be gone the next time.
         final = isinstance(error, FootageError | TrackingError)
     text = json_line(replace(result, clip=job.clip))

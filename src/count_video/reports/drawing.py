@@ -34,7 +34,7 @@ Colour = tuple[int, int, int]
 
 BLACK, GREY, WHITE = "#000000", "#666666", "#FFFFFF"
 ORANGE, SKY_BLUE, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
-BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
+BLUE, VERMILION = "#0072B2", "#D55E00"
 BALL, HEAVY = SKY_BLUE, ORANGE
 OWN = "#8fd4b4"
 """Colour of the theory's count on a map; the pages have the same."""
