@@ -14,14 +14,14 @@ import pytest
 from command import ask, faults_of, unfinished
 from test_any_request import answer_to
 
-from count_video import memory, trial
+from count_video import memory, pipeline
 from count_video.batch.executor import count_job
 from count_video.batch.manifest import Job
 from count_video.errors import MachineError, UsageError
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.memory import LEAST_BYTES, check_limits, check_room, shortage_told
+from count_video.pipeline import TrialSettings
 from count_video.reports import plan_text
-from count_video.trial import TrialSettings
 
 COUNTS_3 = Path(__file__).parents[2] / "fixtures" / "ratio1-count3.mp4"
 MORE_THAN_ANY = 1 << 55
@@ -67,7 +67,7 @@ def test_any_other_error_of_opencv_stays_what_it_is() -> None:
 def test_a_shortage_is_the_answer_of_its_clip(
     demand: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(trial, "work_through", demand)
+    monkeypatch.setattr(pipeline, "work_through", demand)
     answer = answer_to("--json", str(COUNTS_3))
     assert (answer.code, faults_of(answer, 1)) == (1, [])
     assert "not enough memory" in json.loads(answer.out)["reason"]
@@ -78,7 +78,7 @@ def test_a_shortage_in_a_campaign_is_not_kept_as_the_answer_for_good(
     demand: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clip = shutil.copy(COUNTS_3, tmp_path)
-    monkeypatch.setattr(trial, "work_through", demand)
+    monkeypatch.setattr(pipeline, "work_through", demand)
     answer = count_job(Job("clip", str(clip), TrialSettings()))
     assert not answer.final
     assert "not enough memory" in json.loads(answer.text)["reason"]

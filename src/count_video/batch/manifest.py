@@ -21,7 +21,7 @@ from count_video import inputs
 from count_video.errors import FootageError, UsageError
 from count_video.inputs import shown
 from count_video.outputs import CsvDialect, OutputFolder, output_name
-from count_video.trial import TrialSettings
+from count_video.settings import TrialSettings
 
 VIDEO_SUFFIXES = (
     *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm"),

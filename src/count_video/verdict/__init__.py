@@ -11,7 +11,7 @@ from count_video.verdict.trials import (
     probabilities,
     sure_enough,
 )
-from count_video.verdict.without_wall import impacts_counted, is_better, is_settled
+from count_video.verdict.without_wall import impacts_counted
 from count_video.verdict.wording import sentence
 
 __all__ = [
@@ -19,8 +19,6 @@ __all__ = [
     "doubted_for_missing",
     "impacts_counted",
     "inferred",
-    "is_better",
-    "is_settled",
     "knowledge",
     "leaves_room",
     "left_open",

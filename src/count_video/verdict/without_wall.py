@@ -1,10 +1,8 @@
-"""The answer for one body alone, or two without a wall; and which of two looks at a clip counts."""
+"""The answer for one body alone, or for two without a wall."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-
-import numpy as np
 
 from count_video.motion.weighing import SeenImpacts
 from count_video.records import FootageInfo, FootageReport, Track, TrialResult
@@ -13,15 +11,6 @@ from count_video.verdict.wording import sentences
 
 IMPACTS_PROBABILITY_AT_LEAST = 0.25
 """A smaller number of impacts is a lower bound, no count: more of them are likely not seen."""
-FOLLOWED = 0.95
-"""A track that shows both bodies in such a share of the frames, from first to last sighting, lost
-neither."""
-BOTH = 2
-"""Kinds of collisions: a trial at a wall has those of the bodies and those with the wall."""
-FEW_OF_A_TRIAL = 3
-"""So few collisions may be borne out by a body and its shadow."""
-IMPACTS_OF_ONE_ALONE = 3
-"""So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
 
 
 def impacts_counted(
@@ -52,47 +41,3 @@ def impacts_counted(
         ball_diameter_px=track.ball_diameter_px,
         warnings=(*report.warnings, *track.warnings),
     )
-
-
-def is_settled(result: TrialResult, *, at_wall: bool) -> bool:
-    """Whether a count of two bodies needs no other look at the clip.
-
-    Without a wall many impacts may be those of one body alone on its mirror image.
-    """
-    return result.count is not None and (at_wall or result.count < IMPACTS_OF_ONE_ALONE)
-
-
-def is_better(
-    result: TrialResult,
-    track: Track | None,
-    first: TrialResult,
-    pair: Track | None,
-    *,
-    borne_out: bool,
-) -> bool:
-    """Whether what the second look tells comes before what the ``first`` told of a pair.
-
-    The first look's wall stands if a ball was seen to strike both wall and heavy body, by a track
-    that did not lose the bodies where the second look's does not, and the heavy body's path bears
-    it out; before one body alone if it bears out several such collisions.
-    """
-    if result.count is None or track is None:
-        return False
-    kinds = {collision.kind for collision in first.collisions}
-    if track.heavy is None:
-        if borne_out and len(kinds) == BOTH and len(first.collisions) > FEW_OF_A_TRIAL:
-            return False
-        return result.count >= IMPACTS_OF_ONE_ALONE or pair is None or not pair.wall_seen
-    if pair is None or not (pair.wall_seen and borne_out):
-        return True
-    return len(kinds) < BOTH or _followed(pair) < FOLLOWED <= _followed(track)
-
-
-def _followed(track: Track) -> float:
-    """Share of the frames in which a body is seen, from its first to its last sighting."""
-    shares = []
-    for body in (track.ball, track.heavy):
-        seen = np.isfinite(body.position_px) if body is not None else np.ones(1, dtype=bool)
-        rows = np.flatnonzero(seen)
-        shares.append(float(seen[rows[0] : rows[-1] + 1].mean()) if len(rows) else 0.0)
-    return min(shares)
