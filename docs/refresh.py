@@ -70,10 +70,10 @@ def heading_of(lines: list[str]) -> int:
 
 def printed(call: str) -> str:
     """Return what the command prints, run in the top folder of the checkout."""
-    told = io.StringIO()
-    with redirect_stdout(told):
+    printed = io.StringIO()
+    with redirect_stdout(printed):
         main(shlex.split(call))
-    return told.getvalue()
+    return printed.getvalue()
 
 
 def make_picture(name: str, folder: Path) -> Path:

@@ -24,7 +24,6 @@ from count_video.outputs import (
     HIDDEN,
     LONGEST_NAME_BYTES,
     OutputFolder,
-    after_others,
     appearing,
     clear_unfinished,
     held,
@@ -32,7 +31,7 @@ from count_video.outputs import (
     output_name,
     write_whole,
 )
-from count_video.trial import TrialSettings
+from count_video.pipeline import TrialSettings
 
 ANY_NAME = st.text(st.characters(exclude_characters="/\0"), min_size=1, max_size=300)
 PATIENCE_S = 60
@@ -145,11 +144,11 @@ def test_who_comes_second_writes_after_the_first(tmp_path: Path) -> None:
     written = []
 
     def second() -> None:
-        with after_others(lock):
+        with held(lock, wait=True):
             written.append("second")
 
     thread = threading.Thread(target=second)
-    with after_others(lock):
+    with held(lock, wait=True):
         thread.start()
         thread.join(HESITATES_S)
         written.append("first")
@@ -214,7 +213,9 @@ def test_what_this_program_wrote_beside_clips_is_no_clip(folder: OutputFolder) -
     assert [clip.name for clip in clips_in(folder.folder)] == ["bar.annotated.mp4", "foo.mp4"]
 
 
-def test_the_evidence_of_another_clip_is_told_from_that_of_this_one(folder: OutputFolder) -> None:
+def test_the_evidence_of_another_clip_is_distinguished_from_this_ones(
+    folder: OutputFolder,
+) -> None:
     clip = folder.folder.parent / "trial.mp4"
     clip.write_bytes(b"a clip")
     assert not shows_another_clip(folder.folder, clip)

@@ -110,7 +110,7 @@ def test_the_noise_of_white_noise_is_its_standard_deviation(sigma: float, seed: 
 
 
 @pytest.mark.parametrize("bend", [0.0, 0.01, -0.3])
-def test_noise_is_told_from_motion_that_is_quadratic_in_time(bend: float) -> None:
+def test_noise_is_distinguished_from_motion_that_is_quadratic_in_time(bend: float) -> None:
     frame = np.arange(2000.0) - 1000.0
     noise = np.random.default_rng(1).normal(0.0, 0.05, 2000)
 

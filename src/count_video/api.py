@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, Literal, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video import trial
+from count_video import pipeline
 from count_video.batch.manifest import Job, jobs_of
-from count_video.errors import CountVideoError, UsageError
+from count_video.batch.results import signature
+from count_video.errors import CountVideoError, UsageError, reason_of
+from count_video.followed import Followed, followed
 from count_video.memory import shortage_told
 from count_video.outputs import CsvDialect
 from count_video.parallel import in_parallel
@@ -31,6 +33,7 @@ from count_video.reports.tables import collisions_array, track_array
 from count_video.reports.text import headline, result_text
 from count_video.settings import Settings, exact_mass, trial_settings
 from count_video.verdict import unread_result
+from count_video.verdict.choosing import Trial
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,10 +53,12 @@ class Result:
 
     answer: TrialResult
     """Everything that was found, as one frozen record with a unit on every field."""
-    trial: trial.Trial | None = None
+    trial: Trial | None = None
     """What the answer rests on; None for a clip that could not be read."""
     error: CountVideoError | OSError | None = None
     """Why the clip could not be read; None for every other clip, counted or not."""
+    clip_state: tuple[int, ...] = ()
+    """Size in bytes and time of the last change of the clip that was counted; empty if unknown."""
 
     @property
     def clip(self) -> str:
@@ -160,7 +165,7 @@ class Result:
         """
         from count_video.evidence import draw_trial  # noqa: PLC0415
 
-        drawn = None if self.trial is None else draw_trial(self.trial, self.answer)
+        drawn = draw_trial(self._followed)
         if drawn is None:
             raise CountVideoError(f"{self.clip}: nothing to draw: {'; '.join(self.reasons)}")
         return drawn
@@ -197,16 +202,25 @@ class Result:
         Raises
         ------
         UsageError
-            If a file cannot be written, or would replace one that this program did not write.
+            If a file cannot be written, or would replace one that this program did not write; if
+            the clip changed since it was counted.
         """
-        from count_video.evidence import EvidenceSettings, keep_evidence  # noqa: PLC0415
+        from count_video.evidence import EvidenceSettings, draw_evidence  # noqa: PLC0415
 
         wanted = EvidenceSettings(
             Path(folder), picture_format, csv_dialect=csv_dialect, presenter=presenter
         )
+        self._check_clip()
         with shortage_told():
-            names = keep_evidence(self.trial, self.answer, wanted, progress)
+            names = draw_evidence(self._followed, wanted, progress, with_json=True)
+        self._check_clip()
         return [wanted.folder / name for name in names]
+
+    def _check_clip(self) -> None:
+        """Raise UsageError if the clip is another than the one counted: its pictures are too."""
+        now = _state_of(Path(self.clip))  # empty if it is gone, which the drawing says
+        if self.clip_state and now and now != self.clip_state:
+            raise UsageError(f"{self.clip}: the clip changed since it was counted; count it again")
 
     def __repr__(self) -> str:
         """One line: the clip and its count."""
@@ -223,6 +237,13 @@ class Result:
             )
         parts.append(f"<pre>{html.escape(self.text())}</pre>")
         return "\n".join(parts)
+
+    @property
+    def _followed(self) -> Followed:
+        """What the picture and the page are drawn from: the answer, and the motion below it."""
+        if self.trial is None:
+            return Followed(self.answer, None, None)
+        return replace(followed(self.trial), result=self.answer)
 
     @cached_property
     def _png(self) -> bytes | None:
@@ -298,12 +319,13 @@ def count(  # noqa: PLR0913 - what a clip may need is many things, each by its n
         ball_diameter_mm=ball_diameter_mm,
         seen_only=seen_only,
     )
+    state = _state_of(Path(path))
     try:
         with shortage_told():
-            worked = trial.work_through(Path(path), settings, progress)
+            worked = pipeline.work_through(Path(path), settings, progress)
     finally:
         progress.finish()
-    return Result(worked.result, worked)
+    return Result(worked.result, worked, clip_state=state)
 
 
 def count_all(
@@ -378,10 +400,7 @@ def plan(heavy: Mass, light: Mass, *, chart: bool = True, **details: Unpack[Plan
 
 def refused(path: AnyPath, error: CountVideoError | OSError) -> Result:
     """Make the result of a clip that could not be worked on."""
-    # An OSError's own text repeats number and path; its plain words are enough.
-    plain_words = error.strerror if isinstance(error, OSError) else None
-    reason = plain_words or str(error).removeprefix(f"{path}: ") or type(error).__name__
-    return Result(unread_result(fspath(path), reason), error=error)
+    return Result(unread_result(fspath(path), reason_of(error, path)), error=error)
 
 
 def _count_job(job: Job) -> Result:
@@ -389,12 +408,17 @@ def _count_job(job: Job) -> Result:
     if job.problem is not None:
         return refused(job.clip, UsageError(job.problem))
     path = Path(job.clip)
+    state = _state_of(path)
     try:
         with shortage_told():
-            worked = trial.work_through(path, job.settings)
+            worked = pipeline.work_through(path, job.settings)
     except (CountVideoError, OSError) as error:
         return refused(path, error)
-    return Result(worked.result, worked)
+    return Result(worked.result, worked, clip_state=state)
+
+
+def _state_of(clip: Path) -> tuple[int, ...]:
+    return tuple(signature(clip)[:2])
 
 
 def _died(job: Job) -> Result:

@@ -17,7 +17,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from count_video.errors import CountVideoError, UsageError
+from count_video.errors import CountVideoError, MachineError, UsageError
+from count_video.memory import (
+    DRAWING_BYTES,
+    LIBRARIES_BYTES,
+    check_limits,
+    check_room,
+    shortage_told,
+)
 from count_video.options import complete_options, is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.words import printable
@@ -92,16 +99,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command on ``arguments`` (None: those of this process) and return its exit code."""
     _show_any_file_name()
     try:
-        code = _answered(arguments)
+        with shortage_told():
+            code = _answered(arguments)
         _flush_stdout()
-    except UsageError as error:
-        _complain(str(error))
-        return EXIT_USAGE
-    except ImportError as error:  # something else of its name, or a library of the system's missing
-        _complain(
-            f"a part of this program cannot be loaded ({error}); install count-video again, in an "
-            "environment of its own"
-        )
+    except (UsageError, MachineError, ImportError) as error:
+        _complain(_not_loaded(error) if isinstance(error, ImportError) else str(error))
         return EXIT_USAGE
     except KeyboardInterrupt:
         _complain("interrupted")
@@ -116,6 +118,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
+def _not_loaded(error: ImportError) -> str:
+    """Say it of something else of a part's name, or of a library that the system lacks."""
+    return (
+        f"a part of this program cannot be loaded ({error}); install count-video again, in an "
+        "environment of its own"
+    )
+
+
 def _answered(arguments: Sequence[str] | None) -> int:
     try:
         options = read_options(arguments)
@@ -125,8 +135,10 @@ def _answered(arguments: Sequence[str] | None) -> int:
 
 
 def _answer(options: argparse.Namespace) -> int:
+    check_limits()
     if options.output is not None:
-        _quieten_the_drawing()
+        check_room(LIBRARIES_BYTES + DRAWING_BYTES)
+        _load_the_drawing()
     if options.theory is not None:
         return _answer_theory(options)
     if options.plan is not None:
@@ -214,11 +226,18 @@ def _replaces_evidence(options: argparse.Namespace) -> bool:
     return False
 
 
-def _quieten_the_drawing() -> None:
-    """Keep matplotlib's remarks on its font cache, made at the first picture, off stderr."""
+def _load_the_drawing() -> None:
+    """Load matplotlib, with its remarks (on its font cache, or on settings) kept off stderr."""
     import logging
 
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    logging.getLogger("matplotlib").setLevel(logging.CRITICAL)
+    try:
+        import matplotlib as _  # noqa: F401 - reads a file of settings, also from this folder
+    except (OSError, ValueError) as error:
+        raise UsageError(
+            f"the settings of matplotlib cannot be read ({error}); move its file matplotlibrc "
+            "away, which is in this folder or among your settings"
+        ) from error
 
 
 def _answer_theory(options: argparse.Namespace) -> int:

@@ -30,3 +30,12 @@ class TrackingError(CountVideoError):
 
 class MachineError(CountVideoError):
     """The machine cannot do the work now; another one, or a later run, may."""
+
+
+def reason_of(error: CountVideoError | OSError, clip: object) -> str:
+    """Return why a clip could not be worked on, without its path, which stands before the reason.
+
+    An OSError's own text repeats number and path; its plain words are enough.
+    """
+    words = error.strerror if isinstance(error, OSError) else None
+    return words or str(error).removeprefix(f"{clip}: ") or type(error).__name__

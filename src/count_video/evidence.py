@@ -7,7 +7,7 @@ clip and leaves its line in the space-time image and its cut-outs at the contact
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
@@ -16,21 +16,22 @@ from typing import Literal
 import numpy as np
 from matplotlib.figure import Figure
 
-from count_video.errors import UsageError
-from count_video.followed import Followed, followed
+from count_video.followed import Followed
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
+from count_video.memory import DRAWING_BYTES, check_room
 from count_video.outputs import (
     CsvDialect,
     OutputFolder,
-    after_others,
+    explained,
+    held,
     open_outputs,
     output_name,
     write_whole,
 )
 from count_video.progress import NO_PROGRESS, Progress, counted_off
-from count_video.records import Track, TrialResult
+from count_video.records import Track
 from count_video.reports.annotated_clip import AnnotatedClip, frame_times_s
 from count_video.reports.drawing import picture_bytes
 from count_video.reports.figure import (
@@ -40,14 +41,11 @@ from count_video.reports.figure import (
     time_panels,
     trial_figure,
 )
-from count_video.reports.frame_samples import FRAMES_ENOUGH, levelled, touching
 from count_video.reports.json_object import json_line
-from count_video.reports.material import Material
+from count_video.reports.material import FRAMES_ENOUGH, Material, levelled, touching
 from count_video.reports.page import MEDIA_TYPES, Footage, Picture, clip_page
 from count_video.reports.presenter import PresenterClip, Shape
 from count_video.reports.tables import collisions_array, table_csv, track_array
-from count_video.reports.words import printable
-from count_video.trial import Trial
 
 PictureFormat = Literal["png", "svg"]
 _PRESENTER = ("presenter.mp4", "presenter.gif")
@@ -58,7 +56,7 @@ CRF = 23
 
 @dataclass(frozen=True)
 class EvidenceSettings:
-    """Where the evidence goes, and in which formats."""
+    """The folder of the evidence, and its formats."""
 
     folder: Path
     """Made if it is not there."""
@@ -66,18 +64,9 @@ class EvidenceSettings:
     name: str | None = None
     """What the files are named after; None for the clip's name without its suffix."""
     csv_dialect: CsvDialect = "comma"
-    """Of the tables."""
+    """Dialect of the tables."""
     presenter: Shape | None = None
     """Shape of a clip for a talk, with its GIF; None for none."""
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """What came of a clip."""
-
-    result: TrialResult
-    files: tuple[str, ...]
-    """Names of the files that show it, in the folder of the evidence."""
 
 
 def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
@@ -91,48 +80,24 @@ def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
     _opened(path, evidence).check(["json"])
 
 
-def keep_evidence(
-    trial: Trial | None,
-    result: TrialResult,
+def draw_evidence(
+    found: Followed,
     evidence: EvidenceSettings,
     progress: Progress = NO_PROGRESS,
+    *,
+    with_json: bool = False,
 ) -> tuple[str, ...]:
-    """Write the evidence of a clip that has been counted, and its JSON object beside it.
-
-    Parameters
-    ----------
-    trial
-        What the count rests on; None for a clip that could not be read, which has a page alone.
-    result
-        The answer to show: that of the trial, or one that was reviewed or compared.
-
-    Returns
-    -------
-    tuple
-        The names of the files written, in the folder.
-
-    Raises
-    ------
-    UsageError
-        The evidence cannot be written.
-    """
-    path = Path(result.clip)
-    found = Followed(result, None, None) if trial is None else followed(trial)
-    with _files_of(path, evidence) as files:
-        files.write("json", f"{json_line(result)}\n".encode("ascii"))
-        _draw(path, replace(found, result=result), (files, evidence), progress)
-    return tuple(files.written)
-
-
-def draw_evidence(
-    path: Path, found: Followed, evidence: EvidenceSettings, progress: Progress = NO_PROGRESS
-) -> Evidence:
-    """Write the evidence of a clip that was counted.
+    """Write the evidence of a clip that was counted; return the names of the files.
 
     Files are named after the clip: for ``trial7.mp4`` they are ``trial7.html``, ``trial7.png``
     (or ``.svg``) and one for each of its panels, ``trial7.strip.jpg``, ``trial7.annotated.mp4``,
     ``trial7.track.csv`` and ``trial7.collisions.csv``. Where no bodies could be followed there is
     the page alone. Each appears when it is complete.
+
+    Parameters
+    ----------
+    with_json
+        Write the answer as ``trial7.json`` as well.
 
     Raises
     ------
@@ -141,33 +106,26 @@ def draw_evidence(
     UsageError
         If the evidence cannot be written.
     """
-    with _files_of(path, evidence) as files:
-        _draw(path, found, (files, evidence), progress)
-    return Evidence(found.result, tuple(files.written))
+    check_room(DRAWING_BYTES)
+    with _files_of(found.path, evidence) as files:
+        if with_json:
+            files.write("json", f"{json_line(found.result)}\n".encode("ascii"))
+        if found.track is None:
+            files.write("html", clip_page(found.result, None, None).encode("utf-8"))
+        else:
+            _write_all(found, found.track, files, progress)
+    return tuple(files.written)
 
 
-def _draw(
-    path: Path, found: Followed, into: tuple[_Files, EvidenceSettings], progress: Progress
-) -> None:
-    files, evidence = into
-    if found.track is None:
-        files.write("html", clip_page(found.result, None, None).encode("utf-8"))
-    else:
-        _write_all(path, found, found.track, (files, evidence.picture_format), progress)
-        if evidence.presenter is not None:
-            _write_presenter(path, found, found.track, (files, evidence.presenter), progress)
-
-
-def draw_trial(trial: Trial, result: TrialResult) -> Figure | None:
+def draw_trial(found: Followed) -> Figure | None:
     """Draw the picture of a counted clip, which is decoded once more; None if nothing moved."""
-    if trial.track is None:
+    if found.track is None:
         return None
-    found, path = replace(followed(trial), result=result), trial.info.path
-    clip = _prepared(path, found, trial.track)
-    with open_footage(path) as footage:
+    clip = _prepared(found, found.track)
+    with open_footage(found.path) as footage:
         for _ in clip.pictures(footage.frames(*_ends(clip.track))):
             pass  # each frame leaves its line in the space-time image
-    return trial_figure(_material(found, trial.track, clip))
+    return trial_figure(_material(found, found.track, clip))
 
 
 @contextmanager
@@ -177,12 +135,7 @@ def _files_of(path: Path, evidence: EvidenceSettings) -> Iterator[_Files]:
     Two clips of one name that are counted at the same time would leave files of both.
     """
     files = _opened(path, evidence)
-    lock = files.outputs.hidden / f"{files.name}.lock"
-    with ExitStack() as stack:
-        try:
-            stack.enter_context(after_others(lock))
-        except OSError as error:
-            raise _unwritable(lock, error) from error
+    with held(files.outputs.hidden / f"{files.name}.lock", wait=True):
         yield files
 
 
@@ -191,15 +144,11 @@ def _opened(path: Path, evidence: EvidenceSettings) -> _Files:
     outputs = open_outputs(evidence.folder)
     outputs.csv_dialect = evidence.csv_dialect
     content = content_digest(path) if path.is_file() else ""
-    files = _Files(outputs, evidence.name or output_name(path.stem), content)
-    files.check((*_SUFFIXES, *_pictures(evidence.picture_format)))
-    files.check(_PRESENTER if evidence.presenter else ())
+    files = _Files(outputs, evidence, evidence.name or output_name(path.stem), content)
+    # The pictures are all panels on a sheet, and each alone.
+    pictures = [evidence.picture_format, *(f"{n}.{evidence.picture_format}" for n in PANELS)]
+    files.check((*_SUFFIXES, *pictures, *(_PRESENTER if evidence.presenter else ())))
     return files
-
-
-def _pictures(picture_format: PictureFormat) -> list[str]:
-    """List the endings of the pictures: all panels on a sheet, and each alone."""
-    return [picture_format, *(f"{name}.{picture_format}" for name in PANELS)]
 
 
 def shows_another_clip(folder: Path, path: Path) -> bool:
@@ -220,6 +169,7 @@ class _Files:
     """The files of one clip."""
 
     outputs: OutputFolder
+    wanted: EvidenceSettings
     name: str
     clip: str
     """Digest of the clip."""
@@ -234,43 +184,27 @@ class _Files:
     def claim(self, suffix: str) -> Path:
         """Return where a file may be written."""
         # Not with_suffix: a name may hold dots.
-        name = f"{self.name}.{suffix}"
-        try:
-            self.outputs.claim(name, self.clip)
-        except OSError as error:
-            raise _unwritable(self.outputs.folder / name, error) from error
-        self.written.append(name)
-        return self.outputs.folder / name
+        target = self.outputs.folder / f"{self.name}.{suffix}"
+        with explained(target):
+            self.outputs.claim(target.name, self.clip)
+        self.written.append(target.name)
+        return target
 
     def write(self, suffix: str, data: bytes) -> None:
         """Let a file appear under its name when it is complete."""
         target = self.claim(suffix)
-        try:
+        with explained(target):
             write_whole(target, self.outputs.as_written(target.name, data))
-        except OSError as error:
-            raise _unwritable(target, error) from error
 
 
-def _unwritable(path: Path, error: OSError) -> UsageError:
-    reason = error.strerror or "it failed"
-    return UsageError(f"cannot write {printable(str(path))}: {reason}; give another folder")
-
-
-def _write_all(
-    path: Path,
-    found: Followed,
-    measured: Track,
-    into: tuple[_Files, PictureFormat],
-    progress: Progress,
-) -> None:
-    files, picture_format = into
-    result = found.result
-    clip = _prepared(path, found, measured)
+def _write_all(found: Followed, measured: Track, files: _Files, progress: Progress) -> None:
+    result, picture_format = found.result, files.wanted.picture_format
+    clip = _prepared(found, measured)
     track_csv = table_csv(track_array(clip.track, result), frame=0, ball_px=4)
     files.write("track.csv", track_csv.encode("ascii"))
     files.write("collisions.csv", table_csv(collisions_array(result)).encode("ascii"))
     annotated = files.claim("annotated.mp4")
-    _write_clip(path, annotated, clip, progress)
+    _write_clip(found.path, annotated, clip, progress)
     material = _material(found, measured, clip)
     sheet = trial_figure(material)
     picture = picture_bytes(sheet, picture_format)
@@ -278,32 +212,14 @@ def _write_all(
     for name, figure in panel_figures(material).items():
         files.write(f"{name}.{picture_format}", picture_bytes(figure, picture_format))
     files.write("strip.jpg", thumbnail_jpeg(material))
-    shown = Footage(
-        annotated.read_bytes(),
-        clip.track.frame,
-        clip.shown_s,
-        clip.contact_frames.found,
-        files.clip,
-    )
+    cuts, frames = clip.contact_frames.found, clip.track.frame
+    shown = Footage(annotated.read_bytes(), frames, clip.shown_s, cuts, files.clip)
     drawn = Picture(picture, MEDIA_TYPES[picture_format], time_panels(sheet))
-    page = clip_page(result, shown, drawn)
-    files.write("html", page.encode("utf-8"))
-
-
-def _write_presenter(
-    path: Path,
-    found: Followed,
-    measured: Track,
-    into: tuple[_Files, Shape],
-    progress: Progress,
-) -> None:
-    files, shape = into
-    plain = _prepared(path, found, measured)
-    with open_footage(path) as footage:
-        size = (footage.info.height_px, footage.info.width_px)
-    clip = PresenterClip(found.result, plain.track, size, plain.shown_s, shape)
-    _write_clip(path, files.claim("presenter.mp4"), clip, progress)
-    files.write("presenter.gif", clip.gif())
+    files.write("html", clip_page(result, shown, drawn).encode("utf-8"))
+    if files.wanted.presenter is not None:
+        talk = PresenterClip(result, clip.track, clip.shape, clip.shown_s, files.wanted.presenter)
+        _write_clip(found.path, files.claim("presenter.mp4"), talk, progress)
+        files.write("presenter.gif", talk.gif())
 
 
 def _write_clip(path: Path, target: Path, clip: AnnotatedClip, progress: Progress) -> None:
@@ -316,10 +232,10 @@ def _write_clip(path: Path, target: Path, clip: AnnotatedClip, progress: Progres
         write_clip(target, clip.pictures(frames), options)
 
 
-def _prepared(path: Path, found: Followed, measured: Track) -> AnnotatedClip:
+def _prepared(found: Followed, measured: Track) -> AnnotatedClip:
     """Prepare the drawing of a clip, with outlines where the bodies are seen to be."""
     result = found.result
-    with open_footage(path) as footage:
+    with open_footage(found.path) as footage:
         info = footage.info
         frames = list(islice(footage.frames(int(measured.frame[0])), FRAMES_ENOUGH))
     track = levelled(touching(measured, result.collisions), frames)

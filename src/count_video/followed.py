@@ -10,6 +10,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
@@ -18,7 +19,7 @@ import numpy as np
 from count_video.inputs import json_value
 from count_video.records import Track, TrialResult
 from count_video.reports.material import Pendulum
-from count_video.trial import Trial
+from count_video.verdict.choosing import Trial
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,11 @@ class Followed:
     """None where no bodies could be followed."""
     pendulum: Pendulum | None
     """None where the swing does not show."""
+
+    @property
+    def path(self) -> Path:
+        """The clip's file."""
+        return Path(self.result.clip)
 
 
 def followed(trial: Trial) -> Followed:

@@ -55,7 +55,7 @@ _MOST_RECORD_BYTES = 100_000_000
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _UNFINISHED = re.compile(r"\.[0-9a-f]{12}\.part(\..*)?")
 _SUFFIX_CHARACTERS = 40
-"""So much of a name's end is kept in the name of the unfinished file: it names the format."""
+"""Length of a name's end that the unfinished file keeps: it names the format."""
 _unfinished: set[Path] = set()
 """Files that this process is writing."""
 
@@ -66,7 +66,7 @@ class OutputFolder:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.csv_dialect: CsvDialect = "comma"
-        """Of the tables that are written from now on."""
+        """Dialect of the tables that are written from now on."""
         self._entries: dict[str, dict[str, object]] = {}
         self._read_to = 0
 
@@ -253,16 +253,22 @@ def clear_unfinished(folder: Path) -> None:
 
 
 @contextmanager
-def held(file: Path) -> Iterator[None]:
+def held(file: Path, *, wait: bool = False) -> Iterator[None]:
     """Hold the lock on a file (made if needed, and left there: only the lock itself counts).
 
     The system lets go of the lock when the process ends, however it ends; workers do not inherit
     it.
 
+    Parameters
+    ----------
+    wait
+        Wait for others to let go of it; where files cannot be locked nobody waits.
+
     Raises
     ------
     UsageError
-        Somebody else holds it, or the file system cannot lock.
+        The file cannot be made; unless it waits, somebody else holds it, or the file system cannot
+        lock.
     """
     folder = file.parent.parent
     try:
@@ -271,40 +277,38 @@ def held(file: Path) -> Iterator[None]:
         raise UsageError(f"{folder}: no folder for results ({error.strerror})") from error
     try:
         try:
-            _take(descriptor)
+            _take(descriptor, wait=wait)
         except (BlockingIOError, PermissionError) as error:
-            raise UsageError(
-                f"{folder}: another run is at work in this folder; wait for its end, or give "
-                "another folder with -o"
-            ) from error
+            if not wait:
+                raise UsageError(
+                    f"{folder}: another run is at work in this folder; wait for its end, or give "
+                    "another folder with -o"
+                ) from error
         except OSError as error:
-            raise UsageError(
-                f"{folder}: this folder cannot be locked ({error.strerror}); give one on another "
-                "disk with -o"
-            ) from error
+            if not wait:
+                raise UsageError(
+                    f"{folder}: this folder cannot be locked ({error.strerror}); give one on "
+                    "another disk with -o"
+                ) from error
         yield
     finally:
         os.close(descriptor)
 
 
 @contextmanager
-def after_others(file: Path) -> Iterator[None]:
-    """Wait for the lock on a file (made if needed, and left there) and hold it.
-
-    Where files cannot be locked nobody waits.
+def explained(target: Path) -> Iterator[None]:
+    """Turn an error of the system, met while a file is written, into one line for the user.
 
     Raises
     ------
-    OSError
-        The file cannot be made.
+    UsageError
+        An OSError was met.
     """
-    descriptor = _open_own(file, os.O_RDWR | os.O_CREAT)
     try:
-        with suppress(OSError):
-            _take(descriptor, wait=True)
         yield
-    finally:
-        os.close(descriptor)
+    except OSError as error:
+        reason = error.strerror or "it failed"
+        raise UsageError(f"cannot write {target}: {reason}; give another folder") from error
 
 
 def _open_own(file: Path, flags: int) -> int:

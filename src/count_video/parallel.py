@@ -17,10 +17,12 @@ from concurrent.futures import (
     ProcessPoolExecutor,
     ThreadPoolExecutor,
 )
-from contextlib import closing
+from contextlib import closing, contextmanager
 from multiprocessing.connection import wait
 from queue import Empty, SimpleQueue
 from typing import Protocol, TypeVar
+
+from count_video.errors import MachineError
 
 _Job = TypeVar("_Job")
 _Done = TypeVar("_Done")
@@ -29,6 +31,8 @@ ATTEMPTS = 2
 KILL_TIMEOUT_S = 2
 ASK_EVERY_S = 1.0
 """While nothing comes, the workers are asked so often whether they are still there."""
+THREADS_A_PROCESS = 8
+"""Who starts a process has two threads for it, and the process has some of its own."""
 _ONE_THREAD = (
     *("COUNT_VIDEO_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"),
 )
@@ -111,6 +115,7 @@ class Processes:
         self._others = set(multiprocessing.active_children())
         self._own = threading.local()
         self._pools: list[ProcessPoolExecutor] = []
+        self._starting = threading.Lock()
         self._ended = False
         # The processes inherit these, so they hold before the first import.
         self._environment = {name: os.environ.get(name) for name in _ONE_THREAD}
@@ -118,13 +123,22 @@ class Processes:
         self._threads = ThreadPoolExecutor(workers or cores(), initializer=_ignore_ctrl_c)
 
     def submit(self, work: Callable[[_Job], _Done], job: _Job) -> Future[_Done]:
-        """Hand over a job to a thread with a process of its own."""
-        return self._threads.submit(self._do, work, job)
+        """Hand over a job to a thread with a process of its own.
+
+        Raises
+        ------
+        MachineError
+            The system lets no such thread start.
+        """
+        with _limits_told():
+            return self._threads.submit(self._do, work, job)
 
     def _do(self, work: Callable[[_Job], _Done], job: _Job) -> _Done:
         """Do a job in this thread's process; one that dies is replaced once."""
         for attempt in range(1, ATTEMPTS + 1):
             if not hasattr(self._own, "process"):
+                with self._starting:
+                    check_threads()
                 context = multiprocessing.get_context("spawn")
                 self._own.process = ProcessPoolExecutor(1, context, _follow_the_parent)
                 self._pools.append(self._own.process)
@@ -162,6 +176,42 @@ class Processes:
             process.kill()
         for process in processes:
             process.join(KILL_TIMEOUT_S)
+
+
+@contextmanager
+def _limits_told() -> Iterator[None]:
+    """Turn the error of a thread that the system does not let start into one of ours."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise MachineError(
+            "the system lets this program start no more processes (ulimit -u); close other "
+            "programs, or count fewer clips at a time (--jobs)"
+        ) from error
+
+
+def check_threads(threads: int = THREADS_A_PROCESS) -> None:
+    """Check that a process can start with the threads that it needs.
+
+    A pool whose threads do not start waits for ever, or fails in ways of its own.
+
+    Raises
+    ------
+    MachineError
+        The system does not let so many threads start.
+    """
+    enough = threading.Event()
+    started: list[threading.Thread] = []
+    try:
+        with _limits_told():
+            for _ in range(threads):
+                thread = threading.Thread(target=enough.wait)
+                thread.start()
+                started.append(thread)
+    finally:
+        enough.set()
+        for thread in started:
+            thread.join()
 
 
 def cores() -> int:

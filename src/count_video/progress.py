@@ -1,7 +1,7 @@
 """How far a long job has come: reported by the library, shown (or not) by whoever called it.
 
-Library code calls the three methods and never asks whether anybody watches; ``NO_PROGRESS``
-is the listener that does nothing.
+Library code calls the three methods whether the progress is shown or not; ``NO_PROGRESS`` is the
+listener that does nothing.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ Conventions
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -48,7 +48,7 @@ class FootageInfo:
     rotation_deg: int
     """Counter-clockwise turn that display asks for: 0, 90, 180 or 270."""
     frames_promised: int | None
-    """Number of frames that the container or its packets promise; None if neither tells."""
+    """Number of frames that the container or its packets promise; None if neither does."""
     container_fps: float | None
     """Frames per second of footage time (the playing rate); None if not stated."""
     capture_fps: float | None
@@ -108,9 +108,9 @@ class BodyTrack:
     sigma_px: Floats
     """Standard uncertainty of ``position_px``; NaN where not seen."""
     low_edge_px: float
-    """From the reference point to the outline's end at smaller positions (negative)."""
+    """Distance from the reference point to the outline's end at smaller positions (negative)."""
     high_edge_px: float
-    """From the reference point to the outline's end at larger positions (positive)."""
+    """Distance from the reference point to the outline's end at larger positions (positive)."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ class Collision:
     """One collision: a sign change of the relative velocity, at a contact."""
 
     number: int
-    """From 1, in order of time, through the burst and beyond it."""
+    """Counts from 1, in order of time, through the burst and beyond it."""
     kind: CollisionKind
     frame: float
     """Frame coordinate of the contact."""
@@ -175,7 +175,7 @@ class Collision:
 
 @dataclass(frozen=True)
 class Correction:
-    """What a person who looked at the frames changed."""
+    """What a person changed who checked the frames."""
 
     action: CorrectionAction
     """``wrong`` takes a collision of the tool away, ``missed`` adds one."""
@@ -194,7 +194,7 @@ class Estimate:
 
     value: float
     sigma: float
-    """Its standard uncertainty."""
+    """Its standard uncertainty, in the same unit."""
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,7 @@ class Ending:
     """Velocity of the heavy body after the last collision, away from the wall, over its speed
     before the first."""
     ball_speed: float
-    """The same of the ball; between 0 and ``heavy_speed`` in the stopping region."""
+    """That of the ball; between 0 and ``heavy_speed`` in the stopping region."""
 
 
 @dataclass(frozen=True)
@@ -219,15 +219,15 @@ class FittedSetup:
     """How the bodies hung and where the heavy one was let go, by the fitted model."""
 
     gap_px: Estimate
-    """From the wall to the ball where it hangs at rest."""
+    """Distance from the wall to the ball where it hangs at rest."""
     release_px: Estimate
-    """From where the heavy body hangs to where it was let go: its swing's amplitude."""
+    """Distance from where the heavy body hangs to where it was let go: its amplitude."""
     bodies_gap_px: Estimate
     """Between ball and heavy body where both hang at rest; negative where they would overlap."""
     heavy_period_frames: Estimate
     """Time of a full swing of the heavy body on its threads."""
     ball_period_frames: Estimate
-    """The same of the ball."""
+    """Time of a full swing of the ball."""
 
 
 @dataclass(frozen=True)
@@ -263,36 +263,36 @@ class PlanComparison:
 
 @dataclass(frozen=True)
 class TrialResult:
-    """The answer for one clip: what ``count-video`` prints."""
+    """The answer for one clip: what ``count-video`` prints; None is what is not known."""
 
     clip: str
     status: Status
     reason: str | None
     """Why the clip is not counted, or what is doubtful; None if all is well."""
-    count: int | None
+    count: int | None = None
     """Collisions of the first burst; None unless counted."""
-    seen: int | None
-    between_frames: int | None
-    probability: dict[int, float]
+    seen: int | None = None
+    between_frames: int | None = None
+    probability: dict[int, float] = field(default_factory=dict)
     """Probability of each count, as far as the evidence goes; empty if not counted."""
-    count_after_burst: int | None
-    collisions: tuple[Collision, ...]
+    count_after_burst: int | None = None
+    collisions: tuple[Collision, ...] = ()
     """All collisions found; those of the burst first (numbers 1 to ``count``)."""
-    capture_fps: float | None
-    capture_fps_source: RateSource
-    frames_decoded: int | None
-    frames_promised: int | None
-    wall_side: WallSide | None
-    ball_diameter_px: float | None
-    millimetres_per_px: float | None
+    capture_fps: float | None = None
+    capture_fps_source: RateSource = "unknown"
+    frames_decoded: int | None = None
+    frames_promised: int | None = None
+    wall_side: WallSide | None = None
+    ball_diameter_px: float | None = None
+    millimetres_per_px: float | None = None
     """Scale from the ball's diameter."""
-    pi_low: float | None
+    pi_low: float | None = None
     """Lower bound on pi from the count: N times theta."""
-    pi_high: float | None
+    pi_high: float | None = None
     """Upper bound on pi from the count: (N + 1) times theta."""
-    mass_ratio: float | None
+    mass_ratio: float | None = None
     """Heavy over light; given by the user or measured from the motion."""
-    warnings: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
     mass_ratio_sigma: float | None = None
     """Its standard uncertainty; None where it is given, or not known."""
     reviewed_count: int | None = None
@@ -307,4 +307,4 @@ class TrialResult:
     setup: FittedSetup | None = None
     """The set-up that a fitted model finds; None where none was fitted."""
     comparison: PlanComparison | None = None
-    """With the plan that was given; None where none was."""
+    """Comparison with the plan that was given; None where none was."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypedDict, TypeVar, Unpack
 
@@ -10,9 +11,28 @@ from count_video import inputs
 from count_video.errors import UsageError
 from count_video.physics.theory import Mass
 from count_video.records import WallSide
-from count_video.trial import TrialSettings
 
 _Value = TypeVar("_Value")
+
+
+@dataclass(frozen=True)
+class TrialSettings:
+    """What the user may say about a clip."""
+
+    capture_fps: float | None = None
+    """Camera's rate in frames per second of real time."""
+    ball_diameter_mm: float = 40.0
+    wall_side: WallSide | None = None
+    region: tuple[int, int, int, int] | None = None
+    """Part of the picture that holds the experiment: x, y, width, height in px."""
+    start: int = 0
+    """First frame to use."""
+    end: int | None = None
+    """Frame to stop before; None for the clip's end."""
+    masses: tuple[Fraction, Fraction] | None = None
+    """Heavy and light mass, in any one unit."""
+    seen_only: bool = False
+    """Count what the frames show and infer nothing between them."""
 
 
 class Settings(TypedDict, total=False):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from synth_video.body_picture import Placed
 from synth_video.exposure import Paths
-from synth_video.layers import Layer
+from synth_video.moving_layers import Layer
 from synth_video.pixels import Pixels
 from synth_video.stage import Stage
 

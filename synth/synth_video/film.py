@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from count_video.errors import UsageError
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.physics.simulator import simulate
-from synth_video.camera import sensor_for
 from synth_video.compositor import Compositor
 from synth_video.experiments.course import Course, course_of_trial
 from synth_video.experiments.course_truth import ExperimentTruth, experiment_json, truth_of_course
@@ -25,6 +24,7 @@ from synth_video.pixels import as_pixels
 from synth_video.projection import projection_of
 from synth_video.scene import EncodingSettings, Scene
 from synth_video.schedule import Schedule, schedule_of
+from synth_video.sensor import sensor_for
 from synth_video.stage import set_stage
 from synth_video.tripod import tripod_shift
 from synth_video.truth import Truth, truth_json, truth_of, truth_path, write_text

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from synth_video.appearance import WallSettings
-from synth_video.layers import Standing, standing
+from synth_video.moving_layers import Standing, standing
 from synth_video.paint_background import TABLE_DEPTH_M
 from synth_video.pixels import Pixels
 from synth_video.raster import Raster, over

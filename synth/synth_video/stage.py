@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth_video.bodies import Lens, heavy_appearance, light_appearance
 from synth_video.body_picture import BodyPicture
+from synth_video.body_shapes import Lens, heavy_appearance, light_appearance
 from synth_video.canvas import body_canvas
-from synth_video.layers import Hanging, LayerSource, Moving
+from synth_video.moving_layers import Hanging, LayerSource, Moving
 from synth_video.paint_background import TABLE_DEPTH_M, paint_background
 from synth_video.paint_track import paint_rail
 from synth_video.paint_wall import mirror_mask, paint_wall, plate_clamp, plate_film

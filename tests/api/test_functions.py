@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import pickle
+import shutil
 import subprocess
 import sys
 from fractions import Fraction
@@ -44,6 +45,16 @@ def test_a_clip_is_counted(result: Result) -> None:
     assert result.reasons == ()
     assert result.error is None
     assert repr(result) == "<count_video.Result ratio1-count3.mp4: 3 collisions>"
+
+
+def test_no_evidence_shows_another_clip_than_the_one_counted(tmp_path: Path) -> None:
+    clip = tmp_path / "clip.mp4"
+    shutil.copy(CLIP, clip)
+    result = count_video.count(clip)
+    shutil.copy(FIXTURES / "ratio16-count12.mp4", clip)
+    with pytest.raises(UsageError, match="changed since it was counted"):
+        result.save(tmp_path / "evidence")
+    assert not (tmp_path / "evidence").exists()
 
 
 def test_masses_are_taken_at_their_decimal_values(result: Result) -> None:
@@ -189,10 +200,10 @@ def test_the_theory_is_exact_also_where_a_float_is_not() -> None:
     assert count_video.theory(1050, 10.5).count == 31
     # At 1:1 the count is 3, and 4 for the least bit more; 0.3 / 0.1 is more than 3 in floats.
     assert count_video.theory(0.3, 0.1) == count_video.theory(3, 1)
-    told = count_video.theory(1)
-    assert told.count == 3
-    assert told.pi_bounds == pytest.approx((3 * math.pi / 4, math.pi), abs=1e-12)
-    assert told.same_count[0] < told.mass_ratio <= told.same_count[1]
+    found = count_video.theory(1)
+    assert found.count == 3
+    assert found.pi_bounds == pytest.approx((3 * math.pi / 4, math.pi), abs=1e-12)
+    assert found.same_count[0] < found.mass_ratio <= found.same_count[1]
 
 
 def test_many_clips_come_each_with_its_own_result(result: Result, tmp_path: Path) -> None:
@@ -248,5 +259,5 @@ def test_everything_offered_is_there_and_nothing_heavy_is_imported_for_it() -> N
         count_video.counted  # noqa: B018
 
 
-def test_type_checkers_are_told_that_the_package_has_types() -> None:
+def test_type_checkers_find_that_the_package_has_types() -> None:
     assert (Path(count_video.__file__).parent / "py.typed").is_file()

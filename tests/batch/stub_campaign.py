@@ -16,7 +16,7 @@ from unittest.mock import patch
 
 from stub_work import work_through
 
-from count_video import cli, trial
+from count_video import cli, pipeline
 from count_video.batch import command as batch_command
 from count_video.batch.executor import Answer
 from count_video.batch.manifest import Job
@@ -78,7 +78,7 @@ class StubCampaign:
         out, err = io.StringIO(), io.StringIO()
         with (
             patch.dict(os.environ, {"STUB_LOG": str(self.log)}),
-            patch.multiple(trial, work_through=work_through),
+            patch.multiple(pipeline, work_through=work_through),
             patch.multiple(batch_command, Processes=WorkersHere),
             redirect_stdout(out),
             redirect_stderr(err),

@@ -13,7 +13,7 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from count_video import trial
+from count_video import pipeline
 from count_video.errors import FootageError
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import TrialResult
@@ -30,7 +30,7 @@ class Worked:
 
 
 def work_through(
-    path: Path, settings: trial.TrialSettings, progress: Progress = NO_PROGRESS
+    path: Path, settings: pipeline.TrialSettings, progress: Progress = NO_PROGRESS
 ) -> Worked:
     """Answer as the clip's words say."""
     words = path.read_text("utf-8").split()

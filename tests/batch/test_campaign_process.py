@@ -144,7 +144,7 @@ def test_kills_at_random_moments_lose_no_result_and_change_no_file(
     assert files_in(campaign.results) == files_in(campaign.top / "undisturbed")
 
 
-def test_a_full_disk_is_told_in_the_rows_and_the_rest_is_finished(campaign: StubCampaign) -> None:
+def test_a_full_disk_is_said_in_the_rows_and_the_rest_is_finished(campaign: StubCampaign) -> None:
     small = campaign.top / "small"
     small.mkdir()
     # 40 kB hold some of the results, not all: each takes a block or two for itself and its record.

@@ -17,6 +17,8 @@ from pathlib import Path
 import pytest
 from stub_campaign import COMMAND, StubCampaign, files_in
 
+from count_video.batch import executor
+
 pytest.importorskip("distributed")
 
 PATIENCE_S = 60.0
@@ -142,8 +144,11 @@ def test_paths_are_those_of_the_command_not_of_the_workers(
     assert (kept["clip"], kept["count"]) == ("clips/a.mp4", 31)
 
 
-def test_a_scheduler_that_does_not_answer_is_told(campaign: StubCampaign) -> None:
+def test_where_no_scheduler_answers_the_command_says_so(
+    campaign: StubCampaign, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(executor, "CONNECT_TIMEOUT_S", 1)  # nobody will ever answer there
     campaign.add(a="count 31")
-    done = campaign.run("--scheduler", "tcp://127.0.0.1:1")
+    done = campaign.here("--scheduler", "tcp://127.0.0.1:1")
     assert done.returncode == 2
     assert "no Dask scheduler answers at tcp://127.0.0.1:1" in done.stderr

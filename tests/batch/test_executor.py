@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from count_video.batch.executor import Answer, answers, failure, tool_version
 from count_video.batch.manifest import Job
 from count_video.batch.summary import run_campaign
-from count_video.trial import TrialSettings
+from count_video.pipeline import TrialSettings
 
 Work = Callable[[Job], Answer]
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from count_video.batch.manifest import clips_in, jobs_of
 from count_video.errors import FootageError, UsageError
-from count_video.trial import TrialSettings
+from count_video.pipeline import TrialSettings
 
 PLAIN = TrialSettings()
 
@@ -32,7 +32,7 @@ def complaint(file: Path) -> str:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a folder in use cannot be removed there")
-def test_a_current_folder_that_is_gone_is_told(
+def test_a_current_folder_that_is_gone_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     gone = tmp_path / "gone"
@@ -142,7 +142,7 @@ def test_a_manifest_is_read_as_spreadsheets_write_it(tmp_path: Path, text: str) 
         ("clip," + "x" * 131_073 + "\na.mp4,\n", "field larger than field limit"),
     ],
 )
-def test_what_makes_no_sense_in_a_manifest_is_told_with_its_line(
+def test_what_makes_no_sense_in_a_manifest_is_said_with_its_line(
     tmp_path: Path, text: str, words: str
 ) -> None:
     file = manifest(tmp_path, text)
@@ -152,7 +152,7 @@ def test_what_makes_no_sense_in_a_manifest_is_told_with_its_line(
     assert "\n" not in said
 
 
-def test_a_manifest_that_is_not_there_or_not_text_is_told(tmp_path: Path) -> None:
+def test_a_manifest_that_is_not_there_or_not_text_is_reported(tmp_path: Path) -> None:
     assert "cannot be read: No such file" in complaint(tmp_path / "missing.csv")
     (tmp_path / "picture.csv").write_bytes(b"\x89PNG\xff\xfe")
     assert "no text in UTF-8" in complaint(tmp_path / "picture.csv")
@@ -170,7 +170,14 @@ def test_a_folder_stands_for_the_video_files_in_it(tmp_path: Path) -> None:
     assert [clip.name for clip in clips_in(tmp_path)] == ["clip1.mkv", "clip2.MOV", "clip10.mp4"]
 
 
-def test_a_folder_without_a_clip_is_told(tmp_path: Path) -> None:
+@pytest.mark.skipif(sys.platform == "win32", reason="links need rights there")
+def test_a_link_that_leads_nowhere_is_not_passed_over(tmp_path: Path) -> None:
+    (tmp_path / "far.mp4").symlink_to(tmp_path / "unmounted" / "clip.mp4")
+    (tmp_path / "folder.mp4").mkdir()
+    assert [clip.name for clip in clips_in(tmp_path)] == ["far.mp4"]
+
+
+def test_a_folder_without_a_clip_is_reported(tmp_path: Path) -> None:
     touch(tmp_path, "notes.txt")
     with pytest.raises(FootageError, match="no video file in this folder"):
         clips_in(tmp_path)

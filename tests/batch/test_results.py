@@ -13,8 +13,8 @@ from count_video.batch.manifest import Job
 from count_video.batch.results import HIDDEN, ResultStore, open_store, signature
 from count_video.errors import UsageError
 from count_video.inputs import content_digest
+from count_video.pipeline import TrialSettings
 from count_video.reports.json_object import json_line
-from count_video.trial import TrialSettings
 from count_video.verdict import unread_result
 
 
@@ -170,14 +170,14 @@ def test_one_process_at_a_time_has_the_folder(tmp_path: Path) -> None:
         assert again.folder.is_dir()
 
 
-def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     store_there = open_store(tmp_path / "file" / "results", fresh=False)
     with pytest.raises(UsageError, match="no folder for results"), store_there:
         pass
 
 
-def test_the_version_tells_the_code_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_version_differs_with_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     versions = set()
     for code in ("a = 1\n", "a = 2\n"):
         (tmp_path / "__init__.py").write_text(code)

@@ -189,7 +189,7 @@ def test_ratios_that_scatter_more_than_they_say_are_not_taken_at_their_word() ->
     assert ratio.sigma == pytest.approx(2.5, rel=ROUNDING)
 
 
-def test_what_the_physics_tells_is_averaged_over_those_that_tell_it() -> None:
+def test_what_the_physics_gives_is_averaged_over_those_that_give_it() -> None:
     rows = [
         row("a", restitution_wall=0.98, ending="geometric"),
         row("b", restitution_wall=0.96, ending="dissipative"),

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from count_video import trial as pipeline
+from count_video import pipeline
 from count_video.errors import CountVideoError
 from count_video.records import BodyTrack, MotionLine, Track
 

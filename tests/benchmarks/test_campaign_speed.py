@@ -21,7 +21,7 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from synth_video.campaign.rendering import film, takes_of
-from synth_video.campaign.search import CAMPAIGNS
+from synth_video.campaign.seed_search import CAMPAIGNS
 
 if not hasattr(os, "wait4"):
     pytest.skip("this system does not tell what a process used", allow_module_level=True)
@@ -44,13 +44,13 @@ BARE = """
 import sys
 from pathlib import Path
 import cv2
-from count_video.trial import TrialSettings, count_clip
+from count_video.pipeline import TrialSettings, count_clip
 cv2.setNumThreads(1)
 for clip in sorted(Path(sys.argv[1]).glob("*.mp4")):
     count_clip(clip, TrialSettings())
 """
 IMPORTS = """
-import count_video.trial
+import count_video.pipeline
 import count_video.batch.command
 import count_video.reports.figure
 """

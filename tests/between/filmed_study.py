@@ -20,8 +20,8 @@ from synthetic_tracks import random_setup
 from count_video.motion.fitted import Between
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
+from count_video.pipeline import TrialSettings, work_through
 from count_video.records import Estimate, Floats
-from count_video.trial import TrialSettings, work_through
 from synth_video.film import render_clip
 from synth_video.scene_file import load_scene
 from synth_video.truth import truth_path

@@ -28,7 +28,7 @@ from unittest.mock import patch
 import numpy as np
 from synthetic_tracks import FilmedTrial, Filming, film, setup_of
 
-from count_video import trial as pipeline
+from count_video import pipeline
 from count_video.errors import TrackingError
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate

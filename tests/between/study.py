@@ -22,7 +22,7 @@ from count_video.motion.priors import PROBABILITY_RESOLVED
 from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import SeenCollisions, seen_collisions
 from count_video.verdict import leaves_room, sure_enough
-from count_video.verdict.fitted import MASS_RELATIVE_SIGMA
+from count_video.verdict.trials import MASS_RELATIVE_SIGMA
 
 RATES = (960.0, 480.0, 240.0, 120.0)
 LONG_RATES = (1000.0, 4000.0)

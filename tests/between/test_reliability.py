@@ -112,6 +112,27 @@ def test_frames_left_out_of_a_crowd_without_a_trace_are_made_up_for(seed: int) -
     assert any("left out" in warning for warning in outcome.result.warnings)
 
 
+@pytest.mark.parametrize(("seed", "missed"), [(835, 11), (743, 5), (1115, 9), (975, 8)])
+def test_it_is_told_how_many_frames_are_left_out_of_a_burst(seed: int, missed: int) -> None:
+    outcome = counted(hard_trial(seed))
+    assert outcome.right
+    assert any(f"about {missed} frames" in warning for warning in outcome.result.warnings)
+
+
+@pytest.mark.parametrize("seed", [704, 708, 1092])
+def test_no_frames_are_missed_in_a_whole_burst(seed: int) -> None:
+    outcome = counted(hard_trial(seed))
+    assert outcome.right
+    assert not any("left out" in warning for warning in outcome.result.warnings)
+
+
+@pytest.mark.parametrize("seed", [834, 878, 1186])
+def test_what_follows_the_end_of_a_clip_is_foreseen_and_not_counted(seed: int) -> None:
+    result, true = counted(hard_trial(seed)).result, hard_trial(seed).count
+    assert result.count is None
+    assert max(result.probability, key=result.probability.__getitem__) == true
+
+
 def test_collisions_in_frames_that_are_missing_are_inferred() -> None:
     outcome = counted(hard_trial(15))
     assert outcome.right

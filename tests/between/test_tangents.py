@@ -84,7 +84,7 @@ def test_velocities_before_a_collision_change_as_those_of_the_motion(column: int
 
 def measured(at: Floats) -> tuple[Floats, Floats, Floats]:
     paths = motion(at)
-    sampled = sample(paths, at[None], FRAME)
+    sampled = sample(paths, at[None], FRAME + at[Column.SKIP])
     return sampled.ball[0], sampled.heavy[0], paths.time[0, 1:]
 
 

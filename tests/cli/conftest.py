@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 from stand_in import StandIn, not_counted
 
-from count_video import trial
+from count_video import pipeline
 
 
 @pytest.fixture
 def stand_in(monkeypatch: pytest.MonkeyPatch) -> StandIn:
     """Replace the counting of one clip for the length of a test."""
     stand_in = StandIn(answers={"still.mp4": not_counted})
-    monkeypatch.setattr(trial, "count_clip", stand_in.count_clip)
-    monkeypatch.setattr(trial, "work_through", stand_in.work_through)
+    monkeypatch.setattr(pipeline, "count_clip", stand_in.count_clip)
+    monkeypatch.setattr(pipeline, "work_through", stand_in.work_through)
     return stand_in

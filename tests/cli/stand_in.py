@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from count_video import trial
+from count_video import pipeline
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Collision, TrialResult, Velocities
 from count_video.verdict import unread_result
@@ -48,18 +48,18 @@ class StandIn:
 
     answers: dict[str, Work] = field(default_factory=dict)
     """Answer by file name; ``counted`` where a name is missing."""
-    asked: list[tuple[Path, trial.TrialSettings]] = field(default_factory=list)
+    asked: list[tuple[Path, pipeline.TrialSettings]] = field(default_factory=list)
 
     def count_clip(
-        self, path: Path, settings: trial.TrialSettings, progress: Progress = NO_PROGRESS
+        self, path: Path, settings: pipeline.TrialSettings, progress: Progress = NO_PROGRESS
     ) -> TrialResult:
-        """Take the place of ``trial.count_clip``."""
+        """Take the place of ``pipeline.count_clip``."""
         self.asked.append((path, settings))
         progress.start(1, path.name)
         return self.answers.get(path.name, counted)(path)
 
     def work_through(
-        self, path: Path, settings: trial.TrialSettings, progress: Progress = NO_PROGRESS
+        self, path: Path, settings: pipeline.TrialSettings, progress: Progress = NO_PROGRESS
     ) -> Worked:
-        """Take the place of ``trial.work_through``, of a clip in which no bodies are followed."""
+        """Take the place of ``pipeline.work_through``: no bodies are followed."""
         return Worked(self.count_clip(path, settings, progress))

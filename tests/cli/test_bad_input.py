@@ -96,7 +96,7 @@ def test_a_bad_clip_is_one_clear_line_and_exit_code_1(
 
 
 @dataclass(frozen=True)
-class Told:
+class Said:
     """What the command says of a folder with every bad clip in it."""
 
     code: int
@@ -107,7 +107,7 @@ class Told:
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> Told:
+def said(tmp_path_factory: pytest.TempPathFactory) -> Said:
     folder = tmp_path_factory.mktemp("bad")
     for make in EVERY_BAD_CLIP:
         make(folder / f"{make.__name__}.mp4")
@@ -117,21 +117,21 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> Told:
         code = main(["--json", str(folder), str(folder / "missing.mp4")])
     answers = [json.loads(line) for line in out.getvalue().splitlines()]
     unchanged = {file: file.read_bytes() for file in folder.iterdir()} == before
-    return Told(code, {Path(one["clip"]).stem: one for one in answers}, unchanged)
+    return Said(code, {Path(one["clip"]).stem: one for one in answers}, unchanged)
 
 
 @pytest.mark.parametrize("make", EVERY_BAD_CLIP, ids=lambda make: make.__name__)
-def test_a_bad_clip_is_one_object_with_its_reason(make: Callable[[Path], None], told: Told) -> None:
-    answer = told.answers[make.__name__]
+def test_a_bad_clip_is_one_object_with_its_reason(make: Callable[[Path], None], said: Said) -> None:
+    answer = said.answers[make.__name__]
     assert (answer["status"], answer["count"]) == ("not_counted", None)
     assert len(answer["reason"]) > 10
     assert answer["collisions"] == []
 
 
-def test_bad_clips_leave_their_folder_as_it_was_and_each_has_its_answer(told: Told) -> None:
-    assert told.code == 1
-    assert told.unchanged
-    assert len(told.answers) == len(EVERY_BAD_CLIP)
+def test_bad_clips_leave_their_folder_as_it_was_and_each_has_its_answer(said: Said) -> None:
+    assert said.code == 1
+    assert said.unchanged
+    assert len(said.answers) == len(EVERY_BAD_CLIP)
 
 
 def test_a_cut_clip_says_how_much_of_it_is_missing(

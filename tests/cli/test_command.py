@@ -14,8 +14,8 @@ from stand_in import StandIn, counted
 
 from count_video.cli import main
 from count_video.errors import FootageError, UsageError
+from count_video.pipeline import TrialSettings
 from count_video.records import TrialResult
-from count_video.trial import TrialSettings
 
 
 def unreadable(path: Path) -> TrialResult:
@@ -63,7 +63,7 @@ def command(stand_in: StandIn) -> StandIn:
     ],
 )
 @pytest.mark.parametrize("form", [[], ["--json"]], ids=["text", "json"])
-def test_the_exit_code_tells_what_became_of_the_request(
+def test_the_exit_code_says_what_became_of_the_request(
     command: StandIn, clips: list[str], code: int, form: list[str]
 ) -> None:
     assert main([*form, *clips]) == code
@@ -119,11 +119,11 @@ def test_json_is_one_object_a_clip_and_nothing_else(
     clips = ["a.mp4", "missing.mp4", "still.mp4", "partly.mp4"]
     main(["--json", *clips])
     out, err = capsys.readouterr()
-    told = [json.loads(line) for line in out.splitlines()]
-    assert [answer["clip"] for answer in told] == clips
-    assert [answer["status"] for answer in told] == ["counted"] + ["not_counted"] * 3
-    assert told[1]["reason"] == "no such file; check the name"
-    assert len({tuple(answer) for answer in told}) == 1, "every answer has the same keys"
+    answers = [json.loads(line) for line in out.splitlines()]
+    assert [answer["clip"] for answer in answers] == clips
+    assert [answer["status"] for answer in answers] == ["counted"] + ["not_counted"] * 3
+    assert answers[1]["reason"] == "no such file; check the name"
+    assert len({tuple(answer) for answer in answers}) == 1, "every answer has the same keys"
     assert len(err.splitlines()) == 3
 
 

@@ -17,7 +17,7 @@ STAND_IN = """
 import time
 from dataclasses import replace
 from types import SimpleNamespace
-from count_video import trial
+from count_video import pipeline
 from count_video.verdict import unread_result
 from count_video.cli import run
 
@@ -28,7 +28,7 @@ def work_through(path, settings, progress):
     result = replace(unread_result(str(path), ""), status="counted", reason=None, count=0)
     return SimpleNamespace(result=result, track=None)
 
-trial.work_through = work_through
+pipeline.work_through = work_through
 run()
 """
 
@@ -91,7 +91,7 @@ def test_a_reader_that_leaves_ends_the_command_without_a_word(form: str) -> None
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
-def test_an_answer_that_cannot_be_written_is_told() -> None:
+def test_an_answer_that_cannot_be_written_is_reported() -> None:
     with open("/dev/full", "w") as full, started("a.mp4", stdout=full.fileno()) as process:
         _, complaint = process.communicate()
     assert process.returncode == 1

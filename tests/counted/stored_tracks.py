@@ -22,7 +22,7 @@ from unittest.mock import patch
 import numpy as np
 from counting import truth_of
 
-from count_video import trial
+from count_video import pipeline
 from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, FootageInfo, FootageReport, MotionLine, Track
 from count_video.reports.json_object import json_object
@@ -51,7 +51,7 @@ class StoredClip:
 def counted(stored: StoredClip) -> ClipScore:
     """Count the collisions in a stored track as in a clip, and compare them with the truth."""
     with _tracking_gives(stored):
-        result = trial.count_clip(stored.info.path, trial.TrialSettings())
+        result = pipeline.count_clip(stored.info.path, pipeline.TrialSettings())
     return score(stored.info.path.stem, stored.truth, json_object(result))
 
 
@@ -78,7 +78,7 @@ def _tracking_gives(stored: StoredClip) -> Iterator[None]:
         "pair_tracks": pairs,
         "lone_track": without_pair,
     }
-    with patch.multiple(trial, **replaced):
+    with patch.multiple(pipeline, **replaced):
         yield
 
 
@@ -99,7 +99,7 @@ def put_on_file(clips: Mapping[str, StoredClip]) -> None:
 
 def follow(clip: Path) -> StoredClip | None:
     """Count a clip and keep its track; None where no bodies can be followed."""
-    worked = trial.work_through(clip, trial.TrialSettings())
+    worked = pipeline.work_through(clip, pipeline.TrialSettings())
     if worked.track is None or worked.result.frames_decoded is None:
         return None
     found, truth = worked.result, truth_of(clip)

@@ -23,7 +23,7 @@ def test_times_are_those_of_the_exposures_centre(shutter: float, tmp_path: Path)
     assert np.quantile(np.abs(errors.signed), 0.95) < NEARLY_ALL_FRAMES
 
 
-def test_the_table_tells_bias_and_spread() -> None:
+def test_the_table_gives_bias_and_spread() -> None:
     errors = TimeErrors(np.array([0.1, -0.1, 0.2, 0.2]), missed=1)
 
     cells = table([(0.5, errors)]).splitlines()[-1].split(" | ")

@@ -1,15 +1,18 @@
 """What the count does not depend on: light, side, place, turn and speed of playing.
 
-Each law is tried on a rendered and, with ``-m slow``, on a ray traced trial of twelve collisions.
+Each law is tried on a rendered trial of twelve collisions at half its size and, with ``-m slow``,
+at its own size and on a ray traced one.
 """
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from counting import FIXTURES, Answer, answer, assert_counted, burst, truth_of
@@ -21,12 +24,23 @@ from tiers import rest_slow
 
 Luma = NDArray[np.uint8]
 
-CLIPS = [FIXTURES / "ratio16-count12.mp4", FIXTURES / "cluttered-1to16.mp4"]
+CLIPS = ["half-the-size", "ratio16-count12", "cluttered-1to16"]
 ENCODING = WriteOptions(crf=18, preset="superfast", threads=0)
 PLACE_ERROR_PX = 1.0
 """The same body in the same picture, found a second time from other pictures."""
 
-on_both_clips = pytest.mark.parametrize("clip", rest_slow(CLIPS), ids=lambda clip: clip.stem)
+on_each_clip = pytest.mark.parametrize("clip", rest_slow(CLIPS), indirect=True)
+
+
+@pytest.fixture(scope="module")
+def clip(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A clip, with its truth beside it."""
+    if request.param != CLIPS[0]:
+        return FIXTURES / f"{request.param}.mp4"
+    full = FIXTURES / f"{CLIPS[1]}.mp4"
+    small = rewritten(full, tmp_path_factory.mktemp("clip") / f"{CLIPS[0]}.mp4", halved)
+    shutil.copy(full.with_suffix(".truth.json"), small.with_suffix(".truth.json"))
+    return small
 
 
 def rewritten(
@@ -44,6 +58,11 @@ def brightness(gain: float, offset: float) -> Callable[[Luma], Luma]:
         return np.clip(luma * gain + offset, 0, 255).astype(np.uint8)
 
     return change
+
+
+def halved(luma: Luma) -> Luma:
+    size = (luma.shape[1] // 2, luma.shape[0] // 2)
+    return np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def mirrored(luma: Luma) -> Luma:
@@ -66,7 +85,7 @@ def upside_down(luma: Luma) -> Luma:
     return luma[::-1]
 
 
-@on_both_clips
+@on_each_clip
 @pytest.mark.parametrize(
     "change",
     rest_slow([brightness(0.5, 10), brightness(0.7, 75), brightness(1.2, 0)]),
@@ -80,7 +99,7 @@ def test_light_does_not_change_the_count(
     assert said["wall_side"] == "left"
 
 
-@on_both_clips
+@on_each_clip
 @pytest.mark.parametrize(
     ("change", "side"),
     rest_slow(
@@ -99,7 +118,7 @@ def test_how_the_camera_is_held_does_not_change_the_count(
     assert said["wall_side"] == side
 
 
-@on_both_clips
+@on_each_clip
 def test_a_clip_stored_on_its_side_is_counted_as_it_is_displayed(
     clip: Path, tmp_path: Path
 ) -> None:
@@ -110,7 +129,7 @@ def test_a_clip_stored_on_its_side_is_counted_as_it_is_displayed(
     assert places(said) == pytest.approx(places(answer(clip)), abs=PLACE_ERROR_PX)
 
 
-@on_both_clips
+@on_each_clip
 def test_a_mirrored_trial_is_the_mirror_image_of_the_answer(clip: Path, tmp_path: Path) -> None:
     said = answer(rewritten(clip, tmp_path / "trial.mp4", mirrored))
     with open_footage(clip) as footage:
@@ -121,14 +140,14 @@ def test_a_mirrored_trial_is_the_mirror_image_of_the_answer(clip: Path, tmp_path
     assert [s > 0 for s in speeds] == [s < 0 for s in own]
 
 
-@on_both_clips
+@on_each_clip
 def test_a_region_around_the_bodies_does_not_change_the_count(clip: Path) -> None:
     said = answer(clip, "--region", region_around_the_bodies(clip))
     assert_counted(said, truth_of(clip))
     assert places(said) == pytest.approx(places(answer(clip)), abs=PLACE_ERROR_PX)
 
 
-@on_both_clips
+@on_each_clip
 def test_a_cropped_clip_has_the_same_count_at_shifted_places(clip: Path, tmp_path: Path) -> None:
     x, y, width, height = map(int, region_around_the_bodies(clip).split(","))
     cropped = rewritten(
@@ -140,7 +159,7 @@ def test_a_cropped_clip_has_the_same_count_at_shifted_places(clip: Path, tmp_pat
     assert shifted == pytest.approx(places(answer(clip)), abs=PLACE_ERROR_PX)
 
 
-@on_both_clips
+@on_each_clip
 @pytest.mark.parametrize(
     "label", rest_slow([Fraction(24000, 1001), Fraction(240)]), ids=["slow", "fast"]
 )
@@ -156,7 +175,7 @@ FITTED_SHARE = 0.01
 """Shares of energy from two fits agree to this much, times to this share of their uncertainty."""
 
 
-@on_both_clips
+@on_each_clip
 def test_the_capture_rate_gives_times_and_changes_nothing_else(clip: Path) -> None:
     said, without = answer(clip, "--capture-fps", "960"), answer(clip)
     assert (said["capture_fps"], said["capture_fps_source"]) == (960, "option")
@@ -193,6 +212,5 @@ def region_around_the_bodies(clip: Path) -> str:
     """Leave out a strip above, below and at either side; the bodies stay inside."""
     with open_footage(clip) as footage:
         width, height = footage.info.width_px, footage.info.height_px
-    margins = {"ratio16-count12": (30, 20), "cluttered-1to16": (60, 50)}
-    x, y = margins[clip.stem]
+    x, y = dict(zip(CLIPS, ((15, 10), (30, 20), (60, 50)), strict=True))[clip.stem]
     return f"{x},{y},{width - 2 * x},{height - 2 * y}"

@@ -69,7 +69,7 @@ def test_a_bouncing_ball_is_counted_whichever_way_the_picture_is_held(
     assert said["collisions"][0]["velocity_before_px_frame"]["heavy"] is None
 
 
-def test_a_swing_is_not_counted_and_the_reason_is_told(tmp_path: Path) -> None:
+def test_a_swing_is_not_counted_and_the_reason_is_reported(tmp_path: Path) -> None:
     places = [(110.0 + 70 * np.cos(k / 9.0), 75.0) for k in range(110)]
 
     said = counted(tmp_path, places)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from count_video import trial
+from count_video import pipeline
 from pages import PAGES, TOP, blocks
 
 EXAMPLES = [
@@ -20,7 +20,7 @@ EXAMPLES = [
 ]
 
 
-work_once = cache(trial.work_through)
+work_once = cache(pipeline.work_through)
 
 
 def run(file: Path, *arguments: str, folder: Path = TOP) -> str:
@@ -38,7 +38,7 @@ def run(file: Path, *arguments: str, folder: Path = TOP) -> str:
 @pytest.fixture
 def count_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Spare examples of the same clip and settings another count."""
-    monkeypatch.setattr(trial, "work_through", work_once)
+    monkeypatch.setattr(pipeline, "work_through", work_once)
 
 
 @pytest.mark.usefixtures("count_once")

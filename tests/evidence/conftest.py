@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import pickle
 
 import numpy as np
 import pytest
@@ -10,17 +12,25 @@ from evidence_made import CLIP, FIXTURES, Made, Truth
 
 from count_video.evidence import EvidenceSettings, draw_evidence
 from count_video.followed import followed
+from count_video.outputs import held, open_outputs
+from count_video.pipeline import TrialSettings, work_through
 from count_video.records import Floats
-from count_video.trial import TrialSettings, work_through
 
 
 @pytest.fixture(scope="session")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
-    folder = tmp_path_factory.mktemp("evidence")
-    settings = TrialSettings(capture_fps=480.0)
-    trial = work_through(CLIP, settings)
-    drawn = draw_evidence(CLIP, followed(trial), EvidenceSettings(folder))
-    return Made(CLIP, folder, trial, drawn.result)
+    top = tmp_path_factory.getbasetemp()
+    shared = top.parent if "PYTEST_XDIST_WORKER" in os.environ else top  # by all processes
+    folder = shared / "evidence"
+    hidden = open_outputs(folder).hidden
+    stored = hidden / "trial.pickle"
+    with held(hidden / "made.lock", wait=True):
+        if not stored.exists():
+            trial = work_through(CLIP, TrialSettings(capture_fps=480.0))
+            draw_evidence(followed(trial), EvidenceSettings(folder))
+            stored.write_bytes(pickle.dumps(trial))
+    kept = pickle.loads(stored.read_bytes())
+    return Made(CLIP, folder, kept, kept.result)
 
 
 @pytest.fixture(scope="session")

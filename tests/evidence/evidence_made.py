@@ -7,8 +7,8 @@ from pathlib import Path
 
 from count_video.evidence import EvidenceSettings, draw_evidence
 from count_video.followed import followed
+from count_video.pipeline import Trial, TrialSettings, work_through
 from count_video.records import Floats, TrialResult
-from count_video.trial import Trial, TrialSettings, work_through
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 CLIP = FIXTURES / "ratio16-count12.mp4"
@@ -42,4 +42,6 @@ def count_with_evidence(
     path: Path, settings: TrialSettings, evidence: EvidenceSettings
 ) -> TrialResult:
     """Count a clip and write its evidence."""
-    return draw_evidence(path, followed(work_through(path, settings)), evidence).result
+    found = followed(work_through(path, settings))
+    draw_evidence(found, evidence)
+    return found.result

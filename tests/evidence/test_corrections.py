@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from evidence_made import CLIP, Made
 
-from count_video import cli, trial
+from count_video import cli, pipeline
 from count_video.corrections import reviewed
 from count_video.errors import UsageError
 from count_video.records import TrialResult
@@ -26,7 +26,7 @@ def result(made: Made) -> TrialResult:
 @pytest.fixture
 def counted_before(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
     """Spare the command the counting of the clip."""
-    monkeypatch.setattr(trial, "work_through", lambda *_: made.trial)
+    monkeypatch.setattr(pipeline, "work_through", lambda *_: made.trial)
 
 
 def saved(folder: Path, *entries: Entry, **changes: object) -> Path:

@@ -18,8 +18,8 @@ from count_video.batch.summary import summarise
 from count_video.evidence import EvidenceSettings
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import write_clip
+from count_video.pipeline import TrialSettings
 from count_video.reports.page import Footage, campaign_page, clip_page
-from count_video.trial import TrialSettings
 from table_rows import row
 
 SMALL = FIXTURES / "ratio1-count3.mp4"
@@ -72,22 +72,18 @@ def test_in_a_campaign_too_a_clips_name_is_text(name: str) -> None:
     assert tags(page(name)) == tags(page("plain.mp4"))
 
 
-def test_a_clip_that_moves_up_and_down_has_its_evidence(tmp_path: Path) -> None:
+def test_a_part_of_a_clip_that_moves_up_and_down_has_evidence_of_that_part(tmp_path: Path) -> None:
     turned = tmp_path / "turned.mp4"
     with open_footage(SMALL) as footage:
         write_clip(turned, (np.ascontiguousarray(frame.luma.T) for frame in footage.frames()))
-    result = count_with_evidence(turned, TrialSettings(), EvidenceSettings(tmp_path / "out", "svg"))
+    settings = TrialSettings(start=5, end=90)
+    result = count_with_evidence(turned, settings, EvidenceSettings(tmp_path / "out", "svg"))
     assert result.count == 3
+    with open_footage(tmp_path / "out" / "turned.annotated.mp4") as footage:
+        assert sum(1 for _ in footage.frames()) == 85
     kept = {file.name.removeprefix("turned.") for file in (tmp_path / "out").glob("[!.]*")}
     assert kept >= {"annotated.mp4", "collisions.csv", "html", "strip.jpg", "svg", "track.csv"}
     assert "data:image/svg+xml;base64," in (tmp_path / "out" / "turned.html").read_text("utf-8")
-
-
-def test_a_part_of_a_clip_has_evidence_of_that_part(tmp_path: Path) -> None:
-    settings = TrialSettings(start=5, end=90)
-    count_with_evidence(SMALL, settings, EvidenceSettings(tmp_path))
-    with open_footage(tmp_path / f"{SMALL.stem}.annotated.mp4") as footage:
-        assert sum(1 for _ in footage.frames()) == 85
 
 
 def test_a_campaign_with_pages_links_each_trial_to_its_page(

@@ -28,8 +28,7 @@ from count_video.reports.figure import (
     thumbnail_jpeg,
     trial_figure,
 )
-from count_video.reports.frame_samples import SpaceTimeSampler
-from count_video.reports.material import Material, SpaceTime, scale_of
+from count_video.reports.material import Material, SpaceTime, SpaceTimeSampler, scale_of
 from count_video.reports.states import measured_states
 from table_rows import row, rows_of
 from tiers import rest_slow

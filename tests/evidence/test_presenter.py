@@ -1,7 +1,11 @@
-"""The clip for a talk: its size, its counter, and its GIF."""
+"""What the command keeps of a clip: it names each file; the tables; the clip for a talk."""
 
 from __future__ import annotations
 
+import csv
+import io
+from contextlib import redirect_stdout
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,31 +17,65 @@ from PIL import Image
 from count_video import cli
 from count_video.footage.reader import open_footage
 from count_video.reports.presenter import COUNTER_PX, SIZES, Shape
+from count_video.reports.tables import COLLISION_COLUMNS
 from tiers import rest_slow
 
 SMALL = CLIP.with_name("ratio1-count3.mp4")
 
 
-@pytest.mark.parametrize("shape", rest_slow(["wide", "upright"]))
-def test_a_clip_for_a_talk_is_full_hd_and_counts_to_the_answer(
-    shape: Shape, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert cli.main([str(SMALL), "-o", str(tmp_path), "--presenter", shape]) == 0
-    assert "presenter.mp4" in capsys.readouterr().out
-    with open_footage(tmp_path / "ratio1-count3.presenter.mp4") as footage:
-        assert (footage.info.width_px, footage.info.height_px) == SIZES[shape]
+@dataclass(frozen=True)
+class Kept:
+    """A folder that the command has written into, and what it printed."""
+
+    folder: Path
+    printed: str
+    shape: Shape
+
+    def file(self, suffix: str) -> Path:
+        return self.folder / f"{SMALL.stem}.{suffix}"
+
+
+@pytest.fixture(scope="module", params=rest_slow(["wide", "upright"]))
+def kept(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Kept:
+    folder, out = tmp_path_factory.mktemp("kept"), io.StringIO()
+    options = ["-o", str(folder), "--presenter", request.param, "--csv-dialect", "semicolon"]
+    with redirect_stdout(out):
+        assert cli.main([str(SMALL), *options]) == 0
+    return Kept(folder, out.getvalue(), request.param)
+
+
+def test_the_command_says_what_it_wrote(kept: Kept) -> None:
+    said = "".join(kept.printed.partition("Written")[2].split())
+    assert said.startswith(f"{kept.folder}/{SMALL.stem}.html")
+    files = [file.name for file in kept.folder.iterdir() if not file.name.startswith(".")]
+    assert f"{SMALL.stem}.presenter.mp4" in files
+    assert [name for name in files if name not in said] == []
+
+
+def test_tables_are_written_in_the_dialect_that_was_asked_for(kept: Kept) -> None:
+    text = kept.file("collisions.csv").read_text("utf-8")
+    rows = list(csv.DictReader(text.splitlines(), delimiter=";"))
+    assert tuple(rows[0]) == COLLISION_COLUMNS.names
+    assert [row["kind"] for row in rows] == ["bodies", "wall", "bodies"]
+    assert all("," in row["frame"] and "." not in row["frame"] for row in rows)
+
+
+def test_a_clip_for_a_talk_is_full_hd_and_counts_to_the_answer(kept: Kept) -> None:
+    with open_footage(kept.file("presenter.mp4")) as footage:
+        assert (footage.info.width_px, footage.info.height_px) == SIZES[kept.shape]
         assert footage.info.codec == "h264"
         # The wall is on the left, so the counter stands in the corner on the right.
-        corner = (slice(0, COUNTER_PX[shape]), slice(-COUNTER_PX[shape] // 2, None))
+        corner_px = COUNTER_PX[kept.shape]
+        corner = (slice(0, corner_px), slice(-corner_px // 2, None))
         counters = [frame.luma[corner].astype(np.int16) for frame in footage.frames()]
     with open_footage(SMALL) as plain:
         assert len(counters) == sum(1 for _ in plain.frames())
     steps = [np.abs(b - a).max() for a, b in pairwise(counters)]
     assert sum(step > 150 for step in steps) == 3
-    with Image.open(tmp_path / "ratio1-count3.presenter.gif") as gif:
+    with Image.open(kept.file("presenter.gif")) as gif:
         assert getattr(gif, "n_frames", 1) > 20
         assert gif.info.get("loop") == 0
-        width, height = SIZES[shape]
+        width, height = SIZES[kept.shape]
         assert gif.size[0] / gif.size[1] == pytest.approx(width / height, rel=0.01)
 
 

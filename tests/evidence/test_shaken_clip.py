@@ -13,15 +13,15 @@ from outlines import OUTLINE_WITHIN_PX, drawn_shift
 from count_video.evidence import EvidenceSettings, draw_evidence
 from count_video.followed import followed
 from count_video.footage.reader import open_footage
+from count_video.pipeline import TrialSettings, work_through
 from count_video.records import Floats, Track
 from count_video.reports.annotated_clip import HEADER_PX
-from count_video.trial import TrialSettings, work_through
 from synth_video.film import render_clip
 from synth_video.scene_file import load_scene
 
 SHAKE_PX = 3.0
 EVERY = 12
-"""The outline is looked for in every so many frames."""
+"""The outline is sought in every so many frames."""
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def shaken(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Track]:
     path = tmp_path_factory.mktemp("shaken") / "shaken.mp4"
     render_clip(load_scene("equal-masses", (f"tripod.shake_px={SHAKE_PX}",)), 3, path)
     trial = work_through(path, TrialSettings())
-    draw_evidence(path, followed(trial), EvidenceSettings(path.parent))
+    draw_evidence(followed(trial), EvidenceSettings(path.parent))
     assert trial.track is not None
     return path, trial.track
 

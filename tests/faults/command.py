@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -43,11 +44,17 @@ def start(
     *arguments: object,
     environment: Mapping[str, str] | None = None,
     closed: tuple[int, ...] = (),
+    limits: Mapping[str, int] | None = None,
     **streams: object,
 ) -> subprocess.Popen[bytes]:
-    """Start the command; ``closed`` are descriptors that it begins without."""
+    """Start the command; ``closed`` are descriptors that it begins without.
+
+    ``limits`` are those of ``resource``, such as RLIMIT_AS, by their names.
+    """
 
     def before() -> None:
+        for name, limit in (limits or {}).items():
+            resource.setrlimit(getattr(resource, name), (limit, limit))
         for ending in ENDINGS:  # a shell in the background lets all that it starts ignore some
             signal.signal(ending, signal.SIG_DFL)
         for descriptor in closed:

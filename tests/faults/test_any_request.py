@@ -80,3 +80,11 @@ def test_any_name_of_a_clip_that_is_not_there_gives_one_answer(name: str) -> Non
     answer = answer_to("--json", "--", f"no-such-folder/{name}.mp4")
     assert faults_of(answer, 1) == []
     assert (answer.code, answer.err.count("\n")) == (1, 1)
+
+
+def test_a_single_picture_is_said_to_be_one(tmp_path: Path) -> None:
+    path = tmp_path / "clip.mp4"
+    write_clip(path, [np.full((48, 64), 90, np.uint8)])
+    answer = answer_to("--json", str(path))
+    assert (answer.code, faults_of(answer, 1)) == (1, [])
+    assert "one picture alone" in answer.err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import resource
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -10,18 +11,22 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from command import faults_of
+from command import ask, faults_of, unfinished
 from test_any_request import answer_to
 
-from count_video import trial
+from count_video import memory, pipeline
 from count_video.batch.executor import count_job
 from count_video.batch.manifest import Job
-from count_video.errors import MachineError
-from count_video.memory import shortage_told
-from count_video.trial import TrialSettings
+from count_video.errors import MachineError, UsageError
+from count_video.footage.writer import WriteOptions, write_clip
+from count_video.memory import LEAST_BYTES, check_limits, check_room, shortage_told
+from count_video.pipeline import TrialSettings
+from count_video.reports import plan_text
 
 COUNTS_3 = Path(__file__).parents[2] / "fixtures" / "ratio1-count3.mp4"
 MORE_THAN_ANY = 1 << 55
+MUCH_BYTES = 1 << 30
+LARGE_FRAMES = 20
 
 
 def too_much_for_numpy(*_: object) -> None:
@@ -45,6 +50,14 @@ def test_a_shortage_is_one_sentence_whoever_meets_it(demand: Callable[[], None])
         demand()
 
 
+def test_whatever_fails_without_room_fails_for_want_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "check_room", too_much_for_python)
+    with pytest.raises(MachineError, match="not enough memory"), shortage_told():
+        raise ValueError("Input array could not be made C-contiguous")
+    with pytest.raises(UsageError, match="no such"), shortage_told():
+        raise UsageError("no such option")
+
+
 def test_any_other_error_of_opencv_stays_what_it_is() -> None:
     with pytest.raises(cv2.error), shortage_told():
         cv2.resize(np.zeros((2, 2), np.uint8), (0, 0))
@@ -54,7 +67,7 @@ def test_any_other_error_of_opencv_stays_what_it_is() -> None:
 def test_a_shortage_is_the_answer_of_its_clip(
     demand: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(trial, "work_through", demand)
+    monkeypatch.setattr(pipeline, "work_through", demand)
     answer = answer_to("--json", str(COUNTS_3))
     assert (answer.code, faults_of(answer, 1)) == (1, [])
     assert "not enough memory" in json.loads(answer.out)["reason"]
@@ -65,7 +78,80 @@ def test_a_shortage_in_a_campaign_is_not_kept_as_the_answer_for_good(
     demand: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clip = shutil.copy(COUNTS_3, tmp_path)
-    monkeypatch.setattr(trial, "work_through", demand)
+    monkeypatch.setattr(pipeline, "work_through", demand)
     answer = count_job(Job("clip", str(clip), TrialSettings()))
     assert not answer.final
     assert "not enough memory" in json.loads(answer.text)["reason"]
+
+
+def test_a_shortage_outside_of_the_clips_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plan_text, "theory_text", too_much_for_python)
+    answer = answer_to("--theory", "100", "1")
+    assert (answer.code, faults_of(answer)) == (2, [])
+    assert "not enough memory" in answer.err
+
+
+@pytest.mark.parametrize("name", LEAST_BYTES)
+def test_a_limit_that_no_clip_fits_into_is_told_before_anything_is_loaded(name: str) -> None:
+    option, least = LEAST_BYTES[name]
+    answer = ask("--json", COUNTS_3, limits={name: least - 1})
+    assert (answer.code, answer.out, faults_of(answer)) == (2, "", [])
+    assert f"ulimit -{option}" in answer.err
+
+
+@pytest.mark.parametrize("name", LEAST_BYTES)
+def test_a_small_clip_fits_into_the_least_limit(name: str) -> None:
+    answer = ask("--json", COUNTS_3, limits={name: LEAST_BYTES[name][1]})
+    assert (answer.code, faults_of(answer, 1)) == (0, [])
+
+
+def test_a_process_without_limits_is_not_complained_about() -> None:
+    check_limits()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("megabytes", [50, *range(100, 2001, 100)])
+@pytest.mark.parametrize("name", LEAST_BYTES)
+def test_every_limit_ends_with_a_count_or_one_line(
+    name: str, megabytes: int, large_clip: Path
+) -> None:
+    for clip, frames in ((COUNTS_3, 108), (large_clip, LARGE_FRAMES)):
+        answer = ask("--json", clip, limits={name: megabytes * 1_000_000})
+        assert faults_of(answer, 1) == []
+        assert answer.code == 0 or answer.err.count("\n") == 1
+        for line in answer.out.splitlines():
+            assert json.loads(line)["frames_decoded"] in (None, frames), "frames lost on the way"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("megabytes", range(600, 1101, 50))
+@pytest.mark.parametrize(
+    "arguments",
+    [[COUNTS_3], [COUNTS_3, COUNTS_3, "--pages", "--jobs=1"], ["--plan", "100", "1"]],
+    ids=["evidence", "campaign", "plan"],
+)
+def test_every_limit_leaves_evidence_whole_or_one_line(
+    megabytes: int, arguments: list[object], tmp_path: Path
+) -> None:
+    answer = ask(*arguments, "-o", tmp_path, limits={"RLIMIT_AS": megabytes * 1_000_000})
+    assert faults_of(answer) == []
+    assert unfinished(tmp_path) == []
+
+
+@pytest.fixture(scope="module")
+def large_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A clip of pictures of the largest size, whose decoder takes half a gigabyte."""
+    clip = tmp_path_factory.mktemp("large") / "clip.mp4"
+    picture = np.full((4320, 4096), 90, np.uint8)
+    write_clip(
+        clip, (picture + np.uint8(k) for k in range(LARGE_FRAMES)), WriteOptions(preset="ultrafast")
+    )
+    return clip
+
+
+def test_to_ask_for_room_fills_none() -> None:
+    """Each packet that is refused asks: memory that is filled would take minutes."""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    check_room(MUCH_BYTES)
+    touched = resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+    assert touched < MUCH_BYTES // resource.getpagesize() // 100

@@ -17,6 +17,7 @@ from command import ENDINGS, MOST_BYTES, ask, faults_of, start, unfinished
 from mutations import mutated
 from readers import READERS
 
+import count_video
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 
@@ -58,6 +59,23 @@ def test_a_part_that_cannot_be_loaded_is_one_line(tmp_path: Path) -> None:
     assert faults_of(answer, 1) == []
     assert (answer.code, answer.out) == (2, "")
     assert "no_such_module_anywhere" in answer.err
+
+
+def picture_drawn_in(folder: Path, settings: bytes) -> bytes:
+    """Draw a theory where matplotlib finds settings; return the picture, or else the complaint."""
+    folder.mkdir()
+    (folder / "matplotlibrc").write_bytes(settings)
+    places = {"PYTHONPATH": str(Path(count_video.__file__).parents[1])}
+    answer = ask("--theory", "1", "1", "-o", folder, cwd=folder, environment=places)
+    assert faults_of(answer) == []
+    return (folder / "theory.png").read_bytes() if answer.code == 0 else answer.err.encode()
+
+
+def test_settings_of_matplotlib_that_lie_about_change_no_picture(tmp_path: Path) -> None:
+    plain = picture_drawn_in(tmp_path / "plain", b"")
+    other = picture_drawn_in(tmp_path / "other", b"text.usetex: True\naxes.facecolor: red\n")
+    assert plain == other
+    assert b"matplotlibrc" in picture_drawn_in(tmp_path / "no text", b"\xff")
 
 
 @pytest.mark.parametrize("kept", sorted(CORPUS.glob("m[pko][4v]*")), ids=lambda kept: kept.name)

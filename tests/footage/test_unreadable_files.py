@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import errno
 import os
+import struct
 import wave
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 from numbered_frames import numbered, write_numbered
 
 from count_video.errors import FootageError, MachineError
+from count_video.footage import decoding
 from count_video.footage.decoding import Tally, decode, packets_of
 from count_video.footage.reader import open_footage
 
@@ -58,6 +60,20 @@ def no_whole_picture(path: Path) -> None:
     path.write_bytes(path.read_bytes()[: (first.pos or 0) + first.size // 2])
 
 
+def animated_webp(path: Path) -> None:
+    """Write the header of an animation, whose frames FFmpeg cannot decode."""
+
+    def chunk(name: bytes, data: bytes) -> bytes:
+        return name + struct.pack("<I", len(data)) + data + bytes(len(data) % 2)
+
+    canvas = struct.pack("<I", 63)[:3] + struct.pack("<I", 47)[:3]
+    extended = chunk(b"VP8X", b"\x02\0\0\0" + canvas) + chunk(b"ANIM", bytes(6))
+    encoded, still = cv2.imencode(".webp", np.zeros((48, 64), np.uint8))
+    assert encoded
+    frame = bytes(6) + canvas + struct.pack("<I", 33)[:3] + b"\0" + still.tobytes()[12:]
+    path.write_bytes(chunk(b"RIFF", b"WEBP" + extended + 2 * chunk(b"ANMF", frame)))
+
+
 UNREADABLE: dict[Callable[[Path], None], str] = {
     missing: "no such file",
     folder: "folder",
@@ -67,6 +83,7 @@ UNREADABLE: dict[Callable[[Path], None], str] = {
     random_bytes: "not readable as video",
     sound_only: "audio",
     no_whole_picture: "not one picture",
+    animated_webp: "animated WebP",
 }
 
 
@@ -171,6 +188,15 @@ class Packets:
 def test_a_decoder_that_gets_no_threads_is_no_damaged_clip() -> None:
     with pytest.raises(MachineError, match="no more threads"):
         list(decode(Packets(), Reluctant(0), Tally()))  # type: ignore[arg-type]
+
+
+def test_packets_refused_for_want_of_memory_are_no_damage(monkeypatch: pytest.MonkeyPatch) -> None:
+    def find_no_room() -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(decoding, "check_room", find_no_room)
+    with pytest.raises(MemoryError):
+        list(decode(Packets(), Reluctant(3), Tally()))  # type: ignore[arg-type]
 
 
 def test_a_decoder_that_stops_later_was_opened_and_met_damage() -> None:

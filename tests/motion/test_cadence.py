@@ -11,8 +11,8 @@ from free_paths import between_stops, lone, noisy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from count_video.motion.alone import seen_impacts
 from count_video.motion.cadence import cadence_of
+from count_video.motion.meeting import seen_impacts
 from count_video.records import Collision, Floats, Track
 
 NOISE_PX = 0.1

@@ -6,8 +6,8 @@ from free_paths import SIZE_PX, between_stops, bouncing, lone, noisy, pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from count_video.motion.alone import seen_impacts
 from count_video.motion.flight import usual_acceleration
+from count_video.motion.meeting import seen_impacts
 from count_video.motion.reasons import Cause
 from count_video.motion.weighing import SeenImpacts, chances_of_sum
 from count_video.records import Floats

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from filmed_trials import RESOLVED_FRAMES, FilmedTrial, Filming, film
 
-from count_video.motion.clock import seen_by_clock
+from count_video.motion.frame_times import seen_by_clock
 from count_video.motion.left_out import LeftOut, left_out
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup

@@ -10,7 +10,7 @@ import pytest
 from filmed_trials import FilmedTrial, Filming, film_motion, part
 from numpy.typing import NDArray
 
-from count_video.motion.clock import seen_by_clock
+from count_video.motion.frame_times import seen_by_clock
 from count_video.motion.gaps import gaps_of
 from count_video.motion.ramps import Ramp, ramps_of
 from count_video.motion.rate_changes import rate_changes

@@ -8,8 +8,8 @@ from free_paths import between_stops, bouncing, lone, noisy, pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from count_video.motion.alone import seen_impacts
 from count_video.motion.flight import motion_of
+from count_video.motion.meeting import seen_impacts
 from count_video.motion.reasons import Cause
 from count_video.motion.swinging import excess, is_sharp, is_smooth
 from count_video.records import Floats

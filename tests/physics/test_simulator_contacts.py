@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from count_video.physics.engine import Anchor, events, settle
 from count_video.physics.flights import Pendulum
-from count_video.physics.mountings import RESTING_FRACTION, Hold, build_apparatus
-from count_video.physics.setup import Setup
+from count_video.physics.setup import RESTING_FRACTION, Hold, Setup, build_apparatus
 from count_video.physics.simulator import Motion, simulate
 
 PRESSED = Setup(wall_gap_m=-0.02, bodies_gap_m=0.02)

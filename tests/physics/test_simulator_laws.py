@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from random_setups import free, sliding, suspended
 
 from count_video.physics.engine import Anchor, SimulatedCollision, events
-from count_video.physics.mountings import Hold, build_apparatus
-from count_video.physics.setup import Setup
+from count_video.physics.setup import Hold, Setup, build_apparatus
 from count_video.physics.simulator import Motion, simulate
 from count_video.physics.theory import WHOLE_QUOTIENTS, collision_count
 

@@ -23,11 +23,11 @@ import numpy as np
 
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
+from count_video.pipeline import TrialSettings, count_clip
 from count_video.planning.comparison import compared
 from count_video.planning.request import PlanRequest
 from count_video.records import PlanComparison
 from count_video.reports.text import NAMES
-from count_video.trial import TrialSettings, count_clip
 from synth_video import cli as synth_cli
 
 RATES = (240.0, 480.0, 960.0, 2000.0)

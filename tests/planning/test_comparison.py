@@ -159,7 +159,7 @@ def test_a_clip_without_a_count_is_compared_all_the_same() -> None:
     assert "not counted" in comparison_sentence(comparison, None)
 
 
-def test_text_and_json_tell_the_comparison() -> None:
+def test_text_and_json_say_the_comparison() -> None:
     really = replace(PLANNED.setup(), wall_gap_m=0.05)
     result = compared(found(really), PLANNED)
     text = result_text(result)

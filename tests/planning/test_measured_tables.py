@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from count_video.planning import forecast as measured
-from count_video.planning.forecast import Measured, most_like
+from count_video.planning import plan as measured
+from count_video.planning.plan import Measured, most_like
 from pages import page, section
 
 ACCURACY = "docs/accuracy.md"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import count_video
-from count_video import trial
+from count_video import pipeline
 from count_video.cli import main
 from count_video.outputs import HIDDEN
 from count_video.physics.setup import Setup
@@ -229,8 +229,8 @@ def test_a_counted_clip_is_held_against_its_plan(
 ) -> None:
     answer(capsys, "--plan", "1050", "10.5", "--gap", "0.03", "-o", str(tmp_path))
     clip = TOP / "fixtures/ratio100-count29.mp4"  # the ball hangs 5 cm from the wall
-    worked = trial.work_through(clip, trial.TrialSettings(capture_fps=2000.0))
-    monkeypatch.setattr(trial, "work_through", lambda *_: worked)  # it is counted once
+    worked = pipeline.work_through(clip, pipeline.TrialSettings(capture_fps=2000.0))
+    monkeypatch.setattr(pipeline, "work_through", lambda *_: worked)  # it is counted once
     plan = tmp_path / "plan.json"
     call = [str(clip), "--capture-fps", "2000", "--plan-file", str(plan)]
     output = json.loads(answer(capsys, *call, "--json"))

@@ -112,7 +112,7 @@ def test_hands_that_never_err_repeat_the_same_trial() -> None:
     assert table.sd_population == 0.0
 
 
-def test_what_is_proposed_gives_the_theorys_count_with_room_to_spare() -> None:
+def test_what_is_proposed_gives_the_theorys_count_with_a_margin() -> None:
     for gap_m in (0.03, 0.04, 0.05):
         planned = make_plan(replace(PAPER, gap_m=gap_m), with_table=False, with_chart=False)
         assert {proposal.change for proposal in planned.proposals} >= {"gap", "release"}
@@ -125,7 +125,7 @@ def test_what_is_proposed_gives_the_theorys_count_with_room_to_spare() -> None:
             assert share >= ENOUGH - SAMPLING_SIGMAS * math.sqrt(ENOUGH * (1 - ENOUGH) / 100)
 
 
-def test_a_set_up_with_room_to_spare_is_left_alone() -> None:
+def test_a_set_up_with_a_margin_is_left_alone() -> None:
     planned = make_plan(PlanRequest(16, 1), with_table=False, with_chart=False)
     assert planned.spread.theory_share >= ENOUGH
     assert planned.proposals == ()

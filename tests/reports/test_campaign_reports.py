@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from count_video.batch.summary import summarise
 from count_video.reports.campaign import TrialRow, advice, campaign_json, campaign_text, trial_line
-from count_video.reports.progress_bar import CampaignBar
+from count_video.reports.progress_bar import TerminalBar
 from count_video.reports.tables import TRIAL_COLUMNS, trials_csv
 from count_video.reports.words import printable
 from table_rows import row
@@ -175,7 +175,7 @@ def test_the_bar_shows_clips_done_and_gives_way_to_a_line(monkeypatch: pytest.Mo
     monkeypatch.setenv("COLUMNS", "120")
     reader, writer = pty.openpty()
     with os.fdopen(writer, "w", encoding="utf-8") as terminal:
-        bar = CampaignBar(terminal)
+        bar = TerminalBar(terminal, "clips", per_minute=True)
         bar.start(30, "")
         bar.advance(12)
         with bar.aside():

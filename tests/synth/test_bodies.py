@@ -7,8 +7,8 @@ import pytest
 from filming import BARE, CoverageCamera, edge_px, small_scene
 
 from synth_video.appearance import BallSettings
-from synth_video.bodies import STEPS_OF_A_TURN, Spinning
 from synth_video.body_picture import BodyPicture
+from synth_video.body_shapes import STEPS_OF_A_TURN, Spinning
 from synth_video.paint_ball import BallView, paint_ball
 
 EXACT_PX = 1e-3

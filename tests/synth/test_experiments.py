@@ -184,7 +184,7 @@ def test_the_same_seed_draws_the_same_run() -> None:
     assert varied(scene, 5) == varied(scene, 5)
 
 
-def test_hops_too_low_to_see_are_told_apart() -> None:
+def test_hops_too_low_to_see_are_distinguished() -> None:
     scene = load_scene(
         "bounce", ["experiment.impacts=0", "experiment.duration_s=4", "setup.restitution_wall=0.6"]
     )

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from count_video.errors import UsageError
 from count_video.physics.flights import Pendulum, Sliding
-from count_video.physics.mountings import Hold
+from count_video.physics.setup import Hold
 from synth_video.experiments import one_body
 from synth_video.experiments.course import free_run
 from synth_video.experiments.one_body import Falling, OneBody, Stops, run_one_body

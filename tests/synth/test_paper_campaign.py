@@ -18,7 +18,7 @@ from synth_video.campaign.rendering import (
     takes_of,
     write_lists,
 )
-from synth_video.campaign.search import CAMPAIGNS, Target, search, target_named, true_counts
+from synth_video.campaign.seed_search import CAMPAIGNS, Target, search, target_named, true_counts
 from synth_video.cli import main
 
 PAPER = CAMPAIGNS["paper-30"]
@@ -90,14 +90,14 @@ def test_the_clips_the_manifest_and_the_truth_belong_together(tmp_path: Path) ->
         )
 
 
-def test_a_fast_camera_tells_the_collisions_apart() -> None:
+def test_a_fast_camera_separates_the_collisions() -> None:
     assert APART_FRAMES > 2.5
     target = Target(4, 31, 28, "30.00", "1.00", seed=PAPER.seed)
     rates = [take.scene.camera.capture_fps for take in takes_of(target, PAPER.seed)]
     assert rates[2] == 1000.0, "a wide gap needs no fast camera"
 
 
-def test_an_unknown_campaign_is_told_with_those_that_there_are(
+def test_an_unknown_campaign_is_said_with_those_that_there_are(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     with pytest.raises(UsageError, match="there are: paper-30"):

@@ -117,7 +117,7 @@ def test_scores_are_gathered_by_condition_and_kept(
     assert [score["outcome"] for score in kept["clips"]] == ["exact", "wrong", "not_counted"]
 
 
-def test_every_clip_that_fell_short_is_told_with_its_answer(
+def test_every_clip_that_fell_short_is_said_with_its_answer(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     suite_scored(tmp_path)
@@ -137,7 +137,7 @@ def test_a_clip_without_an_answer_is_not_counted(
     assert "blur-full-000: true count 3; not counted: there is no answer" in capsys.readouterr().out
 
 
-def test_without_results_the_command_that_makes_them_is_told(
+def test_without_results_the_command_that_makes_them_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     clip(tmp_path, "noise-full-000", 3, 3)
@@ -157,7 +157,7 @@ def test_results_of_other_clips_are_refused(
 
 
 @pytest.mark.parametrize("text", ["no JSON", "[1, 2]"])
-def test_broken_results_are_told_in_one_line(
+def test_broken_results_are_said_in_one_line(
     text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     clip(tmp_path, "noise-full-000", 3, 3)

@@ -74,7 +74,7 @@ def test_an_unknown_suite_or_condition_is_refused(suite: str, wanted: list[str])
         conditions_of(suite, wanted)
 
 
-def test_a_clip_is_named_by_condition_strength_and_number_and_tells_them() -> None:
+def test_a_clip_is_named_by_condition_strength_and_number_and_says_them() -> None:
     take = Take(PART[0], "full", 7)
     assert take.name == f"{PART[0].name}-full-007.mp4"
     assert label_of(take.name.removesuffix(".mp4")) == Label(PART[0].name, "full")

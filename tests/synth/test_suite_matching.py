@@ -36,7 +36,7 @@ def test_more_pairs_go_before_nearer_ones() -> None:
     assert match([10.0, 11.4], [11.0, 11.9]) == [(0, 0), (1, 1)]
 
 
-def test_a_lone_collision_has_the_widest_window_and_its_border_belongs_to_it() -> None:
+def test_a_single_collision_has_the_widest_window_and_its_border_belongs_to_it() -> None:
     assert windows([50.0]).tolist() == [MOST_WINDOW_FRAMES]
     assert match([50.0], [50.0 + MOST_WINDOW_FRAMES]) == [(0, 0)]
     assert match([50.0], [50.0 + MOST_WINDOW_FRAMES + 1e-6]) == []

@@ -74,7 +74,7 @@ def test_a_count_may_be_right_with_collisions_in_the_wrong_place() -> None:
     assert (found.outcome, found.missed, found.invented) == ("exact", 1, 1)
 
 
-def test_a_wrong_kind_is_matched_and_told() -> None:
+def test_a_wrong_kind_is_matched_and_reported() -> None:
     found = told(truth(*TRIO), counted(TRIO[0], event(20.0, "bodies"), TRIO[2]))
     assert (found.outcome, found.wrong_kind, found.missed) == ("exact", 1, 0)
 
@@ -84,7 +84,7 @@ def test_a_count_of_nothing_where_there_was_something_is_wrong() -> None:
     assert (found.outcome, found.missed, found.found_count) == ("wrong", 3, 0)
 
 
-def test_not_counted_where_a_count_was_due_is_told_apart_from_wrong() -> None:
+def test_not_counted_where_a_count_was_due_is_distinguished_from_wrong() -> None:
     found = told(truth(*TRIO), NOT_COUNTED)
     assert (found.outcome, found.found_count, found.probability) == ("not_counted", None, None)
     assert (found.missed, found.invented, found.time_errors_frames) == (0, 0, ())
@@ -120,7 +120,7 @@ def test_accepted_counts_are_all_right(count: int, outcome: str) -> None:
 @pytest.mark.parametrize(
     ("probability", "confident"), [(CONFIDENT - 0.01, False), (CONFIDENT + 0.01, True)]
 )
-def test_wrong_with_doubt_is_told_from_wrong_with_confidence(
+def test_wrong_with_doubt_is_distinguished_from_wrong_with_confidence(
     probability: float, confident: bool
 ) -> None:
     found = told(truth(*TRIO), counted(*TRIO[:2], probability=probability))

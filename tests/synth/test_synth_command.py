@@ -68,7 +68,7 @@ def test_a_wrong_request_ends_with_two_and_leaves_no_file(
 
 
 @pytest.mark.parametrize("setting", ["camera.tilt=20", "encoding.codec=nonsense"])
-def test_a_refused_setting_is_told_in_one_line(
+def test_a_refused_setting_is_said_in_one_line(
     setting: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([str(tmp_path / "clip.mp4"), *SMALL, "--set", setting]) == 2
@@ -77,7 +77,7 @@ def test_a_refused_setting_is_told_in_one_line(
     assert told.startswith("synth-video: ")
 
 
-def test_a_folder_that_is_not_there_is_told_in_one_line(
+def test_a_folder_that_is_not_there_is_said_in_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([str(tmp_path / "none" / "clip.mp4"), *SMALL]) == 2

@@ -77,7 +77,9 @@ def test_copies_in_the_place_of_lost_pictures_leave_the_count_of_frames_as_it_is
 
 
 @pytest.mark.parametrize("factor", [3, 3.5, 4])
-def test_a_ramp_keeps_all_pictures_of_the_crowd_and_few_of_the_rest(factor: float) -> None:
+def test_a_ramp_keeps_all_pictures_of_the_burst_and_few_of_the_rest(
+    factor: float,
+) -> None:
     motion, even = times()
     _, ramped = times(f"clip.ramp={factor}")
     steps = np.diff(ramped.centre_s) * 960

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from count_video.records import Estimate, TrialResult
-from count_video.verdict.blank import unread_result
-from count_video.verdict.masses import (
+from count_video.verdict.answers import (
     RELATIVE_SIGMA_AT_MOST,
     contradiction,
+    unread_result,
     with_mass_ratio,
     with_masses,
 )

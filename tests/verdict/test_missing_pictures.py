@@ -13,7 +13,7 @@ from count_video.footage.reader import open_footage
 from count_video.footage.writer import write_clip
 from count_video.records import Ending, FootageReport
 from count_video.verdict import doubted_for_missing, unread_result
-from count_video.verdict.missing import with_missing
+from count_video.verdict.answers import with_missing
 
 SURE = {1: 0.01, 2: 0.98, 3: 0.01}
 

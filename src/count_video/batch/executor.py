@@ -17,9 +17,16 @@ from typing import Any, TypeVar
 import cv2
 
 import count_video
-from count_video import trial
+from count_video import pipeline
 from count_video.batch.manifest import Job, Pages
-from count_video.errors import CountVideoError, FootageError, TrackingError, UsageError
+from count_video.errors import (
+    CountVideoError,
+    FootageError,
+    MachineError,
+    TrackingError,
+    UsageError,
+    reason_of,
+)
 from count_video.followed import Followed, followed, packed, unpacked
 from count_video.inputs import content_digest
 from count_video.memory import shortage_told
@@ -80,10 +87,7 @@ def count_job(job: Job) -> Answer:
             if job.pages is not None:
                 evidence = _drawn(job, job.pages, found)
     except (CountVideoError, OSError) as error:
-        # An OSError's own text repeats number and path; its plain words are enough.
-        words = error.strerror if isinstance(error, OSError) else None
-        reason = words or str(error).removeprefix(f"{job.file}: ") or type(error).__name__
-        result = unread_result(job.clip, reason)
+        result = unread_result(job.clip, reason_of(error, job.file))
         # What hinders the work, a full disk for example, may be gone the next time.
         final = isinstance(error, FootageError | TrackingError)
     text = json_line(replace(result, clip=job.clip))
@@ -97,7 +101,7 @@ def _followed(job: Job) -> Followed:
         with suppress(ValueError):
             found = unpacked(job.followed)
             return replace(found, result=replace(found.result, clip=str(job.file)))
-    return followed(trial.work_through(job.file, job.settings))
+    return followed(pipeline.work_through(job.file, job.settings))
 
 
 def _drawn(job: Job, pages: Pages, found: Followed) -> tuple[str, ...]:
@@ -108,7 +112,7 @@ def _drawn(job: Job, pages: Pages, found: Followed) -> tuple[str, ...]:
     wanted = EvidenceSettings(
         folder, pages.picture_format, name=job.name, csv_dialect=pages.csv_dialect
     )
-    return draw_evidence(job.file, found, wanted).files
+    return draw_evidence(found, wanted)
 
 
 def failure(job: Job, reason: str) -> Answer:
@@ -132,6 +136,8 @@ def _answer(job: Job, future: Future[Answer] | None) -> Answer:
     error = future.exception()
     if isinstance(error, BrokenExecutor):
         return failure(job, "the worker died on this clip, twice; play the clip, or convert it")
+    if isinstance(error, MachineError):
+        return failure(job, str(error))
     if error is not None:
         # Not the clip's error but the program's (or the cluster's): the others are not to suffer.
         words = " ".join(f"{type(error).__name__}: {error}".split())

@@ -21,7 +21,7 @@ from count_video import inputs
 from count_video.errors import FootageError, UsageError
 from count_video.inputs import shown
 from count_video.outputs import CsvDialect, OutputFolder, output_name
-from count_video.trial import TrialSettings
+from count_video.settings import TrialSettings
 
 VIDEO_SUFFIXES = (
     *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm"),
@@ -114,7 +114,7 @@ def clips_in(folder: Path) -> list[Path]:
         if entry.suffix.lower() in VIDEO_SUFFIXES
         and entry.name not in written
         and not entry.name.startswith(".")  # what other systems leave beside a clip
-        and entry.is_file()
+        and not entry.is_dir()  # a link that leads nowhere has a row that says so
     ]
     if not clips:
         raise FootageError(f"no video file in this folder (looked for {' '.join(VIDEO_SUFFIXES)})")

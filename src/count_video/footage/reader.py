@@ -186,9 +186,10 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
         if first is None:
             raise FootageError(
                 f"{path}: not one picture could be decoded (packets refused: "
-                f"{reading.tally.errors}); the file is damaged or cut, or its pictures are too "
-                f"large (more than {MOST_PIXELS // 1_000_000} million pixels): copy it again from "
-                "the camera"
+                f"{reading.tally.errors}, coded as {reading.stream.codec_context.name}); the file "
+                "is damaged or cut, its pictures are too large (more than "
+                f"{MOST_PIXELS // 1_000_000} million pixels), or FFmpeg cannot decode their kind, "
+                "as animated WebP: copy it again from the camera, or convert it to MP4"
             )
         check_size(path, first.width, first.height)
         promise = promise_of(path, reading)

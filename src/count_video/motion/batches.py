@@ -19,6 +19,9 @@ from count_video.motion.model import Kind, Paths
 
 BATCH_CONTACTS = 64
 """More contacts than this are fitted in batches of about so many."""
+OF_CONTACTS = ("frame", "frame_sigma", "ball_px", "stray_px", "stray_sigma")
+OF_MOTIONS = ("rate", "sigma", "jump_sigma", "rows")
+"""What contacts and the motions of bodies have one value a contact of."""
 SHARED_CONTACTS = 4
 """Contacts of each neighbour that a batch fits too: both bodies' flights to either side."""
 
@@ -56,13 +59,9 @@ def _part(found: Contacts, kept: slice) -> Contacts:
         found,
         kinds=found.kinds[kept],
         bodies=tuple(
-            Motion(b.rate[kept], b.sigma[kept], b.jump_sigma[kept], b.rows[kept])
-            for b in found.bodies
+            Motion(*(getattr(body, name)[kept] for name in OF_MOTIONS)) for body in found.bodies
         ),
-        **{
-            name: getattr(found, name)[kept]
-            for name in ("frame", "frame_sigma", "ball_px", "stray_px", "stray_sigma")
-        },
+        **{name: getattr(found, name)[kept] for name in OF_CONTACTS},
     )
 
 
@@ -70,8 +69,7 @@ def _joined(parts: Sequence[Contacts]) -> Contacts:
     """Join the contacts of all batches, which stray from places that all of them share."""
     kinds = tuple(kind for part in parts for kind in part.kinds)
     frame, frame_sigma, ball, stray, stray_sigma = (
-        np.concatenate([getattr(part, name) for part in parts])
-        for name in ("frame", "frame_sigma", "ball_px", "stray_px", "stray_sigma")
+        np.concatenate([getattr(part, name) for part in parts]) for name in OF_CONTACTS
     )
     distances = np.concatenate([np.full(len(part.kinds), part.distance_px) for part in parts])
     distance = float(np.median(distances[np.isfinite(distances)])) if "bodies" in kinds else np.nan
@@ -93,11 +91,7 @@ def _joined(parts: Sequence[Contacts]) -> Contacts:
 
 
 def _motion(parts: Sequence[Motion]) -> Motion:
-    rate, sigma, jump_sigma, rows = (
-        np.concatenate([getattr(part, name) for part in parts])
-        for name in ("rate", "sigma", "jump_sigma", "rows")
-    )
-    return Motion(rate, sigma, jump_sigma, rows)
+    return Motion(*(np.concatenate([getattr(part, name) for part in parts]) for name in OF_MOTIONS))
 
 
 def _mean(errors: Sequence[Errors | None]) -> Errors | None:

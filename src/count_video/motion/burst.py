@@ -8,6 +8,11 @@ The turn is told by the heavy body's fitted velocities. Of two collisions shortl
 the turn, the first belongs to the burst and the second does not; its places hardly tell, for near
 the turn it stands still. Its velocities at the collisions do. Where even they leave it open, the
 velocity over its uncertainty is the chance of either.
+
+What follows the clip's last frame is foreseen as far as two pendulums let it be. Both swing at the
+rate measured on the heavy body, the ball about the place where it hung at first, and the paths are
+followed until the heavy body's turn; one that has left the picture is followed from where it was
+last seen.
 """
 
 from __future__ import annotations
@@ -18,7 +23,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.motion.foresight import last_seen, parted_until_turn
 from count_video.motion.gaps import Gaps
 from count_video.motion.joint import Contacts
 from count_video.motion.pieces import HALF_EXPOSURE, WINDOW_FRAMES
@@ -32,7 +36,8 @@ FRAMES_TO_JUDGE = 4
 AT_REST_SHARE = 0.3
 """A ball slower than this share of the approach speed is at rest before the first collision; in
 the midst of a burst it is never slower than the heavy body itself."""
-CLOSING_SIGMAS = 4.0
+SIGMAS = 4.0
+"""A velocity or a change of it counts from this many standard uncertainties on."""
 WINDOW_PICTURES = 6
 """The clip's end is as many frames as a piece of a flight, or so many pictures."""
 HIDDEN_FRAMES = 4.0
@@ -118,7 +123,7 @@ def turn_round(gaps: Gaps, contacts: Contacts) -> float:
         return float("inf")
     back = gaps.frame[(away > away[turn] + depth) & (gaps.frame > gaps.frame[turn])]
     rate, sigma = contacts.bodies[1].rate[:, 0], contacts.bodies[1].sigma[:, 0]
-    leaving = (contacts.frame < back.min(initial=np.inf)) & (rate > CLOSING_SIGMAS * sigma)
+    leaving = (contacts.frame < back.min(initial=np.inf)) & (rate > SIGMAS * sigma)
     return max(float(gaps.frame[turn]), float(contacts.frame[leaving].max(initial=-np.inf)))
 
 
@@ -139,7 +144,7 @@ def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
     speed, sigma = abs(ball.rate[0, 0]), ball.sigma[0, 0]
     if ball.rows[0, 0] < FRAMES_TO_JUDGE or sigma > _approach(first):
         return Cause.STARTS_CLOSE
-    late = speed - CLOSING_SIGMAS * sigma > AT_REST_SHARE * _approach(first)
+    late = speed - SIGMAS * sigma > AT_REST_SHARE * _approach(first)
     return Cause.STARTS_LATE if late else None
 
 
@@ -209,11 +214,7 @@ def _rate(gaps: Gaps, signal: Floats, between: tuple[float, float]) -> float | N
     # What a parabola leaves over is noise; its own bend is none.
     left_over = signal[chosen] - np.polyval(np.polyfit(time, signal[chosen], 2), time)
     variance = max(sigma_of(signal) ** 2, float(left_over @ left_over) / max(len(time) - 3, 1))
-    return float(slope) if abs(slope) > CLOSING_SIGMAS * np.sqrt(variance / (time @ time)) else 0.0
-
-
-SIGMAS = 4.0
-"""A velocity or a change of it counts from this many standard uncertainties on."""
+    return float(slope) if abs(slope) > SIGMAS * np.sqrt(variance / (time @ time)) else 0.0
 
 
 @dataclass(frozen=True)
@@ -243,3 +244,84 @@ def first_turn(contacts: Contacts) -> Turning:
         if np.isinf(open_before):
             open_before, chance = frame, math.erfc(-last / sigmas[1] / math.sqrt(2.0)) / 2
     return Turning(np.inf, open_before, chance)
+
+
+STATE_FRAMES = 64.0
+"""The state at the end is fitted to at most so many frames."""
+POINTS_AT_LEAST = 4
+SWING_SHARE = 0.05
+"""A cylinder that swings by less than this share of the way it has come is as good as at rest: when
+it turns round is not known."""
+SAMPLES = 400
+CLEARANCE_SHARE = 0.005
+"""Paths that come nearer than this share of the bodies' distance to rest are too near to call."""
+
+
+def parted_until_turn(
+    gaps: Gaps, swing: Swing | None, burst: tuple[float, float], struck: float
+) -> bool:
+    """Whether ball, cylinder and wall stay apart from the last frame to the cylinder's turn.
+
+    Parameters
+    ----------
+    gaps
+        The clip's distances.
+    swing
+        The cylinder's swing; without it nothing can be foreseen.
+    burst
+        Frames of the first and the last collision.
+    struck
+        Frame of the last collision of the cylinder.
+    """
+    if swing is None or swing.rate_squared < SIGMAS * swing.rate_squared_sigma:
+        return False
+    final, gone = float(gaps.frame[-1]), last_seen(gaps.frame, gaps.heavy_px)
+    before = gaps.ball_px[gaps.frame < burst[0]]
+    if not np.isfinite(before).any():
+        return False
+    rest = float(np.nanmedian(before))
+    rate = float(np.sqrt(swing.rate_squared))
+    # What the ball meets meanwhile changes nothing for a cylinder out of the picture.
+    since = burst[1] if gone == final else struck
+    heavy = _state(gaps.frame, gaps.heavy_px - swing.centre_px, rate, (since, gone))
+    ball = _state(gaps.frame, gaps.ball_px - rest, rate, (burst[1], final))
+    way = float(np.nanmax(gaps.heavy_px) - np.nanmin(gaps.heavy_px))
+    if heavy is None or ball is None or np.hypot(*heavy) < SWING_SHARE * way:
+        return False
+    unseen = rate * (final - gone)
+    turn = np.pi / 2 - np.arctan2(*heavy) - unseen
+    if turn <= 0:
+        return False
+    phase = np.linspace(0.0, turn, SAMPLES)
+    heavy_path = swing.centre_px + _away(heavy, unseen + phase)
+    ball_path = rest + _away(ball, phase)
+    contact = float(np.nanmin(gaps.heavy_px - gaps.ball_px))
+    wall = float(np.nanmin(gaps.ball_px))
+    clear_wall = ball_path - wall > CLEARANCE_SHARE * (rest - wall)
+    clear_heavy = heavy_path - ball_path - contact > 0
+    return bool(np.all(clear_wall) and np.all(clear_heavy))
+
+
+def last_seen(frame: Floats, signal: Floats) -> float:
+    """Last frame that shows a signal, shape (n,); -inf if none does."""
+    return float(frame[np.isfinite(signal)].max(initial=-np.inf))
+
+
+def _state(
+    frame: Floats, away: Floats, rate: float, between: tuple[float, float]
+) -> tuple[float, float] | None:
+    """Fit a swing about its centre, as its cosine and sine parts at the second of two frames."""
+    since, until = between
+    chosen = np.isfinite(away) & (frame > max(since + HALF_EXPOSURE, until - STATE_FRAMES))
+    chosen &= frame <= until
+    if chosen.sum() < POINTS_AT_LEAST:
+        return None
+    phase = rate * (frame[chosen] - until)
+    swing = np.column_stack([np.cos(phase), np.sin(phase)])
+    cosine, sine = np.linalg.lstsq(swing, away[chosen], rcond=None)[0]
+    return float(cosine), float(sine)
+
+
+def _away(state: tuple[float, float], phase: Floats) -> Floats:
+    """Distances of a pendulum from its centre at phases after a state."""
+    return state[0] * np.cos(phase) + state[1] * np.sin(phase)

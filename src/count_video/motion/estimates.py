@@ -183,8 +183,8 @@ def collisions_of(
     """Collisions of the fitted burst, numbered from 1."""
     start = float(observed.frame[0]) - 1.0
     paths = follow_one(solution.values, solution.count, start)
-    frames = observed.origin + paths.time[0, 1:]
     sigmas, *state_sigmas = _sigmas(solution, paths)
+    frames, sigmas = _shown(observed, solution.values, (paths.time[0, 1:], sigmas))
     partners = _partners(frames, sigmas, found.collisions[: found.burst])
     return tuple(
         _with_sigmas(
@@ -193,6 +193,23 @@ def collisions_of(
         )
         for event in range(solution.count)
     )
+
+
+def _shown(
+    observed: Observations, values: Floats, when: tuple[Floats, Floats]
+) -> tuple[Floats, Floats]:
+    """Give times and uncertainties by the frames that are there, where others are left out."""
+    gap, skip = np.flatnonzero(np.diff(observed.after)), values[Column.SKIP]
+    times, sigmas = when
+    if len(gap) == 0 or not skip:
+        return observed.origin + times, sigmas
+    begin, end = observed.frame[gap[0] : gap[0] + 2]
+    since, there = times - begin, end - begin
+    inside = (since > 0) & (since < there + skip)
+    shown = np.where(since > 0, since - skip, since)
+    shown[inside] = since[inside] * there / (there + skip)
+    sigmas = np.where(inside, np.maximum(sigmas, SAME_FRAMES * there), sigmas)
+    return observed.origin + begin + shown, sigmas
 
 
 def _sigmas(solution: Solution, paths: Paths) -> list[Floats]:

@@ -45,12 +45,12 @@ class Moment:
 
 
 def sample(paths: Paths, sets: Floats, frame: Floats) -> Sampled:
-    """Sample the motions at frame times, shape (frames,), counted from the model's time 0."""
+    """Sample the motions at times from the model's 0 on, shape (frames,) or (sets, frames)."""
     half = sets[:, Column.EXPOSURE, None] / 2
     whole = _piece_integrals(paths)
     opened = _integral(paths, moment(paths, frame - half), whole)
     closed = _integral(paths, moment(paths, frame + half), whole)
-    middle = moment(paths, np.broadcast_to(frame, (len(sets), len(frame))))
+    middle = moment(paths, np.broadcast_to(frame, (len(sets), frame.shape[-1])))
     heavy = _place(paths, middle, "heavy")
     from_rest = heavy - sets[:, Column.BALL_REST, None]
     outline = sets[:, Column.CONTACT, None] + sets[:, Column.PARALLAX, None] * from_rest
@@ -118,7 +118,7 @@ def sampled_tangents(
 ) -> tuple[Floats, Floats]:
     """Differentiate ball and heavy body of the first sampled motion by its parameters.
 
-    Both results have shape (frames, columns).
+    Both results have shape (frames, columns); in ``SKIP`` is the velocity of all frames.
     """
     half = float(values[Column.EXPOSURE]) / 2
     whole = _integrals_by(paths, tangents)
@@ -127,6 +127,7 @@ def sampled_tangents(
     ball = swept / (2 * half)
     ends = _ball_place(paths, opened) + _ball_place(paths, closed)
     ball[:, Column.EXPOSURE] += (ends / 2 - sampled.ball[0]) / (2 * half)
+    ball[:, Column.SKIP] = (_ball_place(paths, closed) - _ball_place(paths, opened)) / (2 * half)
     return ball, _heavy(paths, sampled, tangents, values, frame)
 
 
@@ -141,6 +142,8 @@ def _heavy(
     heavy = by_state[:, 0, 0, None] * tangents.states[piece, 0]
     heavy += by_state[:, 0, 1, None] * tangents.states[piece, 1]
     heavy += by_law[:, 0] @ tangents.laws[:2]
+    angle = rate * since
+    heavy[:, Column.SKIP] = velocity * np.cos(angle) - (place - rest) * rate * np.sin(angle)
     parallax = float(values[Column.PARALLAX])
     heavy *= 1 + parallax
     heavy[:, Column.BALL_REST] -= parallax

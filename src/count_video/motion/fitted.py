@@ -20,6 +20,7 @@ from count_video.motion.estimates import (
     mass_ratio,
     shares_of,
 )
+from count_video.motion.left_out import LeftOut
 from count_video.motion.observations import Observations, observe
 from count_video.motion.parameters import FIRST_DEVIATION, Column, Prior
 from count_video.motion.posterior import (
@@ -28,8 +29,8 @@ from count_video.motion.posterior import (
     end_chances,
     fine_fits,
     probabilities,
-    shifted,
     weigh,
+    with_more,
 )
 from count_video.motion.priors import SCATTERS
 from count_video.motion.reasons import Cause, Reason
@@ -44,6 +45,7 @@ from count_video.motion.rivals import (
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Solution, modelled
 from count_video.motion.starting import rough_values
+from count_video.motion.time_base import with_frames_left_out
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
 FRAMES_AT_LEAST = 20
@@ -80,8 +82,10 @@ class Between:
     setup: FittedSetup
     misfit_px: float
     """Root mean square of what the model leaves unexplained of the ball's places."""
-    one_more: float
-    """Probability that another collision of the burst follows after the clip's end."""
+    following: dict[int, float]
+    """Probability that so many collisions of the burst follow after the clip's end; sums to 1."""
+    left_out: LeftOut | None = None
+    """Frames that the track does not allow for yet; these collisions are told without them."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +96,10 @@ class Misfit:
 
 
 def count_between(
-    track: Track, found: SeenCollisions, known: Knowledge = NOTHING_KNOWN
+    track: Track,
+    found: SeenCollisions,
+    known: Knowledge = NOTHING_KNOWN,
+    gap: LeftOut | None = None,
 ) -> Between | Misfit:
     """Fit the model to a track and count the collisions of its burst.
 
@@ -104,6 +111,8 @@ def count_between(
         What its frames show; at least one collision.
     known
         What is known besides.
+    gap
+        Frames left out that the track allows for; their number is in question.
     """
     observed = observe(track, found)
     start = _start(observed, found, known)
@@ -111,12 +120,15 @@ def count_between(
         return start
     rough, prior = start
     calm = calm_beginning(found.collisions[: found.burst])
+    whole = None
     if calm >= CALM_COLLISIONS:
         first = forward_fit(observed, rough, prior, found, calm)
         lightness = rough[Column.LIGHTNESS]
         rough = first.values[:FIRST_DEVIATION].copy()
         rough[Column.LIGHTNESS] = lightness
-    coarse = coarse_fits(observed, rough, prior, found.burst)
+        whole = first if calm == found.burst and np.isfinite(first.loss) else None
+    coarse = coarse_fits(observed, rough, prior, found.burst, whole)
+    observed, coarse = with_frames_left_out(observed, rough, prior, coarse, found.burst, gap)
     if not np.isfinite(coarse[0].loss):
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     promising = [fit for fit in coarse[:RIVALS] if fit.loss < coarse[0].loss + COARSELY_LOST]
@@ -147,19 +159,20 @@ def measure_burst(
     strayed = _strayed(fits[0], observed, track)
     if strayed is not None:
         other = count_between(track, found, known)
-        return other if _is_larger(other, found.burst) else strayed
+        return other if _stands(other, found.burst) else strayed
     scatter = SCATTERS[len(SCATTERS) // 2]
     fit = fine_fit(observed, noise, prior, fits[0], scatter)
     measured = _answer(found, observed, {(fit.count, scatter): (0.0, fit)})
     seen = sum(collision.seen for collision in measured.collisions)
     if seen < found.shown or measured.count != found.burst:
-        return Misfit(Reason(Cause.MODEL_DIFFERS))
+        other = count_between(track, found, known)
+        return other if _stands(other, found.burst) else Misfit(Reason(Cause.MODEL_DIFFERS))
     return measured
 
 
-def _is_larger(between: Between | Misfit, seen: int) -> bool:
-    """Whether more collisions than were seen are likelier than not."""
-    if isinstance(between, Misfit) or between.count <= seen:
+def _stands(between: Between | Misfit, seen: int) -> bool:
+    """Whether as many collisions as were seen, or more, are likelier than not."""
+    if isinstance(between, Misfit) or between.count < seen:
         return False
     return between.probability[between.count] > LIKELY
 
@@ -202,10 +215,13 @@ def _answer(
     solution = max(
         (fit for fit in weighed.values() if fit[1].count == count), key=lambda fit: fit[0]
     )[1]
-    fewer, more = end_chances(observed, solution)
-    more = 0.0 if found.burst < len(found.collisions) else more
-    chances = shifted(chances, count, -1, fewer)
-    if fewer > more and fewer > LIKELY and count > 1:
+    following = end_chances(observed, solution)
+    fewer = following.pop(-1, 0.0)
+    if found.burst < len(found.collisions) or fewer == 1.0:
+        following = {0: 1.0}
+    following = {more: chance / sum(following.values()) for more, chance in following.items()}
+    chances = with_more(chances, {-1: fewer, 0: 1.0 - fewer})
+    if fewer > LIKELY and count > 1:
         count -= 1
         solution = replace(solution, count=count)
     values = solution.values
@@ -221,5 +237,15 @@ def _answer(
         ending=ending_of(paths, values),
         setup=fitted_setup(weighed, shares),
         misfit_px=_root_mean_square(solution),
-        one_more=more,
+        following=following,
+        left_out=_left_out(observed, solution),
     )
+
+
+def _left_out(observed: Observations, solution: Solution) -> LeftOut | None:
+    """Frames left out that the fit found besides those that the track allows for."""
+    frames = round(solution.values[Column.SKIP])
+    if frames == 0:
+        return None
+    before = observed.frame[observed.after == 0]
+    return LeftOut(observed.origin + float(before[-1]), frames, flown=False)

@@ -73,6 +73,10 @@ class LeftOut:
         """Why collisions may be missing; none if the ball flew on."""
         return () if self.flown else (Reason(Cause.LEFT_OUT, (self.after, self.frames)),)
 
+    def joined(self, other: LeftOut | None) -> LeftOut:
+        """Add frames that are left out at the same place."""
+        return self if other is None else replace(self, frames=self.frames + other.frames)
+
     def evened(self, track: Track) -> Track:
         """Time the pictures of a track as if the frames were there."""
         late = track.frame > self.after

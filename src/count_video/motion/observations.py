@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.motion.gaps import Gaps, gaps_of
-from count_video.motion.parameters import drift_shape
+from count_video.motion.parameters import Column, drift_shape
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.swing import FRAMES_BEYOND
 from count_video.records import Collision, Floats, Track
@@ -18,6 +18,8 @@ from count_video.signals import sigma_of
 
 CLEAR_FRAMES = 1.0
 """The path is not used nearer than this to a collision after the burst."""
+BURSTS_BEYOND = 2.0
+"""The last collision may follow the one before it only after so many times the burst until then."""
 FRAMES_A_FLIGHT = 16
 """A long flight between two collisions is thinned out to so many frames: neighbouring ones tell
 the same."""
@@ -48,6 +50,12 @@ class Observations:
     """Time of the last frame of the clip."""
     sign: int
     """+1 where distances grow with the position in the picture."""
+    after: Floats
+    """1 for frames after the place where frames may be left out, 0 for the others."""
+
+    def times(self, sets: Floats) -> Floats:
+        """Give the frames' times by the clocks of parameter sets; shape (sets, frames)."""
+        return np.asarray(self.frame + sets[:, Column.SKIP, None] * self.after)
 
 
 def observe(track: Track, found: SeenCollisions) -> Observations:
@@ -75,13 +83,15 @@ def observe(track: Track, found: SeenCollisions) -> Observations:
         last=burst[-1].frame - burst[0].frame,
         end=float(gaps.frame[-1]) - burst[0].frame,
         sign=gaps.sign,
+        after=np.zeros(len(chosen)),
     )
 
 
 def _chosen(gaps: Gaps, burst: Sequence[Collision], after: Sequence[Collision]) -> np.ndarray:
     """Places of the frames to explain, thinned out where nothing happens for long."""
     frames = np.array([collision.frame for collision in burst])
-    stop = min(after[0].frame - CLEAR_FRAMES if after else np.inf, frames[-1] + FRAMES_BEYOND)
+    beyond = frames[-1] + max(FRAMES_BEYOND, BURSTS_BEYOND * (frames[-1] - frames[0]))
+    stop = min(after[0].frame - CLEAR_FRAMES if after else np.inf, beyond)
     bounds = np.array([frames[0] - FRAMES_BEYOND, *frames, stop])
     short = np.flatnonzero(np.diff(frames) < FRAMES_A_FLIGHT) + 1
     busy = (bounds[short[0]], bounds[short[-1] + 1]) if len(short) else (np.inf, -np.inf)
@@ -113,4 +123,10 @@ def at_rows(observed: Observations, rows: NDArray[np.intp]) -> Observations:
         ball_px=observed.ball_px[rows],
         heavy_px=observed.heavy_px[rows],
         drift=observed.drift[rows],
+        after=observed.after[rows],
     )
+
+
+def left_out_after(observed: Observations, frame: float) -> Observations:
+    """Let frames be left out after a frame of the clip."""
+    return replace(observed, after=np.where(observed.origin + observed.frame > frame, 1.0, 0.0))

@@ -55,6 +55,8 @@ class Column(IntEnum):
     PARALLAX = 12
     """Growth of what the outlines leave with the distance from the ball's rest: a camera close by
     sees the face's rim and the ball under changing angles."""
+    SKIP = 13
+    """Time that passes at the place where frames may be left out, beyond that between frames."""
 
 
 FIRST_DRIFT = len(Column)
@@ -111,6 +113,7 @@ _LIMITS = (
     (Column.LIGHTNESS, np.log(1e-6), np.log(2.0)),
     (Column.BODIES, 0.3, 1.005),
     (Column.BOUNCE, 0.3, 1.005),
+    (Column.SKIP, -500.0, 500.0),
 )
 """A little above 1 is allowed: a limit right where perfect bodies lie would bias their fit."""
 

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from count_video.motion.observations import Observations
-from count_video.motion.parameters import FIRST_DEVIATION, Prior, within_limits
+from count_video.motion.parameters import FIRST_DEVIATION, Column, Prior, within_limits
 from count_video.motion.pendulums import follow
 from count_video.motion.priors import BELIEVED, DOUBT, SCATTERS
 from count_video.motion.rivals import HOPELESS, fine_fit, log_evidence, recounted, refloored
@@ -28,6 +28,8 @@ IMPROBABLE = 10.0
 """Nor do those beyond a count whose evidence is smaller by so much, as a logarithm."""
 MOST_RIVALS = 16
 """Counts on either side of the best that are looked at: where so many are likely, none is known."""
+PASSES = 4
+"""So often at most the counts are weighed from another best one on."""
 CORRELATED_AT_MOST = 40
 """Lag in frames up to which residuals may hang together."""
 RESIDUALS_AT_LEAST = 20
@@ -89,24 +91,33 @@ def weigh(
     for rival in rivals[1:]:
         if rival.loss < best.loss + HOPELESS:
             _weigh_count(weighed, observed, noise, prior, rival)
-    best = max(weighed.values(), key=lambda fit: fit[0])[1]
-    impossible: set[int] = set()
+    best = _best(weighed)
     starts = {fit.count: fit for fit in coarse}
-    for side in (-1, 1):
-        lost = 0
-        for count in range(best.count + side, best.count + side * (MOST_RIVALS + 1), side):
-            if lost == 2 or count < 1:
-                break
-            if abs(count - best.count) > 1 and count % 2 in impossible:
-                continue
-            if (count, SCATTERS[0]) not in weighed:
-                start = starts.get(count) or _from_neighbour(weighed, observed, prior, count)
-                _weigh_count(weighed, observed, noise, prior, start)
-            evidence = _evidence_of(weighed, count)
-            lost = lost + 1 if evidence < -IMPROBABLE else 0
-            if (count - best.count) % 2 and evidence < -HOPELESS:
-                impossible.add(count % 2)  # the last collision was seen to be of the other kind
+    for _ in range(PASSES):
+        impossible: set[int] = set()
+        for side in (-1, 1):
+            lost = 0
+            for count in range(best.count + side, best.count + side * (MOST_RIVALS + 1), side):
+                if lost == 2 or count < 1:
+                    break
+                if abs(count - best.count) > 1 and count % 2 in impossible:
+                    continue
+                if (count, SCATTERS[0]) not in weighed or not starts:
+                    start = starts.get(count) or _from_neighbour(weighed, observed, prior, count)
+                    _weigh_count(weighed, observed, noise, prior, start)
+                evidence = _evidence_of(weighed, count)
+                lost = lost + 1 if evidence < -IMPROBABLE else 0
+                if (count - best.count) % 2 and evidence < -HOPELESS:
+                    impossible.add(count % 2)  # the last collision was seen to be of the other kind
+        before, best = best, _best(weighed)
+        if best.count == before.count:
+            break
+        starts = {}  # They led to a worse one: the others are fitted anew, from this one on.
     return {key: fit for key, fit in weighed.items() if np.isfinite(fit[0])}
+
+
+def _best(weighed: Weighed) -> Solution:
+    return max(weighed.values(), key=lambda fit: fit[0])[1]
 
 
 def _from_neighbour(weighed: Weighed, observed: Observations, prior: Prior, count: int) -> Solution:
@@ -116,6 +127,7 @@ def _from_neighbour(weighed: Weighed, observed: Observations, prior: Prior, coun
     """
     bearable = min(fit.loss for _, fit in weighed.values()) + HOPELESS
     near = [(n, s) for (n, s), (_, fit) in weighed.items() if fit.loss < bearable]
+    near = [key for key in near if key[0] != count] or near
     nearest = min(near, key=lambda key: ((key[0] - count) % 2, abs(key[0] - count), key[1]))
     return refloored(observed, prior, _start(weighed[nearest][1], count), count)
 
@@ -161,12 +173,13 @@ def probabilities(weighed: Weighed) -> dict[int, float]:
     return {count: share / total for count, share in believed.items()}
 
 
-def shifted(chances: Mapping[int, float], count: int, by: int, share: float) -> dict[int, float]:
-    """Give a share of a count's chance to another: its burst may end sooner or later."""
-    moved = dict(chances)
-    moved[count + by] = moved.get(count + by, 0.0) + share * chances[count]
-    moved[count] = chances[count] * (1 - share)
-    return moved
+def with_more(chances: Mapping[int, float], more: Mapping[int, float]) -> dict[int, float]:
+    """Add to each count as many as there may be more, or fewer, each with its probability."""
+    total: dict[int, float] = {}
+    for count, chance in chances.items():
+        for number, share in more.items():
+            total[count + number] = total.get(count + number, 0.0) + chance * share
+    return dict(sorted(total.items()))
 
 
 def doubted(chances: dict[int, float], count: int) -> dict[int, float]:
@@ -179,26 +192,33 @@ def doubted(chances: dict[int, float], count: int) -> dict[int, float]:
 
 
 DRAWS = 200
+FOLLOWED_AT_MOST = 12
+"""Collisions after the clip's end that are foreseen."""
 
 
-def end_chances(observed: Observations, solution: Solution) -> tuple[float, float]:
-    """Probabilities that the burst has one collision fewer than was fitted, and one more.
+def end_chances(observed: Observations, solution: Solution) -> dict[int, float]:
+    """Probability that the burst has so many collisions more than were fitted; -1 is one fewer.
 
-    Draws from the fit's uncertainty are followed for one collision more. One more is one between
-    the clip's end and the heavy body's turn; one that the frames would have to show is none, as
-    the fit has decided on those. One fewer it is where the body had turned before the last.
+    Draws from the fit's uncertainty are followed. More are those between the clip's end and the
+    heavy body's turn; one that the frames would have to show is none, as the fit has decided on
+    those. One fewer it is where the body had turned before the last.
     """
     rng = np.random.default_rng(0)  # the same clip gets the same answer
     sets = within_limits(_draws(solution, rng))
-    paths = follow(sets, solution.count + 1, float(observed.frame[0]) - 1.0)
-    last, following = paths.time[:, -2], paths.time[:, -1]
-    heavy, velocity = paths.states[0, :, -2], paths.states[1, :, -2]
+    paths = follow(sets, solution.count + FOLLOWED_AT_MOST, float(observed.frame[0]) - 1.0)
+    count = solution.count
+    late = (paths.states[1, :, count - 1] > 0) & (paths.before[1, :, count] < 0)
+    more, going = np.where(late, -1, 0), ~late
     rate, rest = paths.pendulums.heavy_rate, paths.pendulums.heavy_rest
-    # The heavy body turns toward the wall where it is farthest from it, not where it is nearest.
-    turn = last + np.arctan2(velocity, rate * (heavy - rest)) % (2 * np.pi) / rate
-    late = (paths.states[1, :, -3] > 0) & (paths.before[1, :, -2] < 0)
-    more = (following > observed.end) & (following < turn) & ~late
-    return float(np.mean(late)), float(np.mean(more))
+    end = observed.end + solution.values[Column.SKIP]
+    for last in range(count, count + FOLLOWED_AT_MOST):
+        heavy, velocity = paths.states[0, :, last], paths.states[1, :, last]
+        # It turns toward the wall where it is farthest from it, not where it is nearest.
+        phase = np.arctan2(velocity, rate * (heavy - rest)) % (2 * np.pi)
+        following = paths.time[:, last + 1]
+        going &= (following > end) & (following < paths.time[:, last] + phase / rate)
+        more += going
+    return {number: float(np.mean(more == number)) for number in sorted(set(more.tolist()))}
 
 
 def _draws(solution: Solution, rng: np.random.Generator) -> Floats:

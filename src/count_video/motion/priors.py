@@ -55,6 +55,10 @@ SCATTERS: Final = (0.0002, 0.001, 0.005, 0.02)
 DRIFT_SIGMA_PX: Final = 0.02
 """Errors of outlines that hang together, as measured on rendered clips whose truth is known."""
 
+LEFT_OUT: Final = 0.02
+"""Share of clips in which frames of the burst are left out without a trace, anywhere in it and up
+to a second's fraction of them: an estimate."""
+
 # Impacts of one body alone, or of two without a wall: chances, estimates all of them.
 
 CHANCE_CLEAR: Final = 0.995

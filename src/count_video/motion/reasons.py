@@ -84,6 +84,8 @@ ENDS_EARLY = frozenset(
         Cause.ENDS_HIDDEN,
         Cause.ENDS_CATCHING_UP,
         Cause.ENDS_RETURNING,
+        Cause.GRAZES_WALL,
+        Cause.STRAYS,
     )
 )
 """A fitted model of the motion makes up for these: it knows what follows."""

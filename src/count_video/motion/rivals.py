@@ -48,12 +48,14 @@ FLOORS_PX = (6.0, 0.6)
 """The fit begins coarsely: far from the solution only large residuals should pull."""
 UNEVEN = 0.015
 """Starts differ if the difference of their restitutions does by so much."""
-STARTS = 3
+STARTS = 5
 """Numbers of collisions that are fitted from the first scan."""
 SEEN_SHARE = 0.5
 """The number seen is tried if it is more than this share of the scan's best count."""
 HOPELESS = 150.0
 """A count whose loss exceeds the best by so much needs no further look."""
+SKIPS_FITTED = 6
+"""Numbers of frames left out that are fitted from the scan."""
 ROUNDS = 40
 """The best count's neighbours are tried at most so often."""
 PAIR = 2
@@ -92,6 +94,7 @@ def prior_of(rough: Floats, known: Knowledge) -> Prior:
     prior = prior.with_value(Column.EXPOSURE, *EXPOSURE)
     prior = prior.with_value(Column.PARALLAX, 0.0, PARALLAX_SIGMA)
     prior.sigma[FIRST_DRIFT:FIRST_DEVIATION] = DRIFT_SIGMA_PX
+    prior = prior.with_value(Column.SKIP, 0.0, 0.0)
     prior = prior.with_value(Column.BODIES, *RESTITUTION)
     prior = prior.with_value(Column.BOUNCE, *RESTITUTION)
     if known.mass_ratio is not None:
@@ -109,18 +112,50 @@ def with_deviations(prior: Prior, count: int, scatter: float) -> Prior:
     )
 
 
-def coarse_fits(observed: Observations, rough: Floats, prior: Prior, seen: int) -> list[Solution]:
+def coarse_fits(
+    observed: Observations,
+    rough: Floats,
+    prior: Prior,
+    seen: int,
+    start: Solution | None = None,
+) -> list[Solution]:
     """Fit promising counts coarsely, without scatter; the solutions by rising loss.
 
-    It begins with the number that was seen and the counts that the scan likes best. As long as the
-    best one's neighbours have not been tried they come next, each from the best fit so far.
+    It begins with the number that was seen, the counts that the scan likes best, and the ``start``
+    if there is one. As long as the best one's neighbours have not been tried they come next, each
+    from the best fit so far.
     """
     rows = scan(observed, rough, prior)
+    if prior.sigma[Column.SKIP]:
+        starts = rows if start is None else np.vstack([[*start.values, start.count, 0.0], rows])
+        best = _likeliest_skip(observed, prior, starts)
+        return _from(observed, prior, {best.count: best})
     likeliest = _likeliest(rows, STARTS)
     wanted = [seen] if not likeliest or seen > SEEN_SHARE * likeliest[0] else []
     fitted: dict[int, Solution] = {}
+    if start is not None:
+        first = start.values[:FIRST_DEVIATION]
+        fitted[start.count] = refloored(observed, prior, first, start.count)
     for count in dict.fromkeys(wanted + likeliest):
+        if start is not None and count == start.count:
+            continue
         fitted[count] = _best_start(observed, prior, rows, count, _bearable(fitted))
+    return _from(observed, prior, fitted)
+
+
+def _likeliest_skip(observed: Observations, prior: Prior, rows: Floats) -> Solution:
+    """Fit a scan's best places with different numbers of frames left out, and keep the best."""
+    _, first = np.unique(rows[:, Column.SKIP], return_index=True)
+    fits: list[Solution] = []
+    for row in np.sort(first)[:SKIPS_FITTED]:
+        bearable = min((fit.loss for fit in fits), default=np.inf) + HOPELESS
+        count = int(np.clip(rows[row, -2], 1, MOST_COLLISIONS))
+        fits.append(_coarse_fit(observed, prior, rows[row, :FIRST_DEVIATION], count, bearable))
+    return min(fits, key=_loss_of)
+
+
+def _from(observed: Observations, prior: Prior, fitted: dict[int, Solution]) -> list[Solution]:
+    """Fit the neighbours of the best count as long as they are better; by rising loss."""
     best = min(fitted.values(), key=_loss_of)
     pairs = max(1, best.count // LONG_STEPS)
     for _ in range(ROUNDS):
@@ -197,7 +232,11 @@ def _led_to_the_last(observed: Observations, prior: Prior, start: Floats, count:
     """
     paths, _ = modelled(observed, start[None], count)
     before = until(observed, observed.last - CLEAR_FRAMES)
-    if paths.time[0, -1] <= observed.frame[-1] or len(before.frame) < 2 or count < 2:
+    if (
+        paths.time[0, -1] <= observed.times(start[None])[0, -1]
+        or len(before.frame) < 2
+        or count < 2
+    ):
         return start
     noise = noise_of(before, start, count - 1, FLOORS_PX[-1])
     return solve(before, noise, prior, start, count - 1).values
@@ -215,7 +254,8 @@ def fine_fit(
     columns = FIRST_DEVIATION + deviations_of(coarse.count)
     start = np.concatenate([coarse.values, np.zeros(columns)])
     start = start[:columns]  # a fine fit brings deviations of its own
-    full = with_deviations(prior, coarse.count, scatter)
+    start[Column.SKIP] = round(start[Column.SKIP])
+    full = with_deviations(prior, coarse.count, scatter).with_value(Column.SKIP, 0.0, 0.0)
     return solve(observed, noise, full, start, coarse.count, bearable)
 
 

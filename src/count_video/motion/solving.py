@@ -9,10 +9,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.motion.exposures import Sampled, blur_of, sample, sampled_tangents
 from count_video.motion.observations import Observations
-from count_video.motion.parameters import FIRST_DEVIATION, FIRST_DRIFT, Prior, within_limits
+from count_video.motion.parameters import (
+    FIRST_DEVIATION,
+    FIRST_DRIFT,
+    Column,
+    Prior,
+    within_limits,
+)
 from count_video.motion.pendulums import Paths, follow, follow_one
 from count_video.motion.priors import CAUCHY_SIGMAS
 from count_video.motion.tangents import tangents_of
@@ -63,7 +70,7 @@ def noise_of(observed: Observations, values: Floats, count: int, floor_px: float
     """Noise to be expected where the motion of one set, shape (columns,), is smeared."""
     paths = follow_one(values, count, float(observed.frame[0]) - 1.0)
     with np.errstate(invalid="ignore", over="ignore"):
-        smeared = BLUR_SHARE * blur_of(paths, values, observed.frame)
+        smeared = BLUR_SHARE * blur_of(paths, values, observed.times(values[None])[0])
     smeared = np.where(np.isfinite(smeared), smeared, 0.0)
     ball = np.hypot(np.hypot(observed.ball_sigma_px, floor_px), smeared)
     return Noise(ball, float(np.hypot(observed.heavy_sigma_px, floor_px)))
@@ -79,7 +86,7 @@ def modelled(observed: Observations, sets: Floats, count: int) -> tuple[Paths, S
     start = float(observed.frame[0]) - 1.0
     paths = follow_one(sets[0], count, start) if len(sets) == 1 else follow(sets, count, start)
     with np.errstate(invalid="ignore", over="ignore"):
-        return paths, sample(paths, sets, observed.frame)
+        return paths, sample(paths, sets, observed.times(sets))
 
 
 @dataclass(frozen=True)
@@ -147,7 +154,7 @@ def _fit(observed: Observations, noise: Noise, prior: Prior, values: Floats, cou
     ball[np.isnan(observed.ball_px)] = 0.0
     heavy[np.isnan(observed.heavy_px)] = 0.0
     away = np.where(_known(prior), (values - prior.mean) * _weight(prior), 0.0)
-    beyond = float(paths.time[0, -1]) - float(observed.frame[-1])
+    beyond = float(paths.time[0, -1] - observed.times(values[None])[0, -1])
     late = min(max(beyond, 0.0), LATE_AT_MOST) * LATE_COSTS
     data = np.concatenate([ball, heavy])
     with np.errstate(invalid="ignore", over="ignore"):
@@ -170,20 +177,54 @@ def _weight(prior: Prior) -> Floats:
     return np.where(_known(prior), 1 / np.where(_known(prior), prior.sigma, 1.0), 0.0)
 
 
-def _normal_equations(
-    observed: Observations, noise: Noise, prior: Prior, fit: _Fit
-) -> tuple[Floats, Floats]:
+@dataclass(frozen=True)
+class Linearised:
+    """A fit in first order: what was observed, in sigmas, by the parameters; shape (n,) each."""
+
+    row: NDArray[np.intp]
+    """Frames that the residuals are of."""
+    data: Floats
+    """Residuals."""
+    jacobian: Floats
+    """Shape (n, columns)."""
+    velocity: Floats
+    """Of the places."""
+    weights: Floats
+    """Large residuals count less."""
+    gradient: Floats
+    """Of the loss, shape (columns,)."""
+    hessian: Floats
+    """Shape (columns, columns)."""
+
+
+def linearised(
+    observed: Observations, noise: Noise, prior: Prior, solution: Solution
+) -> Linearised:
+    """Linearise the model about a solution."""
+    fit = _fit(observed, noise, prior, solution.values, solution.count)
+    return _linearised(observed, noise, prior, fit)
+
+
+def loss_of(observed: Observations, noise: Noise, prior: Prior, solution: Solution) -> float:
+    """Loss of a solution for other observations."""
+    return _fit(observed, noise, prior, solution.values, solution.count).loss
+
+
+def _linearised(observed: Observations, noise: Noise, prior: Prior, fit: _Fit) -> Linearised:
     """Gradient and Gauss-Newton Hessian of the loss; columns without freedom have zeros."""
     tangents = tangents_of(fit.paths, fit.values)
     with np.errstate(invalid="ignore", over="ignore"):
-        ball, heavy = sampled_tangents(fit.paths, fit.sampled, tangents, fit.values, observed.frame)
+        time = observed.times(fit.values[None])[0]
+        ball, heavy = sampled_tangents(fit.paths, fit.sampled, tangents, fit.values, time)
         heavy[:, FIRST_DRIFT:FIRST_DEVIATION] = observed.drift
         jacobian = np.concatenate([ball / noise.ball[:, None], heavy / noise.heavy])
+        velocity = jacobian[:, Column.SKIP].copy()
+        jacobian[:, Column.SKIP] *= np.tile(observed.after, 2)
         weights = 1 / (1 + (fit.data / CAUCHY_SIGMAS) ** 2)
         usable = np.isfinite(fit.data) & np.isfinite(jacobian).all(axis=1)
-    seen = np.isfinite(np.concatenate([observed.ball_px, observed.heavy_px]))
-    jacobian, data = jacobian[usable & seen], fit.data[usable & seen]
-    weighted = jacobian * weights[usable & seen, None]
+    usable &= np.isfinite(np.concatenate([observed.ball_px, observed.heavy_px]))
+    jacobian, data, weights = jacobian[usable], fit.data[usable], weights[usable]
+    weighted = jacobian * weights[:, None]
     gradient, hessian = weighted.T @ data, weighted.T @ jacobian
     weight = _weight(prior)
     gradient += weight * fit.away
@@ -194,7 +235,16 @@ def _normal_equations(
         hessian += np.outer(last, last)
     fixed = prior.sigma == 0
     gradient[fixed], hessian[fixed], hessian[:, fixed] = 0.0, 0.0, 0.0
-    return gradient, hessian
+    row = np.tile(np.arange(len(time)), 2)[usable]
+    return Linearised(row, data, jacobian, velocity[usable], weights, gradient, hessian)
+
+
+def _normal_equations(
+    observed: Observations, noise: Noise, prior: Prior, fit: _Fit
+) -> tuple[Floats, Floats]:
+    """Gradient and Hessian of the loss."""
+    whole = _linearised(observed, noise, prior, fit)
+    return whole.gradient, whole.hessian
 
 
 def _stepped(values: Floats, hessian: Floats, gradient: Floats, damping: float) -> Floats:

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from count_video.motion.exposures import sample
 from count_video.motion.observations import Observations, at_rows
 from count_video.motion.parameters import FIRST_DEVIATION, Column, Prior, within_limits
 from count_video.motion.priors import CLEAR_FRAMES
@@ -27,6 +28,8 @@ from count_video.records import Collision, Floats
 
 CALM_FRAMES = 3.0
 """Flights this long on both sides show where a contact is."""
+BEYOND_SHARE = 0.02
+"""Share of the places that may be wrong."""
 CALM_CONTACTS = 4
 """Fewer do not tell a trend."""
 PARALLAX_AT_MOST = 0.15
@@ -70,15 +73,19 @@ def rough_values(
     values[Column.SWING] = np.log(rate)
     parallax = values[Column.PARALLAX] = _parallax(observed, burst)
     nearest = (float(np.nanmin(observed.heavy_px)) - place - rest) / (1 + parallax) + rest - wall
-    way = max(rest - wall, 1e-9)
-    share = np.clip(nearest / way, NEAREST_SHARE, 1.0)
-    swung = (rate * (way - share * way) / velocity) ** 2 if velocity else 0.0
-    values[Column.LIGHTNESS] = 2 * np.log(share) + np.log1p(-min(swung, SWUNG_AT_MOST))
+    values[Column.LIGHTNESS] = _lightness(nearest, max(rest - wall, 1e-9), rate, velocity)
     values[Column.EXPOSURE] = 0.5
     calm = calm_ones(burst)
     values[Column.BODIES] = _restitution([c for c in calm if c.kind == "bodies"])
     values[Column.BOUNCE] = _restitution([c for c in calm if c.kind == "wall"])
     return values
+
+
+def _lightness(nearest: float, way: float, rate: float, velocity: float) -> float:
+    """Logarithm of the lightness by how near the heavy body comes to the wall, in px."""
+    share = np.clip(nearest / way, NEAREST_SHARE, 1.0)
+    swung = (rate * (way - share * way) / velocity) ** 2 if velocity else 0.0
+    return float(2 * np.log(share) + np.log1p(-min(swung, SWUNG_AT_MOST)))
 
 
 def calm_ones(burst: Sequence[Collision]) -> list[Collision]:
@@ -107,9 +114,14 @@ def _restitution(calm: Sequence[Collision]) -> float:
 
 
 def _wall_place(observed: Observations, burst: Sequence[Collision]) -> float:
-    """Median of the places at wall contacts whose flights are long enough to show them."""
+    """Median of the places at wall contacts whose flights are long enough to show them.
+
+    The ball is never beyond the wall: a contact at which it seems to be before it was none.
+    """
     calm = [observed.sign * c.position_px for c in calm_ones(burst) if c.kind == "wall"]
-    return float(np.median(calm)) if calm else float(np.nanmin(observed.ball_px))
+    if not calm:
+        return float(np.nanmin(observed.ball_px))
+    return float(min(np.median(calm), np.nanquantile(observed.ball_px, BEYOND_SHARE)))
 
 
 def _parallax(observed: Observations, burst: Sequence[Collision]) -> float:
@@ -181,8 +193,12 @@ RESTITUTIONS = np.linspace(-0.03, 0.03, 7)
 """Added to the rough restitution of both contacts."""
 ASYMMETRIES = (-0.02, 0.0, 0.02)
 """Added to that of the bodies and taken from that of the wall."""
+SKIPS = (0.0, 1.0, 2.0, 3.0, 4.5, 6.0, 8.0, 10.0, 12.5, 15.0, 18.0, 22.0)
+"""Frames that may be left out, where that is in question."""
 MOST_COLLISIONS = 600
 """More are not looked for: no track tells them from one another."""
+LIGHTEST = float(np.log(2.0))
+"""Logarithm of the greatest lightness: a heavy body of half the ball's mass."""
 LONG_BURST = 60
 """With more collisions the same loss of energy is a smaller one at each: the steps shrink."""
 SETS_AT_ONCE = 512
@@ -208,9 +224,9 @@ def scan(observed: Observations, rough: Floats, prior: Prior) -> Floats:
     sets[:, Column.BOUNCE] = np.minimum(rough[Column.BOUNCE] + restitution - asymmetry, 1.0)
     sets = within_limits(sets)
     most = round(1.5 * expected_count(float(steps.min()))) + 4
-    rows = np.concatenate(
-        [_scanned(observed, part, most) for part in np.array_split(sets, _parts(len(sets)))]
-    )
+    skips = SKIPS if prior.sigma[Column.SKIP] else SKIPS[:1]
+    parts = np.array_split(sets, _parts(len(sets)))
+    rows = np.concatenate([_scanned(observed, part, most, skips) for part in parts])
     return np.asarray(rows[np.argsort(rows[:, -1])])
 
 
@@ -228,19 +244,30 @@ def _parts(sets: int) -> int:
     return -(-sets // SETS_AT_ONCE)
 
 
-def _scanned(observed: Observations, sets: Floats, most: int) -> Floats:
+def _scanned(observed: Observations, sets: Floats, most: int, skips: Sequence[float]) -> Floats:
     """Give the sets with their numbers of collisions and their losses in two more columns."""
     thin = _thinned(observed)
-    paths, sampled = modelled(thin, sets, most)
-    with np.errstate(invalid="ignore"):
-        loss = _capped(sampled.ball - thin.ball_px) + _capped(sampled.heavy - thin.heavy_px)
-    counts = (paths.time[:, 1:] <= observed.frame[-1]).sum(axis=1)
-    return np.column_stack([sets, counts, loss])
+    paths, _ = modelled(thin, sets, most)
+    found = []
+    for skip in skips:
+        skipped = sets.copy()
+        skipped[:, Column.SKIP] += skip
+        times = observed.times(skipped)[:, -1:]
+        with np.errstate(invalid="ignore", over="ignore"):
+            sampled = sample(paths, skipped, thin.times(skipped))
+            loss = _capped(sampled.ball - thin.ball_px) + _capped(sampled.heavy - thin.heavy_px)
+        counts = (paths.time[:, 1:] <= times).sum(axis=1)
+        found.append(np.column_stack([skipped, counts, loss]))
+    return np.concatenate(found)
 
 
 def _lightness_steps(rough: Floats, prior: Prior) -> Floats:
     low, high = rough[Column.LIGHTNESS] + np.array(LIGHTNESS_SPAN)
     high += max(0.0, np.log(expected_count(float(rough[Column.LIGHTNESS])) / LONG_BURST))
+    # The frame nearest to the wall may show the ball half of its way in a frame off it.
+    near = np.exp(rough[Column.LIGHTNESS] / 2) * (rough[Column.BALL_REST] - rough[Column.WALL])
+    high += 2 * np.log1p(abs(rough[Column.HEAVY_RATE]) / max(near, 1e-9))
+    high = min(high, LIGHTEST)
     low = max(low, lightness_of(MOST_COLLISIONS))
     if np.isfinite(prior.sigma[Column.LIGHTNESS]):
         reach = 3 * prior.sigma[Column.LIGHTNESS]

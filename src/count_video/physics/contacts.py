@@ -4,12 +4,14 @@ The gap f(τ) of two bodies on known laws has |f''| ≤ B for a B known in advan
 
     f(τ + s) ≥ f(τ) + f'(τ) s − B s²/2,
 
-and the first positive zero of that parabola is a step that cannot jump over a contact. Stepping
-so again and again creeps up on the first zero from the left; near a zero with f' < 0 it is
+and the first positive zero of that parabola is a step that cannot jump over a contact. Steps of
+that kind approach the first zero from the left; near a zero with f' < 0 it is
 Newton's step but for terms of second order, hence quadratic: from above, f is bounded by the same
 parabola with + B s²/2, so after a step the zero is no farther than about B s²/|f'|. For free
 bodies (B = 0) it is the closed form at once. At a grazing contact (a double zero) it is linear and
 still ends, at the rounding error of the gap.
+
+Below, the same for many pairs of pendulums side by side, in arrays.
 """
 
 from __future__ import annotations
@@ -17,9 +19,13 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from count_video.physics.flights import REST, Law, Pendulum
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.physics.flights import REST, Law, Number, Pendulum, swing
+from count_video.records import Floats
 
 STEP_TOLERANCE = 1e-14
 """Stop when the zero is known to be closer than this fraction of the flight time, or a step adds
@@ -72,7 +78,7 @@ def first_zero(evaluate: Signal, start: float, bounds: tuple[float, float], wind
     window = min(window, MAXIMUM)  # an infinite step then ends the search
     while tau <= window:
         value, slope, bend = evaluate(tau)
-        if value <= 0.0:  # rounding has carried us a hair beyond: one Newton step back
+        if value <= 0.0:  # rounding has led beyond it: one Newton step back
             return max(start, tau - value / slope) if slope < 0.0 else tau
         step = safe_step(value, slope, curvature)
         if slope >= 0.0:
@@ -136,21 +142,172 @@ def _gap_bounds(upper: Mover, lower: Mover, window_s: float) -> tuple[float, flo
 
 
 def _difference_bounds(
-    upper: tuple[complex, complex], lower: tuple[complex, complex], window_s: float
-) -> tuple[float, float]:
-    """Do the same for two pendulums, each given by its phasor and rate; they may nearly be alike.
+    upper: tuple[Any, Any], lower: tuple[Any, Any], window_s: Number
+) -> tuple[Number, Number]:
+    """Bounds for two pendulums, each given by its phasor and rate; they may nearly be alike.
 
     With q = Re(C e^{λτ}) the n-th derivative of the gap is Re(A e^{λτ} − B e^{μτ}), A = C λⁿ and
     likewise B. It is no larger than |A| + |B|, nor, as no motion grows, than
     |A − B| + |B| |λ − μ| τ. The second is by far the smaller where frequencies and motions are
-    nearly equal, and spares a crawl of a hundred thousand steps along a gap of nanometres.
+    nearly equal, and spares a hundred thousand steps along a gap of nanometres. Numbers, or arrays
+    of shape (n,) for many pairs.
     """
+    least: Any = np.minimum if isinstance(window_s, np.ndarray) else min
     upper_rate, lower_rate = upper[1], lower[1]
     upper_term, lower_term = upper[0] * upper_rate**2, lower[0] * lower_rate**2
     drift = abs(upper_rate - lower_rate) * window_s
     bounds = []
     for _ in ("second", "third"):
         apart, near = abs(upper_term) + abs(lower_term), abs(upper_term - lower_term)
-        bounds.append(min(apart, near + abs(lower_term) * drift))
+        bounds.append(least(apart, near + abs(lower_term) * drift))
         upper_term, lower_term = upper_term * upper_rate, lower_term * lower_rate
     return bounds[0], bounds[1]
+
+
+# ---- many pairs side by side -----------------------------------------------------------------
+
+Whole = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+PERIODS_AT_REST = 1.01
+"""Contacts with a cylinder that rests are sought for one swing of the ball and a rounding more."""
+_Signals = Callable[[Whole, Floats], tuple[Floats, Floats]]
+"""Values and slopes of the functions of some rows at a time for each."""
+
+
+class Swings(NamedTuple):
+    """Damped pendulums about a rest place; arrays of shape (n,), named as in ``Pendulum``."""
+
+    rest_m: Floats
+    natural_rad_s: Floats
+    damping_per_s: Floats
+    damped_rad_s: Floats
+
+    def advance(self, place: Floats, velocity: Floats, tau: Floats) -> tuple[Floats, Floats]:
+        """Displacement and velocity after ``tau``."""
+        return swing(np, self, (place - self.rest_m, velocity), tau)
+
+    def phasor(self, place: Floats, velocity: Floats) -> NDArray[np.complex128]:
+        """C in q = Re(C e^{λτ})."""
+        q = place - self.rest_m
+        return np.asarray(q - 1j * (velocity + self.damping_per_s * q) / self.damped_rad_s)
+
+    @property
+    def rate(self) -> NDArray[np.complex128]:
+        """λ = iω − γ."""
+        return np.asarray(1j * self.damped_rad_s - self.damping_per_s)
+
+    def turning_s(self, place: Floats, velocity: Floats) -> Floats:
+        """Time until the velocity passes from positive to negative; inf for a body at rest."""
+        q = place - self.rest_m
+        pull = (self.natural_rad_s**2 * q + self.damping_per_s * velocity) / self.damped_rad_s
+        angle = np.arctan2(velocity, pull)
+        time = np.where(angle > 0.0, angle, angle + 2.0 * np.pi) / self.damped_rad_s
+        return np.where((velocity == 0.0) & (pull == 0.0), np.inf, time)
+
+    def take(self, rows: Flags | Whole) -> Swings:
+        """Return some of them."""
+        return Swings(*(column[rows] for column in self))
+
+
+class States(NamedTuple):
+    """Places and velocities after an event; ``heavy`` is the face less a ball diameter."""
+
+    time: Floats
+    heavy: Floats
+    heavy_velocity: Floats
+    ball: Floats
+    ball_velocity: Floats
+
+    def take(self, rows: Flags | Whole) -> States:
+        """Return some of them."""
+        return States(*(column[rows] for column in self))
+
+
+def next_contact(
+    laws: tuple[Swings, Swings], state: States, window: Floats, lasting: Flags
+) -> tuple[Floats, Flags]:
+    """Time of flight to the next contact, inf if there is none before the cylinder turns.
+
+    Also whether it is one with the wall. Beyond the turn nothing counts any more. Bodies that touch
+    now seldom meet next: theirs is sought last, with the least to seek.
+    """
+    # A cylinder at rest never turns; the ball comes back to it within a swing, or stays away.
+    swing_s = PERIODS_AT_REST * 2.0 * np.pi / laws[1].damped_rad_s
+    window = np.where(lasting, np.where(np.isinf(window), swing_s, window), -np.inf)
+    wall, bodies = np.full_like(window, np.inf), np.full_like(window, np.inf)
+    touching = state.heavy == state.ball
+    for rows, order in (
+        (np.flatnonzero(~touching), ((bodies, _bodies_contact), (wall, _wall_contact))),
+        (np.flatnonzero(touching), ((wall, _wall_contact), (bodies, _bodies_contact))),
+    ):
+        laws_here, state_here = (laws[0].take(rows), laws[1].take(rows)), state.take(rows)
+        for times, search in order:
+            limit = np.minimum(window, np.minimum(wall, bodies))[rows]
+            times[rows] = search(laws_here, state_here, limit)
+    return np.minimum(wall, bodies), wall < bodies
+
+
+def _wall_contact(laws: tuple[Swings, Swings], state: States, window: Floats) -> Floats:
+    """Time until the ball reaches the wall; inf if not within the window."""
+    light = laws[1]
+    curvature = light.natural_rad_s**2 * np.abs(light.phasor(state.ball, state.ball_velocity))
+
+    def evaluate(rows: Whole, tau: Floats) -> tuple[Floats, Floats]:
+        law, ball = light.take(rows), state.ball[rows]
+        rise, velocity = law.advance(ball, state.ball_velocity[rows], tau)
+        return ball + rise, velocity
+
+    start = _safe_step(state.ball, state.ball_velocity, curvature)
+    return _first_zeros(evaluate, start, curvature, window)
+
+
+def _bodies_contact(laws: tuple[Swings, Swings], state: States, window: Floats) -> Floats:
+    """Time until ball and cylinder meet; inf if not within the window."""
+    heavy, light = laws
+    gap = state.heavy - state.ball
+    curvature, _ = _difference_bounds(
+        (heavy.phasor(state.heavy, state.heavy_velocity), heavy.rate),
+        (light.phasor(state.ball, state.ball_velocity), light.rate),
+        np.maximum(window, 0.0),
+    )
+
+    def evaluate(rows: Whole, tau: Floats) -> tuple[Floats, Floats]:
+        here = state.take(rows)
+        rise, upper = heavy.take(rows).advance(here.heavy, here.heavy_velocity, tau)
+        climb, lower = light.take(rows).advance(here.ball, here.ball_velocity, tau)
+        return gap[rows] + rise - climb, upper - lower
+
+    start = _safe_step(gap, state.heavy_velocity - state.ball_velocity, curvature)
+    return _first_zeros(evaluate, start, curvature, window)
+
+
+def _safe_step(gap: Floats, slope: Floats, curvature: Floats) -> Floats:
+    """First positive zero of gap + slope s − curvature s²/2; inf if there is none."""
+    root = np.sqrt(slope * slope + 2.0 * curvature * gap)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        closing = 2.0 * gap / (root - slope)  # the form without cancellation
+        opening = (slope + root) / curvature
+    return np.where(slope < 0.0, closing, np.where(curvature > 0.0, opening, np.inf))
+
+
+def _first_zeros(evaluate: _Signals, start: Floats, curvature: Floats, window: Floats) -> Floats:
+    """First τ ≥ start at which each positive function reaches 0; inf if beyond its window."""
+    zeros = np.full_like(start, np.inf)
+    tau = start.copy()
+    rows = np.flatnonzero(tau <= window)
+    while rows.size:
+        now, bound = tau[rows], curvature[rows]
+        value, slope = evaluate(rows, now)
+        crossed = value <= 0.0  # rounding has led beyond it: one Newton step back
+        with np.errstate(divide="ignore", invalid="ignore"):
+            back = np.where(slope < 0.0, now - value / slope, now)
+        zeros[rows[crossed]] = np.maximum(start[rows], back)[crossed]
+        step = _safe_step(np.maximum(value, 0.0), slope, bound)
+        after = now + step
+        within = STEP_TOLERANCE * after
+        near = ~crossed & ((step <= within) | (bound * step * step <= -slope * within))
+        arrived = near & (after <= window[rows])
+        zeros[rows[arrived]] = after[arrived]
+        tau[rows] = after
+        rows = rows[~crossed & ~near & (after <= window[rows])]
+    return zeros

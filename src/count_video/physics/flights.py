@@ -16,7 +16,7 @@ import numpy as np
 from count_video.records import Floats
 
 WINDOW_PERIODS = 2.0
-"""A pendulum that meets nothing is looked at afresh after this many of its periods."""
+"""A pendulum that meets nothing begins a new flight after this many of its periods."""
 _INSTANT_S = 1e-300
 """A body at rest stops after so long: next to nothing, and not 0, by which one cannot divide."""
 
@@ -48,7 +48,7 @@ class Law(ABC):
         """Numbers that |acceleration| and |jerk| never exceed while the law is valid."""
 
     def valid_for_s(self, velocity_m_s: float) -> float:
-        """Time for which closed form and bounds hold; then the body is looked at afresh."""
+        """Time for which closed form and bounds hold; then the body begins a new flight."""
         return math.inf
 
     def turning_s(self, position_m: float, velocity_m_s: float) -> float:

@@ -18,10 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from count_video.errors import UsageError
-from count_video.physics.mountings import RESTING_FRACTION
-from count_video.physics.setup import Setup
+from count_video.physics.contacts import Flags, States, Swings, Whole, next_contact
+from count_video.physics.setup import RESTING_FRACTION, Setup
 from count_video.physics.simulator import LONGEST_BURST_PERIODS, MOST_COLLISIONS, simulate
-from count_video.physics.swings import Flags, States, Swings, Whole, next_contact
 from count_video.records import Floats
 
 GRAVITY_M_S2 = 9.81
@@ -43,13 +42,13 @@ class ManySetups:
     heavy_thread_m: Floats
     light_thread_m: Floats
     damping_per_s: Floats
-    """Of both pendulums."""
+    """Decay rate of both pendulums' amplitudes."""
     restitution_bodies: Floats
     restitution_wall: Floats
     restitution_sd: Floats
     """Standard deviation of both from collision to collision."""
     seed: Whole
-    """Of the scatter of the restitution."""
+    """Seed of the scatter of the restitution."""
 
     @classmethod
     def of(cls, **values: ArrayLike) -> ManySetups:

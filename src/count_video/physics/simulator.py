@@ -17,8 +17,7 @@ from count_video.physics.engine import (
     states_at,
 )
 from count_video.physics.flights import Pendulum
-from count_video.physics.mountings import Apparatus, Hold, build_apparatus
-from count_video.physics.setup import Setup
+from count_video.physics.setup import Apparatus, Hold, Setup, build_apparatus
 from count_video.records import CollisionKind, Floats
 
 LONGEST_BURST_PERIODS = 10.0

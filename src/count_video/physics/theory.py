@@ -29,7 +29,7 @@ WHOLE_QUOTIENTS = {Fraction(1, 3): 3, Fraction(1): 4, Fraction(3): 6}
 """The mass ratios M/m at which π/θ is an integer, and that integer."""
 
 _ROUNDING = 4 * 2.0**-52
-"""More than the relative error of atan(sqrt(ratio)) times a whole number in floats."""
+"""A bound on the relative error of atan(sqrt(ratio)) times a whole number in floats."""
 _START_BITS = 64
 _GUARD_BITS = 8
 """The outermost bits of an interval's ends are not trusted: atan2 is rounded outward from a value

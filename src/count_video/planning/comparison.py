@@ -24,7 +24,7 @@ from count_video.records import (
 SIGMAS = 2.0
 """A mass ratio lies this many standard uncertainties about its value with a chance of 95 %."""
 TOUCHING_SHARE = 1e-6
-"""Of the release: a ball that is pressed against the wall hangs at this gap instead."""
+"""Gap, as a share of the release, that stands for that of a ball pressed against the wall."""
 DIAMETER_SIGMA_PX = 0.3
 """Standard uncertainty of the ball's width in the picture, which is the scale: on sixty rendered
 clips of known truth the errors have a root mean square of 0.24 px."""
@@ -38,9 +38,9 @@ class Expected:
     """Fewest and most collisions of free bodies without losses, within the uncertainty of the mass
     ratio."""
     hanging: int | None
-    """The same bodies with the threads, gaps and release of the fit; None where none was made."""
+    """Count of the same bodies with the fitted threads, gaps and release; None without a fit."""
     with_losses: int | None
-    """With the restitutions of the fit as well; None where the bodies would then come to rest on
+    """Count with the fitted restitutions as well; None where the bodies would come to rest on
     each other in ever smaller bounces, of which there is no number."""
 
 

@@ -1,31 +1,231 @@
-"""The plan as a whole, from a request: the answer, how sure it is, what to change, and the map."""
+"""The plan: what a set-up will count, what a camera sees of it, how sure that is, what to change.
+
+The chance that a camera's clip is counted is that of the clips of known truth that were most like
+it, by how many frames lie from one collision to the next and by how many collisions there are: the
+tables of docs/accuracy.md. Where no such clips were measured nothing is promised.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
 
-from count_video.physics.simulator import Motion
-from count_video.planning.forecast import (
-    CameraView,
-    Framing,
-    PlannedBurst,
-    camera_view,
-    framing_of,
-    planned_burst,
-    planned_motion,
-)
-from count_video.planning.request import PlanRequest
+import numpy as np
+
+from count_video.errors import UsageError
+from count_video.physics.many import simulate_many
+from count_video.physics.simulator import Motion, simulate
+from count_video.physics.theory import collision_count
+from count_video.planning.request import PlanRequest, most_collisions, setups_at
 from count_video.planning.spread import (
+    RESOLVED_FRAMES,
     Chart,
     Proposal,
     Spread,
     TrialTable,
     chart_of,
     proposals,
+    rate_needed_fps,
     spread_of,
     table_of,
 )
 from count_video.progress import NO_PROGRESS, Progress
+
+CLOSEST_FRAMES = 0.25
+"""Trials near 1:100 were measured down to this shortest interval, ..."""
+CLOSER_FRAMES = 0.08
+"""... and planned ones, with their masses given, down to this."""
+MOST_OF_A_SHORT_BURST = 45
+"""Measured trials that were not resolved have up to so many collisions, or some 310."""
+LONG_BURST = (250, 350)
+LONG_BURST_FPS = 1000.0
+"""Slowest camera with which long bursts were measured."""
+BALL_AT_LEAST_PX = 20.0
+"""Smaller balls are followed too coarsely, whatever the set-up."""
+HOP_AT_LEAST_PX = 1.0
+"""A hop smaller than a pixel may be missed."""
+PICTURE_WIDTH_PX = 1920
+"""Width of the picture that phones take in slow motion."""
+MARGIN_DIAMETERS = 0.8
+"""The picture shows so much more than the way of the ball, in ball diameters: the wall on one side
+and space to aim on the other."""
+
+Way = Literal["seen", "inferred", "not measured"]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Clips of one kind and how they came out."""
+
+    kind: str
+    """What they have in common, in a few words."""
+    clips: int
+    exact: int
+    not_counted: int
+    wrong: int
+
+    @property
+    def chance(self) -> float:
+        """Chance that the next such clip is counted exactly, by Laplace's rule of succession."""
+        return (self.exact + 1) / (self.clips + 2)
+
+
+RESOLVED = Measured("rendered clips whose frames show every collision", 232, 230, 2, 0)
+BETWEEN = Measured("rendered clips with some collisions between the frames", 42, 42, 0, 0)
+CLOSE = Measured("planned clips with collisions closer than a quarter of a frame", 20, 19, 1, 0)
+LONG = Measured("clips of some 310 collisions with the masses given", 20, 20, 0, 0)
+
+
+def most_like(
+    count: int, shortest_frames: float, capture_fps: float
+) -> tuple[Way, Measured | None]:
+    """Return how a clip would be counted, and the measured clips that were most like it."""
+    if shortest_frames >= RESOLVED_FRAMES:
+        return "seen", RESOLVED
+    if count <= MOST_OF_A_SHORT_BURST:
+        if shortest_frames >= CLOSEST_FRAMES:
+            return "inferred", BETWEEN
+        if shortest_frames >= CLOSER_FRAMES:
+            return "inferred", CLOSE
+    if LONG_BURST[0] <= count <= LONG_BURST[1] and capture_fps >= LONG_BURST_FPS:
+        return "inferred", LONG
+    return "not measured", None
+
+
+@dataclass(frozen=True)
+class PlannedBurst:
+    """The burst of a planned trial; times in seconds from the release."""
+
+    count: int
+    theory: int
+    """Exact count of free bodies without losses."""
+    bodies: int
+    """Collisions between the bodies; the others are with the wall."""
+    shortest_s: float
+    """Shortest time from one collision to the next; inf if there are fewer than two."""
+    first_s: float
+    last_s: float
+    turn_s: float
+    """When the cylinder, driven back, turns round and the count ends."""
+    swing_back_m: float
+    """How far beyond its rest the cylinder swings back."""
+    last_m: float
+    """Distance from the wall to the ball's far face at the last collision."""
+    last_speed_m_s: float
+    """Speed at which the two close in on each other there."""
+    smallest_hop_m: float
+    """Shortest way of the ball between cylinder and wall; inf if it does not reach the wall."""
+    intervals_s: tuple[float, ...]
+    """Times from each collision to the next."""
+
+
+def planned_motion(request: PlanRequest) -> Motion:
+    """Simulate the planned trial, once, without scatter.
+
+    Raises
+    ------
+    UsageError
+        If the bodies lose so much that they come to rest on each other in ever smaller bounces.
+    """
+    theory = collision_count(request.heavy, request.light)
+    setups = setups_at(request, request.gap_m, request.release_m)
+    if simulate_many(setups, most_collisions(theory)).endless[0]:
+        raise UsageError(
+            f"with a restitution of {request.restitution:g} the ball comes to rest between "
+            "cylinder and wall in ever smaller bounces, of which there is no count; plan harder "
+            "bodies or a smaller mass ratio"
+        )
+    return simulate(request.setup())
+
+
+def planned_burst(request: PlanRequest, motion: Motion) -> PlannedBurst:
+    """Read the answer off the simulated trial."""
+    burst = motion.burst
+    times = np.array([bounce.time_s for bounce in burst])
+    turn_s = motion.burst_end_s
+    sample = motion.sample(np.append(times, turn_s if np.isfinite(turn_s) else times[-1]))
+    places = sample.ball_far_face_m[:-1]
+    crossed = np.array([a.kind != b.kind for a, b in pairwise(burst)], dtype=bool)
+    last = burst[-1]
+    other = 0.0 if last.kind == "wall" else last.heavy_before_m_s
+    return PlannedBurst(
+        count=len(burst),
+        theory=collision_count(request.heavy, request.light),
+        bodies=sum(bounce.kind == "bodies" for bounce in burst),
+        shortest_s=float(np.diff(times).min(initial=np.inf)),
+        first_s=float(times[0]),
+        last_s=float(times[-1]),
+        turn_s=turn_s,
+        swing_back_m=float(sample.heavy_face_m[-1]) - motion.setup.heavy_rest_m,
+        last_m=float(places[-1]),
+        last_speed_m_s=abs(last.light_before_m_s - other),
+        smallest_hop_m=float(np.abs(np.diff(places))[crossed].min(initial=np.inf)),
+        intervals_s=tuple(float(b - a) for a, b in pairwise(times)),
+    )
+
+
+@dataclass(frozen=True)
+class CameraView:
+    """What a camera of some rate would see."""
+
+    capture_fps: float
+    shortest_frames: float
+    """Frames from one collision to the next, where they follow each other fastest."""
+    close: int
+    """Collisions that follow the one before by less than ``RESOLVED_FRAMES``."""
+    way: Way
+    measured: Measured | None
+    """The clips of known truth that were most like this one; None if there are none."""
+    last_px_frame: float
+    """Closing speed at the last collision, in px per frame with the largest ball."""
+
+
+@dataclass(frozen=True)
+class Framing:
+    """How large the picture must show the experiment."""
+
+    rate_needed_fps: float
+    """At this rate every collision is seen."""
+    ball_at_least_px: float
+    ball_at_most_px: float
+    """Width of the ball if the picture shows the wall and the whole burst, and little else."""
+    smallest_hop_px: float
+    """The ball's shortest way between two collisions, with the largest ball."""
+
+
+def framing_of(request: PlanRequest, burst: PlannedBurst) -> Framing:
+    """Say how large the ball must and can be in the picture."""
+    diameter_m = request.ball_diameter_m
+    view_m = max(request.gap_m, burst.last_m) + (1.0 + MARGIN_DIAMETERS) * diameter_m
+    px_per_m = PICTURE_WIDTH_PX / view_m
+    hop_m = burst.smallest_hop_m
+    for_the_hop = HOP_AT_LEAST_PX * diameter_m / hop_m if math.isfinite(hop_m) and hop_m else 0.0
+    return Framing(
+        rate_needed_fps=rate_needed_fps(burst.shortest_s),
+        ball_at_least_px=max(BALL_AT_LEAST_PX, for_the_hop),
+        ball_at_most_px=diameter_m * px_per_m,
+        smallest_hop_px=hop_m * px_per_m,
+    )
+
+
+def camera_view(request: PlanRequest, burst: PlannedBurst, framing: Framing) -> CameraView | None:
+    """Judge the planned camera; None where there is none."""
+    rate = request.capture_fps
+    if rate is None:
+        return None
+    shortest = burst.shortest_s * rate
+    way, measured = most_like(burst.count, shortest, rate)
+    px_per_m = framing.ball_at_most_px / request.ball_diameter_m
+    return CameraView(
+        capture_fps=rate,
+        shortest_frames=shortest,
+        close=sum(interval * rate < RESOLVED_FRAMES for interval in burst.intervals_s),
+        way=way,
+        measured=measured,
+        last_px_frame=burst.last_speed_m_s * px_per_m / rate,
+    )
 
 
 @dataclass(frozen=True)

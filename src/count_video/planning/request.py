@@ -36,7 +36,7 @@ PLAN_VERSION = 1
 MOST_RATIO = 1_000_000
 """A larger mass ratio would have more than 3141 collisions, of which no clip shows the number."""
 MOST_FACTOR, MOST_MORE = 2, 60
-"""Of the theory's count, and beyond that: trials with more collisions are not followed."""
+"""Trials are followed up to so many times the theory's count, and so many collisions more."""
 
 _RANGES = {
     **dict.fromkeys(("heavy", "light"), MASS),
@@ -65,15 +65,15 @@ class Tolerances:
     gap_m: float = 0.001
     release_m: float = 0.002
     mass: float = 0.005
-    """Of each mass, as a share of it."""
+    """Deviation of each mass, as a share of it."""
     thread_m: float = 0.001
-    """Of each body's thread on its own."""
+    """Deviation of each body's thread on its own."""
     restitution: float = 0.05
     """Width of the range in which the restitution of each contact lies from trial to trial, evenly;
     it ends at 1 for bodies that are planned without losses, else it lies about the planned value.
     """
     scatter: float = 0.005
-    """Of the restitution from collision to collision."""
+    """Deviation of the restitution from collision to collision."""
 
     def __post_init__(self) -> None:
         _check_ranges(vars(self), _TOLERANCE_RANGES, "the tolerance ")
@@ -108,15 +108,15 @@ class PlanRequest:
     heavy: Mass
     light: Mass
     gap_m: float = 0.03
-    """From the wall to the far face of the ball where it hangs."""
+    """Distance from the wall to the far face of the ball where it hangs."""
     release_m: float = 0.09
-    """From where the cylinder hangs, its face touching the hanging ball, to where it is let go."""
+    """Distance from where the cylinder hangs, touching the ball, to where it is let go."""
     heavy_thread_m: float = 1.0
     light_thread_m: float = 1.0
     capture_fps: float | None = None
     """Rate of the camera; None if it is still open."""
     restitution: float = 1.0
-    """Of both contacts."""
+    """Restitution of both contacts."""
     damping_per_s: float = 0.0
     """Rate at which the amplitude of a free swing decays."""
     ball_diameter_m: float = 0.040
@@ -124,7 +124,7 @@ class PlanRequest:
     trials: int = 30
     """Trials of the table."""
     seed: int = 0
-    """Of all that is drawn at random."""
+    """Seed of all that is drawn at random."""
 
     def __post_init__(self) -> None:
         exact_ratio(self.heavy, self.light)  # refuses what is no mass
@@ -191,7 +191,6 @@ def request_object(request: PlanRequest) -> dict[str, Any]:
         **asdict(request),
         "heavy": float(request.heavy),
         "light": float(request.light),
-        "tolerances": asdict(request.tolerances),
     }
 
 

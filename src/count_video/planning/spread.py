@@ -17,10 +17,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from count_video.physics.contacts import Whole
 from count_video.physics.many import NO_COUNT, ManyBursts, ManySetups, simulate_many
-from count_video.physics.swings import Whole
 from count_video.physics.theory import mass_ratio_interval
-from count_video.planning.forecast import planned_burst, planned_motion, rate_needed_fps
 from count_video.planning.request import MOST_RATIO, PlanRequest, most_collisions, setups_at
 from count_video.records import Floats
 
@@ -38,10 +37,12 @@ MOST_DRAWN = 4_000_000
 CENTRAL = (0.025, 0.975)
 """Quantiles that hold 95 % between them."""
 _STREAM_TABLE, _STREAM_SPREAD, _STREAM_GROUPS = range(3)
-
+RESOLVED_FRAMES = 2.5
+"""Collisions this far apart or farther are shown each by the frames."""
+RATE_STEP_FPS = 10
 
 HOPELESS = 0.5
-"""Where bodies come to rest on each other in more trials than this, it is for their losses."""
+"""Where bodies come to rest on each other in more trials, no gap or release will help."""
 ENOUGH = 0.95
 """Share of the trials that is to give the theory's count, ..."""
 PROPOSAL_TRIALS, FEWEST_PROPOSAL_TRIALS = 100, 20
@@ -73,8 +74,8 @@ class Spread:
     """Trials simulated; all figures but ``endless_share`` are over those with a count."""
     histogram: dict[int, int]
     endless_share: float
-    """Share of the trials in which the ball rattles to rest between cylinder and wall, which loses
-    so much that there is no count to speak of."""
+    """Share of the trials in which the ball comes to rest between cylinder and wall in ever smaller
+    bounces, of which there is no number."""
     mean: float
     sd: float
     """Standard deviation of a count."""
@@ -85,7 +86,7 @@ class Spread:
     table_mean: tuple[float, float]
     """The mean of a table lies between these in 95 of 100 tables."""
     table_sd: tuple[float, float]
-    """And the standard deviation (population) between these."""
+    """The standard deviation (population) of a table likewise."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ class TrialTable:
 
     trials: int
     counts: tuple[int, ...]
-    """In order; those of endless trials are left out."""
+    """Counts in order; endless trials are left out."""
     maximum: int | None
     """This and the figures below are None where no trial has a count."""
     minimum: int | None
@@ -131,6 +132,13 @@ class Chart:
     where bodies come to rest on each other in ever smaller bounces."""
     shortest_s: Floats
     """Shortest time from one collision to the next; NaN where there is no count."""
+
+
+def rate_needed_fps(shortest_s: float) -> float:
+    """Rate at which collisions this far apart are seen one by one, in steps of ten; at least 10."""
+    if shortest_s == math.inf:
+        return float(RATE_STEP_FPS)
+    return float(RATE_STEP_FPS * math.ceil(RESOLVED_FRAMES / shortest_s / RATE_STEP_FPS))
 
 
 def drawn_setups(request: PlanRequest, trials: int, seed: Sequence[int]) -> ManySetups:
@@ -296,8 +304,8 @@ def _nearest(
     for value, share in zip(values, shares, strict=True):
         if share >= ENOUGH:
             better = changed(request, change, value)
-            shortest_s = planned_burst(better, planned_motion(better)).shortest_s
-            return Proposal(change, value, share, rate_needed_fps(shortest_s))
+            found = simulate_many(setups_at(better, better.gap_m, better.release_m))
+            return Proposal(change, value, share, rate_needed_fps(float(found.shortest_s[0])))
     return None
 
 

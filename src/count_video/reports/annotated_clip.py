@@ -1,7 +1,7 @@
 """The pictures of the annotated clip: header with the count, footage with outlines, strip below.
 
-The strip is the space-time image as it grows: the newest frame's line is its top row, so it seems
-to flow out of the footage, and every contact stays in sight for a while. The clip plays slower
+The strip is the space-time image as it grows: the newest frame's line is its top row, right below
+the footage, and every contact stays visible for a while. The clip plays slower
 where collisions follow each other fast and faster where nothing happens; the header says so, and a
 line in it shows where on the real time axis the frame lies.
 """
@@ -29,16 +29,19 @@ from count_video.reports.drawing import (
     text_width,
     write,
 )
-from count_video.reports.frame_samples import (
+from count_video.reports.material import (
     ContactFrames,
+    SpaceTime,
     SpaceTimeSampler,
+    ball_edges_px,
+    burst_size,
+    contact_px,
     image_point,
     shift_of,
 )
-from count_video.reports.material import SpaceTime, ball_edges_px, burst_size, contact_px
 
 LONGEST_PX = 1280
-"""Of the footage's sides."""
+"""Longer side of the footage in the annotated clip."""
 NARROWEST_PX = 640
 FLASH_FRAMES = 4
 """A collision's mark stays on the footage for so many frames."""
@@ -61,13 +64,13 @@ NUMBER_PX = 15
 FASTEST_FPS = 30.0
 """Clips that play faster (their container has the capture rate) are slowed to this."""
 BETWEEN_COLLISIONS_S = 0.7
-"""From one collision to the next at least this long; about what it takes to say a number."""
+"""Shortest time shown from one collision to the next: about what it takes to say a number."""
 LONGEST_FRAME_S = 0.2
 """No frame stands still longer, however few there are between two collisions."""
 PATIENCE_S = 3.0
 """Stretches without a collision that would take longer are played fast in their middle."""
 UNHURRIED_S = 0.8
-"""So long before and after a collision the clip plays at its own rate."""
+"""Time before and after a collision in which the clip plays at its own rate."""
 FORWARD_FPS = 180.0
 """Rate in the middle of empty stretches, as fast as browsers show frame by frame."""
 
@@ -111,7 +114,7 @@ def frame_times_s(
 
 @dataclass(frozen=True)
 class ClipLayout:
-    """Where things are in a picture of the annotated clip."""
+    """Places of footage, header and strip in a picture of the annotated clip."""
 
     scale: float
     """Pixels of the picture a pixel of the footage."""
@@ -122,10 +125,10 @@ class ClipLayout:
     footage_height_px: int
     left_px: int
     top_px: int
-    """From the picture's edges to the footage."""
+    """Distances from the picture's edges to the footage."""
 
     def place(self, point: Point) -> Point:
-        """Where an image point of the footage is; an integer is the centre of a pixel in both."""
+        """Place of an image point of the footage; an integer is the centre of a pixel in both."""
         x, y = ((v + 0.5) * self.scale - 0.5 for v in point)
         return x + self.left_px, y + self.top_px
 
@@ -172,6 +175,7 @@ class AnnotatedClip:
         self.contact_frames = ContactFrames(track)
         self.contact_frames.want(result.collisions)
         self.track = track
+        self.shape = shape
         self.shown_s = shown_s
         self._result = result
         self._lasts_s = np.diff(shown_s, append=shown_s[-1:] + 1.0 / FASTEST_FPS)
@@ -277,9 +281,9 @@ class AnnotatedClip:
             return
         face = float(track.heavy.position_px[row])
         inward = -1 if track.wall_side == "left" else 1
-        foot = face - inward * 0.25 * track.ball_diameter_px
+        inside = face - inward * 0.25 * track.ball_diameter_px
         reach = FACE_DIAMETERS * track.ball_diameter_px
-        corners = [(foot, -reach), (face, -reach), (face, reach), (foot, reach)]
+        corners = [(inside, -reach), (face, -reach), (face, reach), (inside, reach)]
         points = [self.layout.place(self._aside(along, aside, row)) for along, aside in corners]
         path(canvas, points, rgb(HEAVY))
 

@@ -35,7 +35,7 @@ class TrialRow:
     """One trial of a campaign."""
 
     name: str
-    """Its result is in ``NAME.json``."""
+    """Name of the trial, whose result is in ``NAME.json``."""
     result: Mapping[str, Any]
     """That JSON object, checked by ``read_result``."""
     masses: tuple[Fraction, Fraction] | None = None
@@ -108,7 +108,7 @@ class Spread:
     """Mean and spread of a quantity over trials."""
 
     number: int
-    """In how many trials it is known."""
+    """Number of trials in which it is known."""
     mean: float
     sd: float
     """Population standard deviation."""
@@ -140,7 +140,7 @@ class Summary:
     theory_high: int | None
     """Range of the theory's counts by the uncertainty of the measured mass ratio."""
     mass_ratio: Estimate | None
-    """Of the bodies; its uncertainty is 0 where it was given."""
+    """Mass ratio of the bodies; its uncertainty is 0 where it was given."""
     histogram: Mapping[int, int]
     """How many trials had each count, from the least to the greatest."""
     restitution_bodies: Spread | None

@@ -1,4 +1,4 @@
-"""What all pictures share: colours and marks, type, the file they end in, and drawing on footage.
+"""What all pictures share: colours, marks, typeface, file formats, and drawing on footage.
 
 The colours are those of Okabe and Ito, which differ for people with any kind of colour
 blindness; the kinds of collision differ in shape as well.
@@ -14,9 +14,9 @@ from functools import cache, lru_cache
 from typing import Any
 
 import cv2
-import matplotlib as mpl
 import matplotlib.patheffects as effects
 import numpy as np
+from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont
@@ -34,10 +34,10 @@ Colour = tuple[int, int, int]
 
 BLACK, GREY, WHITE = "#000000", "#666666", "#FFFFFF"
 ORANGE, SKY_BLUE, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
-BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
+BLUE, VERMILION = "#0072B2", "#D55E00"
 BALL, HEAVY = SKY_BLUE, ORANGE
 OWN = "#8fd4b4"
-"""Of the theory's count on a map; the pages have the same."""
+"""Colour of the theory's count on a map; the pages have the same."""
 
 FONT = "DejaVu Sans"
 """Comes with matplotlib, so that pictures are the same on every machine."""
@@ -93,8 +93,8 @@ def rgb(colour: str) -> Colour:
 
 
 def styled() -> AbstractContextManager[None]:
-    """Context in which a figure is made and written."""
-    context: AbstractContextManager[None] = mpl.rc_context(STYLE)
+    """Context in which a figure is made and written, whatever ``matplotlibrc`` lies about here."""
+    context: AbstractContextManager[None] = style.context(["default", STYLE])
     return context
 
 

@@ -22,8 +22,7 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 from PIL import Image
 
-from count_video.errors import UsageError
-from count_video.outputs import open_outputs
+from count_video.outputs import explained, open_outputs
 from count_video.physics.theory import collision_count, theta_rad
 from count_video.reports.campaign import CampaignSummary, Summary, TrialRow, theory_words
 from count_video.reports.drawing import (
@@ -160,7 +159,7 @@ MOST_WRITTEN_OUT = 10**12
 LONGEST_FACT = 100
 """Characters of a line of words."""
 MOST_NUMBERS = 45
-"""From more points on only some are numbered, about this many."""
+"""Where there are more points, only about this many are numbered."""
 
 
 def write_theory_picture(
@@ -176,11 +175,9 @@ def write_theory_picture(
         If it cannot be written.
     """
     data = picture_bytes(theory_figure(*masses), picture_format)
-    outputs = open_outputs(folder)
-    try:
-        outputs.write(f"theory.{picture_format}", data)
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to: {error.strerror}") from error
+    outputs, name = open_outputs(folder), f"theory.{picture_format}"
+    with explained(folder / name):
+        outputs.write(name, data)
 
 
 def theory_figure(heavy: Fraction, light: Fraction) -> Figure:

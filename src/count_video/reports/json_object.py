@@ -22,12 +22,11 @@ from count_video.records import PlanComparison, TrialResult
 from count_video.reports.words import storable
 
 if TYPE_CHECKING:
-    from count_video.planning.forecast import CameraView
-    from count_video.planning.plan import Plan
+    from count_video.planning.plan import CameraView, Plan
 
 SCHEMA_VERSION = 1
 SIGNIFICANT_DIGITS = 12
-"""More than any measurement has, and fewer than rounding errors show in."""
+"""Digits of a number: more than any measurement has, fewer than rounding errors show in."""
 _NAMES = {
     "setup": "fitted_setup",
     "velocity_before": "velocity_before_px_frame",
@@ -45,7 +44,7 @@ _KEYS = (
     *("pi_low", "pi_high", "mass_ratio", "mass_ratio_sigma", "energy_kept", "restitution"),
     *("ending", "fitted_setup", "warnings", "reviewed_count", "corrections", "plan"),
 )
-"""In the order in which one reads."""
+"""Keys of a result, in the order in which one reads."""
 _COUNT, _CHANCE, FIGURE = Range(0, 1e9, ""), Range(0, 1.001, ""), Range(-1e50, 1e50, "")
 """What numbers of a stored result make sense."""
 

@@ -19,10 +19,9 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from count_video.planning import forecast as measured
+from count_video.planning import plan as measured
 from count_video.planning.comparison import expected_counts
-from count_video.planning.forecast import Measured
-from count_video.planning.plan import Plan
+from count_video.planning.plan import Measured, Plan
 from count_video.records import Collision, Estimate, Floats, TrialResult
 from count_video.reports.campaign import (
     CampaignSummary,
@@ -31,8 +30,7 @@ from count_video.reports.campaign import (
     physics_lines,
     summary_lines,
 )
-from count_video.reports.frame_samples import ContactFrame
-from count_video.reports.material import burst_size
+from count_video.reports.material import ContactFrame, burst_size
 from count_video.reports.plan_text import change_words, plan_headline, plan_notes, table_lines
 from count_video.reports.tables import collision_lines
 from count_video.reports.text import comparison_lines, result_notes
@@ -64,7 +62,7 @@ class Picture:
     media_type: str
     """``image/png`` or ``image/svg+xml``."""
     panels: Sequence[Mapping[str, object]] = ()
-    """Where on it time runs to the right, as ``figure.time_panels`` says."""
+    """Panels in which time runs to the right, as ``figure.time_panels`` gives them."""
 
 
 def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | None) -> str:

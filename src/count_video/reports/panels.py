@@ -34,7 +34,7 @@ TIME = "time"
 ENLARGED_SHARE = 0.5
 """What takes more than this share of the whole is not worth a panel that enlarges it."""
 MOST_NUMBERS = 60
-"""Of more collisions than these not every one is numbered in the enlarged panel either."""
+"""Where there are more collisions, not every one is numbered in the enlarged panel either."""
 BRIGHTEST_PERCENTILES = (1.0, 99.5)
 
 
@@ -237,7 +237,7 @@ def draw_velocities(axes: Axes, material: Material) -> None:
 
 
 def _draw_steps(axes: Axes, material: Material, place_px: Floats, colour: str, unit: float) -> None:
-    """From one frame to the next, but for the steps that hold a collision."""
+    """Draw the velocity from each frame to the next, without steps that hold a collision."""
     frame = material.track.frame
     step = np.diff(place_px) / np.diff(frame) * unit
     times = np.array([c.frame for c in material.result.collisions])

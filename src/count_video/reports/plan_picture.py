@@ -1,10 +1,13 @@
-"""The picture of a plan: its map, and the planned trial as a measured one is drawn; its files."""
+"""The picture of a plan: its map, and the planned trial drawn as a measured one is; its files."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +19,20 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 from scipy import ndimage
 
-from count_video.errors import UsageError
-from count_video.outputs import OutputFolder, open_outputs
+from count_video.outputs import OutputFolder, explained, open_outputs
 from count_video.physics.many import NO_COUNT
-from count_video.planning.forecast import RESOLVED_FRAMES, rate_needed_fps
-from count_video.planning.plan import Plan
-from count_video.planning.spread import Chart
+from count_video.planning.plan import PICTURE_WIDTH_PX, Plan
+from count_video.planning.spread import RESOLVED_FRAMES, Chart
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import Floats
+from count_video.records import (
+    BodyTrack,
+    Collision,
+    Floats,
+    MotionLine,
+    Track,
+    TrialResult,
+    Velocities,
+)
 from count_video.reports.drawing import (
     BLACK,
     GREEN,
@@ -36,17 +45,18 @@ from count_video.reports.drawing import (
     styled,
 )
 from count_video.reports.json_object import plan_object
+from count_video.reports.material import Luma, Material, Pendulum, SpaceTime
 from count_video.reports.page import plan_page
 from count_video.reports.panels import draw_enlarged, draw_whole, legend_handles
 from count_video.reports.plan_text import plan_headline
-from count_video.reports.planned import planned_material
 from count_video.reports.states import draw_states
+from count_video.reports.tables import map_csv
 
 SIZE_INCHES = (16.0, 12.0)
 RATES_FPS = (60, 120, 240, 480, 960, 2000, 4000, 8000, 16_000, 32_000, 64_000, 128_000)
 """Rates whose contours are drawn, where they lie on the map."""
 MOST_COLOURS = 12
-"""From more counts on several share a colour."""
+"""Where there are more counts than this, several share a colour."""
 LETTER_CELLS = 2.2
 """A count is written where its region reaches this far to all sides."""
 ELLIPSE_SIGMAS = 2.0
@@ -54,7 +64,7 @@ ELLIPSE_SIGMAS = 2.0
 
 def plan_figure(plan: Plan) -> Figure:
     """Draw the map above the space-time picture, and the phase circle."""
-    material = planned_material(plan)
+    material = _Filmed(plan).material()
     with styled():
         figure = Figure(figsize=SIZE_INCHES)
         figure.set_layout_engine("constrained", w_pad=0.12, h_pad=0.1)
@@ -83,7 +93,7 @@ def _draw_map(axes: Axes, plan: Plan, chart: Chart) -> None:
     _draw_cells(axes, gap_cm, release_cm, chart, plan.burst.theory)
     _draw_rates(axes, gap_cm, release_cm, chart)
     for count in np.unique(chart.count[chart.count != NO_COUNT]):
-        _write_count(axes, gap_cm, release_cm, chart.count == count, str(count))
+        _write_count(axes, gap_cm, release_cm, chart.count == count, count)
     _draw_setup(axes, plan)
     axes.set(xlim=_ends(gap_cm), ylim=_ends(release_cm))
     axes.set_xlabel("gap from the wall to the hanging ball (cm)")
@@ -128,7 +138,7 @@ def _draw_rates(axes: Axes, gap_cm: Floats, release_cm: Floats, chart: Chart) ->
 
 
 def _write_count(
-    axes: Axes, gap_cm: Floats, release_cm: Floats, region: np.ndarray, text: str
+    axes: Axes, gap_cm: Floats, release_cm: Floats, region: np.ndarray, count: int
 ) -> None:
     """Write a count where its region is widest, if it is wide enough to hold it."""
     depth = ndimage.distance_transform_edt(np.pad(region, 1))[1:-1, 1:-1]
@@ -138,7 +148,7 @@ def _write_count(
         axes.text(
             float(gap_cm[column]),
             float(release_cm[row]),
-            text,
+            str(count),
             ha="center",
             va="center",
             fontsize=min(20.0, 8.0 + 1.2 * widest),
@@ -165,27 +175,148 @@ def _draw_setup(axes: Axes, plan: Plan) -> None:
             axes.annotate("", target, xytext=place, arrowprops=arrow, zorder=4)
 
 
-def map_csv(chart: Chart | None) -> str:
-    """Write the map as a table: a row a cell, lengths in metres."""
-    lines = ["gap_m,release_m,count,shortest_s,rate_needed_fps"]
-    if chart is not None:
-        lines += [_cell_csv(chart, row, column) for row, column in np.ndindex(chart.count.shape)]
-    return "\n".join(lines) + "\n"
-
-
-def _cell_csv(chart: Chart, row: int, column: int) -> str:
-    count, shortest = int(chart.count[row, column]), float(chart.shortest_s[row, column])
-    known = count != NO_COUNT
-    interval = f"{shortest:.6g}" if known and math.isfinite(shortest) else ""
-    rate = f"{rate_needed_fps(shortest):.0f}" if known else ""
-    place = f"{chart.gap_m[column]:.4f},{chart.release_m[row]:.4f}"
-    return f"{place},{count if known else ''},{interval},{rate}"
-
-
 def _ends(centres_cm: Floats) -> tuple[float, float]:
     """Outer borders of the first and the last cell."""
     half = (centres_cm[1] - centres_cm[0]) / 2
     return float(centres_cm[0] - half), float(centres_cm[-1] + half)
+
+
+# ---- the planned trial as if it had been filmed and counted --------------------------------------
+# The lines of its tracks are drawn between the frames as well, as only a plan can; the image behind
+# them is what the planned camera would show, frame by frame. Frame 0 is the release; px are those
+# of a picture that holds wall and burst and little else.
+
+IMAGE_PX = PICTURE_WIDTH_PX + 500
+"""Length of the line of motion that is drawn: somewhat more than a picture holds."""
+MOST_FRAMES = 6000
+"""Frames of the image; a camera that takes more is drawn as one that takes these."""
+POINTS_A_FRAME = 6
+MOST_POINTS = 60_000
+BEYOND = 0.12
+"""The picture begins this share of the burst before the first collision, and ends so after it."""
+WALL_DIAMETERS = 0.5
+"""Distance from the picture's border to the wall, in ball diameters."""
+BACKDROP, WALL, BALL, CYLINDER = 70, 150, 225, 180
+"""Brightness of what the image shows, 0 to 255."""
+
+
+@dataclass(frozen=True)
+class _Filmed:
+    """A plan, and the scales at which it is drawn."""
+
+    plan: Plan
+
+    @cached_property
+    def rate(self) -> float:
+        """Rate of the planned camera, or the one needed; less where that is too many frames."""
+        camera, burst = self.plan.camera, self.plan.burst
+        wanted = self.plan.framing.rate_needed_fps if camera is None else camera.capture_fps
+        return min(wanted, MOST_FRAMES / max(burst.last_s - burst.first_s, 1e-3))
+
+    @cached_property
+    def px_per_m(self) -> float:
+        return self.plan.framing.ball_at_most_px / self.plan.request.ball_diameter_m
+
+    def px(self, metres: Floats | float) -> Floats:
+        """Place in the picture, in px, of what lies so far from the wall; of the same shape."""
+        wall_px = WALL_DIAMETERS * self.plan.motion.setup.ball_diameter_m * self.px_per_m
+        return np.asarray(wall_px + self.px_per_m * np.asarray(metres))
+
+    def material(self) -> Material:
+        """Make what the panels of a measured trial are drawn from."""
+        frames = self._frames()
+        setup = self.plan.motion.setup
+        rate_squared = setup.gravity_m_s2 / setup.heavy_thread_m / self.rate**2
+        return Material(
+            result=self._result(),
+            track=self._track(frames),
+            space_time=SpaceTime(frames, self._image(frames)),
+            pendulum=Pendulum(rate_squared, float(self.px(setup.heavy_rest_m))),
+        )
+
+    def _frames(self) -> Floats:
+        """Whole frames from shortly before the first collision to the turn, shape (n,)."""
+        burst = self.plan.burst
+        margin_s = BEYOND * max(burst.last_s - burst.first_s, 1e-3)
+        first = math.floor(max(0.0, burst.first_s - margin_s) * self.rate)
+        end = math.ceil((burst.last_s + margin_s) * self.rate) + 1
+        return np.arange(first, end, dtype=np.float64)
+
+    def _track(self, frames: Floats) -> Track:
+        """Sample the paths between the frames too, with the collisions, where they have corners."""
+        motion = self.plan.motion
+        number = min(MOST_POINTS, POINTS_A_FRAME * len(frames))
+        even = np.linspace(frames[0], frames[-1], number)
+        points = np.unique(np.append(even, [c.time_s * self.rate for c in motion.burst]))
+        sample, still = motion.sample(points / self.rate), np.zeros_like(points)
+        half = motion.setup.ball_diameter_m / 2 * self.px_per_m
+        return Track(
+            frame=points,
+            ball=BodyTrack(self.px(sample.ball_far_face_m) + half, still, -half, half),
+            heavy=BodyTrack(self.px(sample.heavy_face_m), still, 0.0, float(PICTURE_WIDTH_PX)),
+            wall_side="left",
+            ball_diameter_px=2 * half,
+            line=MotionLine(0.0, 0.0, 0.0, upright=False),
+            warnings=(),
+        )
+
+    def _image(self, frames: Floats) -> Luma:
+        """Draw the line of motion of each frame, shape (n, IMAGE_PX)."""
+        sample = self.plan.motion.sample(frames / self.rate)
+        place_m = (np.arange(IMAGE_PX) - self.px(0.0)) / self.px_per_m
+        image = np.full((len(frames), IMAGE_PX), BACKDROP, np.uint8)
+        image[:, place_m < 0] = WALL
+        far, near = sample.ball_far_face_m[:, None], sample.ball_near_face_m[:, None]
+        image[(place_m >= far) & (place_m <= near)] = BALL
+        image[place_m >= sample.heavy_face_m[:, None]] = CYLINDER
+        return image
+
+    def _result(self) -> TrialResult:
+        collisions = self._collisions()
+        seen = sum(collision.seen for collision in collisions)
+        return TrialResult(
+            clip="plan",
+            status="counted",
+            reason=None,
+            count=len(collisions),
+            seen=seen,
+            between_frames=len(collisions) - seen,
+            count_after_burst=0,
+            collisions=collisions,
+            capture_fps=self.rate,
+            capture_fps_source="option",
+            wall_side="left",
+            ball_diameter_px=self.plan.framing.ball_at_most_px,
+            millimetres_per_px=1e3 / self.px_per_m,
+            mass_ratio=self.plan.request.mass_ratio,
+        )
+
+    def _collisions(self) -> tuple[Collision, ...]:
+        """List the burst; a collision counts as seen if both its neighbours are far enough away."""
+        plan, burst = self.plan, self.plan.motion.burst
+        times_s = [bounce.time_s for bounce in burst]
+        gaps_s = [math.inf, *(b - a for a, b in pairwise(times_s)), math.inf]
+        camera_fps = plan.camera.capture_fps if plan.camera else plan.framing.rate_needed_fps
+        clear_s = RESOLVED_FRAMES / camera_fps
+        far_face_m = plan.motion.sample(np.array(times_s)).ball_far_face_m
+        places = self.px(far_face_m + plan.request.ball_diameter_m / 2)
+        return tuple(
+            Collision(
+                number=number,
+                kind=bounce.kind,
+                frame=bounce.time_s * self.rate,
+                frame_sigma=0.0,
+                time_s=bounce.time_s,
+                seen=min(gaps_s[number - 1], gaps_s[number]) >= clear_s,
+                position_px=float(places[number - 1]),
+                velocity_before=self._velocities(bounce.light_before_m_s, bounce.heavy_before_m_s),
+                velocity_after=self._velocities(bounce.light_after_m_s, bounce.heavy_after_m_s),
+            )
+            for number, bounce in enumerate(burst, 1)
+        )
+
+    def _velocities(self, *speeds_m_s: float) -> Velocities:
+        return Velocities(*(speed * self.px_per_m / self.rate for speed in speeds_m_s))
 
 
 # ---- the files of a plan -----------------------------------------------------------------------
@@ -225,11 +356,7 @@ def write_plan(plan: Plan, outputs: OutputFolder, progress: Progress = NO_PROGRE
         "plan.svg": lambda: picture_bytes(figure, "svg"),
     }
     for name in NAMES:
-        try:
+        with explained(outputs.folder / name):
             outputs.write(name, files[name]())
-        except OSError as error:
-            place, reason = outputs.folder / name, error.strerror or "it failed"
-            message = f"cannot write {place}: {reason}; give another folder with -o"
-            raise UsageError(message) from error
         progress.advance(1)
     progress.finish()

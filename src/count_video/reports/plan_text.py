@@ -17,21 +17,27 @@ from count_video.physics.theory import (
     pi_bounds,
     theta_rad,
 )
-from count_video.planning.forecast import PICTURE_WIDTH_PX, RESOLVED_FRAMES, CameraView
-from count_video.planning.plan import Plan
+from count_video.planning.plan import PICTURE_WIDTH_PX, CameraView, Plan
 from count_video.planning.request import PlanRequest
-from count_video.planning.spread import ENOUGH, Proposal, Spread, TrialTable, restitution_range
+from count_video.planning.spread import (
+    ENOUGH,
+    RESOLVED_FRAMES,
+    Proposal,
+    Spread,
+    TrialTable,
+    restitution_range,
+)
 from count_video.reports.campaign import entry, histogram_lines, paper_lines
 from count_video.reports.words import WIDTH, Note, answer_text, plural
 
 LISTED_AT_MOST = 5
-"""Of more counts than so many only the range is given."""
+"""Where there are more counts than this, only their range is given."""
 RARE = 0.005
 """Counts that fewer trials have are not listed."""
 ALL_BUT_CERTAIN = 0.99
 """A chance from here on is given with a decimal."""
 GOOD_BALL_PX = 60
-"""From this width on a ball is followed well."""
+"""A ball this wide or wider is followed well."""
 
 
 def plan_text(plan: Plan, width: int = WIDTH) -> str:

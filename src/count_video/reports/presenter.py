@@ -25,7 +25,7 @@ SHADE = 0.45
 """The footage is darkened to this share behind the counter."""
 GIF_WIDTH_PX = 480
 GIF_FRAMES = 160
-"""At the most: more make a file that no slide takes."""
+"""Largest number of pictures: more make a file that no slide takes."""
 GIF_COLOURS = 64
 
 

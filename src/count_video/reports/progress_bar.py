@@ -1,10 +1,10 @@
-"""Progress bars for a person at a terminal, wiped away at their end: the result stands alone."""
+"""A progress bar for a person at a terminal, removed at its end."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, TextIO
+from typing import TextIO
 
 from rich import progress
 from rich.console import Console
@@ -12,12 +12,16 @@ from rich.text import Text
 
 
 class TerminalBar:
-    """What advances in a clip, on one line."""
+    """What advances in a clip or a campaign, on one line, with the time that is left."""
 
-    def __init__(self, stream: TextIO, unit: str = "frames") -> None:
-        """Show on a stream what advances, counted in ``unit``, a plural."""
+    def __init__(self, stream: TextIO, unit: str = "frames", *, per_minute: bool = False) -> None:
+        """Show on a stream what advances, counted in ``unit``, a plural.
+
+        ``per_minute`` shows how many of them are done in a minute as well.
+        """
         self._stream = stream
         self._unit = unit
+        self._per_minute = per_minute
         self._bar: progress.Progress | None = None
 
     def start(self, total: int | None, label: str) -> None:
@@ -33,7 +37,7 @@ class TerminalBar:
             self._bar.advance(self._bar.task_ids[0], frames)
 
     def finish(self) -> None:
-        """Wipe the bar away and give the cursor back."""
+        """Remove the bar and show the cursor again."""
         if self._bar is not None:
             self._bar.stop()
             self._bar = None
@@ -50,36 +54,26 @@ class TerminalBar:
         finally:
             self._bar.start()
 
-    def _drawn(self, *columns: progress.ProgressColumn, **more: Any) -> progress.Progress:
+    def _drawn(self) -> progress.Progress:
         return progress.Progress(
             # Labels carry file names, in which square brackets are no mark-up.
             progress.TextColumn("{task.description}", markup=False),
             progress.BarColumn(bar_width=24),  # leaves space on the line for the "^C" of a person
             progress.MofNCompleteColumn(),
             progress.TextColumn(self._unit),
-            *columns,
+            *([_Rate()] if self._per_minute else []),
             progress.TimeRemainingColumn(),
             console=Console(file=self._stream),
             transient=True,
             redirect_stdout=False,
             redirect_stderr=False,
-            **more,
+            # A clip takes seconds, so a short period would hold none.
+            speed_estimate_period=600 if self._per_minute else 30,
         )
 
 
-class CampaignBar(TerminalBar):
-    """Clips done, clips a minute and time left."""
-
-    def __init__(self, stream: TextIO) -> None:
-        super().__init__(stream, "clips")
-
-    def _drawn(self, *columns: progress.ProgressColumn, **more: Any) -> progress.Progress:
-        # A clip takes seconds, so a short memory would hold none.
-        return super()._drawn(_Rate(), *columns, speed_estimate_period=600, **more)
-
-
 class _Rate(progress.ProgressColumn):
-    """Clips a minute at the present pace."""
+    """Units a minute at the present pace."""
 
     def render(self, task: progress.Task) -> Text:
         """Write the rate; a dash until it is known."""

@@ -38,11 +38,11 @@ from count_video.reports.material import Material
 from count_video.reports.words import counts_words
 
 MOST_POINTS = 700
-"""More points than this melt into a line; the circle is then drawn alone."""
+"""More points than this cannot be seen one by one; the circle is then drawn alone."""
 REACH = 1.24
 """Half the side of the panel, in radii."""
 MOST_STATES = 45
-"""From more states on only every fifth is numbered."""
+"""Where there are more states than this, only every fifth is numbered."""
 SWING_WORTH_A_WORD = 0.05
 """Share of the energy in the swing from which on it is mentioned."""
 

@@ -12,13 +12,15 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.physics.many import NO_COUNT
+from count_video.planning.spread import Chart, rate_needed_fps
 from count_video.records import Collision, Track, TrialResult
 from count_video.reports.campaign import TrialRow, advice
 from count_video.reports.material import burst_size, scale_of
 from count_video.reports.words import WIDTH, fixed, printable
 
 _TYPES = {"number": "i8", "kind": "U6", "seen": "?", "in_burst": "?", "quality": "U5"}
-"""Of the columns that are no float64."""
+"""Types of the columns that are not float64."""
 _TRACK = (
     *("frame", "time_s", "ball_px", "ball_sigma_px", "heavy_px", "heavy_sigma_px"),
     *("ball_mm", "ball_sigma_mm", "heavy_mm", "heavy_sigma_mm", "quality"),
@@ -132,6 +134,21 @@ def trials_csv(trials: Sequence[TrialRow]) -> str:
     ordered = sorted(trials, key=lambda trial: not trial.needs_a_person)
     rows = ([_cell(value(trial), ".6g") for value in TRIAL_COLUMNS.values()] for trial in ordered)
     return _csv(TRIAL_COLUMNS, rows)
+
+
+def map_csv(chart: Chart | None) -> str:
+    """Write the map of a plan as CSV: a row a cell, lengths in metres."""
+    rows: list[Sequence[str]] = []
+    if chart is not None:
+        for row, column in np.ndindex(chart.count.shape):
+            count, shortest = int(chart.count[row, column]), float(chart.shortest_s[row, column])
+            place = f"{chart.gap_m[column]:.4f}", f"{chart.release_m[row]:.4f}"
+            if count == NO_COUNT:
+                rows.append([*place, "", "", ""])
+            else:
+                rate = f"{rate_needed_fps(shortest):.0f}"
+                rows.append([*place, str(count), _cell(shortest, ".6g"), rate])
+    return _csv(("gap_m", "release_m", "count", "shortest_s", "rate_needed_fps"), rows)
 
 
 def _csv(names: Iterable[str], rows: Iterable[Sequence[str]]) -> str:

@@ -1,10 +1,17 @@
 """From what was found to the answer: counted or not, how sure, and what to do."""
 
-from count_video.verdict.blank import nothing_to_count, unread_result
-from count_video.verdict.fitted import inferred, knowledge, left_open, measured, sure_enough
-from count_video.verdict.impacts import impacts_counted, is_better, is_settled
-from count_video.verdict.missing import doubted_for_missing
-from count_video.verdict.resolved import counted, leaves_room, probabilities
+from count_video.verdict.answers import doubted_for_missing, nothing_to_count, unread_result
+from count_video.verdict.trials import (
+    counted,
+    inferred,
+    knowledge,
+    leaves_room,
+    left_open,
+    measured,
+    probabilities,
+    sure_enough,
+)
+from count_video.verdict.without_wall import impacts_counted
 from count_video.verdict.wording import sentence
 
 __all__ = [
@@ -12,8 +19,6 @@ __all__ = [
     "doubted_for_missing",
     "impacts_counted",
     "inferred",
-    "is_better",
-    "is_settled",
     "knowledge",
     "leaves_room",
     "left_open",

@@ -10,7 +10,7 @@ from pathlib import Path
 from statistics import fmean, pstdev
 
 from synth_video.campaign.rendering import Take, film, takes_of, write_lists
-from synth_video.campaign.search import CAMPAIGNS, search, target_named, true_counts
+from synth_video.campaign.seed_search import CAMPAIGNS, search, target_named, true_counts
 
 
 def main(argv: Sequence[str]) -> None:

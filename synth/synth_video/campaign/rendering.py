@@ -18,7 +18,7 @@ from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
 from count_video.parallel import Processes
 from count_video.physics.simulator import Motion, simulate
-from synth_video.campaign.search import Target
+from synth_video.campaign.seed_search import Target
 from synth_video.film import render_clip
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from count_video.errors import UsageError
-from synth_video.experiments.alone import in_the_air, on_a_thread, on_a_track
 from synth_video.experiments.course import Course
 from synth_video.experiments.several import cradle, passing, two_discs, two_pendulums
+from synth_video.experiments.single_body import in_the_air, on_a_thread, on_a_track
 from synth_video.scene import Scene
 
 COURSES = {

@@ -14,7 +14,7 @@ import numpy as np
 from count_video.errors import UsageError
 from count_video.physics.engine import Anchor, SimulatedCollision, events, settle, states_at
 from count_video.physics.flights import REST, Law, Number
-from count_video.physics.mountings import Apparatus, Hold
+from count_video.physics.setup import Apparatus, Hold
 from count_video.records import Floats
 
 MOST_IMPACTS = 100_000

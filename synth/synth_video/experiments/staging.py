@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth_video.bodies import light_appearance
+from synth_video.body_shapes import light_appearance
 from synth_video.experiments.course import Course
-from synth_video.layers import Hanging, LayerSource, Moving
+from synth_video.moving_layers import Hanging, LayerSource, Moving
 from synth_video.paint_background import WOOD, paint_background
 from synth_video.paint_track import POST_M, paint_post, paint_rail
 from synth_video.paint_wall import paint_wall, plate_film

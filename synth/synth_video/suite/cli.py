@@ -11,7 +11,7 @@ from pathlib import Path
 from count_video.errors import UsageError
 from synth_video.suite.condition import STRENGTHS
 from synth_video.suite.filming import film, takes_of
-from synth_video.suite.results import RESULTS, how_to_count, score_folder
+from synth_video.suite.score_files import RESULTS, how_to_count, score_folder
 from synth_video.suite.suites import SUITES, conditions_of
 from synth_video.suite.table import markdown, scores_json, shortfalls
 

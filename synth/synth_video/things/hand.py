@@ -9,11 +9,11 @@ import numpy as np
 
 from count_video.physics.flights import Pendulum
 from count_video.records import Floats
-from synth_video.bodies import Lens
 from synth_video.body_picture import BodyPicture
+from synth_video.body_shapes import Lens
 from synth_video.canvas import BodyCanvas, body_canvas
 from synth_video.exposure import Paths
-from synth_video.layers import Layer
+from synth_video.moving_layers import Layer
 from synth_video.projection import Projection
 
 SKIN = np.array([204.0, 152.0, 124.0])

@@ -11,7 +11,7 @@ import numpy as np
 from count_video.records import Floats
 from synth_video.body_picture import BodyPicture
 from synth_video.exposure import Paths
-from synth_video.layers import Layer
+from synth_video.moving_layers import Layer
 from synth_video.pixels import Pixels, as_pixels
 from synth_video.projection import Projection
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from count_video.physics.flights import Pendulum
-from synth_video.bodies import Lens, light_appearance
-from synth_video.layers import LayerSource, Standing, standing
+from synth_video.body_shapes import Lens, light_appearance
+from synth_video.moving_layers import LayerSource, Standing, standing
 from synth_video.projection import Projection
 from synth_video.raster import Raster
 from synth_video.scene import Scene

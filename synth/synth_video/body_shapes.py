@@ -9,7 +9,7 @@ import numpy as np
 
 from synth_video.appearance import BallSettings, CylinderSettings
 from synth_video.body_picture import BodyPicture
-from synth_video.layers import Appearance
+from synth_video.moving_layers import Appearance
 from synth_video.paint_ball import BallView, paint_ball
 from synth_video.paint_block import BlockAppearance, paint_block, paint_cart, paint_puck
 from synth_video.paint_cylinder import paint_cylinder

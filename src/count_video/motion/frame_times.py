@@ -109,11 +109,16 @@ def likeliest_ramp(track: Track, found: SeenCollisions) -> Ramp | None:
     return ramp if stray < STRAYS_LESS * _stray_px(track, found) else None
 
 
-def as_shown(result: TrialResult, clock: Clock | None) -> TrialResult:
-    """Tell collisions by the frames that show them, where these were not taken evenly."""
-    if clock is None:
-        return result
-    warnings = (
-        (*result.warnings, clock.warning) if not isinstance(clock, Cadence) else result.warnings
-    )
-    return replace(result, collisions=tuple(map(clock.shown, result.collisions)), warnings=warnings)
+def as_shown(
+    result: TrialResult, clock: Clock | None, left_out: LeftOut | None = None
+) -> TrialResult:
+    """Tell collisions by the frames that show them, where these were not taken evenly.
+
+    ``left_out`` are frames besides, by which the collisions are not told yet.
+    """
+    collisions = result.collisions if clock is None else map(clock.shown, result.collisions)
+    told = clock
+    if left_out is not None:
+        told = left_out.joined(clock if isinstance(clock, LeftOut) else None)
+    warnings = () if told is None or isinstance(told, Cadence) else (told.warning,)
+    return replace(result, collisions=tuple(collisions), warnings=(*result.warnings, *warnings))

@@ -1,0 +1,158 @@
+r"""Where frames may be left out of a burst: a test of every place, by the fit without any.
+
+With the residuals r of a fit over their standard deviations, its Jacobian J and Hessian H, and the
+velocities c of all places after a frame, a time s that passes unseen after that frame lets the loss
+fall by
+
+    (c' r)^2 / 2 (c' c - c' J H^-1 J' c)     for     s = -c' r / (c' c - c' J H^-1 J' c),
+
+in the first order (Rao's score test). Where that outweighs what is expected of frames left out, a
+fit with them there decides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from count_video.motion.left_out import CROWDED_FRAMES, SIDE_FRAMES, LeftOut
+from count_video.motion.observations import Observations, left_out_after
+from count_video.motion.parameters import Column, Prior
+from count_video.motion.priors import LEFT_OUT, SCATTERS
+from count_video.motion.rivals import FLOORS_PX, PAIR, coarse_fits, fine_fit, recounted
+from count_video.motion.solving import Linearised, Solution, linearised, loss_of, noise_of
+from count_video.records import Floats
+
+COUNTS = 3
+"""Of each hypothesis so many counts are fitted with a scatter of the restitution."""
+PLACES = 2
+"""So many places are looked at closely, ..."""
+APART_FRAMES = 3.0
+"""... which are so far apart, ..."""
+ROUNDS = 3
+"""... and so often others by the best fit until then."""
+
+
+def with_frames_left_out(
+    observed: Observations,
+    rough: Floats,
+    prior: Prior,
+    coarse: list[Solution],
+    seen: int,
+    gap: LeftOut | None,
+) -> tuple[Observations, list[Solution]]:
+    """Let frames be left out where that explains the track better, and fit the counts anew.
+
+    Where some are known to be left out, in the ``gap``, their number is free.
+    """
+    price = np.log(len(observed.frame) * CROWDED_FRAMES / LEFT_OUT)
+    free = prior.with_value(Column.SKIP, 0.0, np.inf)
+    best = _Hypothesis(observed, coarse, _scattering(observed, prior, coarse))
+    if gap is not None:
+        other, start = left_out_after(observed, gap.after), rough.copy()
+        start[Column.SKIP] = -gap.frames
+        none = _hypothesis(other, start, prior, seen)
+        some = _hypothesis(other, start, free, seen, coarse[0])
+        some = min(some, best, key=lambda one: one.loss)
+        likelier = none if none.loss < some.loss + price else some
+        return other, likelier.coarse
+    tried: set[float] = set()
+    for _ in range(ROUNDS):
+        places = [p for p in (*_beside(best, prior), *_suspected(best, prior)) if p not in tried]
+        tried |= set(places)
+        before = best
+        for frame in places:
+            other = left_out_after(observed, frame)
+            some = _hypothesis(other, rough, free, seen, best.coarse[0])
+            dearer = 0.0 if best.observed.after.any() else price
+            if some.best.values[Column.SKIP] > 0 and some.loss + dearer < best.loss:
+                best = some
+        if best is before:
+            break
+    return best.observed, best.coarse
+
+
+@dataclass(frozen=True)
+class _Hypothesis:
+    observed: Observations
+    coarse: list[Solution]
+    best: Solution
+    """With whole frames left out, and restitutions that scatter."""
+
+    @property
+    def loss(self) -> float:
+        return self.best.loss
+
+
+def _hypothesis(
+    observed: Observations,
+    rough: Floats,
+    prior: Prior,
+    seen: int,
+    start: Solution | None = None,
+) -> _Hypothesis:
+    coarse = coarse_fits(observed, rough, prior, seen, start)
+    return _Hypothesis(observed, coarse, _scattering(observed, prior, coarse))
+
+
+def _scattering(observed: Observations, prior: Prior, coarse: list[Solution]) -> Solution:
+    """Let the restitution scatter, which frames left out might be mistaken for."""
+    noise = noise_of(observed, coarse[0].values, coarse[0].count, FLOORS_PX[-1])
+    fits = {
+        one.count: fine_fit(observed, noise, prior, one, SCATTERS[-1]) for one in coarse[:COUNTS]
+    }
+    while True:
+        best = min(fits.values(), key=lambda fit: fit.loss)
+        near = [n for n in (best.count - PAIR, best.count + PAIR) if n > 0 and n not in fits]
+        if not near:
+            return best
+        for count in near:
+            start = replace(best, count=count, values=recounted(best, count))
+            fits[count] = fine_fit(observed, noise, prior, start, SCATTERS[-1])
+
+
+def _beside(hypothesis: _Hypothesis, prior: Prior) -> list[float]:
+    """Where near their place the frames that are left out explain the track best."""
+    observed, best = hypothesis.observed, hypothesis.coarse[0]
+    if not observed.after.any():
+        return []
+    noise = noise_of(observed, best.values, best.count, FLOORS_PX[-1])
+    frames = observed.origin + observed.frame
+    near = frames[np.abs(frames - frames[observed.after == 0][-1]) <= SIDE_FRAMES].tolist()
+    losses = [loss_of(left_out_after(observed, frame), noise, prior, best) for frame in near]
+    return [near[int(np.argmin(losses))]]
+
+
+def _suspected(hypothesis: _Hypothesis, prior: Prior) -> list[float]:
+    """Frames after which time seems to be missing, the clearest first.
+
+    By chance the largest of n such gains is about log n.
+    """
+    observed, best = hypothesis.observed, hypothesis.coarse[0]
+    noise = noise_of(observed, best.values, best.count, FLOORS_PX[-1])
+    skip, gain = _scores(observed, linearised(observed, noise, prior, best))
+    frames = observed.origin + observed.frame
+    found: list[float] = []
+    for row in np.argsort(-gain):
+        if gain[row] < np.log(len(gain)) or len(found) == PLACES:
+            break
+        if skip[row] > 0 and all(abs(frames[row] - other) > APART_FRAMES for other in found):
+            found.append(float(frames[row]))
+    return found
+
+
+def _scores(observed: Observations, fit: Linearised) -> tuple[Floats, Floats]:
+    """Time missing after each frame but the last, and by how much the loss falls with it."""
+    rows = np.arange(len(observed.frame))
+    after = (rows[:, None] > rows[None, :-1])[fit.row]
+    moved = after * fit.velocity[:, None]
+    weighted = fit.jacobian * fit.weights[:, None]
+    shared = weighted.T @ moved
+    inverse = np.linalg.pinv(fit.hessian, hermitian=True)
+    slope = moved.T @ (fit.weights * fit.data) - shared.T @ (inverse @ fit.gradient)
+    alone = (moved**2 * fit.weights[:, None]).sum(axis=0)
+    curve = alone - np.einsum("pr,pq,qr->r", shared, inverse, shared)
+    known = curve > 1e-6 * alone
+    safe = np.where(known, curve, 1.0)
+    return np.where(known, -slope / safe, 0.0), np.where(known, slope**2 / safe / 2, 0.0)

@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from count_video.records import (
+    BodyTrack,
+    Collision,
+    CollisionKind,
+    FootageInfo,
+    MotionLine,
+    Track,
+    TrialResult,
+    Velocities,
+)
+from count_video.verdict.answers import unread_result
+from count_video.verdict.choosing import Trial, is_better
+
+FRAMES = 40
+
+
+def body() -> BodyTrack:
+    return BodyTrack(np.arange(FRAMES, dtype=float), np.full(FRAMES, 0.1), -10.0, 10.0)
+
+
+def track(*, wall_seen: bool) -> Track:
+    line = MotionLine(0.0, 0.0, 0.0, upright=False)
+    frame = np.arange(FRAMES, dtype=float)
+    return Track(frame, body(), body(), "left", 20.0, line, (), wall_seen=wall_seen)
+
+
+def collision(number: int, kind: CollisionKind) -> Collision:
+    still = Velocities(0.0, 0.0)
+    return Collision(number, kind, 5.0 * number, 0.5, None, True, 0.0, still, still)
+
+
+def refused_at_a_wall() -> TrialResult:
+    kinds: list[CollisionKind] = ["bodies", "wall", "bodies", "wall"]
+    found = tuple(collision(number, kind) for number, kind in enumerate(kinds, 1))
+    return replace(unread_result("clip", "refused"), collisions=found)
+
+
+def two_that_met() -> TrialResult:
+    return replace(unread_result("clip", ""), status="counted", count=1)
+
+
+INFO = FootageInfo(
+    *(Path("clip"), "h264", "yuv420p", 640, 240, 0),
+    *(FRAMES, 30.0, None, "unknown"),
+)
+
+
+def refused_pair(*, path_shows: bool) -> Trial:
+    """A trial at a wall that is not counted; its heavy body's path fits its collisions or not."""
+    found: Any = SimpleNamespace(
+        borne_out=path_shows, swing=SimpleNamespace(mass_ratio_relative_sigma=0.01)
+    )
+    return Trial(refused_at_a_wall(), INFO, track(wall_seen=True), found)
+
+
+@pytest.mark.parametrize("path_shows", [True, False])
+def test_a_wall_stands_before_two_free_bodies_only_if_the_path_shows_it(path_shows: bool) -> None:
+    free = Trial(two_that_met(), INFO, track(wall_seen=False), None)
+
+    assert is_better(free, refused_pair(path_shows=path_shows)) is not path_shows
+
+
+@pytest.mark.parametrize("path_shows", [True, False])
+def test_one_body_alone_does_not_come_before_a_trial_that_its_path_shows(path_shows: bool) -> None:
+    bounces = replace(two_that_met(), count=9)
+    alone = Trial(bounces, INFO, replace(track(wall_seen=False), heavy=None), None)
+
+    assert is_better(alone, refused_pair(path_shows=path_shows)) is not path_shows
