@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from count_video.tracking import following
 from count_video.tracking.following import Followed, Surroundings, follow
 from count_video.tracking.sprite import look, make_sprite
 from count_video.tracking.template import Body
@@ -62,7 +63,7 @@ def followed(behind: Luma, shown: list[Luma]) -> Followed:
     sightings = {frame: (round(body_x(frame)), TOP) for frame in range(0, LEAVES, 4)}
     places = {frame: (float(x), float(y)) for frame, (x, y) in sightings.items()}
     body = Body(sprite, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
-    return follow(shown, FRAMES, body, Surroundings(behind, 0.0, np.zeros((len(FRAMES), 2))))
+    return follow(shown, FRAMES, body, Surroundings(behind, np.zeros((len(FRAMES), 2))))
 
 
 @pytest.mark.parametrize("likeness", [0.5, 0.6])
@@ -90,3 +91,57 @@ def test_a_body_at_rest_that_was_taken_for_background_is_found() -> None:
     at_rest = seen.x_px[LEAVES:]
     assert np.abs(at_rest[np.isfinite(at_rest)] - LIKE_X).max() < PLACED_PX
     assert np.isfinite(at_rest).any()
+
+
+FALLS_PX = 0.5
+"""Change of the velocity from frame to frame: in time a body falls by many px a frame."""
+STEEP = 160, 400
+
+
+def fallen(frame: int) -> float:
+    return 10.0 + FALLS_PX / 2 * frame**2
+
+
+def followed_falling(shown: list[Luma], behind: Luma, sighted: int) -> Followed:
+    sprite = make_sprite(look(BODY, 0.0, 0.0, (SIDE, SIDE)), np.ones((SIDE, SIDE), np.float32))
+    places = {frame: (float(SIDE), round(fallen(frame)) + 0.0) for frame in range(sighted)}
+    body = Body(sprite, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
+    frames = np.arange(len(shown))
+    return follow(shown, frames, body, Surroundings(behind, np.zeros((len(shown), 2))))
+
+
+def test_a_lost_body_is_found_where_its_own_motion_took_it() -> None:
+    behind = texture(3, STEEP, 60, 90)
+    hidden = range(12, 16)
+    shown = []
+    for frame in range(20):
+        picture = behind.copy()
+        top = round(fallen(frame))
+        if frame not in hidden:
+            picture[top : top + SIDE, SIDE : 2 * SIDE] = BODY
+        shown.append(picture)
+
+    seen = followed_falling(shown, behind, 8)
+
+    assert np.flatnonzero(np.isnan(seen.y_px)).tolist() == list(hidden)
+    after = np.array([round(fallen(frame)) for frame in range(hidden.stop, 20)])
+    assert seen.y_px[hidden.stop :] == pytest.approx(after, abs=PLACED_PX)
+
+
+def test_a_body_in_free_fall_needs_no_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(following, "search", lambda *_: iter(()))
+    behind = texture(3, (2 * STEEP[0], STEEP[1]), 60, 90)
+    shown, tops = [], []
+    for frame in range(9):  # by the last, constant velocity is wrong by more than a fit can mend
+        top = 10 + 4 * frame**2
+        tops.append(top)
+        picture = behind.copy()
+        picture[top : top + SIDE, SIDE : 2 * SIDE] = BODY
+        shown.append(picture)
+    sprite = make_sprite(look(BODY, 0.0, 0.0, (SIDE, SIDE)), np.ones((SIDE, SIDE), np.float32))
+    places = {frame: (float(SIDE), float(tops[frame])) for frame in range(3)}
+    body = Body(sprite, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
+
+    seen = follow(shown, np.arange(9), body, Surroundings(behind, np.zeros((9, 2))))
+
+    assert seen.y_px == pytest.approx(np.array(tops), abs=PLACED_PX)

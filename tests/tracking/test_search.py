@@ -15,6 +15,15 @@ WITHIN_PX = 0.1
 START_WITHIN_PX = 2.0
 """The registration settles from a guess that is right to a pixel or two."""
 
+ANYWHERE = 480.0, 20.0
+"""Along the whole line of motion: as far as the pictures reach by x, a quarter of a ball by y."""
+
+
+def best_of(
+    picture: Luma, sprite: Sprite, near: tuple[float, float], reach_px: tuple[float, float]
+) -> Fit | None:
+    return next(search(picture, sprite, near, reach_px), None)
+
 
 def scene(x: float, y: float, radius: float, size: tuple[int, int] = (200, 480)) -> Luma:
     canvas = np.full(size, 120.0) + np.linspace(-20.0, 20.0, size[1])
@@ -35,7 +44,7 @@ def sprite_of(radius: float) -> tuple[Sprite, float]:
 def test_a_ball_of_any_size_is_found(radius: float, x: float) -> None:
     sprite, reach = sprite_of(radius)
 
-    fit = search(scene(x, 100.0, radius), sprite, (200.0 - reach, 100.0 - reach), 0.0)
+    fit = best_of(scene(x, 100.0, radius), sprite, (200.0 - reach, 100.0 - reach), ANYWHERE)
 
     assert fit is not None
     assert fit.x_px + reach == pytest.approx(x, abs=WITHIN_PX)
@@ -45,7 +54,7 @@ def test_a_ball_of_any_size_is_found(radius: float, x: float) -> None:
 def test_a_ball_that_comes_in_is_found_while_it_sticks_out(x: float) -> None:
     sprite, reach = sprite_of(30.0)
 
-    fit = search(scene(x, 100.0, 30.0), sprite, (200.0 - reach, 100.0 - reach), 0.0)
+    fit = best_of(scene(x, 100.0, 30.0), sprite, (200.0 - reach, 100.0 - reach), ANYWHERE)
 
     assert isinstance(fit, Fit)
     assert fit.inside < 1.0
@@ -55,7 +64,7 @@ def test_a_ball_that_comes_in_is_found_while_it_sticks_out(x: float) -> None:
 def test_a_ball_cut_by_the_upper_border_is_found() -> None:
     sprite, reach = sprite_of(30.0)
 
-    fit = search(scene(300.0, 12.0, 30.0), sprite, (200.0 - reach, 12.0 - reach), 0.0)
+    fit = best_of(scene(300.0, 12.0, 30.0), sprite, (200.0 - reach, 12.0 - reach), ANYWHERE)
 
     assert fit is not None
     assert fit.x_px + reach == pytest.approx(300.0, abs=3 * WITHIN_PX)
@@ -65,7 +74,7 @@ def test_large_bodies_are_placed_finely_enough_to_register() -> None:
     sprite, reach = sprite_of(80.0)
     picture = scene(263.0, 100.0, 80.0)
 
-    places = likely_places(picture, sprite, (200.0 - reach, 100.0 - reach), 0.0)
+    places = likely_places(picture, sprite, (200.0 - reach, 100.0 - reach), ANYWHERE)
 
     assert abs(places[0][0] + reach - 263.0) < START_WITHIN_PX
 
@@ -76,7 +85,7 @@ def test_the_best_of_several_likely_places_counts() -> None:
     paint_cylinder(canvas, 60.0, 100.0, (60.0, 60.0))
     picture = np.rint(canvas).astype(np.uint8)
 
-    fit = search(picture, sprite, (60.0 - reach, 100.0 - reach), 0.0)
+    fit = best_of(picture, sprite, (60.0 - reach, 100.0 - reach), ANYWHERE)
 
     assert fit is not None
     assert fit.x_px + reach == pytest.approx(350.4, abs=WITHIN_PX)
@@ -93,7 +102,7 @@ def test_what_lies_behind_a_body_does_not_hide_it() -> None:
     paint_ball(canvas, 303.6, 100.0, radius)
     picture = np.rint(canvas).astype(np.uint8)
 
-    places = likely_places(picture, sprite, (100.0 - reach, 100.0 - reach), 0.0)
+    places = likely_places(picture, sprite, (100.0 - reach, 100.0 - reach), ANYWHERE)
 
     assert abs(places[0][0] + reach - 303.6) < START_WITHIN_PX
 
@@ -101,4 +110,6 @@ def test_what_lies_behind_a_body_does_not_hide_it() -> None:
 def test_nothing_is_found_in_a_flat_picture() -> None:
     sprite, reach = sprite_of(30.0)
 
-    assert search(np.full((200, 480), 90, np.uint8), sprite, (100.0, 100.0 - reach), 0.0) is None
+    assert (
+        best_of(np.full((200, 480), 90, np.uint8), sprite, (100.0, 100.0 - reach), ANYWHERE) is None
+    )

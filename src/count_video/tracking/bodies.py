@@ -35,7 +35,6 @@ from count_video.tracking.proposals import (
     roughly,
     turned,
 )
-from count_video.tracking.regions import share_unexplained
 from count_video.tracking.rigid import scene_path
 from count_video.tracking.samples import Samples, choose_samples
 from count_video.tracking.shape import Box, Shape, size_of
@@ -70,12 +69,9 @@ class Movers:
     """True if the pictures were transposed because the bodies move up and down."""
     motion: Motion | None
     """How the camera moved, by image x and y; None where it stood."""
-    unexplained: float
-    """Share of what differs from the background that is outside of the bodies, in the typical
-    picture."""
 
 
-NOTHING_MOVES = Movers([], 0.0, upright=False, motion=None, unexplained=0.0)
+NOTHING_MOVES = Movers([], 0.0, upright=False, motion=None)
 
 
 def find_movers(
@@ -120,11 +116,9 @@ def find_movers(
     sampled = ByFrame(views, rows)
     clip = Clip(views, frames, sampled, scene.background(sampled, upright, []), shift)
     followed = _followed(clip, scene, roughs, (upright, enough))
-    hidden = scene.hidden(clip, followed, upright)
-    left = share_unexplained(scene.small, samples.chosen, hidden)
     if motion is not None:
         followed = [_less_sure(seen, motion, upright) for seen in followed]
-    return Movers(followed, tilt, upright, motion, left)
+    return Movers(followed, tilt, upright, motion)
 
 
 def _followed(

@@ -41,7 +41,7 @@ BACK_FROM = 4
 """From the first picture in which a body is known it is followed on, and, from so many later, back
 to the first of the clip."""
 ORDERS = 1, 2
-"""Places are extrapolated by so many powers of the time: at constant velocity, then as in a throw."""
+"""Powers of the time that extrapolate its last places: constant velocity, then free fall."""
 LOST_LONG, SEARCH_STRIDE = 8, 4
 """A body that was lost for so many frames is searched in every fourth only."""
 

@@ -30,11 +30,6 @@ BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
 """So many bodies are followed that have many corners; others only if these are fewer than two."""
 
 
-COLLAPSED_SHARE = 0.5
-"""A template learnt again explains about as many px as before: other outlines change it by some
-px at its edge, other samples by a few of them."""
-
-
 @dataclass(frozen=True)
 class Clip:
     """What bodies are followed in; pictures lie so that the motion is nearer to their x axis."""
@@ -194,26 +189,15 @@ def _hiding(rough: Rough, roughs: Sequence[Rough], known: Sequence[Shape]) -> li
 
 
 def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | None:
-    """Learn a body from all samples in which it was found, without what others hide of it.
-
-    Others that are wide and faint, as shadows out of focus are, may hide nearly all of it: what was
-    learnt before stays where it explains far more.
-    """
+    """Learn a body from all samples in which it was found, without what others hide of it."""
     others, own = [other for other in found if other is not seen], few.shape(seen)
-    body = learn(
+    return learn(
         few.samples,
         few.background,
         Rough(few.sightings(seen), seen.body.box, (-np.inf, np.inf)),
         [few.sightings(other) for other in others][:2],
         [shape for shape in (few.shape(other) for other in others) if not shape.holds(own)],
     )
-    collapsed = body is not None and _explained(body) < COLLAPSED_SHARE * _explained(seen.body)
-    return seen.body if collapsed else body
-
-
-def _explained(body: Body) -> int:
-    """How many px of the samples a template explains."""
-    return len(body.learnt) * int(np.count_nonzero(body.sprite.weight))
 
 
 def _holds(rough: Rough, other: Followed, frames: NDArray[np.intp]) -> bool:

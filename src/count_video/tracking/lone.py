@@ -33,9 +33,6 @@ DIRECTION_SPREAD_RAD = 0.35
 OTHER_TRAVEL, OTHER_SIZE = 0.3, 0.4
 """Another body counts as one that moves by itself if it moves by this share of the way of the one
 that moves most, and is of this share of its size."""
-UNEXPLAINED_AT_MOST = 35.0
-"""Of what differs from the background this share may be outside of the bodies that were followed:
-threads, shadows that fade."""
 GOES_WITH_SHARE, GOES_WITH_SEEN = 0.1, 0.25
 """A shadow's path is a linear function of the body's, but for this share of its travel, in the
 pictures that show both, if these are such a share of all."""
@@ -87,11 +84,6 @@ def lone_track(seen: Observation) -> Track:
         raise TrackingError(
             f"{len(others) + 1} things move on their own: one body alone can be followed, or two "
             "that meet each other"
-        )
-    if seen.movers.unexplained > UNEXPLAINED_AT_MOST:
-        raise TrackingError(
-            "more moves than the one body that can be followed; count two bodies only if both can "
-            "be seen well, or give the body's part of the picture with --region"
         )
     body = places[first]
     line = _line(body, _jump_direction(body.xy_px))

@@ -98,22 +98,6 @@ def find_regions(
     return Regions(boxes, changes, scale)
 
 
-def share_unexplained(
-    pictures: Sequence[Luma], rows: NDArray[np.intp], known: Sequence[NDArray[np.bool_]]
-) -> float:
-    """Share of the differences from the background that lies outside of the known bodies.
-
-    That of the typical picture of the clip, of which these are those with the numbers ``rows``: a
-    hand that is there at the beginning moves most, but not for long.
-    """
-    changes, _ = _changes(pictures)
-    whole = np.array([float(one.sum()) for one in changes])
-    _leave_out(changes, known)
-    rest = np.array([float(one.sum()) for one in changes])
-    share = np.divide(rest, whole, out=np.zeros_like(rest), where=whole > 0)
-    return float(np.median(np.interp(np.arange(rows[0], rows[-1] + 1), rows, share)))
-
-
 def _changes(pictures: Sequence[Luma]) -> tuple[list[Luma], int]:
     """Reduced differences of each sample from the median of all, 0 where they are noise.
 
