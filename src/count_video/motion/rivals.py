@@ -137,9 +137,8 @@ def coarse_fits(
         first = start.values[:FIRST_DEVIATION]
         fitted[start.count] = refloored(observed, prior, first, start.count)
     for count in dict.fromkeys(wanted + likeliest):
-        if start is not None and count == start.count:
-            continue
-        fitted[count] = _best_start(observed, prior, rows, count, _bearable(fitted))
+        best = _best_start(observed, prior, rows, count, _bearable(fitted))
+        fitted[count] = min(best, fitted.get(count, best), key=_loss_of)
     return _from(observed, prior, fitted)
 
 
