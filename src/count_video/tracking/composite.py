@@ -117,7 +117,8 @@ def cut_pieces(
 
 
 def _levels(piece: Pixels) -> Levels:
-    return np.asarray(np.rint(piece * np.float32(STEPS)), np.int16)
+    """Turn grey levels into steps; a dim picture that is brightened much has white beyond them."""
+    return np.asarray(np.rint(np.minimum(piece * np.float32(STEPS), LAST)), np.int16)
 
 
 def _shown(begins: Floats, length: int, size: int) -> tuple[int, int]:
