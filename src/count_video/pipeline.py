@@ -70,13 +70,13 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
             if whole and is_settled(trial):
                 return trial
             alone = _without_pair(seen)
-            if not whole and (alone.result.count is not None or trial.result.count is None):
+            if whole:
+                return alone if is_better(alone, trial) else trial
+            if alone.result.count is not None or trial.result.count is None:
                 return alone
-            if not whole:
-                why = verdict.sentence(Reason(Cause.PARTS_OF_BODIES))
-                nothing = verdict.nothing_to_count(footage.info, footage.report(), why)
-                return replace(trial, result=nothing)
-        return alone if is_better(alone, trial) else trial
+            why = verdict.sentence(Reason(Cause.PARTS_OF_BODIES))
+            nothing = verdict.nothing_to_count(footage.info, footage.report(), why)
+            return replace(trial, result=nothing)
 
 
 def _with_pair(seen: Observation, track: Track, settings: TrialSettings) -> Trial:

@@ -87,6 +87,14 @@ def background(shape: tuple[int, int], seed: int = 0) -> Canvas:
     return canvas
 
 
+def texture(seed: int, size: tuple[int, int], low: int, high: int, block: int = 5) -> Luma:
+    """Blocks of so many px, each of a random grey from ``low`` on and below ``high``."""
+    coarse = np.random.default_rng(seed).integers(
+        low, high, (size[0] // block + 1, size[1] // block + 1)
+    )
+    return np.kron(coarse, np.ones((block, block)))[: size[0], : size[1]].astype(np.uint8)
+
+
 def to_luma(canvas: Canvas, noise: float = 0.0, rng: np.random.Generator | None = None) -> Luma:
     """Round to grey levels, after adding white noise of so many levels."""
     if rng is not None and noise > 0:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from drawn import texture
 from numpy.typing import NDArray
 
 from count_video.records import Floats
@@ -18,6 +19,7 @@ Luma = NDArray[np.uint8]
 
 SIZE = 90, 300
 SIDE = 40
+BLOCK_PX = 4
 TOP = 25
 """Side of two square bodies in px, and the row at which they begin."""
 FRAMES = range(40)
@@ -25,12 +27,6 @@ TOGETHER = 32
 """So many frames long they touch; then one of them moves on alone."""
 EDGE_PX = 1.5
 """Outlines are found to about half a pixel; the blur of a texture's last pixels adds to it."""
-
-
-def texture(seed: int, size: tuple[int, int], low: int, high: int) -> Luma:
-    rng = np.random.default_rng(seed)
-    coarse = rng.integers(low, high, (size[0] // 4 + 1, size[1] // 4 + 1))
-    return np.kron(coarse, np.ones((4, 4)))[: size[0], : size[1]].astype(np.uint8)
 
 
 def left_at(frame: int) -> float:
@@ -44,16 +40,16 @@ def right_at(frame: int) -> float:
 def pictures() -> dict[int, Luma]:
     seen = {}
     for frame in FRAMES:
-        picture = texture(1, SIZE, 90, 130)
+        picture = texture(1, SIZE, 90, 130, BLOCK_PX)
         for seed, x in ((2, left_at(frame)), (3, right_at(frame))):
-            body = texture(seed, (SIDE, SIDE), 20, 230)
+            body = texture(seed, (SIDE, SIDE), 20, 230, BLOCK_PX)
             picture[TOP : TOP + SIDE, round(x) : round(x) + SIDE] = body
         seen[frame] = picture
     return seen
 
 
 def shape_of_right() -> Shape:
-    whole = look(texture(3, (SIDE, SIDE), 20, 230), 0.0, 0.0, (SIDE, SIDE))
+    whole = look(texture(3, (SIDE, SIDE), 20, 230, BLOCK_PX), 0.0, 0.0, (SIDE, SIDE))
     sprite = make_sprite(whole, np.ones((SIDE, SIDE), np.float32))
     places = {frame: (right_at(frame), float(TOP)) for frame in FRAMES}
     return Shape(places, (0.0, 0.0, SIDE - 1.0, SIDE - 1.0), sprite)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from drawn import texture
 from numpy.typing import NDArray
 
 from count_video.tracking import following
@@ -23,11 +24,6 @@ LIKE_X = 300
 """Where something like it stands."""
 PLACED_PX = 0.1
 """A step of the registration below this ends it."""
-
-
-def texture(seed: int, size: tuple[int, int], low: int, high: int) -> Luma:
-    coarse = np.random.default_rng(seed).integers(low, high, (size[0] // 5 + 1, size[1] // 5 + 1))
-    return np.kron(coarse, np.ones((5, 5)))[: size[0], : size[1]].astype(np.uint8)
 
 
 BODY = texture(2, (SIDE, SIDE), 20, 230)
@@ -93,55 +89,40 @@ def test_a_body_at_rest_that_was_taken_for_background_is_found() -> None:
     assert np.isfinite(at_rest).any()
 
 
-FALLS_PX = 0.5
-"""Change of the velocity from frame to frame: in time a body falls by many px a frame."""
-STEEP = 160, 400
+STEEP = 400, 400
 
 
-def fallen(frame: int) -> float:
-    return 10.0 + FALLS_PX / 2 * frame**2
-
-
-def followed_falling(shown: list[Luma], behind: Luma, sighted: int) -> Followed:
-    sprite = make_sprite(look(BODY, 0.0, 0.0, (SIDE, SIDE)), np.ones((SIDE, SIDE), np.float32))
-    places = {frame: (float(SIDE), round(fallen(frame)) + 0.0) for frame in range(sighted)}
-    body = Body(sprite, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
-    frames = np.arange(len(shown))
-    return follow(shown, frames, body, Surroundings(behind, np.zeros((len(shown), 2))))
-
-
-def test_a_lost_body_is_found_where_its_own_motion_took_it() -> None:
+def followed_falling(tops: list[int], sighted: int, hidden: range = range(0)) -> Followed:
+    """Follow a body down the picture, known in its first frames, of which some do not show it."""
     behind = texture(3, STEEP, 60, 90)
-    hidden = range(12, 16)
     shown = []
-    for frame in range(20):
+    for frame, top in enumerate(tops):
         picture = behind.copy()
-        top = round(fallen(frame))
         if frame not in hidden:
             picture[top : top + SIDE, SIDE : 2 * SIDE] = BODY
         shown.append(picture)
+    sprite = make_sprite(look(BODY, 0.0, 0.0, (SIDE, SIDE)), np.ones((SIDE, SIDE), np.float32))
+    places = {frame: (float(SIDE), float(tops[frame])) for frame in range(sighted)}
+    body = Body(sprite, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
+    frames = np.arange(len(tops))
+    return follow(shown, frames, body, Surroundings(behind, np.zeros((len(tops), 2))))
 
-    seen = followed_falling(shown, behind, 8)
+
+def test_a_lost_body_is_found_where_its_own_motion_took_it() -> None:
+    hidden = range(12, 16)
+    tops = [round(10 + frame**2 / 4) for frame in range(20)]
+
+    seen = followed_falling(tops, 8, hidden)
 
     assert np.flatnonzero(np.isnan(seen.y_px)).tolist() == list(hidden)
-    after = np.array([round(fallen(frame)) for frame in range(hidden.stop, 20)])
-    assert seen.y_px[hidden.stop :] == pytest.approx(after, abs=PLACED_PX)
+    assert seen.y_px[hidden.stop :] == pytest.approx(np.array(tops[hidden.stop :]), abs=PLACED_PX)
 
 
 def test_a_body_in_free_fall_needs_no_search(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(following, "search", lambda *_: iter(()))
-    behind = texture(3, (2 * STEEP[0], STEEP[1]), 60, 90)
-    shown, tops = [], []
-    for frame in range(9):  # by the last, constant velocity is wrong by more than a fit can mend
-        top = 10 + 4 * frame**2
-        tops.append(top)
-        picture = behind.copy()
-        picture[top : top + SIDE, SIDE : 2 * SIDE] = BODY
-        shown.append(picture)
-    sprite = make_sprite(look(BODY, 0.0, 0.0, (SIDE, SIDE)), np.ones((SIDE, SIDE), np.float32))
-    places = {frame: (float(SIDE), float(tops[frame])) for frame in range(3)}
-    body = Body(sprite, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
+    # By the last, constant velocity is wrong by more than a fit can mend.
+    tops = [10 + 4 * frame**2 for frame in range(9)]
 
-    seen = follow(shown, np.arange(9), body, Surroundings(behind, np.zeros((9, 2))))
+    seen = followed_falling(tops, 3)
 
     assert seen.y_px == pytest.approx(np.array(tops), abs=PLACED_PX)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from drawn import texture
 from numpy.typing import NDArray
 
 from count_video.tracking.background import Background
@@ -24,11 +25,6 @@ HIDDEN_PX = 20
 """So many columns of the one behind are covered where both are nearest."""
 PLACED_PX = 0.1
 """A step of the registration below this ends it."""
-
-
-def texture(seed: int, size: tuple[int, int], low: int, high: int) -> Luma:
-    coarse = np.random.default_rng(seed).integers(low, high, (size[0] // 5 + 1, size[1] // 5 + 1))
-    return np.kron(coarse, np.ones((5, 5)))[: size[0], : size[1]].astype(np.uint8)
 
 
 BEHIND = texture(1, SIZE, 90, 130)

@@ -19,7 +19,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from count_video.motion.batches import fit_contacts
 from count_video.motion.finding import (
@@ -29,7 +28,7 @@ from count_video.motion.finding import (
     peaks,
     smoothness_of,
 )
-from count_video.motion.flight import Motion, straying
+from count_video.motion.flight import Motion, straying, strays
 from count_video.motion.joint import Contacts, Fitting
 from count_video.motion.model import Kind, Paths
 from count_video.motion.pieces import WINDOW_FRAMES
@@ -158,7 +157,9 @@ def _sharp(turns: Sequence[Turn], motion: Motion, contact: float) -> list[Impact
         found = [_impact(turn, fitted, number) for number, turn in enumerate(kept)]
         clear = _clarity(found, kept, motion, contact)
         clear[smoothness_of(fitted) > TURN_LOG_RATIO] = np.nan
-        clear[np.isnan(clear) & _needed(found, motion, contact)] = 0.0
+        for number in np.flatnonzero(np.isnan(clear)).tolist():
+            if _needed(found, number, motion, contact):
+                clear[number] = 0.0
         if np.isfinite(clear).all():
             return [replace(i, clarity=one) for i, one in zip(found, clear.tolist(), strict=True)]
         smooth = [-i.clarity if np.isnan(c) else -np.inf for i, c in zip(found, clear, strict=True)]
@@ -184,18 +185,15 @@ def _clarity(
     )
 
 
-def _needed(found: Sequence[Impact], motion: Motion, contact: float) -> NDArray[np.bool_]:
-    """Without which turns the path around would stray from free flight, shape (n,).
+def _needed(found: Sequence[Impact], number: int, motion: Motion, contact: float) -> bool:
+    """Whether without a turn the path from the one before it to the next would not be free flight.
 
     The last turn before a crowd of small bounces is followed by no flight and looks smooth; but if
     it were, the flight before it would go on past it.
     """
-    frames = [impact.frame for impact in found]
-    needed = np.zeros(len(frames), np.bool_)
-    for number, frame in enumerate(frames):
-        without = straying(motion, [*frames[:number], *frames[number + 1 :]], contact)
-        needed[number] = any(begin < frame < end for begin, end in without)
-    return needed
+    if not 0 < number < len(found) - 1:
+        return False
+    return strays(motion, (found[number - 1].frame, found[number + 1].frame), contact)
 
 
 def _impact(turn: Turn, fitted: Contacts, number: int) -> Impact:

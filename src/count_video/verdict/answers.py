@@ -14,28 +14,7 @@ from count_video.records import Collision, Estimate, FootageInfo, FootageReport,
 
 def unread_result(clip: str, reason: str) -> TrialResult:
     """Make the answer for a clip of which nothing is known but why it could not be read."""
-    return TrialResult(
-        clip=clip,
-        status="not_counted",
-        reason=reason,
-        count=None,
-        seen=None,
-        between_frames=None,
-        probability={},
-        count_after_burst=None,
-        collisions=(),
-        capture_fps=None,
-        capture_fps_source="unknown",
-        frames_decoded=None,
-        frames_promised=None,
-        wall_side=None,
-        ball_diameter_px=None,
-        millimetres_per_px=None,
-        pi_low=None,
-        pi_high=None,
-        mass_ratio=None,
-        warnings=(),
-    )
+    return TrialResult(clip=clip, status="not_counted", reason=reason)
 
 
 def nothing_to_count(info: FootageInfo, report: FootageReport, reason: str) -> TrialResult:
