@@ -12,8 +12,7 @@ carried over by numeric derivatives, and the differences between the fits.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -39,27 +38,21 @@ from count_video.records import (
 )
 
 
-def shares_of(weighed: Weighed, chances: Mapping[int, float]) -> Floats:
-    """Share of each fit: within a count by evidence, and between the counts by their chances.
+def mixed(shares: Floats, values: Floats, variances: Floats) -> tuple[Floats, Floats]:
+    """Mean and standard deviation over fits with shares that sum to 1: in each and between them.
 
-    Shape (fits,); sums to 1.
+    ``values`` and ``variances`` have shape (fits, ...), the results (...).
     """
-    counts = np.array([count for count, _ in weighed])
-    evidence = np.array([evidence for evidence, _ in weighed.values()])
-    shares = np.zeros(len(counts))
-    for count in set(counts.tolist()):
-        own = counts == count
-        within = np.exp(evidence[own] - evidence[own].max())
-        shares[own] = chances.get(count, 0.0) * within / within.sum()
-    return np.asarray(shares / shares.sum())
+    mean = np.tensordot(shares, values, 1)
+    return mean, np.sqrt(np.tensordot(shares, variances + (values - mean) ** 2, 1))
 
 
 def estimate(weighed: Weighed, shares: Floats, column: Column) -> Estimate:
     """Give mean and standard deviation of a parameter over all fits and their uncertainties."""
     values = np.array([fit.values[column] for _, fit in weighed.values()])
     variances = np.array([variances_of(fit)[column] for _, fit in weighed.values()])
-    mean = float(shares @ values)
-    return Estimate(mean, float(np.sqrt(shares @ (variances + (values - mean) ** 2))))
+    mean, sigma = mixed(shares, values, variances)
+    return Estimate(float(mean), float(sigma))
 
 
 def mass_ratio(weighed: Weighed, shares: Floats) -> Estimate:
@@ -96,8 +89,7 @@ def fitted_setup(weighed: Weighed, shares: Floats) -> FittedSetup:
     fits = [fit for _, fit in weighed.values()]
     values = np.array([_arranged(fit.values) for fit in fits])
     variances = np.array([_variances(fit.values, fit.hessian) for fit in fits])
-    mean = shares @ values
-    sigma = np.sqrt(shares @ (variances + (values - mean) ** 2))
+    mean, sigma = mixed(shares, values, variances)
     return FittedSetup(*(Estimate(float(m), float(s)) for m, s in zip(mean, sigma, strict=True)))
 
 
@@ -178,21 +170,31 @@ SAME_SHARE = 0.5
 
 
 def collisions_of(
-    observed: Observations, solution: Solution, found: SeenCollisions
+    observed: Observations, fits: Sequence[Solution], shares: Floats, found: SeenCollisions
 ) -> tuple[Collision, ...]:
-    """Collisions of the fitted burst, numbered from 1."""
-    start = float(observed.frame[0]) - 1.0
-    paths = follow_one(solution.values, solution.count, start)
-    sigmas, *state_sigmas = _sigmas(solution, paths)
-    frames, sigmas = _shown(observed, solution.values, (paths.time[0, 1:], sigmas))
-    partners = _partners(frames, sigmas, found.collisions[: found.burst])
+    """Collisions of a burst by fits with one count, numbered from 1."""
+    events = [_events(observed, fit) for fit in fits]
+    # What never happens lies at infinity: such a fit has no part in a mean, or is all there is.
+    happens = np.array([np.isfinite(values).all() for values, _ in events])
+    values, sigmas = events[int(np.argmax(shares))]
+    if happens.any():
+        kept = [event for event, finite in zip(events, happens, strict=True) if finite]
+        each, spread = (np.array(part) for part in zip(*kept, strict=True))
+        values, sigmas = mixed(shares[happens] / shares[happens].sum(), each, spread**2)
+    partners = _partners(values[:, 0], sigmas[:, 0], found.collisions[: found.burst])
     return tuple(
-        _with_sigmas(
-            _collision(observed, paths, event, (frames[event], sigmas[event]), partners.get(event)),
-            *(state_sigma[event] for state_sigma in state_sigmas),
-        )
-        for event in range(solution.count)
+        _collision(observed.sign, event, (values[event], sigmas[event]), partners.get(event))
+        for event in range(len(values))
     )
+
+
+def _events(observed: Observations, solution: Solution) -> tuple[Floats, Floats]:
+    """Time, state before and state after each event, and their uncertainties; (events, 9) each."""
+    paths = follow_one(solution.values, solution.count, float(observed.frame[0]) - 1.0)
+    time, before, after = _sigmas(solution, paths)
+    frames, time = _shown(observed, solution.values, (paths.time[0, 1:], time))
+    values = (frames[:, None], paths.before[:, 0, 1:].T, paths.states[:, 0, 1:].T)
+    return np.hstack(values), np.hstack([time[:, None], before, after])
 
 
 def _shown(
@@ -230,20 +232,6 @@ def _sigmas(solution: Solution, paths: Paths) -> list[Floats]:
     return sigmas
 
 
-def _with_sigmas(collision: Collision, before: Floats, after: Floats) -> Collision:
-    """Give velocities the uncertainties of their states: the heavy body's 2nd, the ball's 4th."""
-
-    def known(velocities: Velocities, state: Floats) -> Velocities:
-        ball, heavy = float(state[3]), float(state[1])
-        return replace(velocities, ball_sigma_px_frame=ball, heavy_sigma_px_frame=heavy)
-
-    return replace(
-        collision,
-        velocity_before=known(collision.velocity_before, before),
-        velocity_after=known(collision.velocity_after, after),
-    )
-
-
 def _partners(frames: Floats, sigmas: Floats, seen: Sequence[Collision]) -> dict[int, Collision]:
     """Find the collision seen for each modelled one, as far as there is one; nearest first."""
     # What never happens lies at infinity, and may do so more than once.
@@ -277,27 +265,25 @@ def _kind(event: int) -> CollisionKind:
 
 
 def _collision(
-    observed: Observations,
-    paths: Paths,
-    event: int,
-    when: tuple[float, float],
-    partner: Collision | None,
+    sign: int, event: int, known: tuple[Floats, Floats], partner: Collision | None
 ) -> Collision:
     """One collision by the model; its time is the seen one where that contradicts the model's.
 
     The model knows more, as all frames share its motion, and is wrong where something else acted.
     """
-    before, after = paths.before[:, 0, event + 1], paths.states[:, 0, event + 1]
-    sign = observed.sign
-    frame, sigma = when
-    if partner is not None:
-        apart = abs(partner.frame - frame)
-        if apart > SAME_SIGMAS * np.hypot(sigma, partner.frame_sigma):
-            frame, sigma = partner.frame, partner.frame_sigma
-        else:
-            # Both rest on the same frames, so that the mean is no surer than the better one.
-            weight = sigma**2 / (sigma**2 + partner.frame_sigma**2)
-            frame, sigma = frame + weight * (partner.frame - frame), min(sigma, partner.frame_sigma)
+    values, sigmas = known
+    frame, sigma = values[0], sigmas[0]
+    heavy, ball = slice(2, None, 4), slice(4, None, 4)
+    before, after = (
+        Velocities(*each)
+        for each in zip(
+            (sign * values[ball]).tolist(),
+            (sign * values[heavy]).tolist(),
+            sigmas[ball].tolist(),
+            sigmas[heavy].tolist(),
+            strict=True,
+        )
+    )
     return Collision(
         number=event + 1,
         kind=_kind(event),
@@ -305,7 +291,7 @@ def _collision(
         frame_sigma=float(sigma),
         time_s=None,
         seen=partner is not None,
-        position_px=sign * float(after[2]),
-        velocity_before=Velocities(sign * float(before[3]), sign * float(before[1])),
-        velocity_after=Velocities(sign * float(after[3]), sign * float(after[1])),
+        position_px=sign * float(values[7]),
+        velocity_before=before,
+        velocity_after=after,
     )

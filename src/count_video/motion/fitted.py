@@ -18,7 +18,6 @@ from count_video.motion.estimates import (
     estimate,
     fitted_setup,
     mass_ratio,
-    shares_of,
 )
 from count_video.motion.left_out import LeftOut
 from count_video.motion.observations import Observations, observe
@@ -29,23 +28,23 @@ from count_video.motion.posterior import (
     end_chances,
     fine_fits,
     probabilities,
+    scattered,
+    shares_of,
     weigh,
     with_more,
 )
-from count_video.motion.priors import SCATTERS
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.rivals import (
     Knowledge,
     calm_beginning,
     coarse_fits,
-    fine_fit,
     forward_fit,
     prior_of,
 )
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Solution, modelled
 from count_video.motion.starting import rough_values
-from count_video.motion.time_base import with_frames_left_out
+from count_video.motion.time_base import lacks_frames, with_frames_left_out
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
 FRAMES_AT_LEAST = 20
@@ -145,7 +144,7 @@ def measure_burst(
     """Fit the model to a burst whose collisions are all seen, for what it tells of the physics.
 
     Parameters as for ``count_between``. The count is the number seen, unless by that number the
-    model does not describe the track and by a larger one, more likely than all others, it does.
+    model does not describe the track, or only with frames left out, and another describes it.
     """
     observed = observe(track, found)
     start = _start(observed, found, known)
@@ -157,17 +156,15 @@ def measure_burst(
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     fits, noise = fine_fits(observed, prior, [coarse])
     strayed = _strayed(fits[0], observed, track)
-    if strayed is not None:
-        other = count_between(track, found, known)
-        return other if _stands(other, found.burst) else strayed
-    scatter = SCATTERS[len(SCATTERS) // 2]
-    fit = fine_fit(observed, noise, prior, fits[0], scatter)
-    measured = _answer(found, observed, {(fit.count, scatter): (0.0, fit)})
-    seen = sum(collision.seen for collision in measured.collisions)
-    if seen < found.shown or measured.count != found.burst:
-        other = count_between(track, found, known)
-        return other if _stands(other, found.burst) else Misfit(Reason(Cause.MODEL_DIFFERS))
-    return measured
+    if strayed is None and not lacks_frames(observed, noise, prior, fits[0]):
+        measured = _answer(found, observed, scattered(observed, noise, prior, fits[0]))
+        seen = sum(collision.seen for collision in measured.collisions)
+        if seen >= found.shown and measured.count == found.burst:
+            return measured
+    other = count_between(track, found, known)
+    if _stands(other, found.burst):
+        return other
+    return strayed or Misfit(Reason(Cause.MODEL_DIFFERS))
 
 
 def _stands(between: Between | Misfit, seen: int) -> bool:
@@ -210,11 +207,11 @@ def _answer(
     weighed: Weighed,
 ) -> Between:
     chances = probabilities(weighed)
-    shares = shares_of(weighed, chances)
+    shares = shares_of(weighed)
     count = max(chances, key=lambda number: chances[number])
-    solution = max(
-        (fit for fit in weighed.values() if fit[1].count == count), key=lambda fit: fit[0]
-    )[1]
+    own = np.array([fit.count == count for _, fit in weighed.values()])
+    fits = [fit for _, fit in weighed.values() if fit.count == count]
+    solution = fits[int(np.argmax(shares[own]))]
     following = end_chances(observed, solution)
     fewer = following.pop(-1, 0.0)
     if found.burst < len(found.collisions) or fewer == 1.0:
@@ -223,13 +220,13 @@ def _answer(
     chances = with_more(chances, {-1: fewer, 0: 1.0 - fewer})
     if fewer > LIKELY and count > 1:
         count -= 1
-        solution = replace(solution, count=count)
+        fits = [replace(fit, count=count) for fit in fits]
     values = solution.values
     paths, _ = modelled(observed, values[None], count)
     return Between(
         count=count,
         probability=doubted(chances, count),
-        collisions=collisions_of(observed, solution, found),
+        collisions=collisions_of(observed, fits, shares[own], found),
         mass_ratio=mass_ratio(weighed, shares),
         restitution_bodies=estimate(weighed, shares, Column.BODIES),
         restitution_wall=estimate(weighed, shares, Column.BOUNCE),

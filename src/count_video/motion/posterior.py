@@ -18,7 +18,14 @@ from count_video.motion.observations import Observations
 from count_video.motion.parameters import FIRST_DEVIATION, Column, Prior, within_limits
 from count_video.motion.pendulums import follow
 from count_video.motion.priors import BELIEVED, DOUBT, SCATTERS
-from count_video.motion.rivals import HOPELESS, fine_fit, log_evidence, recounted, refloored
+from count_video.motion.rivals import (
+    HOPELESS,
+    fine_fit,
+    log_evidence,
+    recounted,
+    refloored,
+    with_deviations,
+)
 from count_video.motion.solving import Noise, Solution, noise_of, scaled
 from count_video.records import Floats
 
@@ -34,14 +41,19 @@ CORRELATED_AT_MOST = 40
 """Lag in frames up to which residuals may hang together."""
 RESIDUALS_AT_LEAST = 20
 """Fewer do not tell how they hang together."""
+LEAST_FREE_SHARE = 0.2
+"""Of fewer degrees of freedom the residuals tell the noise to no better than the track."""
 
 
 def fine_fits(
     observed: Observations, prior: Prior, coarse: list[Solution]
 ) -> tuple[list[Solution], Noise]:
-    """Fit the likeliest counts finely, best first, and widen the noise to what is left over."""
+    """Fit the likeliest counts finely, best first, and widen the noise to what is left over.
+
+    The restitution may scatter as much as it ever does, or its scatter would be taken for noise.
+    """
     noise = noise_of(observed, coarse[0].values, coarse[0].count)
-    scatter = SCATTERS[len(SCATTERS) // 2]
+    scatter = SCATTERS[-1]
     fits: list[Solution] = []
     for solution in coarse:
         bearable = min((fit.loss for fit in fits), default=np.inf) + HOPELESS
@@ -49,15 +61,29 @@ def fine_fits(
     fits.sort(key=lambda solution: solution.loss)
     best = fits[0]
     noise = noise_of(observed, best.values, best.count)
+    free = _free_share(best, with_deviations(prior, best.count, scatter))
     return fits, scaled(
         noise,
-        _inflation(best.ball_residuals / noise.ball),
-        _inflation(best.heavy_residuals / noise.heavy),
+        _spread(best.ball_residuals / noise.ball, free),
+        _spread(best.heavy_residuals / noise.heavy, free),
     )
 
 
-def _inflation(residuals: np.ndarray) -> float:
-    """Factor on the noise for residuals that are larger than it, or hang together."""
+def _free_share(fit: Solution, prior: Prior) -> float:
+    """Share of the residuals' degrees of freedom that a fit leaves.
+
+    It takes as many as it has columns, less what the prior knows of them: a column's precision by
+    the prior is a part of that by all, tr(H^-1 P) of all columns together.
+    """
+    known = prior.sigma > 0
+    covariance = np.linalg.pinv(fit.hessian, hermitian=True)
+    taken = known.sum() - np.diag(covariance)[known] @ prior.sigma[known] ** -2.0
+    shown = sum(int(np.isfinite(one).sum()) for one in (fit.ball_residuals, fit.heavy_residuals))
+    return max(1.0 - float(taken) / shown, LEAST_FREE_SHARE)
+
+
+def _spread(residuals: np.ndarray, free: float) -> float:
+    """Factor on the noise for residuals that are larger or smaller than it, or hang together."""
     kept = residuals[np.isfinite(residuals)]
     if len(kept) < RESIDUALS_AT_LEAST:
         return 1.0
@@ -69,7 +95,7 @@ def _inflation(residuals: np.ndarray) -> float:
         if correlation < 2 / np.sqrt(len(kept)):
             break
         together += 2 * correlation
-    return max(1.0, spread) * float(np.sqrt(together))
+    return spread * float(np.sqrt(together / free))
 
 
 def weigh(
@@ -114,6 +140,13 @@ def weigh(
             break
         starts = {}  # They led to a worse one: the others are fitted anew, from this one on.
     return {key: fit for key, fit in weighed.items() if np.isfinite(fit[0])}
+
+
+def scattered(observed: Observations, noise: Noise, prior: Prior, fit: Solution) -> Weighed:
+    """Weigh the scatters of the restitution for the count of one fit."""
+    weighed: Weighed = {}
+    _weigh_count(weighed, observed, noise, prior, fit)
+    return weighed
 
 
 def _best(weighed: Weighed) -> Solution:
@@ -161,16 +194,22 @@ def _evidence_of(weighed: Weighed, count: int) -> float:
     return max(own, default=-np.inf) - highest
 
 
+def shares_of(weighed: Weighed) -> Floats:
+    """Probability of each explanation by its evidence, of which a part is believed.
+
+    Shape (fits,); sums to 1.
+    """
+    evidence = np.array([evidence for evidence, _ in weighed.values()])
+    shares = np.exp(BELIEVED * (evidence - evidence.max()))
+    return np.asarray(shares / shares.sum())
+
+
 def probabilities(weighed: Weighed) -> dict[int, float]:
-    """Share the probability among the counts by their evidence, of which a part is believed."""
-    highest = max(evidence for evidence, _ in weighed.values())
-    shares: dict[int, float] = {}
-    for evidence, solution in weighed.values():
-        share = float(np.exp(evidence - highest))
-        shares[solution.count] = shares.get(solution.count, 0.0) + share
-    believed = {count: share**BELIEVED for count, share in shares.items()}
-    total = sum(believed.values())
-    return {count: share / total for count, share in believed.items()}
+    """Probability of each count: that of all its explanations."""
+    chances: dict[int, float] = {}
+    for (count, _), share in zip(weighed, shares_of(weighed), strict=True):
+        chances[count] = chances.get(count, 0.0) + float(share)
+    return chances
 
 
 def with_more(chances: Mapping[int, float], more: Mapping[int, float]) -> dict[int, float]:

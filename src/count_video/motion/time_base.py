@@ -20,8 +20,15 @@ from count_video.motion.left_out import CROWDED_FRAMES, SIDE_FRAMES, LeftOut
 from count_video.motion.observations import Observations, left_out_after
 from count_video.motion.parameters import Column, Prior
 from count_video.motion.priors import LEFT_OUT, SCATTERS
-from count_video.motion.rivals import FLOORS_PX, PAIR, coarse_fits, fine_fit, recounted
-from count_video.motion.solving import Linearised, Solution, linearised, loss_of, noise_of
+from count_video.motion.rivals import (
+    FLOORS_PX,
+    PAIR,
+    coarse_fits,
+    fine_fit,
+    recounted,
+    with_deviations,
+)
+from count_video.motion.solving import Linearised, Noise, Solution, linearised, loss_of, noise_of
 from count_video.records import Floats
 
 COUNTS = 3
@@ -46,7 +53,7 @@ def with_frames_left_out(
 
     Where some are known to be left out, in the ``gap``, their number is free.
     """
-    price = np.log(len(observed.frame) * CROWDED_FRAMES / LEFT_OUT)
+    price = _price(observed)
     free = prior.with_value(Column.SKIP, 0.0, np.inf)
     best = _Hypothesis(observed, coarse, _scattering(observed, prior, coarse))
     if gap is not None:
@@ -71,6 +78,18 @@ def with_frames_left_out(
         if best is before:
             break
     return best.observed, best.coarse
+
+
+def lacks_frames(observed: Observations, noise: Noise, prior: Prior, fit: Solution) -> bool:
+    """Whether frames left out somewhere would explain the track better, in first order."""
+    full = with_deviations(prior, fit.count, SCATTERS[-1])
+    skip, gain = _scores(observed, linearised(observed, noise, full, fit))
+    return float(gain[skip > 0].max(initial=0.0)) > _price(observed)
+
+
+def _price(observed: Observations) -> float:
+    """By how much a fit with frames left out must be better: their prior, place and number."""
+    return float(np.log(len(observed.frame) * CROWDED_FRAMES / LEFT_OUT))
 
 
 @dataclass(frozen=True)
