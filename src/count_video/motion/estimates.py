@@ -182,6 +182,9 @@ def collisions_of(
         each, spread = (np.array(part) for part in zip(*kept, strict=True))
         values, sigmas = mixed(shares[happens] / shares[happens].sum(), each, spread**2)
     partners = _partners(values[:, 0], sigmas[:, 0], found.collisions[: found.burst])
+    begin, end = _left_out(observed, fits[int(np.argmax(shares))].values)
+    for event in np.flatnonzero((values[:, 0] > begin) & (values[:, 0] < end)):
+        partners.pop(int(event), None)
     return tuple(
         _collision(observed.sign, event, (values[event], sigmas[event]), partners.get(event))
         for event in range(len(values))
@@ -197,21 +200,28 @@ def _events(observed: Observations, solution: Solution) -> tuple[Floats, Floats]
     return np.hstack(values), np.hstack([time[:, None], before, after])
 
 
+def _left_out(observed: Observations, values: Floats) -> tuple[float, float]:
+    """Frames before and after the place where others are left out; inf where none are."""
+    gap = np.flatnonzero(np.diff(observed.after))
+    if len(gap) == 0 or not values[Column.SKIP]:
+        return np.inf, np.inf
+    begin, end = observed.origin + observed.frame[gap[0] : gap[0] + 2]
+    return float(begin), float(end)
+
+
 def _shown(
     observed: Observations, values: Floats, when: tuple[Floats, Floats]
 ) -> tuple[Floats, Floats]:
     """Give times and uncertainties by the frames that are there, where others are left out."""
-    gap, skip = np.flatnonzero(np.diff(observed.after)), values[Column.SKIP]
-    times, sigmas = when
-    if len(gap) == 0 or not skip:
-        return observed.origin + times, sigmas
-    begin, end = observed.frame[gap[0] : gap[0] + 2]
-    since, there = times - begin, end - begin
+    begin, end = _left_out(observed, values)
+    times, sigmas = observed.origin + when[0], when[1]
+    if np.isinf(begin):
+        return times, sigmas
+    skip, since, there = values[Column.SKIP], times - begin, end - begin
     inside = (since > 0) & (since < there + skip)
     shown = np.where(since > 0, since - skip, since)
     shown[inside] = since[inside] * there / (there + skip)
-    sigmas = np.where(inside, np.maximum(sigmas, SAME_FRAMES * there), sigmas)
-    return observed.origin + begin + shown, sigmas
+    return begin + shown, np.where(inside, np.maximum(sigmas, SAME_FRAMES * there), sigmas)
 
 
 def _sigmas(solution: Solution, paths: Paths) -> list[Floats]:
@@ -267,12 +277,17 @@ def _kind(event: int) -> CollisionKind:
 def _collision(
     sign: int, event: int, known: tuple[Floats, Floats], partner: Collision | None
 ) -> Collision:
-    """One collision by the model; its time is the seen one where that contradicts the model's.
+    """One collision: by the model, in whose motion all frames share, and as its frames show it.
 
-    The model knows more, as all frames share its motion, and is wrong where something else acted.
+    Something else may have acted there, or frames may mislead: its time is a mixture of both, with
+    shares by their precisions, and as unsure as they differ.
     """
     values, sigmas = known
     frame, sigma = values[0], sigmas[0]
+    if partner is not None:
+        variances = np.square([sigma, partner.frame_sigma])
+        shares = variances[::-1] / variances.sum()
+        frame, sigma = mixed(shares, np.array([frame, partner.frame]), variances)
     heavy, ball = slice(2, None, 4), slice(4, None, 4)
     before, after = (
         Velocities(*each)
