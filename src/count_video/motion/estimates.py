@@ -279,15 +279,19 @@ def _collision(
 ) -> Collision:
     """One collision: by the model, in whose motion all frames share, and as its frames show it.
 
-    Something else may have acted there, or frames may mislead: its time is a mixture of both, with
-    shares by their precisions, and as unsure as they differ.
+    Its time is the mean of both, weighted by their precisions. Where they differ by more than their
+    uncertainties, something else acted there or frames misled, and the mean is less sure by the
+    Birge ratio (Birge 1932).
     """
     values, sigmas = known
     frame, sigma = values[0], sigmas[0]
     if partner is not None:
-        variances = np.square([sigma, partner.frame_sigma])
-        shares = variances[::-1] / variances.sum()
-        frame, sigma = mixed(shares, np.array([frame, partner.frame]), variances)
+        share = sigma**2 / (sigma**2 + partner.frame_sigma**2)
+        apart = partner.frame - frame
+        birge = abs(apart) / np.hypot(sigma, partner.frame_sigma)
+        frame += share * apart
+        # Both rest on the same frames, so that the mean is no surer than the better one.
+        sigma = min(sigma, partner.frame_sigma) * max(1.0, birge)
     heavy, ball = slice(2, None, 4), slice(4, None, 4)
     before, after = (
         Velocities(*each)
