@@ -18,7 +18,7 @@ import numpy as np
 from synthetic_tracks import FilmedTrial, random_long_trial, random_trial
 
 from count_video.motion.fitted import Between, count_between
-from count_video.motion.priors import PROBABILITY_RESOLVED
+from count_video.motion.priors import MODEL_WRONG
 from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import SeenCollisions, seen_collisions
 from count_video.verdict import leaves_room, sure_enough
@@ -82,7 +82,7 @@ def _claimed(found: SeenCollisions, fitted: object) -> tuple[int | None, float, 
         inferred = sum(not collision.seen for collision in fitted.collisions)
         return (fitted.count if chance >= 0.5 else None), chance, inferred
     if fitted is None and not found.doubts and not found.shortcomings:
-        return found.burst, PROBABILITY_RESOLVED, 0
+        return found.burst, 1 - MODEL_WRONG, 0
     return None, 0.0, 0
 
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from count_video.motion.burst import Rival
-from count_video.motion.priors import PROBABILITY_RESOLVED
+from count_video.motion.priors import MODEL_WRONG
 from count_video.motion.reasons import Cause, Reason
 from count_video.verdict import probabilities
 
@@ -21,12 +21,12 @@ def test_probabilities_sum_to_one(rival: Rival | None) -> None:
 def test_a_count_without_a_rival_has_what_resolved_clips_deserve() -> None:
     told = probabilities(31)
 
-    assert told[31] == PROBABILITY_RESOLVED
-    assert told[30] == told[32] == pytest.approx((1 - PROBABILITY_RESOLVED) / 2)
+    assert told[31] == 1 - MODEL_WRONG
+    assert told[30] == told[32] == pytest.approx(MODEL_WRONG / 2)
 
 
 def test_a_rival_takes_its_share_from_the_count_and_no_more() -> None:
     told = probabilities(5, Rival(3, 0.25, OPEN))
 
-    assert told[5] == pytest.approx(0.75 * PROBABILITY_RESOLVED)
-    assert told[3] == pytest.approx(0.25 * PROBABILITY_RESOLVED)
+    assert told[5] == pytest.approx(0.75 * (1 - MODEL_WRONG))
+    assert told[3] == pytest.approx(0.25 * (1 - MODEL_WRONG))

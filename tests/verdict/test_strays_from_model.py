@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from count_video.motion.fitted import Misfit
-from count_video.motion.priors import PROBABILITY_RESOLVED, STRAYING_WRONG
+from count_video.motion.priors import MODEL_WRONG, STRAYING_WRONG
 from count_video.motion.reasons import Cause, Reason
 from count_video.records import TrialResult
 from count_video.verdict import measured, probabilities, unread_result
@@ -32,7 +32,7 @@ def test_a_count_whose_motion_no_model_describes_is_in_doubt(
     told = measured(counted, Misfit(reason))
 
     assert told.count == COUNT
-    assert told.probability[COUNT] == pytest.approx(PROBABILITY_RESOLVED * (1 - STRAYING_WRONG))
+    assert told.probability[COUNT] == pytest.approx((1 - MODEL_WRONG) * (1 - STRAYING_WRONG))
     assert sum(told.probability.values()) == pytest.approx(1.0)
     assert told.reason == sentence(reason)
 

@@ -225,7 +225,7 @@ def _answer(
     paths, _ = modelled(observed, values[None], count)
     return Between(
         count=count,
-        probability=doubted(chances, count),
+        probability=doubted(chances),
         collisions=collisions_of(observed, fits, shares[own], found),
         mass_ratio=mass_ratio(weighed, shares),
         restitution_bodies=estimate(weighed, shares, Column.BODIES),

@@ -17,7 +17,7 @@ import numpy as np
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import FIRST_DEVIATION, Column, Prior, within_limits
 from count_video.motion.pendulums import follow
-from count_video.motion.priors import BELIEVED, DOUBT, SCATTERS
+from count_video.motion.priors import BELIEVED, MODEL_WRONG, SCATTERS
 from count_video.motion.rivals import (
     HOPELESS,
     fine_fit,
@@ -221,13 +221,10 @@ def with_more(chances: Mapping[int, float], more: Mapping[int, float]) -> dict[i
     return dict(sorted(total.items()))
 
 
-def doubted(chances: dict[int, float], count: int) -> dict[int, float]:
+def doubted(chances: Mapping[int, float]) -> dict[int, float]:
     """Leave room for what the model does not know: one collision more or fewer."""
-    doubted = {number: chance * (1 - DOUBT) for number, chance in chances.items()}
-    for number in (count - 1, count + 1):
-        doubted[number] = doubted.get(number, 0.0) + DOUBT / 2
-    kept = {number for number, chance in doubted.items() if chance >= 1e-6} | {count}
-    return {number: doubted[number] for number in sorted(kept)}
+    near = {-1: MODEL_WRONG / 2, 0: 1 - MODEL_WRONG, 1: MODEL_WRONG / 2}
+    return {number: chance for number, chance in with_more(chances, near).items() if chance >= 1e-6}
 
 
 DRAWS = 200

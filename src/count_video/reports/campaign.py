@@ -14,7 +14,7 @@ from count_video.inputs import MASS_RATIO, stored_number
 from count_video.physics.theory import collision_count
 from count_video.records import Estimate
 from count_video.reports.json_object import FIGURE, SCHEMA_VERSION, plain
-from count_video.reports.words import WIDTH, counts_words, printable, ratio_words
+from count_video.reports.words import WIDTH, counts_words, percent, printable, ratio_words
 
 if TYPE_CHECKING:
     from count_video.planning.spread import TrialTable
@@ -180,7 +180,7 @@ def theory_words(summary: Summary) -> str:
 def trial_line(row: TrialRow) -> str:
     """Write one trial as a line of the growing table."""
     count = "-" if row.count is None else str(row.count)
-    chance = "-" if row.probability is None else f"{row.probability:.0%}"
+    chance = "-" if row.probability is None else percent(row.probability)
     mark = "  needs a person" if row.needs_a_person else ""
     return f"{printable(row.name):<24}  {count:>5}  {chance:>11}{mark}"
 
@@ -236,7 +236,7 @@ def _why(row: TrialRow) -> str:
     if row.count is None:
         return reason or "not counted"
     chances = sorted(row.chances.items(), key=lambda item: -item[1])
-    listed = ", ".join(f"{count}: {chance:.0%}" for count, chance in chances[:4])
+    listed = ", ".join(f"{count}: {percent(chance)}" for count, chance in chances[:4])
     return "; ".join(filter(None, (f"probably {row.count} ({listed})", reason)))
 
 

@@ -34,7 +34,14 @@ from count_video.reports.material import ContactFrame, burst_size
 from count_video.reports.plan_text import change_words, plan_headline, plan_notes, table_lines
 from count_video.reports.tables import collision_lines
 from count_video.reports.text import comparison_lines, result_notes
-from count_video.reports.words import counts_words, plural, printable, ratio_words, storable
+from count_video.reports.words import (
+    counts_words,
+    percent,
+    plural,
+    printable,
+    ratio_words,
+    storable,
+)
 
 MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 
@@ -139,7 +146,7 @@ def _facts(result: TrialResult) -> list[tuple[str, str]]:
     ratio, expected = result.mass_ratio, expected_counts(result)
     measured = None if ratio is None else Estimate(ratio, result.mass_ratio_sigma or 0.0)
     facts = [
-        ("Probability", None if chance is None else f"{chance:.0%}"),
+        ("Probability", None if chance is None else percent(chance)),
         ("Theory", None if expected is None else counts_words(*expected.free)),
         ("Mass ratio", None if measured is None else f"{ratio_words(measured)} : 1"),
     ]

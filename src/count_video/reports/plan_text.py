@@ -28,14 +28,12 @@ from count_video.planning.spread import (
     restitution_range,
 )
 from count_video.reports.campaign import entry, histogram_lines, paper_lines
-from count_video.reports.words import WIDTH, Note, answer_text, plural
+from count_video.reports.words import WIDTH, Note, answer_text, percent, plural
 
 LISTED_AT_MOST = 5
 """Where there are more counts than this, only their range is given."""
 RARE = 0.005
 """Counts that fewer trials have are not listed."""
-ALL_BUT_CERTAIN = 0.99
-"""A chance from here on is given with a decimal."""
 GOOD_BALL_PX = 60
 """A ball this wide or wider is followed well."""
 
@@ -160,13 +158,8 @@ def _measured(camera: CameraView) -> str:
     measured = camera.measured
     if measured is None:
         return ""
-    text = f"counted exactly with a chance of {_percent(measured.chance)} (of {measured.clips} "
+    text = f"counted exactly with a chance of {percent(measured.chance)} (of {measured.clips} "
     return f"{text}{measured.kind} {measured.exact} were, {measured.wrong or 'none'} wrongly)"
-
-
-def _percent(chance: float) -> str:
-    """Write a chance, never as certain."""
-    return f"{chance:.0%}" if chance < ALL_BUT_CERTAIN else f"{chance:.1%}"
 
 
 def _film_at(plan: Plan) -> str:

@@ -24,12 +24,11 @@ from count_video.reports.words import (
     answer_text,
     counts_words,
     fixed,
+    percent,
     plural,
     printable,
 )
 
-_SURE = 0.995
-"""A probability from here on reads 100% when rounded and need not be spelt out."""
 _CLOSE_FRAMES = 2.5
 """Collisions closer than this follow from fits on both sides, not from frames between them."""
 _LIKELY = 0.9
@@ -142,9 +141,7 @@ def _evidence(result: TrialResult) -> str:
 
 def _probability(result: TrialResult) -> str:
     chances = sorted(result.probability.items(), key=lambda item: -item[1])
-    if not chances or (result.status == "counted" and chances[0][1] >= _SURE):
-        return ""
-    return ", ".join(f"{count}: {chance:.0%}" for count, chance in chances if chance >= 0.005)
+    return ", ".join(f"{count}: {percent(chance)}" for count, chance in chances if chance >= 0.005)
 
 
 def _afterwards(result: TrialResult) -> str:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:  # NumPy takes time, and the command needs this module at once
 WIDTH = 80
 """Columns that a terminal has at the least."""
 _LABEL_WIDTH = 13
+_NEARLY_CERTAIN = 0.99
 
 Note = tuple[str, str]
 """A label and the sentence that stands beside it."""
@@ -47,6 +48,11 @@ def ratio_words(ratio: Estimate | None) -> str:
     if ratio is None:
         return "not known"
     return f"{ratio.value:.4g}" + (f" ± {ratio.sigma:.2g}" if ratio.sigma else "")
+
+
+def percent(chance: float) -> str:
+    """Write a chance, with a decimal where it is nearly certain, and never as certain."""
+    return f"{chance:.0%}" if chance < _NEARLY_CERTAIN else f"{min(chance, 0.999):.1%}"
 
 
 def fixed(value: float, decimals: int) -> str:

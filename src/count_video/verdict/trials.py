@@ -13,8 +13,8 @@ from fractions import Fraction
 
 from count_video.motion.burst import Rival
 from count_video.motion.fitted import Between, Misfit
-from count_video.motion.posterior import with_more
-from count_video.motion.priors import PROBABILITY_RESOLVED, STRAYING_WRONG
+from count_video.motion.posterior import doubted, with_more
+from count_video.motion.priors import STRAYING_WRONG
 from count_video.motion.reasons import ENDS_EARLY, Cause, Reason
 from count_video.motion.rivals import PAIR, Knowledge
 from count_video.motion.seen import SeenCollisions
@@ -104,15 +104,9 @@ def probabilities(count: int, rival: Rival | None = None) -> dict[int, float]:
     What is left to doubt is shared between one more and one fewer, of both counts if a rival to
     the one told is open.
     """
-    shares = {count: 1.0} if rival is None else {count: 1 - rival.probability}
-    if rival is not None:
-        shares[rival.count] = rival.probability
-    rest = (1 - PROBABILITY_RESOLVED) / 2
-    chances: dict[int, float] = {}
-    for number, share in shares.items():
-        for near, part in ((-1, rest), (0, PROBABILITY_RESOLVED), (1, rest)):
-            chances[number + near] = chances.get(number + near, 0.0) + share * part
-    return dict(sorted(chances.items()))
+    if rival is None:
+        return doubted({count: 1.0})
+    return doubted({count: 1 - rival.probability, rival.count: rival.probability})
 
 
 def _weighed(
