@@ -1,8 +1,9 @@
 """Weigh the counts against each other: fine fits, their noise, and the probability of each count.
 
 What the fit leaves unexplained is larger than the noise of single frames and hangs together over
-several: compression, shading and a model that is not the world see to that. The noise is widened
-until the best fit's residuals are no surprise, and only then are its rivals judged.
+several: compression, shading and a model that is not the world see to that. Where collisions crowd,
+a track's own estimate of its noise is too large. So the noise is that of the residuals about the
+best fit, and only then are its rivals judged.
 
 Where the burst ends has a probability as well: whether the last collision comes before the heavy
 body's turn, and whether one more follows after the clip's end.

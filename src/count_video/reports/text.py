@@ -210,7 +210,7 @@ def _pi(result: TrialResult) -> str:
 def _restitution(result: TrialResult) -> str:
     parts = [("between the bodies", result.restitution_bodies)]
     parts.append(("at the wall", result.restitution_wall))
-    return ", ".join(f"{e.value:.3f} +- {e.sigma:.3f} {where}" for where, e in parts if e)
+    return ", ".join(f"{e.value:.4f} +- {e.sigma:.4f} {where}" for where, e in parts if e)
 
 
 def _ending(ending: Ending | None) -> str:
