@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from filmed_trials import RESOLVED_FRAMES, FilmedTrial, Filming, film
 
+from count_video.motion.fitted import Between, measure_burst
 from count_video.motion.frame_times import seen_by_clock
 from count_video.motion.left_out import LeftOut, left_out
 from count_video.motion.seen import seen_collisions
@@ -13,6 +14,8 @@ from count_video.physics.setup import Setup
 from count_video.records import BodyTrack, Track
 
 FPS = 480.0
+SIGMAS = 4.0
+"""Of a dozen times none is off by more by chance, one in a thousand."""
 SETUP = Setup(heavy_mass_kg=0.168, wall_gap_m=0.03)
 """1:16."""
 
@@ -104,6 +107,24 @@ def test_frames_left_out_of_a_crowd_are_noticed(
     assert gap is not None
     assert gap.after == pytest.approx(np.floor(near), abs=1)
     assert gap.frames == pytest.approx(frames, abs=1)
+
+
+@pytest.mark.parametrize("number", [2, 4, 6])
+def test_a_collision_in_frames_left_out_leaves_the_times_of_others_right(
+    whole: FilmedTrial, number: int
+) -> None:
+    frames, at = 2, float(np.floor(whole.frames[number]))
+    track = without(whole.track, at, frames)
+
+    told = measure_burst(track, seen_collisions(track))
+
+    assert isinstance(told, Between)
+    assert told.left_out is not None
+    assert told.left_out.frames == frames
+    shown = np.where(whole.frames > at + frames, whole.frames - frames, whole.frames)
+    errors = [c.frame - true for c, true in zip(told.collisions, shown, strict=True)]
+    sigmas = [collision.frame_sigma for collision in told.collisions]
+    assert np.abs(np.divide(errors, sigmas)).max() < SIGMAS
 
 
 def test_what_happened_in_frames_left_out_is_known_to_half_a_frame(whole: FilmedTrial) -> None:
