@@ -73,12 +73,11 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
         module = "distributed.cli.dask_scheduler"
         scheduler = dask(stack, log, module, "--host", LOCAL, "--no-dashboard", "--no-show")
         address = said(log, r"Scheduler at: +(tcp://\S+)")
-        workers = []
-        for number in range(2):
-            log = tmp_path / f"worker{number}.txt"
-            arguments = ("distributed.cli.dask_worker", address, "--nthreads", "1")
-            options = ("--no-dashboard", "--no-nanny", "--preload", str(COMMAND))
-            workers.append(dask(stack, log, *arguments, *options))
+        logs = [tmp_path / f"worker{number}.txt" for number in range(2)]
+        arguments = ("distributed.cli.dask_worker", address, "--nthreads", "1")
+        options = ("--no-dashboard", "--no-nanny", "--preload", str(COMMAND))
+        workers = [dask(stack, log, *arguments, *options) for log in logs]
+        for log in logs:
             said(log, r"(Registered to)")
         yield Cluster(address, scheduler, workers)
 
