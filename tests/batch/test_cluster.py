@@ -85,7 +85,7 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 def test_a_cluster_gives_the_files_of_a_local_run_and_a_killed_worker_costs_only_a_retry(
     cluster: Cluster, campaign: StubCampaign
 ) -> None:
-    campaign.add(**{f"trial{k}": f"count {28 + k % 4} sleep 0.3" for k in range(10)})
+    campaign.add(**{f"trial{k}": f"count {28 + k % 4} sleep 0.2" for k in range(6)})
     campaign.add(bad="bad now")
     with campaign.start("--scheduler", cluster.address) as process:
         end = time.monotonic() + PATIENCE_S

@@ -1,7 +1,7 @@
 """Accuracy under hard conditions only goes up: clips of the suite against their scores on file.
 
-Of every cell (a condition at a strength) the track of one clip is stored and, but for one that takes
-long, counted with every run of the tests; three whole clips are filmed and counted. The rest runs
+Of every cell (a condition at a strength) the track of one clip is stored and counted with every run
+of the tests, but for one that takes long; three whole clips are filmed and counted. The rest runs
 with ``-m slow``.
 """
 
