@@ -22,7 +22,7 @@ from count_video.batch.manifest import Job, jobs_of
 from count_video.batch.results import signature
 from count_video.errors import CountVideoError, UsageError, reason_of
 from count_video.followed import Followed, followed
-from count_video.memory import shortage_told
+from count_video.memory import shortage_explained
 from count_video.outputs import CsvDialect
 from count_video.parallel import in_parallel
 from count_video.physics.theory import Mass, Theory, theory_of
@@ -211,7 +211,7 @@ class Result:
             Path(folder), picture_format, csv_dialect=csv_dialect, presenter=presenter
         )
         self._check_clip()
-        with shortage_told():
+        with shortage_explained():
             names = draw_evidence(self._followed, wanted, progress, with_json=True)
         self._check_clip()
         return [wanted.folder / name for name in names]
@@ -321,7 +321,7 @@ def count(  # noqa: PLR0913 - what a clip may need is many things, each by its n
     )
     state = _state_of(Path(path))
     try:
-        with shortage_told():
+        with shortage_explained():
             worked = pipeline.work_through(Path(path), settings, progress)
     finally:
         progress.finish()
@@ -410,7 +410,7 @@ def _count_job(job: Job) -> Result:
     path = Path(job.clip)
     state = _state_of(path)
     try:
-        with shortage_told():
+        with shortage_explained():
             worked = pipeline.work_through(path, job.settings)
     except (CountVideoError, OSError) as error:
         return refused(path, error)

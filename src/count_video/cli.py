@@ -15,15 +15,15 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, TextIO, cast
 
 from count_video.errors import CountVideoError, MachineError, UsageError
 from count_video.memory import (
     DRAWING_BYTES,
     LIBRARIES_BYTES,
     check_limits,
-    check_room,
-    shortage_told,
+    check_memory,
+    shortage_explained,
 )
 from count_video.options import complete_options, is_campaign, read_options
 from count_video.progress import NO_PROGRESS, Progress
@@ -99,7 +99,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command on ``arguments`` (None: those of this process) and return its exit code."""
     _show_any_file_name()
     try:
-        with shortage_told():
+        with shortage_explained():
             code = _answered(arguments)
         _flush_stdout()
     except (UsageError, MachineError, ImportError) as error:
@@ -137,7 +137,7 @@ def _answered(arguments: Sequence[str] | None) -> int:
 def _answer(options: argparse.Namespace) -> int:
     check_limits()
     if options.output is not None:
-        check_room(LIBRARIES_BYTES + DRAWING_BYTES)
+        check_memory(LIBRARIES_BYTES + DRAWING_BYTES)
         _load_the_drawing()
     if options.theory is not None:
         return _answer_theory(options)
@@ -284,16 +284,10 @@ def _answer_plan(options: argparse.Namespace) -> int:
 
 
 def _settings(options: argparse.Namespace) -> Settings:
-    return {
-        "masses": options.masses,
-        "capture_fps": options.capture_fps,
-        "region": options.region,
-        "wall": options.wall_side,
-        "start": options.start,
-        "end": options.end,
-        "ball_diameter_mm": options.ball_diameter_mm,
-        "seen_only": options.seen_only,
-    }
+    """Collect what was said about the clips; the options are called as the settings are."""
+    from count_video.settings import Settings
+
+    return cast(Settings, {name: getattr(options, name) for name in Settings.__annotations__})
 
 
 def _progress(unit: str = "frames") -> Progress:

@@ -20,7 +20,7 @@ from count_video.followed import Followed
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
-from count_video.memory import DRAWING_BYTES, check_room
+from count_video.memory import DRAWING_BYTES, check_memory
 from count_video.outputs import (
     CsvDialect,
     OutputFolder,
@@ -106,7 +106,7 @@ def draw_evidence(
     UsageError
         If the evidence cannot be written.
     """
-    check_room(DRAWING_BYTES)
+    check_memory(DRAWING_BYTES)
     with _files_of(found.path, evidence) as files:
         if with_json:
             files.write("json", f"{json_line(found.result)}\n".encode("ascii"))

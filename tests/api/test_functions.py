@@ -160,11 +160,11 @@ def test_a_file_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
     [
         ({"masses": (1, 100)}, "cylinder first"),
         ({"masses": (100, 0)}, "a mass is 0"),
-        ({"masses": (100,)}, "give two"),
+        ({"masses": (100,)}, "two masses"),
         ({"masses": ("heavy", 1)}, "a mass is 'heavy'"),
         ({"capture_fps": math.nan}, "capture_fps: 'nan'"),
         ({"region": (1, 2, 3)}, "region: '1,2,3'"),
-        ({"wall": "up"}, "'left' or 'right'"),
+        ({"wall": "up"}, "wall: 'up'"),
         ({"start": 5, "end": 5}, "no frame"),
         ({"start": -1}, "start: '-1'"),
         ({"ball_diameter_mm": 0}, "ball_diameter_mm: '0'"),

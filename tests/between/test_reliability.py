@@ -46,7 +46,7 @@ def rows(track: Track, keep: Floats) -> Track:
 
 @pytest.mark.parametrize("ratio", rest_slow([5.0, 1.0, 16.0]))
 def test_a_cut_clip_is_no_smaller_experiment(ratio: float) -> None:
-    """Where it ends too early the count is that of the trial, or none, or as sure as it is told."""
+    """Where it ends too early the count is that of the trial, or none, or as sure as it claims."""
     whole = trial(ratio)
     assert counted(whole).right
     said = []
@@ -107,14 +107,14 @@ def test_hard_trials_are_as_they_are_said_to_be() -> None:
 
 
 @pytest.mark.parametrize("seed", rest_slow([55, 47, 131]))
-def test_frames_left_out_of_a_crowd_without_a_trace_are_made_up_for(seed: int) -> None:
+def test_frames_left_out_of_a_dense_burst_without_a_trace_are_made_up_for(seed: int) -> None:
     outcome = counted(hard_trial(seed))
     assert outcome.right
     assert any("left out" in warning for warning in outcome.result.warnings)
 
 
 @pytest.mark.parametrize(("seed", "missed"), rest_slow([(743, 5), (835, 11), (1115, 9), (975, 8)]))
-def test_it_is_told_how_many_frames_are_left_out_of_a_burst(seed: int, missed: int) -> None:
+def test_a_warning_says_how_many_frames_are_left_out_of_a_burst(seed: int, missed: int) -> None:
     outcome = counted(hard_trial(seed))
     assert outcome.right
     assert any(f"about {missed} frames" in warning for warning in outcome.result.warnings)

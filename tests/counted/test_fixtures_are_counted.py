@@ -73,15 +73,17 @@ def test_an_unresolved_clip_claims_to_have_seen_what_its_frames_show(clip: Path)
     said = answer(clip)
     if said["count"] is None:
         pytest.skip("not counted: nothing is claimed")
-    told, true = burst(said), [event["frame"] for event in truth_of(clip)["events"]]
+    stated, true = burst(said), [event["frame"] for event in truth_of(clip)["events"]]
     assert (said["seen"], said["between_frames"]) == (
-        sum(one["seen"] for one in told),
-        sum(not one["seen"] for one in told),
+        sum(one["seen"] for one in stated),
+        sum(not one["seen"] for one in stated),
     )
     between = zip(true, true[1:], true[2:], strict=False)
     crowded = [n for n, (a, b, c) in enumerate(between, 1) if max(b - a, c - b) < ONE_FRAME]
-    assert not any(told[n]["seen"] for n in crowded)
-    errors = [(one["frame"] - at) / one["frame_sigma"] for one, at in zip(told, true, strict=True)]
+    assert not any(stated[n]["seen"] for n in crowded)
+    errors = [
+        (one["frame"] - at) / one["frame_sigma"] for one, at in zip(stated, true, strict=True)
+    ]
     assert np.sqrt(np.mean(np.square(errors))) < STANDARDISED_AT_MOST
 
 

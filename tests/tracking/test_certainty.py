@@ -127,7 +127,7 @@ def test_copies_among_even_pictures_are_no_errors() -> None:
 
 
 @pytest.mark.parametrize("frames", [0, 1, 12])
-def test_too_short_a_track_tells_nothing(frames: int) -> None:
+def test_too_short_a_track_shows_nothing(frames: int) -> None:
     white = np.full(frames, 0.01)
 
     grown = stated_sigmas(

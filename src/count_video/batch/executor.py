@@ -29,7 +29,7 @@ from count_video.errors import (
 )
 from count_video.followed import Followed, followed, packed, unpacked
 from count_video.inputs import content_digest
-from count_video.memory import shortage_told
+from count_video.memory import shortage_explained
 from count_video.parallel import Workers, as_done
 from count_video.reports.json_object import SCHEMA_VERSION, json_line, read_result
 from count_video.verdict import unread_result
@@ -81,7 +81,7 @@ def count_job(job: Job) -> Answer:
     evidence: tuple[str, ...] = ()
     try:
         content = content_digest(job.file)
-        with shortage_told():
+        with shortage_explained():
             found = _followed(job)
             result, kept, final = found.result, packed(found), True
             if job.pages is not None:

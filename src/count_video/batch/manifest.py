@@ -12,7 +12,7 @@ import io
 import os
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -21,7 +21,7 @@ from count_video import inputs
 from count_video.errors import FootageError, UsageError
 from count_video.inputs import shown
 from count_video.outputs import CsvDialect, OutputFolder, output_name
-from count_video.settings import TrialSettings
+from count_video.settings import READERS, TrialSettings
 
 VIDEO_SUFFIXES = (
     *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm"),
@@ -117,7 +117,7 @@ def clips_in(folder: Path) -> list[Path]:
         and not entry.is_dir()  # a link that leads nowhere has a row that says so
     ]
     if not clips:
-        raise FootageError(f"no video file in this folder (looked for {' '.join(VIDEO_SUFFIXES)})")
+        raise FootageError(f"no video file in this folder (none of {' '.join(VIDEO_SUFFIXES)})")
     return sorted(clips, key=_natural_order)
 
 
@@ -177,31 +177,6 @@ def _alike(name: str) -> str:
     return unicodedata.normalize("NFC", output_name(name)).casefold()
 
 
-def _masses(cell: str) -> object:
-    two = cell.split()
-    if len(two) != 2:
-        raise UsageError(f"{shown(cell)} is not two masses, heavy and light")
-    return inputs.masses(inputs.mass(two[0]), inputs.mass(two[1]))
-
-
-def _wall(cell: str) -> str:
-    if cell not in ("left", "right"):
-        raise UsageError(f"{shown(cell)} is not left or right")
-    return cell
-
-
-COLUMNS: Mapping[str, tuple[str, Callable[[str], object]]] = {
-    "region": ("region", inputs.region),
-    "masses": ("masses", _masses),
-    "wall": ("wall_side", _wall),
-    "capture_fps": ("capture_fps", inputs.capture_rate),
-    "start": ("start", inputs.frame),
-    "end": ("end", inputs.frame),
-    "ball_diameter_mm": ("ball_diameter_mm", inputs.ball_diameter),
-}
-"""For every column the setting that it sets, and what reads its cells, as the options are read."""
-
-
 def read_manifest(path: Path, settings: TrialSettings) -> list[Job]:
     """Read a manifest; what a line leaves open is taken from ``settings``.
 
@@ -226,7 +201,7 @@ def _cells(path: Path, text: str) -> Iterator[tuple[str, dict[str, str]]]:
     delimiter = ";" if ";" in head and "," not in head else ","
     # Not splitlines: signs that it takes for the end of a line may stand in a name.
     reader = csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
-    known = ("clip", "name", *COLUMNS)
+    known = ("clip", "name", *READERS)
     columns = [column.strip().lower() for column in reader.fieldnames or ()]
     if "clip" not in columns or not set(columns) <= set(known) or len(set(columns)) < len(columns):
         raise UsageError(
@@ -259,12 +234,10 @@ def _job(path: Path, where: str, cells: Mapping[str, str], settings: TrialSettin
         clip = path.parent / inputs.some_path(cells["clip"])
         given: dict[str, Any] = {
             setting: read(cells[column])
-            for column, (setting, read) in COLUMNS.items()
+            for column, (setting, read) in READERS.items()
             if cells.get(column)
         }
         settings = replace(settings, **given)
-        if settings.end is not None and settings.start >= settings.end:
-            raise UsageError(f"start {settings.start} leaves no frame before {settings.end}")
     except UsageError as error:
         raise UsageError(f"{where}: {error}") from error
     return Job(name, str(clip), settings)

@@ -58,7 +58,7 @@ def run_campaign(
     start_workers
         Not called where all is known already.
     store
-        Where results are kept and looked for; None keeps nothing.
+        Where results are kept and sought; None keeps nothing.
     """
     done: dict[str, Counted] = {}
     rest = []
