@@ -72,5 +72,5 @@ def noise_px(signal: Floats) -> float:
 
 
 def sigma_of(signal: Floats) -> float:
-    """Noise of one frame of a track, not below what compression leaves."""
+    """Noise in px of one frame of a track, shape (n,), not below what compression leaves."""
     return max(noise_px(signal), NOISE_AT_LEAST_PX)

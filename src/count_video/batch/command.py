@@ -22,11 +22,11 @@ from count_video.batch.summary import (
 from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
 from count_video.parallel import Processes, Workers
+from count_video.process import before_the_end
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
 from count_video.reports.words import WIDTH, printable
 from count_video.settings import TrialSettings
-from count_video.termination import before_the_end
 
 EXIT_COUNTED, EXIT_NOT_COUNTED = 0, 1
 

@@ -22,24 +22,13 @@ from pathlib import Path
 from count_video.batch.executor import Answer, tool_version
 from count_video.batch.manifest import Job
 from count_video.errors import UsageError
-from count_video.inputs import content_digest, read_text
+from count_video.inputs import Signature, content_digest, read_text, signature
 from count_video.outputs import HIDDEN, OutputFolder, held, open_outputs, write_whole
 from count_video.reports.json_object import read_result
 from count_video.reports.words import storable
 
 _MOST_BYTES = 100_000_000
 """Of a result or what was followed; larger ones are not ours."""
-Signature = list[int]
-"""What a file system says of a file; it changes whenever somebody writes to the file."""
-
-
-def signature(file: Path) -> Signature:
-    """Size, times of the last change and number of a file; empty if there is none."""
-    try:
-        stat = file.stat()
-    except (OSError, ValueError):
-        return []
-    return [stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns, stat.st_ino]
 
 
 @dataclass(frozen=True)

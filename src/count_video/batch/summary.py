@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 import time
-from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
-from statistics import fmean, pstdev, stdev
+from statistics import fmean, pstdev
 from typing import Any
 
 from count_video.batch.executor import Answer, answers
 from count_video.batch.manifest import Job
-from count_video.batch.results import ResultStore, Signature, signature
+from count_video.batch.results import ResultStore
 from count_video.errors import UsageError
+from count_video.inputs import Signature, signature
 from count_video.parallel import Workers
 from count_video.physics.theory import collision_count
+from count_video.planning.spread import count_figures
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Estimate
 from count_video.reports.campaign import CampaignSummary, Spread, Summary, TrialRow, campaign_json
@@ -205,11 +206,6 @@ def _summary(rows: Sequence[TrialRow]) -> Summary:
     return Summary(
         trials=len(rows),
         counted=len(counts),
-        maximum=max(counts, default=None),
-        minimum=min(counts, default=None),
-        mean=fmean(counts) if counts else None,
-        sd_population=pstdev(counts) if counts else None,
-        sd_sample=stdev(counts) if len(counts) > 1 else None,
         mean_uncertainty=uncertainty,
         mean_expected=expected,
         theory=theories[0] if theories and theories[0] == theories[-1] else None,
@@ -217,11 +213,11 @@ def _summary(rows: Sequence[TrialRow]) -> Summary:
         theory_low=theories[0] if theories else None,
         theory_high=theories[-1] if theories else None,
         mass_ratio=ratio,
-        histogram=dict(sorted(Counter(counts).items())),
         restitution_bodies=_spread(row.figure("restitution", "bodies", "value") for row in counted),
         restitution_wall=_spread(row.figure("restitution", "wall", "value") for row in counted),
         energy_kept=_spread(row.figure("energy_kept") for row in counted),
         geometric_share=endings.count("geometric") / len(endings) if endings else None,
+        **count_figures(counts),
     )
 
 

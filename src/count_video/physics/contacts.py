@@ -226,10 +226,10 @@ class States(NamedTuple):
 def next_contact(
     laws: tuple[Swings, Swings], state: States, window: Floats, lasting: Flags
 ) -> tuple[Floats, Flags]:
-    """Time of flight to the next contact, inf if there is none before the cylinder turns.
+    """Time of flight in seconds to the next contact, inf if there is none before the cylinder turns.
 
-    Also whether it is one with the wall. Beyond the turn nothing counts any more. Bodies that touch
-    now seldom meet next: theirs is sought last, with the least to seek.
+    Also whether it is one with the wall; all arrays have shape (n,). Beyond the turn nothing counts
+    any more. Bodies that touch now seldom meet next: theirs is sought last, with the least to seek.
     """
     # A cylinder at rest never turns; the ball comes back to it within a swing, or stays away.
     swing_s = PERIODS_AT_REST * 2.0 * np.pi / laws[1].damped_rad_s

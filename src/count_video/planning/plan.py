@@ -255,7 +255,13 @@ def make_plan(
     with_chart: bool = True,
     progress: Progress = NO_PROGRESS,
 ) -> Plan:
-    """Work out a plan; a second or two, most of it for tolerances and map."""
+    """Work out a plan; a second or two, most of it for tolerances and map.
+
+    Raises
+    ------
+    UsageError
+        As for ``planned_motion``.
+    """
     progress.start(3 + with_table + with_chart, "planning")
     motion = planned_motion(request)
     burst = planned_burst(request, motion)

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from statistics import fmean, pstdev, stdev
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -191,7 +191,7 @@ def spread_of(request: PlanRequest, theory: int) -> Spread:
     means, deviations = _tables(counts, request)
     return Spread(
         trials=trials,
-        histogram=_histogram(counts),
+        histogram=dict(sorted(Counter(counts.tolist()).items())),
         endless_share=float(np.mean(found.endless)),
         mean=float(counts.mean()) if counts.size else math.nan,
         sd=float(counts.std()) if counts.size else math.nan,
@@ -221,17 +221,19 @@ def table_of(request: PlanRequest, theory: int) -> TrialTable:
     """Simulate one table of trials."""
     found = _simulated(request, request.trials, _STREAM_TABLE, theory)
     counts = found.count[~found.endless].tolist()
-    return TrialTable(
-        trials=request.trials,
-        counts=tuple(counts),
-        maximum=max(counts, default=None),
-        minimum=min(counts, default=None),
-        mean=fmean(counts) if counts else None,
-        sd_population=pstdev(counts) if counts else None,
-        sd_sample=stdev(counts) if len(counts) > 1 else None,
-        histogram=_histogram(np.array(counts, dtype=np.int64)),
-        theory=theory,
-    )
+    return TrialTable(request.trials, tuple(counts), theory=theory, **count_figures(counts))
+
+
+def count_figures(counts: Sequence[int]) -> dict[str, Any]:
+    """Work out the figures of the paper's table, by the names of the fields of ``TrialTable``."""
+    return {
+        "maximum": max(counts, default=None),
+        "minimum": min(counts, default=None),
+        "mean": fmean(counts) if counts else None,
+        "sd_population": pstdev(counts) if counts else None,
+        "sd_sample": stdev(counts) if len(counts) > 1 else None,
+        "histogram": dict(sorted(Counter(counts).items())),
+    }
 
 
 def shares_of(planned: Sequence[PlanRequest], count: int, trials: int) -> list[float]:
@@ -248,10 +250,6 @@ def shares_of(planned: Sequence[PlanRequest], count: int, trials: int) -> list[f
 def _between(values: Floats) -> tuple[float, float]:
     low, high = np.quantile(values, CENTRAL)
     return float(low), float(high)
-
-
-def _histogram(counts: Whole) -> dict[int, int]:
-    return dict(sorted(Counter(counts.tolist()).items()))
 
 
 def chart_of(request: PlanRequest, theory: int) -> Chart:
