@@ -226,7 +226,7 @@ class States(NamedTuple):
 def next_contact(
     laws: tuple[Swings, Swings], state: States, window: Floats, lasting: Flags
 ) -> tuple[Floats, Flags]:
-    """Time of flight in seconds to the next contact, inf if there is none before the cylinder turns.
+    """Time of flight (s) to the next contact, inf if there is none before the cylinder turns.
 
     Also whether it is one with the wall; all arrays have shape (n,). Beyond the turn nothing counts
     any more. Bodies that touch now seldom meet next: theirs is sought last, with the least to seek.
