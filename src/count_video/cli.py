@@ -150,12 +150,11 @@ def _count(
 
     kept = options.output is not None
     if kept:
-        from count_video.evidence import EvidenceSettings, check_evidence
+        from count_video.evidence import check_evidence
+        from count_video.settings import EvidenceSettings
 
-        wanted = EvidenceSettings(
-            options.output, options.picture_format, presenter=options.presenter
-        )
-        check_evidence(path, wanted)
+        formats = options.picture_format, options.csv_dialect, options.presenter
+        check_evidence(path, EvidenceSettings(options.output, *formats))
     result = api.count(path, **_settings(options), progress=progress)
     if options.corrections is not None:
         result = result.reviewed(options.corrections)

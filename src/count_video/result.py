@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from count_video.records import Collision, Estimate, Track, TrialResult
 from count_video.reports.json_object import json_object
 from count_video.reports.tables import collisions_array, track_array
 from count_video.reports.text import headline, result_text
+from count_video.settings import EvidenceSettings, PictureFormat, Shape
 from count_video.verdict.choosing import Trial
 
 if TYPE_CHECKING:
@@ -164,9 +165,9 @@ class Result:
         self,
         folder: AnyPath,
         *,
-        picture_format: Literal["png", "svg"] = "png",
+        picture_format: PictureFormat = "png",
         csv_dialect: CsvDialect = "comma",
-        presenter: Literal["wide", "upright"] | None = None,
+        presenter: Shape | None = None,
         progress: Progress = NO_PROGRESS,
     ) -> list[Path]:
         """Write page, picture, annotated clip, tables and JSON object into a folder.
@@ -195,11 +196,9 @@ class Result:
             If a file cannot be written, or would replace one that this program did not write; if
             the clip changed since it was counted.
         """
-        from count_video.evidence import EvidenceSettings, draw_evidence  # noqa: PLC0415
+        from count_video.evidence import draw_evidence  # noqa: PLC0415
 
-        wanted = EvidenceSettings(
-            Path(folder), picture_format, csv_dialect=csv_dialect, presenter=presenter
-        )
+        wanted = EvidenceSettings(Path(folder), picture_format, csv_dialect, presenter)
         self._check_clip()
         with shortage_explained():
             names = draw_evidence(self._followed, wanted, progress, with_json=True)

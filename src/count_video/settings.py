@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, TypedDict, Unpack
+from pathlib import Path
+from typing import Any, Literal, TypedDict, Unpack
 
 from count_video import inputs
 from count_video.errors import UsageError
+from count_video.outputs import CsvDialect
 from count_video.physics.theory import Mass
 from count_video.records import WallSide
+
+PictureFormat = Literal["png", "svg"]
+Shape = Literal["wide", "upright"]
 
 
 @dataclass(frozen=True)
@@ -37,6 +42,21 @@ class TrialSettings:
             raise UsageError(
                 f"start {self.start} leaves no frame before end {self.end}: give a start below it"
             )
+
+
+@dataclass(frozen=True)
+class EvidenceSettings:
+    """The folder of a clip's evidence, and its formats."""
+
+    folder: Path
+    """Made if it is not there."""
+    picture_format: PictureFormat = "png"
+    csv_dialect: CsvDialect = "comma"
+    """Dialect of the tables."""
+    presenter: Shape | None = None
+    """Shape of a clip for a talk, with its GIF; None for none."""
+    name: str | None = None
+    """What the files are named after; None for the clip's name without its suffix."""
 
 
 class Settings(TypedDict, total=False):

@@ -10,7 +10,7 @@ from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from functools import partial
 
 from count_video.batch.executor import ClusterWorkers
-from count_video.batch.manifest import Job, Pages, is_manifest, jobs_of
+from count_video.batch.manifest import Job, is_manifest, jobs_of
 from count_video.batch.results import ResultStore, open_store
 from count_video.batch.summary import (
     SUMMARY,
@@ -26,7 +26,7 @@ from count_video.process import before_the_end
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
 from count_video.reports.words import WIDTH, printable
-from count_video.settings import TrialSettings
+from count_video.settings import EvidenceSettings, TrialSettings
 
 EXIT_COUNTED, EXIT_NOT_COUNTED = 0, 1
 
@@ -47,7 +47,7 @@ def answer_campaign(
     """
     pages = None
     if options.pages:
-        pages = Pages(options.output, options.picture_format, options.csv_dialect)
+        pages = EvidenceSettings(options.output, options.picture_format, options.csv_dialect)
     jobs = jobs_of(options.clips, settings, pages)
     rows: list[TrialRow] = []
     with ExitStack() as stack:

@@ -15,13 +15,13 @@ import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from count_video import inputs
 from count_video.errors import FootageError, UsageError
 from count_video.inputs import shown
-from count_video.outputs import CsvDialect, OutputFolder, output_name
-from count_video.settings import READERS, TrialSettings
+from count_video.outputs import OutputFolder, output_name
+from count_video.settings import READERS, EvidenceSettings, TrialSettings
 
 VIDEO_SUFFIXES = (
     *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm"),
@@ -37,15 +37,6 @@ FOLDER_MANIFEST = "manifest.csv"
 
 
 @dataclass(frozen=True)
-class Pages:
-    """That each trial gets its evidence: page, pictures, annotated clip, tables."""
-
-    folder: Path
-    picture_format: Literal["png", "svg"] = "png"
-    csv_dialect: CsvDialect = "comma"
-
-
-@dataclass(frozen=True)
 class Job:
     """One trial to count."""
 
@@ -56,8 +47,8 @@ class Job:
     settings: TrialSettings
     problem: str | None = None
     """Why there is no clip to count; None for a clip."""
-    pages: Pages | None = None
-    """None where the count alone is wanted."""
+    pages: EvidenceSettings | None = None
+    """Evidence that the trial gets; None where the count alone is wanted."""
     start: str = ""
     """Folder at which relative paths start; a worker of a cluster runs in one of its own."""
     followed: str | None = None
@@ -70,7 +61,7 @@ class Job:
 
 
 def jobs_of(
-    paths: Iterable[Path], settings: TrialSettings, pages: Pages | None = None
+    paths: Iterable[Path], settings: TrialSettings, pages: EvidenceSettings | None = None
 ) -> list[Job]:
     """List the trials that files, folders and manifests stand for, in the order given.
 

@@ -137,7 +137,7 @@ class ResultStore:
 
     def _write(self, job: Job, kept: Mapping[str, object], followed: str | None) -> None:
         name = self._place(job).name
-        self.outputs.claim(name, str(kept["clip"]))
+        self.outputs.claim(name, str(kept.get("clip", "")))
         write_whole(self._kept_place(job), f"{json.dumps(kept)}\n{followed or ''}".encode("ascii"))
         write_whole(self.folder / name, f"{kept['result']}\n".encode("ascii"))
 
