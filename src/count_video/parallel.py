@@ -222,7 +222,7 @@ def cores() -> int:
 
 
 def _ignore_ctrl_c() -> None:
-    """Let processes that this thread starts be deaf to Ctrl-C, which reaches all of a terminal's.
+    """Let processes that this thread starts ignore Ctrl-C, which reaches all of a terminal's.
 
     Who started them decides what it means.
     """

@@ -201,7 +201,7 @@ def test_a_missed_pair_of_collisions_is_not_confirmed() -> None:
     assert not seen_collisions(cut).borne_out
 
 
-def test_a_clip_with_one_stroke_against_the_wall_alone_is_judged() -> None:
+def test_a_clip_with_one_collision_with_the_wall_alone_is_judged() -> None:
     whole = trial()
 
     found = seen_collisions(part(whole.track, int(whole.frames[0]) + 2, int(whole.frames[2]) - 2))
