@@ -321,7 +321,15 @@ class _Filmed:
 
 # ---- the files of a plan -----------------------------------------------------------------------
 
-NAMES = ("plan.json", "plan.csv", "plan.html", "plan.png", "plan.svg")
+_CONTENTS: Mapping[str, Callable[[Plan, Figure], bytes]] = {
+    "plan.json": lambda plan, _: json.dumps(plan_object(plan), indent=1).encode("ascii") + b"\n",
+    "plan.csv": lambda plan, _: map_csv(plan.chart).encode("ascii"),
+    "plan.html": lambda plan, _: plan_page(plan).encode("utf-8"),
+    "plan.png": lambda _, figure: picture_bytes(figure, "png"),
+    "plan.svg": lambda _, figure: picture_bytes(figure, "svg"),
+}
+NAMES = tuple(_CONTENTS)
+"""Files of a plan, and above what each holds."""
 
 
 def open_folder(folder: Path) -> OutputFolder:
@@ -348,15 +356,8 @@ def write_plan(plan: Plan, outputs: OutputFolder, progress: Progress = NO_PROGRE
     """
     progress.start(len(NAMES), "drawing")
     figure = plan_figure(plan)
-    files: Mapping[str, Callable[[], bytes]] = {
-        "plan.json": lambda: json.dumps(plan_object(plan), indent=1).encode("ascii") + b"\n",
-        "plan.csv": lambda: map_csv(plan.chart).encode("ascii"),
-        "plan.html": lambda: plan_page(plan).encode("utf-8"),
-        "plan.png": lambda: picture_bytes(figure, "png"),
-        "plan.svg": lambda: picture_bytes(figure, "svg"),
-    }
-    for name in NAMES:
+    for name, content in _CONTENTS.items():
         with explained(outputs.folder / name):
-            outputs.write(name, files[name]())
+            outputs.write(name, content(plan, figure))
         progress.advance(1)
     progress.finish()
