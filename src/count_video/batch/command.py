@@ -61,10 +61,10 @@ def answer_campaign(
         progress, aside = _progress()
         if not options.json:
             print(TRIAL_HEADING, flush=True)
-        for one in run_campaign(jobs, _workers(options), store, progress):
-            rows.append(one.row)
+        for row in run_campaign(jobs, _workers(options), store, progress):
+            rows.append(row)
             with aside():
-                print(one.text if options.json else trial_line(one.row), flush=True)
+                print(row.text if options.json else trial_line(row), flush=True)
         _conclude(rows, store, options, columns)
     done = all(row.count is not None and row.not_kept is None for row in rows)
     return EXIT_COUNTED if done else EXIT_NOT_COUNTED

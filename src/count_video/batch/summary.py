@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import fmean, pstdev
 from typing import Any
 
@@ -37,21 +37,12 @@ THEORY_SIGMAS = 2.0
 """The theory's counts are those of mass ratios within so many standard uncertainties."""
 
 
-@dataclass(frozen=True)
-class Counted:
-    """One trial of a campaign that is done."""
-
-    row: TrialRow
-    text: str
-    """The result as one line of JSON."""
-
-
 def run_campaign(
     jobs: Sequence[Job],
     start_workers: Callable[[], Workers],
     store: ResultStore | None,
     progress: Progress = NO_PROGRESS,
-) -> Iterator[Counted]:
+) -> Iterator[TrialRow]:
     """Count all jobs and yield them in their own order, each when it and those before are there.
 
     Parameters
@@ -61,14 +52,14 @@ def run_campaign(
     store
         Where results are kept and sought; None keeps nothing.
     """
-    done: dict[str, Counted] = {}
+    done: dict[str, TrialRow] = {}
     rest = []
     for job in jobs:
         text = None if store is None else store.known(job)
         if store is None or text is None:
             rest.append(job)
         elif store.has_pages(job):
-            done[job.name] = Counted(row_of(job, text, None, store.evidence(job)), text)
+            done[job.name] = row_of(job, text, None, store.evidence(job))
         else:
             rest.append(replace(job, followed=store.followed(job)))
     with closing(_arriving(jobs, rest, done, start_workers, (store, progress))) as arriving:
@@ -88,7 +79,7 @@ def write_tables(rows: Sequence[TrialRow], summary: CampaignSummary, store: Resu
 def _arriving(
     jobs: Sequence[Job],
     rest: Sequence[Job],
-    done: dict[str, Counted],
+    done: dict[str, TrialRow],
     start_workers: Callable[[], Workers],
     kept_and_shown: tuple[ResultStore | None, Progress],
 ) -> Generator[None, None, None]:
@@ -106,11 +97,11 @@ def _arriving(
                 not_kept = _kept(job, answer, signatures[job.name], store)
                 if answer.final and not_kept is None:  # else the record is an earlier result's
                     files = store.evidence(job)
-            done[job.name] = Counted(row_of(job, answer.text, not_kept, files), answer.text)
+            done[job.name] = row_of(job, answer.text, not_kept, files)
             progress.advance(1)
             began_s = time.monotonic()
             if store is not None and began_s >= due_s:
-                rows = [done[job.name].row for job in jobs if job.name in done]
+                rows = [done[job.name] for job in jobs if job.name in done]
                 with suppress(OSError, UsageError):  # said at the end, if it still fails then
                     store.write(TABLE, trials_csv(rows))
                 lasted_s = time.monotonic() - began_s
@@ -141,7 +132,7 @@ def row_of(
     ValueError
         It is no result of this program.
     """
-    return TrialRow(job.name, read_result(text), job.settings.masses, not_kept, files)
+    return TrialRow(job.name, read_result(text), job.settings.masses, not_kept, files, text)
 
 
 def summarise(rows: Sequence[TrialRow]) -> CampaignSummary:
