@@ -112,19 +112,27 @@ def _answer(options: argparse.Namespace) -> int:
         return _answer_theory(options)
     if options.plan is not None:
         return _answer_plan(options)
+    if is_campaign(options):
+        return _answer_campaign(options)
+    return _answer_clips(options)
+
+
+def _answer_campaign(options: argparse.Namespace) -> int:
+    from count_video.batch.command import answer_campaign
+    from count_video.settings import trial_settings
+
+    code = answer_campaign(options, trial_settings(**_settings(options)), _columns())
+    if options.output is not None and not options.json:
+        _say_what_is_kept([options.output / name for name in CAMPAIGN_FILES])
+    return code
+
+
+def _answer_clips(options: argparse.Namespace) -> int:
+    """Answer clip by clip; the exit code is that of the worst."""
     from count_video import api
 
-    if is_campaign(options):
-        from count_video.batch.command import answer_campaign
-        from count_video.settings import trial_settings
-
-        code = answer_campaign(options, trial_settings(**_settings(options)), _columns())
-        if options.output is not None and not options.json:
-            _say_what_is_kept([options.output / name for name in CAMPAIGN_FILES])
-        return code
     plan = _plan_of(options)
-    code = EXIT_COUNTED
-    gap = ""
+    code, gap = EXIT_COUNTED, ""
     progress = _progress()
     replaces = _replaces_evidence(options)
     for path in options.clips:
