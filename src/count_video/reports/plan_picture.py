@@ -239,8 +239,7 @@ class _Filmed:
         burst = self.plan.burst
         margin_s = BEYOND * max(burst.last_s - burst.first_s, 1e-3)
         first = math.floor(max(0.0, burst.first_s - margin_s) * self.rate)
-        end = math.ceil((burst.last_s + margin_s) * self.rate) + 1
-        return np.arange(first, end, dtype=np.float64)
+        return np.arange(first, math.ceil((burst.last_s + margin_s) * self.rate) + 1.0)
 
     def _track(self, frames: Floats) -> Track:
         """Sample the paths between the frames too, with the collisions, where they have corners."""
@@ -272,21 +271,15 @@ class _Filmed:
         return image
 
     def _result(self) -> TrialResult:
+        """Say what the panels need to know of the trial."""
         collisions = self._collisions()
-        seen = sum(collision.seen for collision in collisions)
         return TrialResult(
             clip="plan",
             status="counted",
             reason=None,
             count=len(collisions),
-            seen=seen,
-            between_frames=len(collisions) - seen,
-            count_after_burst=0,
             collisions=collisions,
             capture_fps=self.rate,
-            capture_fps_source="option",
-            wall_side="left",
-            ball_diameter_px=self.plan.framing.ball_at_most_px,
             millimetres_per_px=1e3 / self.px_per_m,
             mass_ratio=self.plan.request.mass_ratio,
         )
