@@ -105,6 +105,7 @@ def test_a_cluster_gives_the_files_of_a_local_run_and_a_killed_worker_costs_only
     assert campaign.worked() == {}, "all is known already"
 
 
+@pytest.mark.slow  # it waits for a cluster to be missed; the same law without one is quick
 def test_a_scheduler_that_dies_costs_the_clips_not_yet_done_and_no_result(
     cluster: Cluster, campaign: StubCampaign
 ) -> None:
