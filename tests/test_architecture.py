@@ -42,7 +42,7 @@ def test_a_folder_of_the_project_is_not_taken_for_one_of_a_machine() -> None:
 
 
 def _own_files(folder: Path) -> Iterator[Path]:
-    """Yield the files below a folder that are the project's own: not what git is told to ignore."""
+    """Yield the files below a folder that are the project's own: not what git ignores."""
     ignored = [".git", *(line.strip("/ ") for line in _text(TOP / ".gitignore").split())]
     for entry in sorted(folder.iterdir()):
         if any(fnmatch(entry.name, pattern) for pattern in ignored):

@@ -60,7 +60,7 @@ def test_a_law_that_flights_share_twice_is_taken_once() -> None:
     assert error_sigma(twice) == pytest.approx(error_sigma(once), rel=1e-6)
 
 
-def test_too_little_freedom_tells_nothing() -> None:
+def test_too_little_freedom_gives_no_errors() -> None:
     assert errors_of([]) is None
     assert errors_of([flight(np.zeros(6), 0.0, 1.0)]) is None
 

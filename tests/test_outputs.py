@@ -234,7 +234,7 @@ def test_a_record_without_end_is_read_to_its_limit(
     assert set(later.written()) == {"first.html"}
     with pytest.raises(UsageError, match="not written by this program"):
         later.write("last.html", b"theirs")
-    assert set(later.written()) == {"first.html"}, "a second look reads no further"
+    assert set(later.written()) == {"first.html"}, "a second time reads no further"
 
 
 def test_a_record_of_another_kind_of_file_is_none(folder: OutputFolder) -> None:

@@ -135,7 +135,7 @@ def test_corners_are_no_noise() -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3])
-def test_fewer_than_four_values_tell_no_noise(count: int) -> None:
+def test_fewer_than_four_values_show_no_noise(count: int) -> None:
     assert noise_px(np.arange(float(count)) ** 3) == 0.0
 
 

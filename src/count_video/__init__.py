@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING
 from count_video.errors import CountVideoError, FootageError, MachineError, UsageError
 
 if TYPE_CHECKING:
-    from count_video.api import Result, count, count_all, plan, theory
+    from count_video.api import count, count_all, plan, theory
     from count_video.physics.theory import Theory
+    from count_video.result import Result
 
 __version__ = "0.2.0"
 __all__ = [

@@ -5,253 +5,26 @@ The command line calls them too, so that a program gets the same answer as a per
 
 from __future__ import annotations
 
-import base64
-import html
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Unpack
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Unpack
 
 from count_video import pipeline
 from count_video.batch.manifest import Job, jobs_of
-from count_video.batch.results import signature
 from count_video.errors import CountVideoError, UsageError, reason_of
-from count_video.followed import Followed, followed
-from count_video.memory import shortage_told
-from count_video.outputs import CsvDialect
+from count_video.memory import shortage_explained
 from count_video.parallel import in_parallel
 from count_video.physics.theory import Mass, Theory, theory_of
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import Collision, Estimate, Track, TrialResult, WallSide
-from count_video.reports.json_object import json_object
-from count_video.reports.tables import collisions_array, track_array
-from count_video.reports.text import headline, result_text
-from count_video.settings import Settings, exact_mass, trial_settings
+from count_video.records import WallSide
+from count_video.result import AnyPath, Result, clip_state
+from count_video.settings import Settings, TrialSettings, exact_mass, trial_settings
 from count_video.verdict import unread_result
-from count_video.verdict.choosing import Trial
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from count_video.planning.plan import Plan
-    from count_video.planning.request import PlanDetails, PlanRequest
-
-AnyPath = str | PathLike[str]
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """The answer for one clip, and what it rests on.
-
-    In a notebook it shows itself: the count, the text and the picture.
-    """
-
-    answer: TrialResult
-    """Everything that was found, as one frozen record with a unit on every field."""
-    trial: Trial | None = None
-    """What the answer rests on; None for a clip that could not be read."""
-    error: CountVideoError | OSError | None = None
-    """Why the clip could not be read; None for every other clip, counted or not."""
-    clip_state: tuple[int, ...] = ()
-    """Size in bytes and time of the last change of the clip that was counted; empty if unknown."""
-
-    @property
-    def clip(self) -> str:
-        """The clip's path as it was given."""
-        return self.answer.clip
-
-    @property
-    def count(self) -> int | None:
-        """Collisions from the first touch until the cylinder turns back; None if not counted."""
-        return self.answer.count
-
-    @property
-    def probability(self) -> dict[int, float]:
-        """Probability of each count that comes into question; empty if not counted."""
-        return dict(self.answer.probability)
-
-    @property
-    def reasons(self) -> tuple[str, ...]:
-        """Why the clip is not counted, or what is doubtful about the count; then the warnings."""
-        why = () if self.answer.reason is None else (self.answer.reason,)
-        return (*why, *self.answer.warnings)
-
-    @property
-    def collisions(self) -> tuple[Collision, ...]:
-        """All collisions found, in order of time; those of the count come first."""
-        return self.answer.collisions
-
-    @property
-    def track(self) -> Track | None:
-        """Where the bodies were in every frame, in px; None where none could be followed."""
-        return None if self.trial is None else self.trial.track
-
-    @property
-    def mass_ratio(self) -> Estimate | None:
-        """Heavy over light mass, with an uncertainty of 0 if the masses were given."""
-        ratio = self.answer.mass_ratio
-        return None if ratio is None else Estimate(ratio, self.answer.mass_ratio_sigma or 0.0)
-
-    @property
-    def pi_bounds(self) -> tuple[float, float] | None:
-        """Lower and upper bound on pi by the count and the mass ratio; None where not known."""
-        low, high = self.answer.pi_low, self.answer.pi_high
-        return None if low is None or high is None else (low, high)
-
-    def to_dict(self) -> dict[str, object]:
-        """Return the JSON object that ``count-video --json`` prints."""
-        return json_object(self.answer)
-
-    def collisions_table(self) -> NDArray[np.void]:
-        """Return a structured array, shape (collisions,), with the columns of ``collisions.csv``.
-
-        ``pandas.DataFrame(result.collisions_table())`` takes it. What is not known is NaN.
-        """
-        return collisions_array(self.answer)
-
-    def track_table(self) -> NDArray[np.void]:
-        """Return a structured array, shape (frames,), with the columns of ``track.csv``.
-
-        Empty where no bodies could be followed. The file puts the cylinder's face where the ball is
-        seen to touch it, as the picture does; here it is a fixed distance from there, as tracked.
-        """
-        return track_array(self.track, self.answer)
-
-    def text(self, width: int = 80) -> str:
-        """Return the text that ``count-video`` prints, wrapped at ``width`` columns."""
-        return result_text(self.answer, width)
-
-    def reviewed(self, corrections: AnyPath) -> Result:
-        """Return the result with a person's corrections, saved from the page, laid over it.
-
-        Raises
-        ------
-        UsageError
-            If the file cannot be read, belongs to another clip, or corrects what is not there.
-        """
-        from count_video.corrections import reviewed  # noqa: PLC0415
-
-        return replace(self, answer=reviewed(self.answer, Path(corrections)))
-
-    def compared(self, planned: Plan | PlanRequest | AnyPath) -> Result:
-        """Return the result with a comparison with a plan, or with the ``plan.json`` of one.
-
-        Raises
-        ------
-        UsageError
-            If the file holds no plan.
-        """
-        from count_video.planning.comparison import compared  # noqa: PLC0415
-        from count_video.planning.request import PlanRequest, read_request  # noqa: PLC0415
-
-        if isinstance(planned, str | PathLike):
-            request = read_request(Path(planned))
-        else:
-            request = planned if isinstance(planned, PlanRequest) else planned.request
-        return replace(self, answer=compared(self.answer, request))
-
-    def figure(self) -> Figure:
-        """Draw the picture of the trial; the clip is read once more for it.
-
-        Raises
-        ------
-        CountVideoError
-            If no bodies could be followed, so that there is nothing to draw.
-        """
-        from count_video.evidence import draw_trial  # noqa: PLC0415
-
-        drawn = draw_trial(self._followed)
-        if drawn is None:
-            raise CountVideoError(f"{self.clip}: nothing to draw: {'; '.join(self.reasons)}")
-        return drawn
-
-    def save(
-        self,
-        folder: AnyPath,
-        *,
-        picture_format: Literal["png", "svg"] = "png",
-        csv_dialect: CsvDialect = "comma",
-        presenter: Literal["wide", "upright"] | None = None,
-        progress: Progress = NO_PROGRESS,
-    ) -> list[Path]:
-        """Write page, picture, annotated clip, tables and JSON object into a folder.
-
-        Parameters
-        ----------
-        folder
-            Made if it is not there. The files are named after the clip.
-        picture_format
-            Kind of the picture.
-        csv_dialect
-            ``"semicolon"`` for tables with semicolons and decimal commas.
-        presenter
-            Shape of a clip for a talk, in full HD with a big counter, and its GIF; None: none.
-        progress
-            Informed of how far the drawing has come; see ``count_video.progress.Progress``.
-
-        Returns
-        -------
-        list
-            The files written, the page among them.
-
-        Raises
-        ------
-        UsageError
-            If a file cannot be written, or would replace one that this program did not write; if
-            the clip changed since it was counted.
-        """
-        from count_video.evidence import EvidenceSettings, draw_evidence  # noqa: PLC0415
-
-        wanted = EvidenceSettings(
-            Path(folder), picture_format, csv_dialect=csv_dialect, presenter=presenter
-        )
-        self._check_clip()
-        with shortage_told():
-            names = draw_evidence(self._followed, wanted, progress, with_json=True)
-        self._check_clip()
-        return [wanted.folder / name for name in names]
-
-    def _check_clip(self) -> None:
-        """Raise UsageError if the clip is another than the one counted: its pictures are too."""
-        now = _state_of(Path(self.clip))  # empty if it is gone, which the drawing says
-        if self.clip_state and now and now != self.clip_state:
-            raise UsageError(f"{self.clip}: the clip changed since it was counted; count it again")
-
-    def __repr__(self) -> str:
-        """One line: the clip and its count."""
-        return f"<count_video.Result {headline(self.answer)}>"
-
-    def _repr_html_(self) -> str:
-        """Show the count, the picture and the text in a notebook."""
-        parts = [f"<strong>{html.escape(headline(self.answer))}</strong>"]
-        if self._png is not None:
-            data = base64.b64encode(self._png).decode("ascii")
-            parts.append(
-                f'<img alt="Picture of the trial" style="max-width: 100%" '
-                f'src="data:image/png;base64,{data}">'
-            )
-        parts.append(f"<pre>{html.escape(self.text())}</pre>")
-        return "\n".join(parts)
-
-    @property
-    def _followed(self) -> Followed:
-        """What the picture and the page are drawn from: the answer, and the motion below it."""
-        if self.trial is None:
-            return Followed(self.answer, None, None)
-        return replace(followed(self.trial), result=self.answer)
-
-    @cached_property
-    def _png(self) -> bytes | None:
-        if self.track is None:
-            return None
-        from count_video.reports.drawing import picture_bytes  # noqa: PLC0415
-
-        return picture_bytes(self.figure(), "png")
+    from count_video.planning.request import PlanDetails
 
 
 def count(  # noqa: PLR0913 - what a clip may need is many things, each by its name
@@ -319,13 +92,10 @@ def count(  # noqa: PLR0913 - what a clip may need is many things, each by its n
         ball_diameter_mm=ball_diameter_mm,
         seen_only=seen_only,
     )
-    state = _state_of(Path(path))
     try:
-        with shortage_told():
-            worked = pipeline.work_through(Path(path), settings, progress)
+        return _counted(Path(path), settings, progress)
     finally:
         progress.finish()
-    return Result(worked.result, worked, clip_state=state)
 
 
 def count_all(
@@ -403,22 +173,21 @@ def refused(path: AnyPath, error: CountVideoError | OSError) -> Result:
     return Result(unread_result(fspath(path), reason_of(error, path)), error=error)
 
 
-def _count_job(job: Job) -> Result:
-    """Count one clip in a process of its own."""
-    if job.problem is not None:
-        return refused(job.clip, UsageError(job.problem))
-    path = Path(job.clip)
-    state = _state_of(path)
-    try:
-        with shortage_told():
-            worked = pipeline.work_through(path, job.settings)
-    except (CountVideoError, OSError) as error:
-        return refused(path, error)
+def _counted(path: Path, settings: TrialSettings, progress: Progress = NO_PROGRESS) -> Result:
+    state = clip_state(path)
+    with shortage_explained():
+        worked = pipeline.work_through(path, settings, progress)
     return Result(worked.result, worked, clip_state=state)
 
 
-def _state_of(clip: Path) -> tuple[int, ...]:
-    return tuple(signature(clip)[:2])
+def _count_job(job: Job) -> Result:
+    """Count one clip in a process of its own."""
+    try:
+        if job.problem is not None:
+            raise UsageError(job.problem)
+        return _counted(Path(job.clip), job.settings)
+    except (CountVideoError, OSError) as error:
+        return refused(job.clip, error)
 
 
 def _died(job: Job) -> Result:

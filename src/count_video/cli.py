@@ -8,31 +8,38 @@ and a mistyped option answer at once.
 from __future__ import annotations
 
 import argparse
-import io
 import os
 import re
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, TextIO, cast
 
 from count_video.errors import CountVideoError, MachineError, UsageError
 from count_video.memory import (
     DRAWING_BYTES,
     LIBRARIES_BYTES,
     check_limits,
-    check_room,
-    shortage_told,
+    check_memory,
+    shortage_explained,
 )
 from count_video.options import complete_options, is_campaign, read_options
+from count_video.process import (
+    before_the_end,
+    end_well_on_signals,
+    flush_stdout,
+    give_stdout_up,
+    keep_libraries_off_the_streams,
+    leave_cores_to_the_decoder,
+    show_any_file_name,
+)
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.words import printable
-from count_video.termination import before_the_end, end_well_on_signals
 
 if TYPE_CHECKING:
-    from count_video.api import Result
     from count_video.planning.request import PlanRequest
+    from count_video.result import Result
     from count_video.settings import Settings
 
 PROGRAM = "count-video"
@@ -51,57 +58,19 @@ def run() -> None:
     """Run the command and leave the interpreter with its exit code."""
     if "_ARGCOMPLETE" in os.environ:  # the shell asks what may follow
         complete_options()
-    _leave_cores_to_the_decoder()
-    _keep_libraries_off_the_streams()
+    leave_cores_to_the_decoder()
+    keep_libraries_off_the_streams()
     end_well_on_signals(_complain)
     sys.exit(main())
 
 
-def _leave_cores_to_the_decoder() -> None:
-    """Keep the linear algebra, whose matrices are small, from waiting in threads of its own.
-
-    It reads its settings when numpy is imported, which has not happened yet.
-    """
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
-
-def _keep_libraries_off_the_streams() -> None:
-    """Give this program streams of its own, and let what libraries in C print go nowhere.
-
-    They write to the descriptors 1 and 2. Where the caller has closed one of the first three, a
-    file opened later would take its number, and get what is meant for the stream.
-    """
-    for number in range(3):
-        with suppress(OSError):
-            os.fstat(number)
-            continue
-        os.open(os.devnull, os.O_RDWR)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    for name, number in (("stdout", 1), ("stderr", 2)):
-        stream = getattr(sys, name)
-        if isinstance(stream, io.TextIOWrapper):
-            stream.flush()
-            own = open(  # noqa: SIM115 - it lasts as long as the process
-                os.dup(number),
-                "w",
-                buffering=1 if name == "stderr" else -1,  # each complaint at once
-                encoding=stream.encoding,
-                errors=stream.errors,
-                closefd=False,  # open to the end, as the streams of the interpreter are
-            )
-            setattr(sys, name, own)
-            stream.detach()
-            os.dup2(nowhere, number)
-    os.close(nowhere)
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command on ``arguments`` (None: those of this process) and return its exit code."""
-    _show_any_file_name()
+    show_any_file_name()
     try:
-        with shortage_told():
+        with shortage_explained():
             code = _answered(arguments)
-        _flush_stdout()
+        flush_stdout()
     except (UsageError, MachineError, ImportError) as error:
         _complain(_not_loaded(error) if isinstance(error, ImportError) else str(error))
         return EXIT_USAGE
@@ -109,10 +78,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _complain("interrupted")
         return EXIT_INTERRUPTED
     except BrokenPipeError:
-        _give_stdout_up()
+        give_stdout_up()
         return EXIT_BROKEN_PIPE
     except OSError as error:  # those of the clips have become answers
-        _give_stdout_up()
+        give_stdout_up()
         _complain(f"cannot write the result: {error.strerror or error}")
         return EXIT_NOT_COUNTED
     return code
@@ -137,25 +106,33 @@ def _answered(arguments: Sequence[str] | None) -> int:
 def _answer(options: argparse.Namespace) -> int:
     check_limits()
     if options.output is not None:
-        check_room(LIBRARIES_BYTES + DRAWING_BYTES)
+        check_memory(LIBRARIES_BYTES + DRAWING_BYTES)
         _load_the_drawing()
     if options.theory is not None:
         return _answer_theory(options)
     if options.plan is not None:
         return _answer_plan(options)
+    if is_campaign(options):
+        return _answer_campaign(options)
+    return _answer_clips(options)
+
+
+def _answer_campaign(options: argparse.Namespace) -> int:
+    from count_video.batch.command import answer_campaign
+    from count_video.settings import trial_settings
+
+    code = answer_campaign(options, trial_settings(**_settings(options)), _columns())
+    if options.output is not None and not options.json:
+        _say_what_is_kept([options.output / name for name in CAMPAIGN_FILES])
+    return code
+
+
+def _answer_clips(options: argparse.Namespace) -> int:
+    """Answer clip by clip; the exit code is that of the worst."""
     from count_video import api
 
-    if is_campaign(options):
-        from count_video.batch.command import answer_campaign
-        from count_video.settings import trial_settings
-
-        code = answer_campaign(options, trial_settings(**_settings(options)), _columns())
-        if options.output is not None and not options.json:
-            _say_what_is_kept([options.output / name for name in CAMPAIGN_FILES])
-        return code
     plan = _plan_of(options)
-    code = EXIT_COUNTED
-    gap = ""
+    code, gap = EXIT_COUNTED, ""
     progress = _progress()
     replaces = _replaces_evidence(options)
     for path in options.clips:
@@ -181,12 +158,11 @@ def _count(
 
     kept = options.output is not None
     if kept:
-        from count_video.evidence import EvidenceSettings, check_evidence
+        from count_video.evidence import check_evidence
+        from count_video.settings import EvidenceSettings
 
-        wanted = EvidenceSettings(
-            options.output, options.picture_format, presenter=options.presenter
-        )
-        check_evidence(path, wanted)
+        formats = options.picture_format, options.csv_dialect, options.presenter
+        check_evidence(path, EvidenceSettings(options.output, *formats))
     result = api.count(path, **_settings(options), progress=progress)
     if options.corrections is not None:
         result = result.reviewed(options.corrections)
@@ -284,16 +260,10 @@ def _answer_plan(options: argparse.Namespace) -> int:
 
 
 def _settings(options: argparse.Namespace) -> Settings:
-    return {
-        "masses": options.masses,
-        "capture_fps": options.capture_fps,
-        "region": options.region,
-        "wall": options.wall_side,
-        "start": options.start,
-        "end": options.end,
-        "ball_diameter_mm": options.ball_diameter_mm,
-        "seen_only": options.seen_only,
-    }
+    """Collect what was said about the clips; the options are called as the settings are."""
+    from count_video.settings import Settings
+
+    return cast(Settings, {name: getattr(options, name) for name in Settings.__annotations__})
 
 
 def _progress(unit: str = "frames") -> Progress:
@@ -375,25 +345,3 @@ def _complain(message: str) -> None:
         return
     with suppress(OSError):  # nobody there to read it
         print(f"{PROGRAM}: {printable(message)}", file=sys.stderr, flush=True)
-
-
-def _show_any_file_name() -> None:
-    """Let a sign that the terminal's encoding lacks be written as its escape."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
-
-
-def _flush_stdout() -> None:
-    if sys.stdout is not None:  # it is None when the caller has closed it
-        sys.stdout.flush()
-
-
-def _give_stdout_up() -> None:
-    """Point stdout at nothing, so that the interpreter's own last flush cannot fail as well."""
-    if sys.stdout is not None:
-        with suppress(OSError, ValueError):
-            closed_pipe = sys.stdout.fileno()
-            nothing = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nothing, closed_pipe)
-            os.close(nothing)

@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -20,9 +19,8 @@ from count_video.followed import Followed
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
-from count_video.memory import DRAWING_BYTES, check_room
+from count_video.memory import DRAWING_BYTES, check_memory
 from count_video.outputs import (
-    CsvDialect,
     OutputFolder,
     explained,
     held,
@@ -44,29 +42,14 @@ from count_video.reports.figure import (
 from count_video.reports.json_object import json_line
 from count_video.reports.material import FRAMES_ENOUGH, Material, levelled, touching
 from count_video.reports.page import MEDIA_TYPES, Footage, Picture, clip_page
-from count_video.reports.presenter import PresenterClip, Shape
+from count_video.reports.presenter import PresenterClip
 from count_video.reports.tables import collisions_array, table_csv, track_array
+from count_video.settings import EvidenceSettings
 
-PictureFormat = Literal["png", "svg"]
 _PRESENTER = ("presenter.mp4", "presenter.gif")
 _SUFFIXES = ("html", "annotated.mp4", "strip.jpg", "track.csv", "collisions.csv")
 CRF = 23
 """Quality of the annotated clip: lines and letters stay clean, a page holds it easily."""
-
-
-@dataclass(frozen=True)
-class EvidenceSettings:
-    """The folder of the evidence, and its formats."""
-
-    folder: Path
-    """Made if it is not there."""
-    picture_format: PictureFormat = "png"
-    name: str | None = None
-    """What the files are named after; None for the clip's name without its suffix."""
-    csv_dialect: CsvDialect = "comma"
-    """Dialect of the tables."""
-    presenter: Shape | None = None
-    """Shape of a clip for a talk, with its GIF; None for none."""
 
 
 def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
@@ -106,7 +89,7 @@ def draw_evidence(
     UsageError
         If the evidence cannot be written.
     """
-    check_room(DRAWING_BYTES)
+    check_memory(DRAWING_BYTES)
     with _files_of(found.path, evidence) as files:
         if with_json:
             files.write("json", f"{json_line(found.result)}\n".encode("ascii"))

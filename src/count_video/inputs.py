@@ -32,6 +32,9 @@ MOST_MANIFEST_BYTES = 100_000_000
 MOST_CORRECTIONS_BYTES = 10_000_000
 MOST_PLAN_BYTES = 10_000_000
 
+Signature = list[int]
+"""What a file system says of a file; it changes whenever somebody writes to the file."""
+
 _DECIMAL = re.compile(r"([0-9]{1,60}(\.[0-9]{0,60})?|\.[0-9]{1,60})([eE][+-]?[0-9]{1,3})?")
 
 
@@ -286,6 +289,15 @@ def content_digest(file: Path) -> str:
     """Digest all bytes of a file; raises as :func:`regular_file` does."""
     with regular_file(file) as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def signature(file: Path) -> Signature:
+    """Size, times of the last change and number of a file; empty if there is none."""
+    try:
+        stat = file.stat()
+    except (OSError, ValueError):
+        return []
+    return [stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns, stat.st_ino]
 
 
 def stored_number(value: object, allowed: Range) -> float | None:

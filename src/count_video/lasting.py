@@ -5,9 +5,9 @@ Places y of a body in flight are a smooth path and an error e,
     y_i = X_i b + e_i,     cov(e_i, e_j) = s^2 [w (i = j) + (1 - w) exp(-|t_i - t_j| / T)].
 
 A share w of the error's variance is white, the rest lasts for about T frames: encoders leave both.
-What lasts looks like motion in part. The fit takes it up, and what is left about the fit is too
+What lasts resembles motion in part. The fit takes it up, and what is left about the fit is too
 small. The restricted likelihood (Patterson and Thompson 1971) is that of the part of y which no
-path can explain. For each pair (T, w) it tells s^2 without that loss, and how well the pair agrees
+path can explain. For each pair (T, w) it gives s^2 without that loss, and how well the pair agrees
 with the places:
 
     2 log L = - log|C| - log|X' C^-1 X| - f log(s^2),     s^2 = y' P y / f,
@@ -15,7 +15,7 @@ with the places:
 with C the covariance over s^2, P = C^-1 - C^-1 X (X' C^-1 X)^-1 X' C^-1 and f the degrees of
 freedom. C is never written down: a Kalman filter whose state is the lasting error turns the columns
 of X and y into independent ones, frame by frame, for all pairs at once. Pairs that fit alike are
-hard to tell apart, so the variance is the mean of theirs, weighted by likelihood.
+hard to distinguish, so the variance is the mean of theirs, weighted by likelihood.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ class Errors:
 
 
 def errors_of(flights: Sequence[Flight]) -> Errors | None:
-    """Measure the errors of places about flights; None where these tell too little."""
+    """Measure the errors of places about flights; None where these say too little."""
     freedom = sum(flight.freedom for flight in flights)
     if not flights or freedom - flights[0].shared.shape[1] < FREEDOM_AT_LEAST:
         return None

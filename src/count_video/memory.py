@@ -50,7 +50,7 @@ def check_limits() -> None:
 
 
 @contextmanager
-def shortage_told() -> Iterator[None]:
+def shortage_explained() -> Iterator[None]:
     """Turn any error for want of memory into one of ours.
 
     Raises
@@ -77,14 +77,14 @@ def _for_want_of_memory(error: Exception) -> bool:
     if said or isinstance(error, MemoryError):
         return True
     try:
-        check_room()
+        check_memory()
     except MemoryError:
         return True
     return False
 
 
-def check_room(wanted_bytes: int = _PICTURE_BYTES) -> None:
-    """Raise MemoryError unless there is room: FFmpeg calls it damage where it found none.
+def check_memory(wanted_bytes: int = _PICTURE_BYTES) -> None:
+    """Raise MemoryError unless so much is free: FFmpeg calls it damage where it found none.
 
     The other way round, it says of absurd sizes in damaged files that there was no memory for them.
     """
@@ -93,15 +93,15 @@ def check_room(wanted_bytes: int = _PICTURE_BYTES) -> None:
 
 @cache
 def take_buffer() -> None:
-    """Have OpenBLAS take its buffer while there is room for it, for it ends the process if not.
+    """Have OpenBLAS take its buffer while there is memory, for it ends the process if not.
 
     Raises
     ------
     MemoryError
-        There is no room.
+        There is not enough memory.
     """
     import numpy as np  # noqa: PLC0415 - takes memory that is asked for before
 
-    check_room(_BUFFER_BYTES)
+    check_memory(_BUFFER_BYTES)
     large = np.ones((_LARGE, _LARGE))
     large @ large

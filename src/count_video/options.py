@@ -43,7 +43,7 @@ exit code:
 
 _OF_A_PLAN = ("gap", "release", "thread", "restitution", "damping", "trials", "tolerance", "seed")
 _OF_A_COUNT = (
-    *("clips", "start", "end", "region", "wall_side", "masses", "seen_only", "corrections"),
+    *("clips", "start", "end", "region", "wall", "masses", "seen_only", "corrections"),
     *("theory", "plan_file", "jobs", "fresh", "pages", "scheduler", "presenter"),
 )
 """Options that go with a plan alone, and those that do not go with one."""
@@ -148,7 +148,7 @@ _TAKES: dict[str, dict[str, Any]] = {
     "--start": _value("FRAME", inputs.frame, default=0),
     "--end": _value("FRAME", inputs.frame),
     "--region": _value("X,Y,W,H", inputs.region),
-    "--wall": {"dest": "wall_side", "choices": ("left", "right")},
+    "--wall": {"choices": ("left", "right")},
     "--ball-diameter-mm": _value("MM", inputs.ball_diameter, default=40.0),
     "--masses": _TWO_MASSES,
     "--seen-only": {"action": "store_true"},
@@ -175,7 +175,7 @@ class _Parser(argparse.ArgumentParser):
 def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
     """Read the command line (None: the one of this process) and check each value.
 
-    The namespace has ``clips``, ``json`` and one attribute for every field of ``TrialSettings``.
+    The namespace has ``clips``, ``json`` and one attribute for every name of ``settings.Settings``.
 
     Raises
     ------
@@ -270,9 +270,7 @@ def _check_plan(options: argparse.Namespace, parser: argparse.ArgumentParser) ->
     for name in _OF_A_COUNT if wanted else _OF_A_PLAN:
         value = getattr(options, name)
         if value not in (parser.get_default(name), []):
-            option = {"clips": "a clip", "wall_side": "--wall"}.get(
-                name, f"--{name.replace('_', '-')}"
-            )
+            option = "a clip" if name == "clips" else f"--{name.replace('_', '-')}"
             raise UsageError(
                 f"--plan goes without {option}" if wanted else f"{option} goes with --plan alone"
             )

@@ -1,10 +1,9 @@
 """Files that this program writes: each whole or not at all, and never over a file of somebody else.
 
 What was written into a folder stands in its record, ``.count-video/written``: a line of JSON for
-each file, with its name, the digest of the clip that it shows, and what else it depends on. The
-line is there before the file is, so a file without one is not ours: it is not replaced, and nothing
-that has one is taken for a clip. Lines are only ever added, in one write each, so that many
-processes may do so at once.
+each file, with its name and the digest of the clip that it shows. The line is there before the file
+is, so a file without one is not ours: it is not replaced, and nothing that has one is taken for a
+clip. Lines are only ever added, in one write each, so that many processes may do so at once.
 
 A file is written beside its place under a name such as ``.0f3a….part.mp4``, flushed to the disk and
 renamed. Whoever writes it holds a lock on it; what nobody holds was left by a process that was
@@ -67,7 +66,7 @@ class OutputFolder:
         self.folder = folder
         self.csv_dialect: CsvDialect = "comma"
         """Dialect of the tables that are written from now on."""
-        self._entries: dict[str, dict[str, object]] = {}
+        self._written: dict[str, str] = {}
         self._read_to = 0
 
     @property
@@ -77,10 +76,6 @@ class OutputFolder:
 
     def written(self) -> Mapping[str, str]:
         """Return what this program wrote here: digests of clips by the names of files."""
-        return {name: str(entry["clip"]) for name, entry in self.entries().items()}
-
-    def entries(self) -> Mapping[str, Mapping[str, object]]:
-        """Return all that the record says of each file, by their names."""
         with suppress(OSError):  # nothing yet
             with open(_open_own(self.hidden / _RECORD, os.O_RDONLY), "rb") as record:
                 record.seek(self._read_to)
@@ -90,19 +85,19 @@ class OutputFolder:
             for line in lines.splitlines():
                 with suppress(ValueError, LookupError, TypeError):  # torn as the power went
                     entry = json_value(line)
-                    self._entries[str(entry["name"])] = {"clip": str(entry["clip"]), **entry}
-        return self._entries
+                    self._written[str(entry["name"])] = str(entry["clip"])
+        return self._written
 
     def check(self, name: str) -> None:
         """Raise UsageError if a file or folder of this name is there that we did not write."""
         place = self.folder / name
-        if os.path.lexists(place) and (name not in self.entries() or os.path.isdir(place)):
+        if os.path.lexists(place) and (name not in self.written() or os.path.isdir(place)):
             raise UsageError(
                 f"{place}: this was not written by this program; move it away, or give another "
                 "folder with -o"
             )
 
-    def claim(self, name: str, clip: str = "", **more: object) -> None:
+    def claim(self, name: str, clip: str = "") -> None:
         """Put a file on record that is about to be written.
 
         Parameters
@@ -111,8 +106,6 @@ class OutputFolder:
             Of the file, in this folder.
         clip
             Digest of the clip that it shows; empty where it shows none or many.
-        more
-            What else is to stand in the record, as JSON has it.
 
         Raises
         ------
@@ -122,9 +115,8 @@ class OutputFolder:
             If the record cannot be written.
         """
         self.check(name)
-        entry = {"name": name, "clip": clip, **more}
-        if self.entries().get(name) != entry:
-            line = json.dumps(entry).encode("ascii")
+        if self.written().get(name) != clip:
+            line = json.dumps({"name": name, "clip": clip}).encode("ascii")
             flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT
             with open(_open_own(self.hidden / _RECORD, flags), "wb") as record:
                 record.write(b"\n" + line + b"\n")

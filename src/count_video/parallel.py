@@ -130,7 +130,7 @@ class Processes:
         MachineError
             The system lets no such thread start.
         """
-        with _limits_told():
+        with _limits_explained():
             return self._threads.submit(self._do, work, job)
 
     def _do(self, work: Callable[[_Job], _Done], job: _Job) -> _Done:
@@ -179,7 +179,7 @@ class Processes:
 
 
 @contextmanager
-def _limits_told() -> Iterator[None]:
+def _limits_explained() -> Iterator[None]:
     """Turn the error of a thread that the system does not let start into one of ours."""
     try:
         yield
@@ -203,7 +203,7 @@ def check_threads(threads: int = THREADS_A_PROCESS) -> None:
     enough = threading.Event()
     started: list[threading.Thread] = []
     try:
-        with _limits_told():
+        with _limits_explained():
             for _ in range(threads):
                 thread = threading.Thread(target=enough.wait)
                 thread.start()
@@ -222,7 +222,7 @@ def cores() -> int:
 
 
 def _ignore_ctrl_c() -> None:
-    """Let processes that this thread starts be deaf to Ctrl-C, which reaches all of a terminal's.
+    """Let processes that this thread starts ignore Ctrl-C, which reaches all of a terminal's.
 
     Who started them decides what it means.
     """

@@ -101,7 +101,7 @@ def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
     clock, track, found = seen_by_clock(track)
     result = verdict.counted(info, report, track, found, settings.masses, settings.ball_diameter_mm)
     between = None
-    if verdict.leaves_room(found) and not settings.seen_only:
+    if verdict.leaves_doubt(found) and not settings.seen_only:
         known = verdict.knowledge(info, settings.masses)
         gap = clock if isinstance(clock, LeftOut) else None
         between = count_between(track, found, known, gap)

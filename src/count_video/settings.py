@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypedDict, TypeVar, Unpack
+from pathlib import Path
+from typing import Any, Literal, TypedDict, Unpack
 
 from count_video import inputs
 from count_video.errors import UsageError
+from count_video.outputs import CsvDialect
 from count_video.physics.theory import Mass
 from count_video.records import WallSide
 
-_Value = TypeVar("_Value")
+PictureFormat = Literal["png", "svg"]
+Shape = Literal["wide", "upright"]
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,27 @@ class TrialSettings:
     seen_only: bool = False
     """Count what the frames show and infer nothing between them."""
 
+    def __post_init__(self) -> None:
+        if self.end is not None and self.start >= self.end:
+            raise UsageError(
+                f"start {self.start} leaves no frame before end {self.end}: give a start below it"
+            )
+
+
+@dataclass(frozen=True)
+class EvidenceSettings:
+    """The folder of a clip's evidence, and its formats."""
+
+    folder: Path
+    """Made if it is not there."""
+    picture_format: PictureFormat = "png"
+    csv_dialect: CsvDialect = "comma"
+    """Dialect of the tables."""
+    presenter: Shape | None = None
+    """Shape of a clip for a talk, with its GIF; None for none."""
+    name: str | None = None
+    """What the files are named after; None for the clip's name without its suffix."""
+
 
 class Settings(TypedDict, total=False):
     """What may be said about a clip; see :func:`count_video.count`."""
@@ -48,6 +72,31 @@ class Settings(TypedDict, total=False):
     seen_only: bool
 
 
+def _wall(text: str) -> str:
+    if text not in ("left", "right"):
+        raise UsageError(f"{inputs.shown(text)} is not left or right")
+    return text
+
+
+def _masses(text: str) -> tuple[Fraction, Fraction]:
+    two = text.split()
+    if len(two) != 2:
+        raise UsageError(f"{inputs.shown(text)} is not two masses, heavy and light")
+    return inputs.masses(inputs.mass(two[0]), inputs.mass(two[1]))
+
+
+READERS: Mapping[str, tuple[str, Callable[[str], object]]] = {
+    "region": ("region", inputs.region),
+    "masses": ("masses", _masses),
+    "wall": ("wall_side", _wall),
+    "capture_fps": ("capture_fps", inputs.capture_rate),
+    "start": ("start", inputs.frame),
+    "end": ("end", inputs.frame),
+    "ball_diameter_mm": ("ball_diameter_mm", inputs.ball_diameter),
+}
+"""For every setting with a value its field of ``TrialSettings``, and what reads it from text."""
+
+
 def trial_settings(**settings: Unpack[Settings]) -> TrialSettings:
     """Check what was said about a clip, as the command line does.
 
@@ -59,42 +108,25 @@ def trial_settings(**settings: Unpack[Settings]) -> TrialSettings:
     unknown = settings.keys() - Settings.__annotations__.keys()
     if unknown:
         raise UsageError(f"there is no setting {', '.join(sorted(unknown))}")
-    end, fps = settings.get("end"), settings.get("capture_fps")
-    start = _read("start", inputs.frame, settings.get("start", 0))
-    if end is not None and start >= _read("end", inputs.frame, end):
-        raise UsageError(f"start {start} leaves no frame before end {end}: give a start below it")
-    region, wall = settings.get("region"), settings.get("wall")
-    if region is not None:
-        region = _read("region", inputs.region, ",".join(str(edge) for edge in region))
-    if wall not in (None, "left", "right"):
-        raise UsageError(f"wall is {inputs.shown(str(wall))}; it must be 'left' or 'right'")
-    masses = settings.get("masses")
-    return TrialSettings(
-        capture_fps=None if fps is None else _read("capture_fps", inputs.capture_rate, fps),
-        ball_diameter_mm=_read(
-            "ball_diameter_mm", inputs.ball_diameter, settings.get("ball_diameter_mm", 40.0)
-        ),
-        wall_side=wall,
-        region=region,
-        start=start,
-        end=end,
-        masses=None if masses is None else _masses(masses),
-        seen_only=bool(settings.get("seen_only", False)),
-    )
+    given: Mapping[str, object] = settings
+    values: dict[str, Any] = {
+        field: _read(name, given[name], read)
+        for name, (field, read) in READERS.items()
+        if given.get(name) is not None
+    }
+    return TrialSettings(**values, seen_only=bool(settings.get("seen_only", False)))
 
 
-def _read(name: str, read: Callable[[str], _Value], value: object) -> _Value:
+def _read(name: str, value: Any, read: Callable[[str], object]) -> object:
     """Read a value with the reader of the command line, which has the ranges."""
     try:
-        return read(str(value))
+        if name == "masses":
+            if len(value) != 2:
+                raise UsageError(f"{value!r} is not two masses, the cylinder's and the ball's")
+            return inputs.masses(*map(exact_mass, value))
+        return read(",".join(map(str, value)) if name == "region" else str(value))
     except UsageError as error:
         raise UsageError(f"{name}: {error}") from error
-
-
-def _masses(two: Sequence[Mass]) -> tuple[Fraction, Fraction]:
-    if len(two) != 2:
-        raise UsageError(f"masses are {two!r}; give two, the cylinder's and the ball's")
-    return inputs.masses(exact_mass(two[0]), exact_mass(two[1]))
 
 
 def exact_mass(value: Mass) -> Fraction:

@@ -45,7 +45,7 @@ def low_points(signal: Floats, hysteresis: float) -> NDArray[np.intp]:
     for place in np.flatnonzero(np.isfinite(signal)):
         value = float(signal[place])
         if begin < 0:
-            # Looking for the way down: from the highest point so far.
+            # Seeking the way down: from the highest point so far.
             highest = max(highest, value)
             if highest - value > hysteresis:
                 lowest, begin, end = value, int(place), int(place)
@@ -72,5 +72,5 @@ def noise_px(signal: Floats) -> float:
 
 
 def sigma_of(signal: Floats) -> float:
-    """Noise of one frame of a track, not below what compression leaves."""
+    """Noise in px of one frame of a track, shape (n,), not below what compression leaves."""
     return max(noise_px(signal), NOISE_AT_LEAST_PX)

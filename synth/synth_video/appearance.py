@@ -68,7 +68,7 @@ class CylinderSettings:
     glint: float = 0.6
     """Part of the highlight that stays where the lamps are while the cylinder passes, 0 to 1."""
     rim_m: float = 0.0
-    """The near half of the front face, as a camera sees it that looks past it from behind: it
+    """The near half of the front face, as a camera sees it from behind, past the body: it
     hides so much of the ball when the two touch."""
     clay: bool = True
     """Modelling clay at the far end."""

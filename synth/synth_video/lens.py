@@ -1,7 +1,7 @@
 """A real lens: perspective of a camera that is turned, and distortion.
 
 The flat picture is a parallel projection of the plane in which the bodies move. A camera at a
-finite distance that does not look at that plane at right angles sees its near side larger; a lens
+finite distance that does not face that plane at right angles sees its near side larger; a lens
 that is not ideal moves points toward or away from the picture's centre. Both are maps of the plane
 onto itself, so they are applied to the flat picture as a whole. (The depth of the bodies is not
 modelled: a turned camera would see a little of a cylinder's face.)

@@ -29,11 +29,11 @@ class LayerSource(Protocol):
     """A thing of the scene. Coordinates are tilted ones: the wall stands on the left."""
 
     def layers(self, paths: Paths, projection: Projection) -> Iterator[Layer]:
-        """Yield what it looks like during one exposure, the farthest first."""
+        """Yield its appearance during one exposure, the farthest first."""
 
 
 class Appearance(Protocol):
-    """What a body looks like, which may change with time."""
+    """The appearance of a body, which may change with time."""
 
     def at(self, time_s: float) -> BodyPicture:
         """Its picture at a real time."""

@@ -23,7 +23,7 @@ RING_YAW = 0.12
 
 @dataclass(frozen=True)
 class BallView:
-    """How a ball is looked at."""
+    """From where a ball is seen."""
 
     diameter_px: float
     tilt_deg: float

@@ -1,7 +1,7 @@
 """The settings of a synthetic clip: one frozen record a topic, all of them together a ``Scene``.
 
 Every field has a default, so a scene file names only what makes the scene what it is. Lengths are
-metres of the apparatus, so that a scene looks the same at every picture size.
+metres of the apparatus, so that a scene is the same at every picture size.
 """
 
 from __future__ import annotations

@@ -34,19 +34,19 @@ def work_through(
 ) -> Worked:
     """Answer as the clip's words say."""
     words = path.read_text("utf-8").split()
-    told = dict(zip(words[::2], words[1::2], strict=True))
+    stated = dict(zip(words[::2], words[1::2], strict=True))
     log(path.name)
-    time.sleep(float(told.get("sleep", 0)))
+    time.sleep(float(stated.get("sleep", 0)))
     marker = path.with_suffix(".died")
-    if "die" in told and (told["die"] == "always" or not marker.exists()):
+    if "die" in stated and (stated["die"] == "always" or not marker.exists()):
         marker.touch()
         os.kill(os.getpid(), signal.SIGKILL)
-    if "fault" in told:
+    if "fault" in stated:
         raise ZeroDivisionError("a fault of the program")
-    if "bad" in told:
+    if "bad" in stated:
         raise FootageError(f"{path}: the file is cut off; copy it again")
-    count, chance = int(told["count"]), float(told.get("chance", 0.98))
-    ratio = float(told.get("ratio", 100.0))
+    count, chance = int(stated["count"]), float(stated.get("chance", 0.98))
+    ratio = float(stated.get("ratio", 100.0))
     return Worked(
         replace(
             unread_result(str(path), ""),

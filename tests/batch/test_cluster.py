@@ -73,12 +73,11 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
         module = "distributed.cli.dask_scheduler"
         scheduler = dask(stack, log, module, "--host", LOCAL, "--no-dashboard", "--no-show")
         address = said(log, r"Scheduler at: +(tcp://\S+)")
-        workers = []
-        for number in range(2):
-            log = tmp_path / f"worker{number}.txt"
-            arguments = ("distributed.cli.dask_worker", address, "--nthreads", "1")
-            options = ("--no-dashboard", "--no-nanny", "--preload", str(COMMAND))
-            workers.append(dask(stack, log, *arguments, *options))
+        logs = [tmp_path / f"worker{number}.txt" for number in range(2)]
+        arguments = ("distributed.cli.dask_worker", address, "--nthreads", "1")
+        options = ("--no-dashboard", "--no-nanny", "--preload", str(COMMAND))
+        workers = [dask(stack, log, *arguments, *options) for log in logs]
+        for log in logs:
             said(log, r"(Registered to)")
         yield Cluster(address, scheduler, workers)
 
@@ -86,7 +85,7 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 def test_a_cluster_gives_the_files_of_a_local_run_and_a_killed_worker_costs_only_a_retry(
     cluster: Cluster, campaign: StubCampaign
 ) -> None:
-    campaign.add(**{f"trial{k}": f"count {28 + k % 4} sleep 0.3" for k in range(10)})
+    campaign.add(**{f"trial{k}": f"count {28 + k % 4} sleep 0.2" for k in range(6)})
     campaign.add(bad="bad now")
     with campaign.start("--scheduler", cluster.address) as process:
         end = time.monotonic() + PATIENCE_S
@@ -106,6 +105,7 @@ def test_a_cluster_gives_the_files_of_a_local_run_and_a_killed_worker_costs_only
     assert campaign.worked() == {}, "all is known already"
 
 
+@pytest.mark.slow  # it waits for a cluster to be missed; the same law without one is quick
 def test_a_scheduler_that_dies_costs_the_clips_not_yet_done_and_no_result(
     cluster: Cluster, campaign: StubCampaign
 ) -> None:

@@ -145,7 +145,7 @@ def test_a_campaign_that_is_done_lets_its_workers_end() -> None:
 
     workers = Plain()
     said = list(run_campaign([job("a"), job("b")], lambda: workers, None))
-    assert [one.row.result["reason"] for one in said] == ["nothing to see"] * 2
+    assert [one.result["reason"] for one in said] == ["nothing to see"] * 2
     assert workers.closed == [False]
 
 

@@ -24,7 +24,7 @@ from synth_video.campaign.rendering import film, takes_of
 from synth_video.campaign.seed_search import CAMPAIGNS
 
 if not hasattr(os, "wait4"):
-    pytest.skip("this system does not tell what a process used", allow_module_level=True)
+    pytest.skip("this system does not say what a process used", allow_module_level=True)
 
 CLIPS = 30
 TRIALS = (2, 11, 18)
@@ -92,8 +92,8 @@ def campaign(clips: Path, workers: int) -> Use:
     results = clips.with_name(f"results{workers}")
     arguments = ("-o", str(results), "--jobs", str(workers), "--fresh")
     use = used("-m", "count_video", str(clips), *arguments)
-    told = json.loads((results / "campaign.json").read_text("utf-8"))
-    assert told["counted"] == CLIPS
+    stated = json.loads((results / "campaign.json").read_text("utf-8"))
+    assert stated["counted"] == CLIPS
     return use
 
 

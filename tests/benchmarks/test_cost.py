@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 if not hasattr(os, "wait4"):
-    pytest.skip("this system does not tell what a process used", allow_module_level=True)
+    pytest.skip("this system does not say what a process used", allow_module_level=True)
 
 from cost import (
     COLUMNS,

@@ -27,7 +27,7 @@ from synth_video.film import render_clip
 from synth_video.scene_file import load_scene
 
 if not hasattr(os, "wait4"):
-    pytest.skip("this system does not tell what a process used", allow_module_level=True)
+    pytest.skip("this system does not say what a process used", allow_module_level=True)
 
 FRAMES = 1500
 FEW_LOOPS, LOOPS = 2, 10
@@ -40,7 +40,7 @@ ROUNDS = 3
 MOST_TO_DECODING = 1.5
 MOST_MEMORY_MB = 300.0
 SAME_MEMORY = 0.10
-"""Share by which two runs of one command differ in memory, with room to spare."""
+"""Share by which two runs of one command differ in memory, and some more."""
 
 DECODE = """
 import sys
@@ -151,7 +151,7 @@ def test_memory_does_not_grow_with_the_length_of_the_clip(
     benchmark: BenchmarkFixture, clip: Path
 ) -> None:
     whole = count(clip)
-    # Trials in a row are not counted, and what is not counted is looked at in a second way.
+    # Trials in a row are not counted, and what is not counted is tried in a second way.
     short = count(looped(clip, FEW_LOOPS))
     long: list[Use] = []
     long_clip = looped(clip, LOOPS)

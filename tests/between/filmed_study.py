@@ -30,7 +30,7 @@ RATES = (240.0, 480.0, 960.0)
 FEWEST, MOST = 25, 35
 SHORTEST_FRAMES = 0.25
 CLEAN_SCATTER = 0.003
-"""Above this scatter from collision to collision, a contact has no one restitution to be told."""
+"""Above this scatter from collision to collision, a contact has no one restitution."""
 
 
 @dataclass(frozen=True)
@@ -91,13 +91,13 @@ def compared(fitted: object, motion: Motion) -> tuple[Floats, Floats]:
     if not isinstance(fitted, Between):
         return np.full(3, np.nan), np.full(3, np.nan)
     ratio = motion.setup.heavy_mass_kg / motion.setup.light_mass_kg
-    told: list[tuple[Estimate, float, float]] = [(fitted.mass_ratio, ratio, ratio)]
+    stated: list[tuple[Estimate, float, float]] = [(fitted.mass_ratio, ratio, ratio)]
     contacts = (("bodies", fitted.restitution_bodies), ("wall", fitted.restitution_wall))
     for kind, estimate in contacts:
         happened = [bounce.restitution for bounce in motion.burst if bounce.kind == kind]
-        told.append((estimate, float(np.mean(happened)), 1.0))
-    errors = np.array([(estimate.value - true) / unit for estimate, true, unit in told])
-    return errors, np.array([estimate.sigma / unit for estimate, _, unit in told])
+        stated.append((estimate, float(np.mean(happened)), 1.0))
+    errors = np.array([(estimate.value - true) / unit for estimate, true, unit in stated])
+    return errors, np.array([estimate.sigma / unit for estimate, _, unit in stated])
 
 
 def count_table(rows: Sequence[Filmed]) -> str:

@@ -57,7 +57,7 @@ class HardTrial:
     track: Track
     count: int
     event_frames: Floats
-    """Frame coordinates of the burst, as far as the clip's frames can tell them."""
+    """Frame coordinates of the burst, as far as the clip's frames show them."""
     mass_ratio: float
 
 
@@ -119,7 +119,7 @@ def _cut(filmed: FilmedTrial, clip: str, rng: np.random.Generator) -> tuple[Trac
     shorter = _kept(track, keep)
     if rng.random() < 0.5:
         return shorter, events
-    # Without a trace: what comes later is told too early, what is missing lies between two frames.
+    # Without a trace: what comes later is dated too early, what is missing lies between two frames.
     frame = np.where(shorter.frame >= at, shorter.frame - missed, shorter.frame)
     later = np.where(events > at + missed, events - missed, np.minimum(events, at))
     return replace(shorter, frame=frame), later
@@ -224,7 +224,7 @@ def errors_table(outcomes: Sequence[Outcome]) -> str:
     return "\n".join(lines)
 
 
-def told(outcome: Outcome) -> str:
+def stated(outcome: Outcome) -> str:
     """One outcome in a line."""
     trial, result = outcome.trial, outcome.result
     return (
@@ -255,7 +255,7 @@ def main(arguments: Sequence[str]) -> int:
     seeds = range(options.first_seed, options.first_seed + options.trials)
     with Pool(options.processes) as pool:
         outcomes = list(pool.imap(_outcome, seeds))
-    listed = [told(o) for o in outcomes if not o.right] if options.list else []
+    listed = [stated(o) for o in outcomes if not o.right] if options.list else []
     sys.stdout.write("\n".join((*listed, "", report(outcomes), "")))
     return 0
 

@@ -21,7 +21,7 @@ from count_video.motion.fitted import Between, count_between
 from count_video.motion.priors import MODEL_WRONG
 from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import SeenCollisions, seen_collisions
-from count_video.verdict import leaves_room, sure_enough
+from count_video.verdict import leaves_doubt, sure_enough
 from count_video.verdict.trials import MASS_RELATIVE_SIGMA
 
 RATES = (960.0, 480.0, 240.0, 120.0)
@@ -59,7 +59,7 @@ def outcome_of(trial: FilmedTrial, seed: int) -> Outcome:
     """Count one trial as the command would."""
     found = seen_collisions(trial.track)
     fitted = None
-    if leaves_room(found):
+    if leaves_doubt(found):
         fitted = count_between(trial.track, found, Knowledge(trial.filming.capture_fps))
     count, probability, inferred = _claimed(found, fitted)
     ratio_error, restitution_error = _errors(trial, fitted)

@@ -15,7 +15,7 @@ from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.records import Track
-from count_video.verdict import leaves_room
+from count_video.verdict import leaves_doubt
 
 SETUP = Setup(wall_gap_m=0.03, bodies_gap_m=0.002, restitution_bodies=0.98, restitution_wall=0.97)
 FPS = 480.0
@@ -31,7 +31,7 @@ def fitted(setup: Setup = SETUP, capture_fps: float = FPS, seed: int = 1) -> Bet
     """Count a trial that the frames do not resolve."""
     trial = filmed(setup, capture_fps, seed)
     found = seen_collisions(trial.track)
-    assert leaves_room(found)
+    assert leaves_doubt(found)
     between = count_between(trial.track, found, Knowledge(capture_fps))
     assert isinstance(between, Between)
     return between
@@ -78,11 +78,11 @@ def test_every_inferred_time_lies_within_its_uncertainty() -> None:
 
 
 def test_of_collisions_less_than_a_frame_apart_the_middle_ones_are_not_called_seen() -> None:
-    frames, told = filmed().event_frames, fitted().collisions
+    frames, stated = filmed().event_frames, fitted().collisions
     apart = np.diff(frames)
     crowded = 1 + np.flatnonzero(np.maximum(apart[1:], apart[:-1]) < 1.0)
     assert len(crowded) > 0
-    assert not any(told[number].seen for number in crowded)
+    assert not any(stated[number].seen for number in crowded)
 
 
 def test_kinds_alternate_and_numbers_count_from_one() -> None:
@@ -92,7 +92,7 @@ def test_kinds_alternate_and_numbers_count_from_one() -> None:
     assert all(a.kind != b.kind for a, b in pairwise(collisions))
 
 
-def test_probabilities_sum_to_one_and_leave_room_for_doubt() -> None:
+def test_probabilities_sum_to_one_and_leave_doubt() -> None:
     probability = fitted().probability
     assert sum(probability.values()) == pytest.approx(1.0, abs=1e-4)
     assert probability[fitted().count] < 1
@@ -138,7 +138,7 @@ def test_a_last_collision_shortly_before_the_turn_belongs_to_the_burst() -> None
 def test_a_last_collision_at_the_very_turn_is_judged_by_the_model() -> None:
     trial = random_trial(4016, FPS)
     found = seen_collisions(trial.track)
-    assert leaves_room(found)
+    assert leaves_doubt(found)
     between = count_between(trial.track, found, Knowledge(FPS))
     assert isinstance(between, Between)
     assert between.count == trial.count

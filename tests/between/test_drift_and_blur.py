@@ -18,7 +18,7 @@ from count_video.records import Floats, Track
 FPS = 480.0
 SETUP = Setup(wall_gap_m=0.03, bodies_gap_m=0.002, restitution_bodies=0.98, restitution_wall=0.97)
 DRIFT_PX = 0.06
-"""As large as rendered clips have it where ball, wall and heavy body crowd."""
+"""As large as rendered clips have it where ball, wall and heavy body are close."""
 DRIFT_REACH_PX = 8.0
 ESTIMATE_SIGMAS = 4.0
 MOMENTS_SHARE = 0.005

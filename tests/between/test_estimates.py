@@ -26,11 +26,11 @@ def weighed(*fits: tuple[int, float, float]) -> Weighed:
     return {(n, 0.001 * place): (evidence, fit(n, value)) for place, (n, evidence, value) in pairs}
 
 
-def test_a_single_fit_is_told_as_it_is() -> None:
+def test_a_single_fit_is_given_as_it_is() -> None:
     one = weighed((31, 5.0, -4.6))
-    told = estimate(one, shares_of(one), Column.LIGHTNESS)
-    assert told.value == pytest.approx(-4.6)
-    assert told.sigma == pytest.approx(SIGMA)
+    stated = estimate(one, shares_of(one), Column.LIGHTNESS)
+    assert stated.value == pytest.approx(-4.6)
+    assert stated.sigma == pytest.approx(SIGMA)
 
 
 def test_a_part_of_the_evidence_decides_between_explanations() -> None:
@@ -53,9 +53,9 @@ def test_what_explanations_disagree_in_is_a_part_of_the_uncertainty() -> None:
 def test_fits_that_disagree_make_the_estimate_less_sure() -> None:
     apart = 0.2
     two = weighed((311, 0.0, -9.2), (313, 0.0, -9.2 - apart))
-    told = estimate(two, shares_of(two), Column.LIGHTNESS)
-    assert told.value == pytest.approx(-9.2 - apart / 2)
-    assert told.sigma == pytest.approx(np.hypot(SIGMA, apart / 2))
+    stated = estimate(two, shares_of(two), Column.LIGHTNESS)
+    assert stated.value == pytest.approx(-9.2 - apart / 2)
+    assert stated.sigma == pytest.approx(np.hypot(SIGMA, apart / 2))
 
 
 def test_the_mass_ratio_has_the_relative_uncertainty_of_the_lightness() -> None:

@@ -49,7 +49,7 @@ def test_three_hundred_collisions_are_counted_where_the_masses_are_known() -> No
     assert fitted().count == filmed().count
 
 
-def test_most_of_them_are_told_as_inferred() -> None:
+def test_most_of_them_are_called_inferred() -> None:
     inferred = sum(not collision.seen for collision in fitted().collisions)
     assert inferred > 0.8 * filmed().count
 
@@ -87,7 +87,7 @@ def test_a_count_is_given_only_if_it_is_likelier_than_all_others_together() -> N
     assert sure_enough(replace(between, probability={303: 0.3, 305: 0.6, 307: 0.1}))
 
 
-def told(between: Between) -> TrialResult:
+def stated(between: Between) -> TrialResult:
     found = seen_collisions(filmed().track)
     info = FootageInfo(Path("trial.mp4"), "h264", "yuv420p", 640, 240, 0, None, 30.0, FPS, "option")
     report = FootageReport(len(filmed().track.frame), None, 0, 0, ())
@@ -98,7 +98,7 @@ def told(between: Between) -> TrialResult:
 def test_counts_of_which_none_is_likelier_than_the_others_are_named_and_none_is_given() -> None:
     count = fitted().count
     chances = {count - 2: 0.3, count: 0.36, count + 2: 0.31, count + 4: 0.03}
-    result = told(replace(fitted(), probability=chances))
+    result = stated(replace(fitted(), probability=chances))
     assert (result.status, result.count) == ("not_counted", None)
     assert result.reason is not None
     assert all(str(count + step) in result.reason for step in (-2, 0, 2))
@@ -106,11 +106,11 @@ def test_counts_of_which_none_is_likelier_than_the_others_are_named_and_none_is_
 
 def test_a_probable_count_leaves_nothing_open() -> None:
     count = fitted().count
-    result = told(replace(fitted(), probability={count: 0.9, count + 2: 0.1}))
+    result = stated(replace(fitted(), probability={count: 0.9, count + 2: 0.1}))
     assert (result.status, result.reason) == ("counted", None)
 
 
-def test_a_count_that_stays_open_is_told_as_a_range_with_what_would_help() -> None:
+def test_a_count_that_stays_open_is_given_as_a_range_with_what_would_help() -> None:
     between = replace(fitted(), count=305, probability=dict.fromkeys(range(295, 315, 2), 0.1))
     assert "every count from 295 to 313" in left_open(between, None)
     assert "--masses" in left_open(between, None)

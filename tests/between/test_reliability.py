@@ -20,6 +20,7 @@ from synthetic_tracks import Filming, film
 
 from count_video.physics.setup import Setup
 from count_video.records import Floats, Track, TrialResult
+from tiers import rest_slow
 
 FPS = 240.0
 SURE = 0.95
@@ -43,9 +44,9 @@ def rows(track: Track, keep: Floats) -> Track:
     return replace(track, frame=track.frame[keep], ball=ball, heavy=heavy)
 
 
-@pytest.mark.parametrize("ratio", [1.0, 5.0, 16.0])
+@pytest.mark.parametrize("ratio", rest_slow([5.0, 1.0, 16.0]))
 def test_a_cut_clip_is_no_smaller_experiment(ratio: float) -> None:
-    """Where it ends too early the count is that of the trial, or none, or as sure as it is told."""
+    """Where it ends too early the count is that of the trial, or none, or as sure as it claims."""
     whole = trial(ratio)
     assert counted(whole).right
     said = []
@@ -105,28 +106,28 @@ def test_hard_trials_are_as_they_are_said_to_be() -> None:
     assert np.array_equal(again.track.ball.position_px, drawn[3].track.ball.position_px)
 
 
-@pytest.mark.parametrize("seed", [47, 55, 131])
-def test_frames_left_out_of_a_crowd_without_a_trace_are_made_up_for(seed: int) -> None:
+@pytest.mark.parametrize("seed", rest_slow([55, 47, 131]))
+def test_frames_left_out_of_a_dense_burst_without_a_trace_are_made_up_for(seed: int) -> None:
     outcome = counted(hard_trial(seed))
     assert outcome.right
     assert any("left out" in warning for warning in outcome.result.warnings)
 
 
-@pytest.mark.parametrize(("seed", "missed"), [(835, 11), (743, 5), (1115, 9), (975, 8)])
-def test_it_is_told_how_many_frames_are_left_out_of_a_burst(seed: int, missed: int) -> None:
+@pytest.mark.parametrize(("seed", "missed"), rest_slow([(743, 5), (835, 11), (1115, 9), (975, 8)]))
+def test_a_warning_says_how_many_frames_are_left_out_of_a_burst(seed: int, missed: int) -> None:
     outcome = counted(hard_trial(seed))
     assert outcome.right
     assert any(f"about {missed} frames" in warning for warning in outcome.result.warnings)
 
 
-@pytest.mark.parametrize("seed", [704, 708, 1092])
+@pytest.mark.parametrize("seed", rest_slow([704, 708, 1092]))
 def test_no_frames_are_missed_in_a_whole_burst(seed: int) -> None:
     outcome = counted(hard_trial(seed))
     assert outcome.right
     assert not any("left out" in warning for warning in outcome.result.warnings)
 
 
-@pytest.mark.parametrize("seed", [834, 878, 1186])
+@pytest.mark.parametrize("seed", rest_slow([1186, 834, 878]))
 def test_what_follows_the_end_of_a_clip_is_foreseen_and_not_counted(seed: int) -> None:
     result, true = counted(hard_trial(seed)).result, hard_trial(seed).count
     assert result.count is None

@@ -19,7 +19,7 @@ def test_a_clip_alone_leaves_everything_to_be_found() -> None:
     assert options.clips == [Path("trial.mp4")]
     assert options.ball_diameter_mm == 40.0
     assert options.start == 0
-    nothing = (options.capture_fps, options.wall_side, options.region, options.end, options.masses)
+    nothing = (options.capture_fps, options.wall, options.region, options.end, options.masses)
     assert nothing == (None,) * 5
     assert not options.json
 
@@ -35,7 +35,7 @@ def test_every_option_arrives_in_its_unit() -> None:
     assert options.capture_fps == 959.04
     assert (options.start, options.end) == (10, 20)
     assert options.region == (1, 2, 640, 240)
-    assert options.wall_side == "right"
+    assert options.wall == "right"
     assert options.ball_diameter_mm == 38.5
     assert options.masses == [Fraction(1050), Fraction(21, 2)]
     assert options.clips == [Path("a.mp4"), Path("b.mp4")]

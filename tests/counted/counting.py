@@ -68,8 +68,8 @@ def assert_counted(said: Answer, truth: Truth, *, first_frame: float = 0.0) -> N
     errors = time_errors(events, said)
     assert median(errors) <= MEDIAN_TIME_ERROR_FRAMES
     # Each lies nearer to its own collision than to any other, or another one was found.
-    rooms = half_intervals([event["frame"] for event in events])
-    assert [e for e, room in zip(errors, rooms, strict=True) if e >= room] == []
+    reaches = half_intervals([event["frame"] for event in events])
+    assert [e for e, reach in zip(errors, reaches, strict=True) if e >= reach] == []
 
 
 def half_intervals(frames: Sequence[float]) -> list[float]:

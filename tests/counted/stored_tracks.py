@@ -145,7 +145,7 @@ def _unpacked(name: str, about: dict[str, Any], rows: Integers) -> StoredClip:
 
 
 def _steps(values: Floats, step: float) -> Integers:
-    """Differences in whole steps, which take little room."""
+    """Differences in whole steps, which take little space."""
     seen = np.isfinite(values)
     steps = np.full(len(values), NOT_SEEN, np.int32)
     steps[seen] = np.diff(np.rint(values[seen] / step), prepend=0.0)

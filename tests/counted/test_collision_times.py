@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from shutter_study import SHUTTERS, TimeErrors, table, time_errors
 
+from tiers import rest_slow
+
 NUMBERS = (3, 6)
 """Trials of 5 and 7 collisions: short clips."""
 MEDIAN_FRAMES, NEARLY_ALL_FRAMES = 0.1, 0.4
@@ -13,7 +15,7 @@ BIAS_SIGMAS = 3.0
 """A mean error strays further from zero than this in one case of 370."""
 
 
-@pytest.mark.parametrize("shutter", [SHUTTERS[0], SHUTTERS[-1]])
+@pytest.mark.parametrize("shutter", rest_slow([SHUTTERS[-1], SHUTTERS[0]]))
 def test_times_are_those_of_the_exposures_centre(shutter: float, tmp_path: Path) -> None:
     errors = time_errors(NUMBERS, shutter, tmp_path)
 

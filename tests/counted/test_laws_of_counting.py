@@ -181,12 +181,14 @@ def test_the_capture_rate_gives_times_and_changes_nothing_else(clip: Path) -> No
     assert (said["capture_fps"], said["capture_fps_source"]) == (960, "option")
     times_s = [collision["time_s"] for collision in said["collisions"]]
     assert times_s == pytest.approx([c["frame"] / 960 for c in said["collisions"]])
-    told = {"capture_fps": None, "capture_fps_source": "unknown"}
+    stated = {"capture_fps": None, "capture_fps_source": "unknown"}
     # These rest on a fit that starts from a pendulum's usual rate, where real time is known.
     ratio = ("mass_ratio", "mass_ratio_sigma", "pi_low", "pi_high")
     fitted = ("ending", "restitution", "energy_kept", "fitted_setup", "collisions", *ratio)
     plain = {key: value for key, value in said.items() if key not in fitted}
-    assert {**plain, **told} == {key: value for key, value in without.items() if key not in fitted}
+    assert {**plain, **stated} == {
+        key: value for key, value in without.items() if key not in fitted
+    }
     for one, other in zip(said["collisions"], without["collisions"], strict=True):
         assert [one[key] for key in ("number", "kind", "seen")] == [
             other[key] for key in ("number", "kind", "seen")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pytest
 from evidence_made import Made
 
 from count_video.batch.summary import summarise
@@ -45,20 +47,47 @@ INJECTED = (
 )
 
 
-def opened(browser: sync_api.Browser, page: Path) -> tuple[sync_api.Page, list[str]]:
-    """Open a page; return it and what it asked for beyond itself."""
-    visit = browser.new_page()
-    asked: list[str] = []
-    visit.on("request", lambda request: asked.append(request.url))
-    visit.on("dialog", lambda dialog: dialog.dismiss())
-    visit.goto(page.as_uri())
-    visit.wait_for_timeout(300)
-    own = (page.as_uri(), "data:", "blob:")
-    return visit, [address for address in asked if not address.startswith(own)]
+@dataclass(frozen=True)
+class Visit:
+    """A page that is open."""
+
+    name: str
+    page: sync_api.Page
+    asked: list[str]
+    """What it asked for beyond itself."""
 
 
-def ran(visit: sync_api.Page) -> bool:
-    return bool(visit.evaluate("document.documentElement.dataset.hostile === 'ran'"))
+@contextmanager
+def opened(browser: sync_api.Browser, pages: Iterable[Path]) -> Iterator[list[Visit]]:
+    """Open pages side by side and give their scripts time to run."""
+    with browser.new_context() as context:
+        visits = []
+        for path in pages:
+            visit = Visit(path.stem, context.new_page(), [])
+            visit.page.on("request", partial(_note, visit.asked, path.as_uri()))
+            visit.page.on("dialog", lambda dialog: dialog.dismiss())
+            visit.page.goto(path.as_uri())
+            visits.append(visit)
+        visits[-1].page.wait_for_timeout(300)
+        yield visits
+
+
+def _note(asked: list[str], own: str, request: sync_api.Request) -> None:
+    if not request.url.startswith((own, "data:", "blob:")):
+        asked.append(request.url)
+
+
+def written(folder: Path, pages: Iterable[str]) -> list[Path]:
+    """Write pages into a folder, called by their numbers."""
+    paths = []
+    for number, page in enumerate(pages):
+        paths.append(folder / f"{number}.html")
+        paths[-1].write_text(page, "utf-8")
+    return paths
+
+
+def ran(visit: Visit) -> bool:
+    return bool(visit.page.evaluate("document.documentElement.dataset.hostile === 'ran'"))
 
 
 def page_of(made: Made, text: str) -> str:
@@ -71,45 +100,48 @@ def page_of(made: Made, text: str) -> str:
     return clip_page(result, Footage(video, np.arange(9.0), np.arange(9.0), {}, text), None)
 
 
-@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
 def test_hostile_text_on_a_clips_page_is_shown_and_does_nothing(
-    browser: sync_api.Browser, made: Made, tmp_path: Path, text: str
+    browser: sync_api.Browser, made: Made, tmp_path: Path
 ) -> None:
-    page = tmp_path / "page.html"
-    page.write_text(page_of(made, text), "utf-8")
-    visit, asked = opened(browser, page)
-    assert not ran(visit)
-    assert asked == []
-    assert visit.locator("#list button").count() == len(made.result.collisions) + 1, "ours does run"
-    assert visit.evaluate("document.querySelectorAll('iframe, base, object, svg').length") == 0
-    visit.close()
+    pages = written(tmp_path, (page_of(made, text) for text in HOSTILE))
+    with opened(browser, pages) as visits:
+        for visit in visits:
+            assert not ran(visit), visit.name
+            assert visit.asked == [], visit.name
+            buttons = visit.page.locator("#list button").count()
+            assert buttons == len(made.result.collisions) + 1, "ours does run"
+            foreign = "document.querySelectorAll('iframe, base, object, svg').length"
+            assert visit.page.evaluate(foreign) == 0, visit.name
 
 
-@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
 def test_hostile_text_on_a_campaigns_page_is_shown_and_does_nothing(
-    browser: sync_api.Browser, tmp_path: Path, text: str
+    browser: sync_api.Browser, tmp_path: Path
 ) -> None:
-    files = frozenset({"trial.html", "trial.strip.jpg"})
-    one = row("trial", None, clip=text, reason=text, not_kept=text, files=files)
-    page = tmp_path / "campaign.html"
-    page.write_text(campaign_page([one], summarise([one]), (b"", "image/png")), "utf-8")
-    visit, asked = opened(browser, page)
-    assert not ran(visit)
-    assert asked == [(tmp_path / "trial.strip.jpg").as_uri()], "our own picture alone"
-    assert visit.locator("#trials tbody tr").count() == 1
-    visit.close()
+    def page(text: str) -> str:
+        files = frozenset({"trial.html", "trial.strip.jpg"})
+        one = row("trial", None, clip=text, reason=text, not_kept=text, files=files)
+        return campaign_page([one], summarise([one]), (b"", "image/png"))
+
+    with opened(browser, written(tmp_path, map(page, HOSTILE))) as visits:
+        for visit in visits:
+            assert not ran(visit), visit.name
+            own_picture = (tmp_path / "trial.strip.jpg").as_uri()
+            assert visit.asked == [own_picture], visit.name
+            assert visit.page.locator("#trials tbody tr").count() == 1, visit.name
 
 
 def test_the_trials_of_a_campaign_can_be_sorted_by_every_column(
     browser: sync_api.Browser, tmp_path: Path
 ) -> None:
     rows = [row("b10", 31, 0.95), row("b9", 29, 0.99), row("a", None)]
-    page = tmp_path / "campaign.html"
-    page.write_text(campaign_page(rows, summarise(rows), (b"", "image/png")), "utf-8")
-    visit, _ = opened(browser, page)
+    pages = written(tmp_path, [campaign_page(rows, summarise(rows), (b"", "image/png"))])
+    with opened(browser, pages) as (visit,):
+        assert_sorted(visit.page)
 
+
+def assert_sorted(page: sync_api.Page) -> None:
     def names() -> list[str]:
-        return [text.strip() for text in visit.locator("#trials tbody th").all_inner_texts()]
+        return [text.strip() for text in page.locator("#trials tbody th").all_inner_texts()]
 
     assert names() == ["a.mp4", "b10.mp4", "b9.mp4"], "who needs a person comes first"
     orders = {
@@ -119,24 +151,21 @@ def test_the_trials_of_a_campaign_can_be_sorted_by_every_column(
     }
     for heading, order in orders.items():
         for direction in ("ascending", "descending"):
-            visit.get_by_role("button", name=heading, exact=True).press("Enter")
+            page.get_by_role("button", name=heading, exact=True).press("Enter")
             assert names() == (order if direction == "ascending" else order[::-1])
-            assert visit.locator(f"th[aria-sort={direction}]").inner_text() == heading
-    visit.close()
+            assert page.locator(f"th[aria-sort={direction}]").inner_text() == heading
 
 
-@pytest.mark.parametrize("markup", INJECTED, ids=range(len(INJECTED)))
 def test_the_policy_stops_what_an_escape_would_have_let_through(
-    browser: sync_api.Browser, made: Made, tmp_path: Path, markup: str
+    browser: sync_api.Browser, made: Made, tmp_path: Path
 ) -> None:
     text = made.file("html").read_text("utf-8")
     (tmp_path / "other.js").write_text(RUN, "utf-8")
-    page = tmp_path / "page.html"
-    page.write_text(text.replace("<main>", f"<main>{markup}"), "utf-8")
-    visit, _ = opened(browser, page)
-    assert not ran(visit)
-    assert visit.locator("#list button").count() == len(made.result.collisions)
-    visit.close()
+    pages = (text.replace("<main>", f"<main>{markup}") for markup in INJECTED)
+    with opened(browser, written(tmp_path, pages)) as visits:
+        for visit in visits:
+            assert not ran(visit), visit.name
+            assert visit.page.locator("#list button").count() == len(made.result.collisions)
 
 
 def test_every_page_allows_only_itself(made: Made) -> None:
@@ -159,21 +188,15 @@ def test_every_page_allows_only_itself(made: Made) -> None:
 def test_without_the_policy_the_same_markup_would_run(
     browser: sync_api.Browser, made: Made, tmp_path: Path
 ) -> None:
-    text = made.file("html").read_text("utf-8")
-    page = tmp_path / "page.html"
-    page.write_text(
-        text.replace("Content-Security-Policy", "x").replace("<main>", f"<main>{INJECTED[0]}"),
-        "utf-8",
-    )
-    visit, _ = opened(browser, page)
-    assert ran(visit), "else the tests above show nothing"
-    visit.close()
+    text = made.file("html").read_text("utf-8").replace("Content-Security-Policy", "x")
+    pages = written(tmp_path, [text.replace("<main>", f"<main>{INJECTED[0]}")])
+    with opened(browser, pages) as (visit,):
+        assert ran(visit), "else the tests above show nothing"
 
 
 def test_the_saved_corrections_name_the_clip_by_its_digest(
     browser: sync_api.Browser, made: Made
 ) -> None:
-    visit, _ = opened(browser, made.file("html"))
-    fields = json.loads(visit.locator("#data").text_content() or "")
+    with opened(browser, [made.file("html")]) as (visit,):
+        fields = json.loads(visit.page.locator("#data").text_content() or "")
     assert len(fields["clip_sha256"]) == 64
-    visit.close()

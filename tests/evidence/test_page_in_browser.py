@@ -86,6 +86,14 @@ def open_page(browser: sync_api.Browser, path: Path, size: dict[str, int]) -> Vi
     return visit
 
 
+@pytest.fixture(scope="module")
+def uncorrected(browser: sync_api.Browser, made: Made) -> Iterator[Visit]:
+    """The page, shared by tests that go through the collisions and correct none."""
+    opened = open_page(browser, made.file("html"), DESK)
+    yield opened
+    opened.page.close()
+
+
 @pytest.fixture
 def visit(browser: sync_api.Browser, made: Made) -> Iterator[Visit]:
     opened = open_page(browser, made.file("html"), DESK)
@@ -114,8 +122,10 @@ def test_the_video_plays(visit: Visit) -> None:
     assert visit.complaints == []
 
 
-def test_the_top_says_count_probability_masses_theory_and_pi(visit: Visit, made: Made) -> None:
-    facts = visit.page.locator(".facts").inner_text().split("\n")
+def test_the_top_says_count_probability_masses_theory_and_pi(
+    uncorrected: Visit, made: Made
+) -> None:
+    facts = uncorrected.page.locator(".facts").inner_text().split("\n")
     assert dict(zip(facts[::2], facts[1::2], strict=True)).keys() == {
         "Probability",
         "Theory",
@@ -139,52 +149,56 @@ def test_the_contact_frames_are_in_sight_on_a_desk_and_the_page_opens_with_the_f
             assert box["y"] + box["height"] <= DESK["height"], part
 
 
-def test_times_stand_beside_the_frames_where_a_rate_is_known(visit: Visit, made: Made) -> None:
-    for collision, entry in zip(made.result.collisions, visit.entries(), strict=True):
+def test_times_stand_beside_the_frames_where_a_rate_is_known(
+    uncorrected: Visit, made: Made
+) -> None:
+    for collision, entry in zip(made.result.collisions, uncorrected.entries(), strict=True):
         frame, time = entry.splitlines()[-1].removesuffix(" ms").split(" · ")
         assert collision.time_s is not None
         assert abs(float(frame) - collision.frame) <= 0.051  # as rounded
         assert abs(float(time) - 1000 * collision.time_s) <= 0.051
-    assert visit.text("unit") == "frame · time"
+    assert uncorrected.text("unit") == "frame · time"
 
 
-def test_a_click_into_the_picture_goes_to_the_nearest_collision(visit: Visit, made: Made) -> None:
-    panels = json.loads(visit.page.locator("#data").text_content() or "")["panels"]
+def test_a_click_into_the_picture_goes_to_the_nearest_collision(
+    uncorrected: Visit, made: Made
+) -> None:
+    panels = json.loads(uncorrected.page.locator("#data").text_content() or "")["panels"]
     assert len(panels) == 3, "space and time whole and enlarged, and velocities"
     (left, top, right, bottom), (low, high) = panels[0]["box"], panels[0]["frames"]
     for number in (2, 11):
         wanted = made.result.collisions[number - 1]
         share = left + (right - left) * (wanted.frame - low) / (high - low)
-        box = visit.page.locator("#picture").bounding_box()
+        box = uncorrected.page.locator("#picture").bounding_box()
         assert box is not None
         place = {"x": share * box["width"], "y": (top + bottom) / 2 * box["height"]}
-        visit.page.locator("#picture").click(position=place)
-        visit.wait_for_frame(round(wanted.frame))
-        assert visit.text("contact-title").startswith(f"Collision {number} ")
+        uncorrected.page.locator("#picture").click(position=place)
+        uncorrected.wait_for_frame(round(wanted.frame))
+        assert uncorrected.text("contact-title").startswith(f"Collision {number} ")
 
 
 def test_a_click_on_a_collision_goes_to_its_frame_and_shows_it_enlarged(
-    visit: Visit, made: Made
+    uncorrected: Visit, made: Made
 ) -> None:
     for number in (1, 7, 12):
-        visit.page.locator("#list button").nth(number - 1).click()
+        uncorrected.page.locator("#list button").nth(number - 1).click()
         nearest = round(made.result.collisions[number - 1].frame)
-        visit.wait_for_frame(nearest)
-        captions = visit.page.locator("#cuts figcaption").all_inner_texts()
+        uncorrected.wait_for_frame(nearest)
+        captions = uncorrected.page.locator("#cuts figcaption").all_inner_texts()
         assert captions == [f"frame {nearest + step}" for step in (-1, 0, 1)]
-        widths = visit.page.evaluate(
+        widths = uncorrected.page.evaluate(
             "Promise.all([...document.querySelectorAll('#cuts img')]"
             ".map(async (i) => { await i.decode(); return i.naturalWidth; }))"
         )
         assert widths == [300, 300, 300]
 
 
-def test_the_video_shows_the_frame_that_the_page_names(visit: Visit, made: Made) -> None:
+def test_the_video_shows_the_frame_that_the_page_names(uncorrected: Visit, made: Made) -> None:
     # The header writes the frame's number; its picture is compared with the annotated clip's own.
-    visit.page.locator("#list button").nth(5).click()
+    uncorrected.page.locator("#list button").nth(5).click()
     index = round(made.result.collisions[5].frame)
-    visit.wait_for_frame(index)
-    shown = visit.page.evaluate(
+    uncorrected.wait_for_frame(index)
+    shown = uncorrected.page.evaluate(
         """() => { const v = document.getElementById('video');
         const c = document.createElement('canvas');
         c.width = v.videoWidth; c.height = v.videoHeight;

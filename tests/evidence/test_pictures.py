@@ -183,8 +183,10 @@ def test_the_picture_shows_all_collisions_and_not_much_more(
     assert high - low <= 1.3 * (frames[-1] - frames[0]) + 20
 
 
-def test_the_wall_is_at_the_bottom_on_whichever_side_it_stands(material: Material) -> None:
-    left = panel(trial_figure(material), "Space and time").get_ylim()
+def test_the_wall_is_at_the_bottom_on_whichever_side_it_stands(
+    material: Material, figure: Figure
+) -> None:
+    left = panel(figure, "Space and time").get_ylim()
     other = replace(material, track=replace(material.track, wall_side="right"))
     right = panel(trial_figure(other), "Space and time").get_ylim()
     assert left[0] < left[1]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from count_video.batch.executor import tool_version
-from count_video.batch.manifest import Job, Pages, read_manifest
+from count_video.batch.manifest import Job, read_manifest
 from count_video.batch.results import ResultStore
 from count_video.batch.summary import row_of
 from count_video.corrections import reviewed
@@ -24,6 +24,7 @@ from count_video.outputs import OutputFolder
 from count_video.pipeline import TrialSettings
 from count_video.planning.request import PLAN_VERSION, PlanRequest, read_request, request_object
 from count_video.reports.json_object import json_line
+from count_video.settings import EvidenceSettings
 from count_video.verdict import unread_result
 
 FRAMES = 12
@@ -108,16 +109,16 @@ def _read_record(path: Path) -> None:
 
 def _write_kept(path: Path) -> None:
     path.parent.mkdir(exist_ok=True)
-    (path.parents[1] / "clip.json").write_text("{}", "utf-8")
-    job = Job("clip", "clip.mp4", TrialSettings())
-    entry = {"name": "clip.json", "clip": "0", "tool": tool_version(), "signature": [1]}
-    entry |= {"options": json.dumps(asdict(job.settings), default=str, sort_keys=True)}
-    entry |= {"result": "0", "evidence": {"clip.html": [1, 2]}, "followed": "0"}
-    path.write_text(f"{json.dumps(entry)}\n", "utf-8")
+    result = json_line(unread_result("clip.mp4", "nothing moves"))
+    (path.parents[1] / "clip.json").write_text(result, "utf-8")
+    options = json.dumps(asdict(TrialSettings()), default=str, sort_keys=True)
+    kept = {"clip": "0", "tool": tool_version(), "options": options, "signature": []}
+    kept |= {"result": result, "evidence": {"clip.html": [1, 2]}}
+    path.write_text(f"{json.dumps(kept)}\nfollowed", "utf-8")
 
 
 def _read_kept(path: Path) -> None:
-    job = Job("clip", "clip.mp4", TrialSettings(), pages=Pages(path.parents[1]))
+    job = Job("clip", "clip.mp4", TrialSettings(), pages=EvidenceSettings(path.parents[1]))
     store = ResultStore(path.parents[1], fresh=False)
     store.known(job)
     store.has_pages(job)
@@ -156,7 +157,7 @@ READERS: Mapping[str, Reader] = CONTAINERS | {
     "plan": Reader("plan.json", _write_plan, read_request),
     "result": Reader("result.json", _write_result, _read_result),
     "record": Reader(".count-video/written", _write_record, _read_record),
-    "kept": Reader(".count-video/written", _write_kept, _read_kept),
+    "kept": Reader(".count-video/clip.json", _write_kept, _read_kept),
     "followed": Reader("followed.json", _write_followed, _read_followed),
 }
 

@@ -19,7 +19,7 @@ from count_video.batch.executor import count_job
 from count_video.batch.manifest import Job
 from count_video.errors import MachineError, UsageError
 from count_video.footage.writer import WriteOptions, write_clip
-from count_video.memory import LEAST_BYTES, check_limits, check_room, shortage_told
+from count_video.memory import LEAST_BYTES, check_limits, check_memory, shortage_explained
 from count_video.pipeline import TrialSettings
 from count_video.reports import plan_text
 
@@ -46,20 +46,22 @@ TOO_MUCH = (too_much_for_numpy, too_much_for_opencv, too_much_for_python)
 
 @pytest.mark.parametrize("demand", TOO_MUCH)
 def test_a_shortage_is_one_sentence_whoever_meets_it(demand: Callable[[], None]) -> None:
-    with pytest.raises(MachineError, match="not enough memory"), shortage_told():
+    with pytest.raises(MachineError, match="not enough memory"), shortage_explained():
         demand()
 
 
-def test_whatever_fails_without_room_fails_for_want_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory, "check_room", too_much_for_python)
-    with pytest.raises(MachineError, match="not enough memory"), shortage_told():
+def test_whatever_fails_without_memory_fails_for_want_of_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(memory, "check_memory", too_much_for_python)
+    with pytest.raises(MachineError, match="not enough memory"), shortage_explained():
         raise ValueError("Input array could not be made C-contiguous")
-    with pytest.raises(UsageError, match="no such"), shortage_told():
+    with pytest.raises(UsageError, match="no such"), shortage_explained():
         raise UsageError("no such option")
 
 
 def test_any_other_error_of_opencv_stays_what_it_is() -> None:
-    with pytest.raises(cv2.error), shortage_told():
+    with pytest.raises(cv2.error), shortage_explained():
         cv2.resize(np.zeros((2, 2), np.uint8), (0, 0))
 
 
@@ -92,7 +94,7 @@ def test_a_shortage_outside_of_the_clips_is_one_line(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize("name", LEAST_BYTES)
-def test_a_limit_that_no_clip_fits_into_is_told_before_anything_is_loaded(name: str) -> None:
+def test_a_limit_that_no_clip_fits_into_is_named_before_anything_is_loaded(name: str) -> None:
     option, least = LEAST_BYTES[name]
     answer = ask("--json", COUNTS_3, limits={name: least - 1})
     assert (answer.code, answer.out, faults_of(answer)) == (2, "", [])
@@ -149,9 +151,9 @@ def large_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return clip
 
 
-def test_to_ask_for_room_fills_none() -> None:
+def test_to_ask_for_memory_fills_none() -> None:
     """Each packet that is refused asks: memory that is filled would take minutes."""
     before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
-    check_room(MUCH_BYTES)
+    check_memory(MUCH_BYTES)
     touched = resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
     assert touched < MUCH_BYTES // resource.getpagesize() // 100

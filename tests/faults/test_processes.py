@@ -47,7 +47,9 @@ def test_threads_that_may_start_leave_none_behind() -> None:
 
 
 @pytest.mark.parametrize("number", [0, 1, parallel.THREADS_A_PROCESS - 1])
-def test_threads_that_may_not_start_are_told(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_threads_that_may_not_start_are_an_error_of_the_machine(
+    number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     before = threading.active_count()
     refuse_from(number, monkeypatch)
     with pytest.raises(MachineError, match="no more processes"):

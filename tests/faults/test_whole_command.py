@@ -99,7 +99,7 @@ def test_closed_streams_get_nothing_and_disturb_nothing(
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["--theory", "1", "1"]])
-def test_what_cannot_be_written_is_told(arguments: list[str]) -> None:
+def test_what_cannot_be_written_is_named(arguments: list[str]) -> None:
     with open("/dev/full", "w") as full:
         answer = ask(*arguments, stdout=full)
     assert answer.code == 1
@@ -241,7 +241,7 @@ ODD_SURROUNDINGS = (
 
 @SLOW
 @pytest.mark.parametrize("environment", ODD_SURROUNDINGS, ids=range(len(ODD_SURROUNDINGS)))
-def test_odd_surroundings_are_told_or_make_no_difference(
+def test_odd_surroundings_are_named_or_make_no_difference(
     environment: dict[str, str], tmp_path: Path
 ) -> None:
     clip = tmp_path / "é😀.mp4"

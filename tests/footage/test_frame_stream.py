@@ -98,13 +98,13 @@ def test_the_file_is_open_until_the_footage_is_closed(clip: Path) -> None:
 
 
 def test_the_file_is_closed_where_the_reader_fails_half_way(clip: Path) -> None:
-    def look(footage: Footage) -> None:
+    def read(footage: Footage) -> None:
         for frame in footage.frames():
             if frame.index == 5:
                 raise RuntimeError
 
     with pytest.raises(RuntimeError), open_footage(clip) as footage:
-        look(footage)
+        read(footage)
     assert not is_open(clip)
 
 

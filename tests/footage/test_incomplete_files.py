@@ -174,7 +174,7 @@ def test_frames_that_an_edit_list_hides_are_neither_promised_nor_missed(
     assert report.warnings == ()
 
 
-def test_a_look_at_a_part_makes_no_complaint_about_the_rest(tmp_path: Path) -> None:
+def test_reading_a_part_makes_no_complaint_about_the_rest(tmp_path: Path) -> None:
     with open_footage(whole(tmp_path / "clip.mp4", "libx264")) as footage:
         assert len(list(footage.frames(10, 20))) == 10
         report = footage.report()

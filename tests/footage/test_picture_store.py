@@ -36,14 +36,14 @@ def test_the_caller_may_use_its_picture_again() -> None:
         assert np.array_equal(store[0], PICTURE)
 
 
-def test_a_turned_view_is_kept_as_it_looks() -> None:
+def test_a_turned_view_is_kept_as_it_is_seen() -> None:
     with PictureStore(0) as store:
         store.append(PICTURE.T)
         assert np.array_equal(store[0], PICTURE.T)
 
 
 @pytest.mark.parametrize("temporary", ["gone", None])
-def test_no_room_is_one_clear_line(
+def test_a_full_disk_is_one_clear_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, temporary: str | None
 ) -> None:
     """Where the folder for temporary files vanished, and where no folder at all can be written."""
@@ -75,7 +75,7 @@ def test_only_what_changes_goes_to_the_file() -> None:
         assert 0 < store.bytes_written < 0.1 * len(pictures) * scene.size
 
 
-def test_a_scene_at_rest_takes_no_room() -> None:
+def test_a_scene_at_rest_takes_no_space() -> None:
     with PictureStore(memory_bytes=0, chunk_bytes=3 * PICTURE.size) as store:
         for _ in range(9):
             store.append(PICTURE)

@@ -11,6 +11,7 @@ from count_video.footage.reader import open_footage
 from count_video.footage.repeats import HISTORY_AT_LEAST, PERIODS_SEEN, mark_repeats
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Frame
+from tiers import rest_slow
 
 HEIGHT, WIDTH = 120, 320
 RADIUS = 14.0
@@ -84,7 +85,7 @@ def test_exact_copies_are_found_every_one(repeat: Repeating, noise: float) -> No
     assert list(mark_repeats(frames)) == copies
 
 
-@pytest.mark.parametrize("codec", ["libx264", "libx265"])
+@pytest.mark.parametrize("codec", rest_slow(["libx264", "libx265"]))
 @pytest.mark.parametrize("repeat", [doubled, pulled_down, scattered])
 def test_copies_that_were_encoded_again_are_found_and_no_real_frame_is_taken_for_one(
     tmp_path: Path, repeat: Repeating, codec: str

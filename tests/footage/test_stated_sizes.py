@@ -117,7 +117,7 @@ def test_sizes_of_cameras_and_sizes_not_stated_pass(width: int, height: int) -> 
     check_size(Path("clip.mp4"), width, height)
 
 
-def test_a_name_that_looks_like_a_pattern_is_the_name_of_one_file(tmp_path: Path) -> None:
+def test_a_name_in_the_form_of_a_pattern_is_the_name_of_one_file(tmp_path: Path) -> None:
     for name in ("clip%03d.png", "clip000.png", "clip001.png"):
         (tmp_path / name).write_bytes(png(64, 1 if name == "clip%03d.png" else 64))
     with pytest.raises(FootageError, match="64 x 1 px"):

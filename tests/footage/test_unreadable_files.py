@@ -191,10 +191,10 @@ def test_a_decoder_that_gets_no_threads_is_no_damaged_clip() -> None:
 
 
 def test_packets_refused_for_want_of_memory_are_no_damage(monkeypatch: pytest.MonkeyPatch) -> None:
-    def find_no_room() -> None:
+    def find_no_memory() -> None:
         raise MemoryError
 
-    monkeypatch.setattr(decoding, "check_room", find_no_room)
+    monkeypatch.setattr(decoding, "check_memory", find_no_memory)
     with pytest.raises(MemoryError):
         list(decode(Packets(), Reluctant(3), Tally()))  # type: ignore[arg-type]
 

@@ -16,7 +16,7 @@ CODING_ERROR_LEVELS = 2.0
 
 
 def scene() -> Luma:
-    """A picture with a different grey in each quarter: no turn or mirror image looks like it."""
+    """A picture with a different grey in each quarter: no turn or mirror image equals it."""
     picture = np.empty((HEIGHT, WIDTH), np.uint8)
     halves = product((slice(None, HEIGHT // 2), slice(HEIGHT // 2, None)), (False, True))
     for (rows, right), grey in zip(halves, CORNERS.values(), strict=True):

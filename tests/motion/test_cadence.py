@@ -87,7 +87,7 @@ def test_frames_without_copies_are_even() -> None:
     assert cadence_of(replace(track, frame=2.0 * track.frame)) is None
 
 
-def test_a_body_at_rest_tells_nothing() -> None:
+def test_a_body_at_rest_shows_no_cadence() -> None:
     still = lone(noisy(np.full(PICTURES, 50.0), NOISE_PX))
     assert cadence_of(replace(still, frame=first_shown(5))) is None
 

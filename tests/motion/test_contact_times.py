@@ -91,7 +91,7 @@ def test_a_contact_in_frames_that_show_nothing_is_known_from_the_others() -> Non
     assert np.all(np.abs(found.frame - BOUNCES) < MOST_SIGMAS * found.frame_sigma)
 
 
-def test_without_contacts_there_is_nothing_to_tell() -> None:
+def test_without_contacts_nothing_is_found() -> None:
     found = fit_contacts(Paths(np.arange(float(FRAMES)), bouncing(), None), [], [])
 
     assert len(found.frame) == 0

@@ -30,7 +30,7 @@ def held_first(track: Track, frames: int) -> Track:
     return replace(track, frame=frame, ball=bodies[0], heavy=bodies[1])
 
 
-def test_a_body_that_is_held_at_first_bears_out_its_collisions() -> None:
+def test_the_collisions_of_a_body_that_is_held_at_first_are_confirmed() -> None:
     setup = Setup(heavy_mass_kg=0.2, light_mass_kg=0.1, wall_gap_m=0.03, release_m=0.06)
     whole = film(setup, Filming(capture_fps=60.0, lead_frames=12, tail_frames=20))
     held = held_first(whole.track, 25)

@@ -50,7 +50,7 @@ def test_bounces_between_two_stops_count_at_both() -> None:
     assert_found(seen_impacts(lone(noisy(place, NOISE_PX))), impacts)
 
 
-def test_impacts_told_in_frames_are_the_same_where_every_picture_comes_twice() -> None:
+def test_impacts_are_the_same_in_frames_where_every_picture_comes_twice() -> None:
     place, impacts = bouncing(DYING, PULL, drop=20.3)
 
     found = seen_impacts(lone(noisy(place, NOISE_PX), pace=2.0))

@@ -82,11 +82,11 @@ def test_collisions_in_frames_left_out_are_not_passed_over(whole: FilmedTrial) -
 
 @pytest.fixture(scope="module")
 def crowded() -> FilmedTrial:
-    """1:100 at a rate that shows a zigzag where the collisions crowd."""
+    """1:100 at a rate that shows a zigzag where the collisions are dense."""
     return film(replace(SETUP, heavy_mass_kg=1.05), Filming(FPS))
 
 
-def test_an_even_crowd_lacks_no_frames(crowded: FilmedTrial) -> None:
+def test_an_evenly_dense_burst_lacks_no_frames(crowded: FilmedTrial) -> None:
     found = seen_collisions(crowded.track)
 
     assert np.diff(crowded.frames).min() < RESOLVED_FRAMES
@@ -95,7 +95,7 @@ def test_an_even_crowd_lacks_no_frames(crowded: FilmedTrial) -> None:
 
 @pytest.mark.parametrize("frames", [2, 6, 10])
 @pytest.mark.parametrize("share", [0.2, 0.4, 0.6, 0.8])
-def test_frames_left_out_of_a_crowd_are_noticed(
+def test_frames_left_out_of_a_dense_burst_are_noticed(
     crowded: FilmedTrial, share: float, frames: int
 ) -> None:
     near = crowded.frames[int(share * len(crowded.frames))]
@@ -131,17 +131,17 @@ def test_what_happened_in_frames_left_out_is_known_to_half_a_frame(whole: Filmed
     found = replace(seen_collisions(whole.track).collisions[0], frame_sigma=0.01)
     clock = LeftOut(after=100.0, frames=9, flown=True)
 
-    told = [clock.shown(replace(found, frame=at)).frame_sigma for at in (99.0, 105.0, 111.0)]
+    stated = [clock.shown(replace(found, frame=at)).frame_sigma for at in (99.0, 105.0, 111.0)]
 
-    assert told == [0.01, 0.5, 0.01]
+    assert stated == [0.01, 0.5, 0.01]
 
 
-def test_collisions_are_told_by_the_frames_that_are_there(whole: FilmedTrial) -> None:
+def test_collisions_are_dated_by_the_frames_that_are_there(whole: FilmedTrial) -> None:
     found = seen_collisions(whole.track).collisions[0]
     clock = LeftOut(after=100.0, frames=9, flown=True)
 
-    told = [
+    stated = [
         clock.shown(replace(found, frame=at)).frame for at in (99.0, 100.0, 105.0, 110.0, 120.0)
     ]
 
-    assert told == pytest.approx([99.0, 100.0, 100.5, 101.0, 111.0])
+    assert stated == pytest.approx([99.0, 100.0, 100.5, 101.0, 111.0])

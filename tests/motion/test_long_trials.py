@@ -87,7 +87,7 @@ def test_memory_does_not_grow_with_the_square_of_the_frames() -> None:
     assert most_bytes < FLOAT_BYTES * len(ball) ** 2 / 2
 
 
-def test_batches_tell_what_a_fit_of_all_contacts_at_once_tells() -> None:
+def test_batches_find_what_a_fit_of_all_contacts_at_once_finds() -> None:
     ball = bouncing(MANY)
     rough = np.round(FIRST + EVERY * np.arange(MANY)).tolist()
     paths = Paths(np.arange(float(len(ball))), ball, None)

@@ -1,4 +1,4 @@
-"""Outlines that do not meet where the bodies touch tell that the ball's width is no measure."""
+"""Outlines that do not meet where the bodies touch show that the ball's width is no measure."""
 
 from __future__ import annotations
 

@@ -140,7 +140,7 @@ def test_a_clock_counts_many_times_where_pictures_are_left_out() -> None:
     assert ramp.steady.tolist() == [0.0, 4.0, 8.0, 9.0, 10.0, 12.5, 16.5]
 
 
-def test_a_collision_told_by_a_clock_and_back_is_the_same() -> None:
+def test_a_collision_converted_to_a_clock_and_back_is_the_same() -> None:
     hit = seen_collisions(trial().track).collisions[0]
     ramp = Ramp(np.arange(200.0), (40.0, 90.0), sparse_first=False, factor=3)
 
@@ -167,7 +167,7 @@ def test_a_cylinder_that_leaves_its_path_is_no_evidence() -> None:
     whole = trial()
     assert whole.track.heavy is not None
     good = seen_collisions(whole.track)
-    # As if another thing was taken for it for a while, between two of its strokes.
+    # As if another thing was taken for it for a while, between two of its impacts.
     begin, end = (int(whole.frames[place]) for place in (0, 2))
     away = whole.track.heavy.position_px.copy()
     away[begin + 8 : end - 8] += 8.0
@@ -178,11 +178,11 @@ def test_a_cylinder_that_leaves_its_path_is_no_evidence() -> None:
     assert not bad.borne_out
 
 
-def test_a_missed_pair_of_strokes_is_not_borne_out() -> None:
+def test_a_missed_pair_of_collisions_is_not_confirmed() -> None:
     whole = trial()
     middle = int(whole.frames[len(whole.frames) // 2])
 
-    # Frames left out for a while: two strokes lie in the gap.
+    # Frames left out for a while: two impacts lie in the gap.
     before, after = part(whole.track, 0, middle - 20), part(whole.track, middle + 20)
     assert before.heavy is not None
     assert after.heavy is not None
@@ -201,7 +201,7 @@ def test_a_missed_pair_of_strokes_is_not_borne_out() -> None:
     assert not seen_collisions(cut).borne_out
 
 
-def test_a_clip_with_one_stroke_against_the_wall_alone_is_judged() -> None:
+def test_a_clip_with_one_collision_with_the_wall_alone_is_judged() -> None:
     whole = trial()
 
     found = seen_collisions(part(whole.track, int(whole.frames[0]) + 2, int(whole.frames[2]) - 2))

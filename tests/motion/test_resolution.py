@@ -61,8 +61,8 @@ def test_a_sharp_turn_without_a_contact_leaves_a_doubt() -> None:
     inside = candidates_at([10.0, 50.0, 60.0])
     clear, faint = (55.0, 2 * UNEXPLAINED_SIGMAS), (56.0, UNEXPLAINED_SIGMAS / 2)
 
-    told = unexplained([clear, faint], inside, Burst(3, None, np.inf, ()), 1.0)
-    assert told == [Reason(Cause.JUMPS_ELSEWHERE, (55.0,))]
+    stated = unexplained([clear, faint], inside, Burst(3, None, np.inf, ()), 1.0)
+    assert stated == [Reason(Cause.JUMPS_ELSEWHERE, (55.0,))]
     assert unexplained([faint], inside, Burst(3, None, np.inf, ()), 1.0) == []
 
 

@@ -1,4 +1,4 @@
-"""The heavy body's path with a stroke that the frames do not show."""
+"""The heavy body's path with a collision that the frames do not show."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def swinging() -> Floats:
     return path + np.random.default_rng(1).normal(0.0, NOISE_PX, len(path))
 
 
-def strokes(hidden: int | None, steps: tuple[float, ...] = STEPS) -> list[Collision]:
+def collisions(hidden: int | None, steps: tuple[float, ...] = STEPS) -> list[Collision]:
     """Collisions of both bodies; the ball's velocity before the hidden one is not known."""
     return [
         Collision(
@@ -60,10 +60,10 @@ def gaps_with(heavy: Floats) -> Gaps:
 
 
 @pytest.mark.parametrize("hidden", [None, 0, 1, 2])
-def test_a_stroke_that_is_not_shown_leaves_the_path_borne_out(hidden: int | None) -> None:
+def test_a_collision_that_is_not_shown_leaves_the_path_confirmed(hidden: int | None) -> None:
     gaps = gaps_with(swinging())
 
-    path = fit_path(gaps, strokes(hidden))
+    path = fit_path(gaps, collisions(hidden))
     swing = swing_of(path)
 
     assert borne_out(path, gaps)
@@ -74,8 +74,8 @@ def test_a_stroke_that_is_not_shown_leaves_the_path_borne_out(hidden: int | None
 
 
 @pytest.mark.parametrize("hidden", [0, 1, 2])
-def test_a_stroke_that_is_not_shown_excuses_no_other(hidden: int) -> None:
+def test_a_collision_that_is_not_shown_excuses_no_other(hidden: int) -> None:
     heavy = swinging()
-    heavy[60:] += 3.0 * (FRAME[60:] - 60.0)  # another stroke, of which nothing is known
+    heavy[60:] += 3.0 * (FRAME[60:] - 60.0)  # another collision, of which nothing is known
 
-    assert borne_out(fit_path(gaps_with(heavy), strokes(hidden)), gaps_with(heavy)) is False
+    assert borne_out(fit_path(gaps_with(heavy), collisions(hidden)), gaps_with(heavy)) is False

@@ -54,7 +54,7 @@ def test_a_damped_swing_is_never_counted(
 
 @given(any_sampling, phases, reaches, st.sampled_from([0.5, 1.0]))
 @settings(max_examples=30)
-def test_a_swing_told_in_whole_px_is_never_counted(
+def test_a_swing_in_whole_px_is_never_counted(
     period: float, phase: float, reach: float, grain: float
 ) -> None:
     assert not counted(np.round(swing(period, phase, reach) / grain) * grain)

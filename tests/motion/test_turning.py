@@ -25,7 +25,7 @@ RATE = 0.02
 """Radians per frame; the swing's centre then lies 50 px nearer than its turn."""
 
 
-def told(frames: float, seed: int = 0) -> Turning:
+def stated(frames: float, seed: int = 0) -> Turning:
     """What is said of a heavy body that turns so many frames before the ball strikes it."""
     frame = np.arange(100.0)
     since, until = np.minimum(frame - FLIGHT[0], 0.0), np.maximum(frame - FLIGHT[1], 0.0)
@@ -44,7 +44,7 @@ def fitted(frame: Floats, heavy: Floats) -> Contacts:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_turn_before_the_contact_ends_the_burst_there(seed: int) -> None:
-    turning = told(12.0, seed)
+    turning = stated(12.0, seed)
 
     assert turning.before == pytest.approx(FLIGHT[1], abs=TIME_FRAMES)
     assert (turning.open_before, turning.chance) == (np.inf, 1.0)
@@ -52,7 +52,7 @@ def test_a_turn_before_the_contact_ends_the_burst_there(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_turn_at_the_very_contact_is_open(seed: int) -> None:
-    turning = told(0.0, seed)
+    turning = stated(0.0, seed)
 
     assert turning.before == np.inf
     assert turning.open_before == pytest.approx(FLIGHT[1], abs=TIME_FRAMES)
@@ -60,11 +60,11 @@ def test_a_turn_at_the_very_contact_is_open(seed: int) -> None:
 
 
 @pytest.mark.parametrize(("frames", "likely"), [(5.0, False), (-5.0, True)])
-def test_the_velocity_at_the_contact_tells_the_likelier_of_both(
+def test_the_velocity_at_the_contact_shows_the_likelier_of_both(
     frames: float, likely: bool
 ) -> None:
     """A velocity of 0.1 px per frame: two standard uncertainties of one flight alone."""
-    turning = told(frames)
+    turning = stated(frames)
 
     assert turning.open_before == pytest.approx(FLIGHT[1], abs=TIME_FRAMES)
     assert (turning.chance > 0.9) if likely else (turning.chance < 0.1)
@@ -72,10 +72,10 @@ def test_the_velocity_at_the_contact_tells_the_likelier_of_both(
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_body_that_still_moves_away_has_not_turned(seed: int) -> None:
-    assert told(-15.0, seed) == Turning(np.inf, np.inf, 1.0)
+    assert stated(-15.0, seed) == Turning(np.inf, np.inf, 1.0)
 
 
-def test_a_velocity_that_is_not_shown_tells_no_turn() -> None:
+def test_a_velocity_that_is_not_shown_gives_no_turn() -> None:
     nothing = np.full((2, 2), np.nan)
     unseen = Motion(nothing, nothing, np.full(2, np.nan), np.zeros((2, 2)))
     contacts = fitted(np.arange(100.0), 200.0 + np.zeros(100))

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import count_video.reports
-from count_video.physics.many import ManySetups, simulate_many
+from count_video.physics.many import simulate_many, varied
+from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.physics.theory import collision_count
 from tiers import rest_slow
@@ -58,7 +59,7 @@ def run(setups: list[dict[str, object]], ratios: list[float]) -> dict[str, Any]:
     return answers
 
 
-def random_setups() -> ManySetups:
+def random_setups() -> list[Setup]:
     """Draw set-ups as the sliders allow them, and beyond."""
     rng = np.random.default_rng(11)
 
@@ -69,35 +70,37 @@ def random_setups() -> ManySetups:
         return np.where(rng.random(SETUPS) < 0.3, plain, drawn)
 
     release = between(0.02, 0.2)
-    return ManySetups.of(
-        mass_ratio=np.exp(between(0.0, np.log(400.0))),
+    damping = sometimes(0.0, between(0.0, 0.5))
+    return varied(
+        Setup(light_mass_kg=1.0),
+        heavy_mass_kg=np.exp(between(0.0, np.log(400.0))),
         release_m=release,
         wall_gap_m=np.maximum(0.002, release * between(0.0, 1.0)),
         heavy_thread_m=sometimes(1.0, between(0.2, 3.0)),
         light_thread_m=sometimes(1.0, between(0.2, 3.0)),
-        damping_per_s=sometimes(0.0, between(0.0, 0.5)),
+        heavy_damping_per_s=damping,
+        light_damping_per_s=damping,
         restitution_bodies=sometimes(1.0, between(0.85, 1.0)),
         restitution_wall=sometimes(1.0, between(0.85, 1.0)),
     )
 
 
-def as_the_page_has_them(setups: ManySetups, rows: range) -> list[dict[str, object]]:
-    names = {
-        "ratio": setups.mass_ratio,
-        "gap": setups.wall_gap_m,
-        "release": setups.release_m,
-        "heavyThread": setups.heavy_thread_m,
-        "lightThread": setups.light_thread_m,
-        "damping": setups.damping_per_s,
-        "restitutionBodies": setups.restitution_bodies,
-        "restitutionWall": setups.restitution_wall,
+def as_the_page_has_them(setup: Setup) -> dict[str, object]:
+    return {
+        "ratio": setup.heavy_mass_kg,
+        "gap": setup.wall_gap_m,
+        "release": setup.release_m,
+        "heavyThread": setup.heavy_thread_m,
+        "lightThread": setup.light_thread_m,
+        "damping": setup.heavy_damping_per_s,
+        "restitutionBodies": setup.restitution_bodies,
+        "restitutionWall": setup.restitution_wall,
     }
-    return [{name: float(column[row]) for name, column in names.items()} for row in rows]
 
 
 def test_ten_thousand_random_set_ups_come_out_as_in_the_simulator() -> None:
     setups = random_setups()
-    answers = run(as_the_page_has_them(setups, range(SETUPS)), [])["answers"]
+    answers = run(list(map(as_the_page_has_them, setups)), [])["answers"]
     found = simulate_many(setups)
     assert sum(one["endless"] for one in answers) == int(found.endless.sum())
     assert found.endless.mean() < MOST_ENDLESS
@@ -105,7 +108,7 @@ def test_ten_thousand_random_set_ups_come_out_as_in_the_simulator() -> None:
         assert one["endless"] == bool(found.endless[row])
         if one["endless"]:
             continue
-        assert one["count"] == found.count[row], setups.one(row)
+        assert one["count"] == found.count[row], setups[row]
         assert one["last"] == pytest.approx(found.last_s[row], rel=ROUNDING)
         assert one["turn"] == pytest.approx(found.turn_s[row], rel=ROUNDING)
         shortest = found.shortest_s[row]
@@ -115,13 +118,12 @@ def test_ten_thousand_random_set_ups_come_out_as_in_the_simulator() -> None:
 
 
 def test_paths_between_the_collisions_are_those_of_the_simulator() -> None:
-    setups = random_setups()
-    rows = range(50)
-    asked = [{**one, "sampled": True} for one in as_the_page_has_them(setups, rows)]
-    for row, one in zip(rows, run(asked, [])["answers"], strict=True):
+    setups = random_setups()[:50]
+    asked = [{**as_the_page_has_them(setup), "sampled": True} for setup in setups]
+    for setup, one in zip(setups, run(asked, [])["answers"], strict=True):
         if one["endless"]:
             continue
-        motion = simulate(setups.one(row))
+        motion = simulate(setup)
         times = [0.0, *(bounce.time_s for bounce in motion.burst)]
         assert one["bodies"] == sum(bounce.kind == "bodies" for bounce in motion.burst)
         places = motion.sample(np.array(times) + 0.001).ball_far_face_m

@@ -136,13 +136,15 @@ def test_a_folder_gets_map_pictures_page_and_plan(
     assert "http" not in page.replace("http-equiv", "")
 
 
-def test_the_same_plan_makes_the_same_files(
+def test_the_same_plan_makes_the_same_files_and_replaces_those_of_another(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    for name in ("one", "two"):
-        answer(capsys, "--plan", "16", "1", "-o", str(tmp_path / name))
-    for file in (tmp_path / "one").glob("plan.*"):
-        assert file.read_bytes() == (tmp_path / "two" / file.name).read_bytes(), file.name
+    one, two = tmp_path / "one", tmp_path / "two"
+    for gap, folder in (("0.02", one), ("0.03", two), ("0.02", two)):
+        answer(capsys, "--plan", "16", "1", "--gap", gap, "-o", str(folder))
+    assert read_request(two / "plan.json").gap_m == 0.02
+    for file in one.glob("plan.*"):
+        assert file.read_bytes() == (two / file.name).read_bytes(), file.name
 
 
 @pytest.mark.parametrize(
@@ -218,20 +220,14 @@ def test_nothing_that_somebody_else_wrote_is_replaced(
     assert [file.name for file in tmp_path.glob("plan.*")] == [name]
 
 
-def test_a_plan_of_our_own_is_replaced(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    for gap in ("0.03", "0.02"):
-        answer(capsys, "--plan", "16", "1", "--gap", gap, "-o", str(tmp_path))
-    assert read_request(tmp_path / "plan.json").gap_m == 0.02
-
-
 def test_a_counted_clip_is_held_against_its_plan(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    answer(capsys, "--plan", "1050", "10.5", "--gap", "0.03", "-o", str(tmp_path))
+    plan = tmp_path / "plan.json"
+    plan.write_text(answer(capsys, "--plan", "1050", "10.5", "--gap", "0.03", "--json"), "utf-8")
     clip = TOP / "fixtures/ratio100-count29.mp4"  # the ball hangs 5 cm from the wall
     worked = pipeline.work_through(clip, pipeline.TrialSettings(capture_fps=2000.0))
     monkeypatch.setattr(pipeline, "work_through", lambda *_: worked)  # it is counted once
-    plan = tmp_path / "plan.json"
     call = [str(clip), "--capture-fps", "2000", "--plan-file", str(plan)]
     output = json.loads(answer(capsys, *call, "--json"))
     assert output["count"] == 29

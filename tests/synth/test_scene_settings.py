@@ -19,8 +19,8 @@ def test_every_scene_loads_and_says_what_it_is_for(name: str) -> None:
 
 
 def test_scenes_differ_from_one_another() -> None:
-    looks = {repr(dataclasses.replace(load_scene(n), name="", purpose="")) for n in scene_names()}
-    assert len(looks) == len(scene_names())
+    scenes = {repr(dataclasses.replace(load_scene(n), name="", purpose="")) for n in scene_names()}
+    assert len(scenes) == len(scene_names())
 
 
 @pytest.mark.parametrize(

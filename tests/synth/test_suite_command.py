@@ -27,9 +27,9 @@ def test_a_suite_is_rendered_once_and_again_only_when_its_scene_changed(
     assert truth["expect"] == "not_counted"
 
     assert main([*ONE, str(tmp_path)]) == 0
-    told = capsys.readouterr().out
-    assert f"{NOTHING}.mp4" not in told
-    assert f"count-video --json {tmp_path}" in told
+    printed = capsys.readouterr().out
+    assert f"{NOTHING}.mp4" not in printed
+    assert f"count-video --json {tmp_path}" in printed
 
     truth_file.write_text(json.dumps({**truth, "seed": truth["seed"] + 1}), "utf-8")
     assert main([*ONE, str(tmp_path)]) == 0
@@ -40,8 +40,8 @@ def test_a_suite_is_rendered_once_and_again_only_when_its_scene_changed(
 def test_without_a_folder_the_conditions_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["suite", "all"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    told = [line.split(maxsplit=1) for line in lines]
-    assert told == [[condition.name, condition.sentence] for condition in SUITES["all"]]
+    listed = [line.split(maxsplit=1) for line in lines]
+    assert listed == [[condition.name, condition.sentence] for condition in SUITES["all"]]
 
 
 @pytest.mark.parametrize(
@@ -65,14 +65,14 @@ def test_a_wrong_request_ends_with_two(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(arguments) == 2
-    told = capsys.readouterr()
-    assert told.err
-    assert not told.out
+    printed = capsys.readouterr()
+    assert printed.err
+    assert not printed.out
     assert not list(tmp_path.iterdir())
 
 
-def clip(folder: Path, name: str, count: int, told: int | None) -> str:
-    """Write the truth of a clip; return the line that tells its count."""
+def clip(folder: Path, name: str, count: int, stated: int | None) -> str:
+    """Write the truth of a clip; return the line with its count."""
     kinds = ["bodies", "wall"] * count
     events = [{"frame": 10.0 * k, "kind": kinds[k], "ball_px": 50.0} for k in range(count)]
     truth = {"expect": "counted", "count": count, "events": events}
@@ -80,11 +80,11 @@ def clip(folder: Path, name: str, count: int, told: int | None) -> str:
     hits = [{**e, "frame": e["frame"] + 0.1, "position_px": 50.5} for e in events]
     found = {
         "clip": f"somewhere/{name}.mp4",
-        "status": "not_counted" if told is None else "counted",
-        "reason": "too dark" if told is None else None,
-        "count": told,
-        "probability": {} if told is None else {str(told): 0.98},
-        "collisions": hits[:told],
+        "status": "not_counted" if stated is None else "counted",
+        "reason": "too dark" if stated is None else None,
+        "count": stated,
+        "probability": {} if stated is None else {str(stated): 0.98},
+        "collisions": hits[:stated],
     }
     return json.dumps(found) + "\n"
 
@@ -103,9 +103,9 @@ def test_scores_are_gathered_by_condition_and_kept(
 ) -> None:
     suite_scored(tmp_path)
     assert main(["score", str(tmp_path)]) == 0
-    told = capsys.readouterr().out
-    assert told == (tmp_path / "scores.md").read_text("utf-8")
-    rows = [[part.strip() for part in line.split("|")[1:-1]] for line in told.splitlines()[2:5]]
+    printed = capsys.readouterr().out
+    assert printed == (tmp_path / "scores.md").read_text("utf-8")
+    rows = [[part.strip() for part in line.split("|")[1:-1]] for line in printed.splitlines()[2:5]]
     assert rows[0] == [
         *("noise", "full", "2", "1", "0", "1", "1", "1", "0", "0"),
         *("0.100", "0.100", "0.500", "0.000"),

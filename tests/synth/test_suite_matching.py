@@ -42,7 +42,7 @@ def test_a_single_collision_has_the_widest_window_and_its_border_belongs_to_it()
     assert match([50.0], [50.0 + MOST_WINDOW_FRAMES + 1e-6]) == []
 
 
-def test_crowded_collisions_keep_the_least_window() -> None:
+def test_dense_collisions_keep_the_least_window() -> None:
     assert windows([10.0, 11.0, 12.0]).tolist() == [LEAST_WINDOW_FRAMES] * 3
 
 

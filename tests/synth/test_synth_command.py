@@ -20,9 +20,9 @@ def test_the_command_writes_a_clip_and_its_truth(
     assert sorted(p.name for p in tmp_path.iterdir()) == ["trial.mp4", "trial.truth.json"]
     truth = json.loads((tmp_path / "trial.truth.json").read_text(encoding="utf-8"))
     assert (truth["seed"], truth["capture_fps"]) == (7, 1500.0)
-    told = capsys.readouterr()
-    assert f"4 frames, {truth['count']} collisions" in told.out
-    assert not told.err
+    printed = capsys.readouterr()
+    assert f"4 frames, {truth['count']} collisions" in printed.out
+    assert not printed.err
 
 
 def test_the_list_names_every_scene_with_its_sentence(capsys: pytest.CaptureFixture[str]) -> None:
@@ -35,9 +35,9 @@ def test_the_list_names_every_scene_with_its_sentence(capsys: pytest.CaptureFixt
 
 def test_help_explains_every_option(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--help"]) == 0
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     assert all(
-        option in told for option in ("--scene", "--seed", "--set", "--vary", "--list", "clip")
+        option in printed for option in ("--scene", "--seed", "--set", "--vary", "--list", "clip")
     )
 
 
@@ -60,10 +60,10 @@ def test_a_wrong_request_ends_with_two_and_leaves_no_file(
 ) -> None:
     clip = [str(tmp_path / "clip.mp4")] if arguments else []
     assert main([*clip, *arguments]) == 2
-    told = capsys.readouterr()
-    assert told.err
-    assert "Traceback" not in told.err
-    assert not told.out
+    printed = capsys.readouterr()
+    assert printed.err
+    assert "Traceback" not in printed.err
+    assert not printed.out
     assert not list(tmp_path.iterdir())
 
 
@@ -72,9 +72,9 @@ def test_a_refused_setting_is_said_in_one_line(
     setting: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([str(tmp_path / "clip.mp4"), *SMALL, "--set", setting]) == 2
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert told.startswith("synth-video: ")
+    printed = capsys.readouterr().err
+    assert printed.count("\n") == 1
+    assert printed.startswith("synth-video: ")
 
 
 def test_a_folder_that_is_not_there_is_said_in_one_line(

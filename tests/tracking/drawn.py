@@ -20,7 +20,7 @@ PX_PER_M = 900.0
 RADIUS_PX = 18.0
 FRAMES = 240
 SAMPLES = 8
-"""A pixel's share of a disc is told from so many samples a side."""
+"""A pixel's share of a disc is taken from so many samples a side."""
 
 
 def paint_disc(canvas: Canvas, x: float, y: float, radius: float, grey: float) -> None:

@@ -1,10 +1,10 @@
-r"""How well can a picture tell where a body is? The bound of Cramér and Rao, from its slopes.
+r"""How well can a picture show where a body is? The bound of Cramér and Rao, from its slopes.
 
 A pixel p shows a body that lies at (x, y), under light of gain g and offset o, as
 
     m_p = g I_p(x, y) + o,       with white noise of variance s^2 on top.
 
-The logarithm of the likelihood of a picture is - sum_p (seen_p - m_p)^2 / 2 s^2, so what it tells
+The logarithm of the likelihood of a picture is - sum_p (seen_p - m_p)^2 / 2 s^2, so what it says
 of the four unknowns q = (x, y, g, o) is Fisher's information
 
     J = (1 / s^2) sum_p (dm_p/dq) (dm_p/dq)^T,   dm/dq = (dI/dx, dI/dy, I, 1)   at g = 1, o = 0,

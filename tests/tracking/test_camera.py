@@ -36,7 +36,7 @@ KNOCK_PX = 8.0
 FAINT_SHARE = 0.3
 """Of the backdrop's usual contrast."""
 ALONG_SHARE = 0.02
-"""Of what all landmarks tell of the shift along."""
+"""Of what all landmarks say of the shift along."""
 
 
 def scene() -> Scene:
@@ -75,7 +75,7 @@ def landmarks(still: list[Luma]) -> Landmarks:
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (0.4, -0.3), (-2.6, 1.2), (KNOCK_PX, 2.0)])
-def test_a_displaced_picture_tells_its_shift(
+def test_the_shift_of_a_displaced_picture_is_measured(
     still: list[Luma], landmarks: Landmarks, shift: tuple[float, float]
 ) -> None:
     found = measure(displaced(still[5], shift), landmarks, (0.0, 0.0))
@@ -107,15 +107,15 @@ def test_the_stated_uncertainty_is_that_of_the_shifts(landmarks: Landmarks) -> N
     assert NORMAL_ERROR[0] < float(np.sqrt(np.mean(np.square(errors)))) < NORMAL_ERROR[1]
 
 
-def test_what_moves_does_not_tell_the_motion_along(landmarks: Landmarks) -> None:
+def test_what_moves_has_no_part_in_the_motion_along(landmarks: Landmarks) -> None:
     """The cylinder, 70 px long, sweeps the rows about the middle; its stripes may stand out."""
     drawn = scene()
     first, last = float(drawn.face_px.min()), float(drawn.face_px.max()) + 70.0
     middle = np.array(landmarks.left) + 5, np.array(landmarks.top) + 5
     swept = (first < middle[0]) & (middle[0] < last)
     swept &= np.abs(middle[1] - 55.5) < drawn.radius_px - 5
-    told = landmarks.normal[:, 0, 0]
-    assert told[swept].sum() <= ALONG_SHARE * told.sum()
+    stated = landmarks.normal[:, 0, 0]
+    assert stated[swept].sum() <= ALONG_SHARE * stated.sum()
 
 
 def test_another_picture_does_not_show_the_landmarks(landmarks: Landmarks) -> None:
@@ -224,7 +224,7 @@ def test_a_bright_body_that_all_but_rests_is_no_scenery() -> None:
     assert camera.motion() is None
 
 
-def test_windows_seen_surely_outweigh_more_that_look_a_little_alike() -> None:
+def test_windows_seen_surely_outweigh_more_that_are_a_little_alike() -> None:
     """Half of them hidden and half exact, against all of them at a correlation of 0.8."""
     rng = np.random.default_rng(4)
     appearance = rng.normal(size=(12, 121))

@@ -127,7 +127,7 @@ def test_copies_among_even_pictures_are_no_errors() -> None:
 
 
 @pytest.mark.parametrize("frames", [0, 1, 12])
-def test_too_short_a_track_tells_nothing(frames: int) -> None:
+def test_too_short_a_track_shows_nothing(frames: int) -> None:
     white = np.full(frames, 0.01)
 
     grown = stated_sigmas(
@@ -139,7 +139,7 @@ def test_too_short_a_track_tells_nothing(frames: int) -> None:
 
 def test_of_two_flights_one_that_holds_a_release_is_no_measure() -> None:
     time = np.arange(120.0)
-    # Held for 30 frames, let go, and turned round by a stroke at frame 60.
+    # Held for 30 frames, let go, and turned round by an impact at frame 60.
     swing = np.where(time < 30, 0.0, 0.02 * (time - 30.0) ** 2)
     heavy = 300.0 - np.where(time < 60, swing, 18.0 - 1.0 * (time - 60.0))
     ball = 100.0 - np.where(time < 60, 0.0, 0.5 * (time - 60.0))

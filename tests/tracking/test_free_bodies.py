@@ -78,7 +78,7 @@ def test_a_title_at_the_start_shows_no_body(tmp_path: Path) -> None:
     assert np.isfinite(track.ball.position_px[4:]).mean() > 0.9
 
 
-def test_two_bodies_are_told_apart_through_their_contact(tmp_path: Path) -> None:
+def test_two_bodies_stay_apart_through_their_contact(tmp_path: Path) -> None:
     time = np.arange(-30, 30) + 0.5
     left = 118.0 - RADIUS_PX + np.where(time < 0, 3.0, -1.5) * time
     right = 118.0 + RADIUS_PX + np.where(time < 0, -1.5, 3.0) * time

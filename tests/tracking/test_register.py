@@ -32,7 +32,7 @@ def waves(x: np.ndarray, y: np.ndarray, smoothed: bool) -> np.ndarray:
 @pytest.mark.parametrize(
     "fraction", [(0.0, 0.0), (0.25, 0.0), (0.0, -0.3), (0.5, 0.5), (0.49, -0.49), (0.999, 0.001)]
 )
-def test_a_look_between_pixels_shifts_exactly(fraction: tuple[float, float]) -> None:
+def test_a_sample_between_pixels_is_shifted_exactly(fraction: tuple[float, float]) -> None:
     y, x = np.indices((120, 200), dtype=np.float64)
     picture = np.round(waves(x, y, smoothed=False)).astype(np.uint8)
     rows, columns = np.indices((80, 150), dtype=np.float64)

@@ -34,7 +34,7 @@ def test_a_place_far_away_makes_no_difference() -> None:
 
 
 @pytest.mark.parametrize("still", [np.full(120, 50.0), np.full(120, NAN)])
-def test_bodies_that_do_not_bounce_tell_no_wall(still: np.ndarray) -> None:
+def test_bodies_that_do_not_bounce_show_no_wall(still: np.ndarray) -> None:
     assert wall_side(still, still + 100.0) is None
 
 

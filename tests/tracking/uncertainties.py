@@ -4,7 +4,7 @@
 has rendered, as the command would, and prints for each condition how many bodies there were, how
 many have normalised errors (errors about their mean, over the stated uncertainties, in frames whose
 exposure holds no collision) with an RMS between 0.8 and 1.3, and between 0.7 and 1.5, and the
-median and the extremes of the RMS; ``--bodies`` prints a line for every body. Conditions are told
+median and the extremes of the RMS; ``--bodies`` prints a line for every body. Conditions are set
 by the names of the clips. ``together`` is the RMS of the normalised errors of all bodies of a
 condition, each frame once. It takes a second or two a clip.
 """

@@ -1,4 +1,4 @@
-"""Which mass ratio an answer tells, and what follows for pi."""
+"""Which mass ratio an answer gives, and what follows for pi."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ def bounds(ratio: float) -> tuple[float, float]:
     return 31 * theta, 32 * theta
 
 
-def told(result: TrialResult) -> tuple[float | None, float | None]:
+def stated(result: TrialResult) -> tuple[float | None, float | None]:
     return result.mass_ratio, result.mass_ratio_sigma
 
 
 def test_a_later_measurement_takes_the_place_of_an_earlier_one_and_bounds_pi() -> None:
     first = with_mass_ratio(COUNTED, Estimate(102.0, 0.9))
     second = with_mass_ratio(first, Estimate(100.0, 0.3))
-    assert told(second) == (100.0, 0.3)
+    assert stated(second) == (100.0, 0.3)
     assert (second.pi_low, second.pi_high) == pytest.approx(bounds(100.0), rel=ROUNDING)
 
 
 def test_masses_that_were_given_stand() -> None:
     given = with_masses(COUNTED, Fraction("1.050"), Fraction("0.0105"))
     after = with_mass_ratio(given, Estimate(97.0, 0.3))
-    assert told(after) == (100.0, None)
+    assert stated(after) == (100.0, None)
     assert (after.pi_low, after.pi_high) == pytest.approx(bounds(100.0), rel=ROUNDING)
 
 
@@ -51,14 +51,14 @@ def test_a_count_that_changes_moves_the_bounds_though_the_masses_stand() -> None
     assert (after.pi_low, after.pi_high) == pytest.approx(bounds(100.0), rel=ROUNDING)
 
 
-def test_a_ratio_that_the_motion_hardly_tells_is_left_out() -> None:
+def test_a_ratio_that_is_hardly_measured_is_left_out() -> None:
     vague = Estimate(100.0, 1.01 * RELATIVE_SIGMA_AT_MOST * 100.0)
-    assert told(with_mass_ratio(COUNTED, vague)) == (None, None)
+    assert stated(with_mass_ratio(COUNTED, vague)) == (None, None)
 
 
 def test_without_a_count_nothing_bounds_pi() -> None:
     open_still = with_mass_ratio(replace(COUNTED, count=None), Estimate(100.0, 0.3))
-    assert told(open_still) == (100.0, 0.3)
+    assert stated(open_still) == (100.0, 0.3)
     assert open_still.pi_low is open_still.pi_high is None
 
 

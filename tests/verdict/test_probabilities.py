@@ -12,21 +12,21 @@ OPEN = Reason(Cause.TURN_OPEN, (100.0,))
 
 @pytest.mark.parametrize("rival", [None, Rival(30, 0.4, OPEN), Rival(27, 0.4, OPEN)])
 def test_probabilities_sum_to_one(rival: Rival | None) -> None:
-    told = probabilities(31, rival)
+    stated = probabilities(31, rival)
 
-    assert sum(told.values()) == pytest.approx(1.0)
-    assert all(chance >= 0 for chance in told.values())
+    assert sum(stated.values()) == pytest.approx(1.0)
+    assert all(chance >= 0 for chance in stated.values())
 
 
 def test_a_count_without_a_rival_has_what_resolved_clips_deserve() -> None:
-    told = probabilities(31)
+    stated = probabilities(31)
 
-    assert told[31] == 1 - MODEL_WRONG
-    assert told[30] == told[32] == pytest.approx(MODEL_WRONG / 2)
+    assert stated[31] == 1 - MODEL_WRONG
+    assert stated[30] == stated[32] == pytest.approx(MODEL_WRONG / 2)
 
 
 def test_a_rival_takes_its_share_from_the_count_and_no_more() -> None:
-    told = probabilities(5, Rival(3, 0.25, OPEN))
+    stated = probabilities(5, Rival(3, 0.25, OPEN))
 
-    assert told[5] == pytest.approx(0.75 * (1 - MODEL_WRONG))
-    assert told[3] == pytest.approx(0.25 * (1 - MODEL_WRONG))
+    assert stated[5] == pytest.approx(0.75 * (1 - MODEL_WRONG))
+    assert stated[3] == pytest.approx(0.25 * (1 - MODEL_WRONG))

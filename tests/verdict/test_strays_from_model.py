@@ -29,12 +29,12 @@ def counted() -> TrialResult:
 def test_a_count_whose_motion_no_model_describes_is_in_doubt(
     counted: TrialResult, reason: Reason
 ) -> None:
-    told = measured(counted, Misfit(reason))
+    stated = measured(counted, Misfit(reason))
 
-    assert told.count == COUNT
-    assert told.probability[COUNT] == pytest.approx((1 - MODEL_WRONG) * (1 - STRAYING_WRONG))
-    assert sum(told.probability.values()) == pytest.approx(1.0)
-    assert told.reason == sentence(reason)
+    assert stated.count == COUNT
+    assert stated.probability[COUNT] == pytest.approx((1 - MODEL_WRONG) * (1 - STRAYING_WRONG))
+    assert sum(stated.probability.values()) == pytest.approx(1.0)
+    assert stated.reason == sentence(reason)
 
 
 def test_a_model_that_could_not_be_tried_says_nothing(counted: TrialResult) -> None:

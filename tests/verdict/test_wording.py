@@ -12,13 +12,13 @@ from count_video.verdict.wording import NAMED_AT_MOST, sentence, sentences
 def test_each_cause_has_a_sentence_of_its_own(cause: Cause) -> None:
     others = {sentence(Reason(other, (12.0, 15.0))) for other in Cause if other is not cause}
 
-    told = sentence(Reason(cause, (12.0, 15.0)))
+    stated = sentence(Reason(cause, (12.0, 15.0)))
 
-    assert told not in others
-    assert not set(told) & set("{}")
+    assert stated not in others
+    assert not set(stated) & set("{}")
 
 
-def test_figures_are_told_in_order() -> None:
+def test_figures_stand_in_their_order() -> None:
     assert "12.3 and 45.7" in sentence(Reason(Cause.PAIR_MISSED, (12.34, 45.67)))
     assert "frames 3 to 9, 14 to 20" in sentence(Reason(Cause.NOT_FREE, (3.0, 9.0, 14.0, 20.0)))
     assert "about 8 frames" in sentence(Reason(Cause.LEFT_OUT, (663.0, 8)))

@@ -10,7 +10,7 @@ from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from functools import partial
 
 from count_video.batch.executor import ClusterWorkers
-from count_video.batch.manifest import Job, Pages, is_manifest, jobs_of
+from count_video.batch.manifest import Job, is_manifest, jobs_of
 from count_video.batch.results import ResultStore, open_store
 from count_video.batch.summary import (
     SUMMARY,
@@ -22,11 +22,11 @@ from count_video.batch.summary import (
 from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
 from count_video.parallel import Processes, Workers
+from count_video.process import before_the_end
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
 from count_video.reports.words import WIDTH, printable
-from count_video.settings import TrialSettings
-from count_video.termination import before_the_end
+from count_video.settings import EvidenceSettings, TrialSettings
 
 EXIT_COUNTED, EXIT_NOT_COUNTED = 0, 1
 
@@ -47,7 +47,7 @@ def answer_campaign(
     """
     pages = None
     if options.pages:
-        pages = Pages(options.output, options.picture_format, options.csv_dialect)
+        pages = EvidenceSettings(options.output, options.picture_format, options.csv_dialect)
     jobs = jobs_of(options.clips, settings, pages)
     rows: list[TrialRow] = []
     with ExitStack() as stack:
@@ -61,10 +61,10 @@ def answer_campaign(
         progress, aside = _progress()
         if not options.json:
             print(TRIAL_HEADING, flush=True)
-        for one in run_campaign(jobs, _workers(options), store, progress):
-            rows.append(one.row)
+        for row in run_campaign(jobs, _workers(options), store, progress):
+            rows.append(row)
             with aside():
-                print(one.text if options.json else trial_line(one.row), flush=True)
+                print(row.text if options.json else trial_line(row), flush=True)
         _conclude(rows, store, options, columns)
     done = all(row.count is not None and row.not_kept is None for row in rows)
     return EXIT_COUNTED if done else EXIT_NOT_COUNTED

@@ -18,7 +18,7 @@ import cv2
 
 import count_video
 from count_video import pipeline
-from count_video.batch.manifest import Job, Pages
+from count_video.batch.manifest import Job
 from count_video.errors import (
     CountVideoError,
     FootageError,
@@ -29,9 +29,10 @@ from count_video.errors import (
 )
 from count_video.followed import Followed, followed, packed, unpacked
 from count_video.inputs import content_digest
-from count_video.memory import shortage_told
+from count_video.memory import shortage_explained
 from count_video.parallel import Workers, as_done
 from count_video.reports.json_object import SCHEMA_VERSION, json_line, read_result
+from count_video.settings import EvidenceSettings
 from count_video.verdict import unread_result
 
 _Job = TypeVar("_Job")
@@ -81,7 +82,7 @@ def count_job(job: Job) -> Answer:
     evidence: tuple[str, ...] = ()
     try:
         content = content_digest(job.file)
-        with shortage_told():
+        with shortage_explained():
             found = _followed(job)
             result, kept, final = found.result, packed(found), True
             if job.pages is not None:
@@ -104,15 +105,11 @@ def _followed(job: Job) -> Followed:
     return followed(pipeline.work_through(job.file, job.settings))
 
 
-def _drawn(job: Job, pages: Pages, found: Followed) -> tuple[str, ...]:
+def _drawn(job: Job, pages: EvidenceSettings, found: Followed) -> tuple[str, ...]:
     # Drawing takes long to import, and most campaigns draw nothing.
-    from count_video.evidence import EvidenceSettings, draw_evidence  # noqa: PLC0415
+    from count_video.evidence import draw_evidence  # noqa: PLC0415
 
-    folder = Path(job.start, pages.folder)
-    wanted = EvidenceSettings(
-        folder, pages.picture_format, name=job.name, csv_dialect=pages.csv_dialect
-    )
-    return draw_evidence(found, wanted)
+    return draw_evidence(found, replace(pages, folder=Path(job.start, pages.folder), name=job.name))
 
 
 def failure(job: Job, reason: str) -> Answer:

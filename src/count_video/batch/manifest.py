@@ -12,16 +12,16 @@ import io
 import os
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from count_video import inputs
 from count_video.errors import FootageError, UsageError
 from count_video.inputs import shown
-from count_video.outputs import CsvDialect, OutputFolder, output_name
-from count_video.settings import TrialSettings
+from count_video.outputs import OutputFolder, output_name
+from count_video.settings import READERS, EvidenceSettings, TrialSettings
 
 VIDEO_SUFFIXES = (
     *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm"),
@@ -37,15 +37,6 @@ FOLDER_MANIFEST = "manifest.csv"
 
 
 @dataclass(frozen=True)
-class Pages:
-    """That each trial gets its evidence: page, pictures, annotated clip, tables."""
-
-    folder: Path
-    picture_format: Literal["png", "svg"] = "png"
-    csv_dialect: CsvDialect = "comma"
-
-
-@dataclass(frozen=True)
 class Job:
     """One trial to count."""
 
@@ -56,8 +47,8 @@ class Job:
     settings: TrialSettings
     problem: str | None = None
     """Why there is no clip to count; None for a clip."""
-    pages: Pages | None = None
-    """None where the count alone is wanted."""
+    pages: EvidenceSettings | None = None
+    """Evidence that the trial gets; None where the count alone is wanted."""
     start: str = ""
     """Folder at which relative paths start; a worker of a cluster runs in one of its own."""
     followed: str | None = None
@@ -70,7 +61,7 @@ class Job:
 
 
 def jobs_of(
-    paths: Iterable[Path], settings: TrialSettings, pages: Pages | None = None
+    paths: Iterable[Path], settings: TrialSettings, pages: EvidenceSettings | None = None
 ) -> list[Job]:
     """List the trials that files, folders and manifests stand for, in the order given.
 
@@ -117,7 +108,7 @@ def clips_in(folder: Path) -> list[Path]:
         and not entry.is_dir()  # a link that leads nowhere has a row that says so
     ]
     if not clips:
-        raise FootageError(f"no video file in this folder (looked for {' '.join(VIDEO_SUFFIXES)})")
+        raise FootageError(f"no video file in this folder (none of {' '.join(VIDEO_SUFFIXES)})")
     return sorted(clips, key=_natural_order)
 
 
@@ -177,31 +168,6 @@ def _alike(name: str) -> str:
     return unicodedata.normalize("NFC", output_name(name)).casefold()
 
 
-def _masses(cell: str) -> object:
-    two = cell.split()
-    if len(two) != 2:
-        raise UsageError(f"{shown(cell)} is not two masses, heavy and light")
-    return inputs.masses(inputs.mass(two[0]), inputs.mass(two[1]))
-
-
-def _wall(cell: str) -> str:
-    if cell not in ("left", "right"):
-        raise UsageError(f"{shown(cell)} is not left or right")
-    return cell
-
-
-COLUMNS: Mapping[str, tuple[str, Callable[[str], object]]] = {
-    "region": ("region", inputs.region),
-    "masses": ("masses", _masses),
-    "wall": ("wall_side", _wall),
-    "capture_fps": ("capture_fps", inputs.capture_rate),
-    "start": ("start", inputs.frame),
-    "end": ("end", inputs.frame),
-    "ball_diameter_mm": ("ball_diameter_mm", inputs.ball_diameter),
-}
-"""For every column the setting that it sets, and what reads its cells, as the options are read."""
-
-
 def read_manifest(path: Path, settings: TrialSettings) -> list[Job]:
     """Read a manifest; what a line leaves open is taken from ``settings``.
 
@@ -226,7 +192,7 @@ def _cells(path: Path, text: str) -> Iterator[tuple[str, dict[str, str]]]:
     delimiter = ";" if ";" in head and "," not in head else ","
     # Not splitlines: signs that it takes for the end of a line may stand in a name.
     reader = csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
-    known = ("clip", "name", *COLUMNS)
+    known = ("clip", "name", *READERS)
     columns = [column.strip().lower() for column in reader.fieldnames or ()]
     if "clip" not in columns or not set(columns) <= set(known) or len(set(columns)) < len(columns):
         raise UsageError(
@@ -259,12 +225,10 @@ def _job(path: Path, where: str, cells: Mapping[str, str], settings: TrialSettin
         clip = path.parent / inputs.some_path(cells["clip"])
         given: dict[str, Any] = {
             setting: read(cells[column])
-            for column, (setting, read) in COLUMNS.items()
+            for column, (setting, read) in READERS.items()
             if cells.get(column)
         }
         settings = replace(settings, **given)
-        if settings.end is not None and settings.start >= settings.end:
-            raise UsageError(f"start {settings.start} leaves no frame before {settings.end}")
     except UsageError as error:
         raise UsageError(f"{where}: {error}") from error
     return Job(name, str(clip), settings)

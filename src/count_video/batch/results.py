@@ -1,11 +1,10 @@
 """The results of a campaign on disk: kept the moment they are there, found again the next time.
 
-``NAME.json`` is a result, nothing else. What it depends on stands in the folder's record of written
-files, together with a digest of the result. That line is written first: a result without it cannot
-exist, and a line whose result never came (the power went in between) finds that the digest does not
-fit. Every file is there whole or not at all. A file is written over only if this program wrote it.
-``.count-video/NAME.json`` holds what was followed, from which pages can be drawn later; a result is
-not kept without it, so that a folder which lost some of it is whole again after the next run.
+``NAME.json`` is a result, nothing else. ``.count-video/NAME.json`` has a line with what it depends
+on and the result itself, and below that what was followed, from which pages can be drawn later. It
+is written first: a result without it cannot exist, and one that never came (the power went in
+between) or was changed is not that of the line. Every file is there whole or not at all; a result
+that lost its other file is counted again. A file is written over only if this program wrote it.
 """
 
 from __future__ import annotations
@@ -16,30 +15,25 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from hashlib import sha256
 from pathlib import Path
 
 from count_video.batch.executor import Answer, tool_version
 from count_video.batch.manifest import Job
 from count_video.errors import UsageError
-from count_video.inputs import content_digest, read_text
+from count_video.inputs import (
+    Signature,
+    content_digest,
+    json_value,
+    read_text,
+    regular_file,
+    signature,
+)
 from count_video.outputs import HIDDEN, OutputFolder, held, open_outputs, write_whole
 from count_video.reports.json_object import read_result
 from count_video.reports.words import storable
 
 _MOST_BYTES = 100_000_000
-"""Of a result or what was followed; larger ones are not ours."""
-Signature = list[int]
-"""What a file system says of a file; it changes whenever somebody writes to the file."""
-
-
-def signature(file: Path) -> Signature:
-    """Size, times of the last change and number of a file; empty if there is none."""
-    try:
-        stat = file.stat()
-    except (OSError, ValueError):
-        return []
-    return [stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns, stat.st_ino]
+"""Of a file that is kept; larger ones are not ours."""
 
 
 @dataclass(frozen=True)
@@ -58,24 +52,22 @@ class ResultStore:
     def known(self, job: Job) -> str | None:
         """Return the result of an earlier run as its JSON text; None if it does not hold now.
 
-        It holds while the clip's content, the options and the tool are the same, and what was
-        followed is there (a change that keeps its length shows when pages are drawn from it). A
-        clip whose signature did not change is not read again.
+        It holds while the clip's content, the options and the tool are the same. A clip whose
+        signature did not change is not read again.
         """
-        entry = {} if self.fresh else self._entry(job)
+        kept = {} if self.fresh else self._kept(job)
         with suppress(OSError, UsageError, ValueError):
-            text = read_text(self._place(job), _MOST_BYTES).removesuffix("\n") if entry else ""
-            if not entry or _digest(text) != entry.get("result"):
-                return None
-            if not self._has_followed(job, entry):
+            text = read_text(self._place(job), _MOST_BYTES).removesuffix("\n") if kept else ""
+            if not kept or text != kept.get("result"):
                 return None
             now = signature(job.file)
-            same = entry.get("signature") == now
-            if not same and content_digest(job.file) != entry.get("clip"):
+            same = kept.get("signature") == now
+            if not same and content_digest(job.file) != kept.get("clip"):
                 return None
             renamed = _with_clip(text, job.clip)
             if renamed != text or not same:
-                self._write(job, renamed, {**entry, "signature": now})
+                changes = {"signature": now, "result": renamed}
+                self._write(job, {**kept, **changes}, self.followed(job))
             return renamed
         return None
 
@@ -83,7 +75,7 @@ class ResultStore:
         """Return whether the evidence of a kept result that the job wants is there, unchanged."""
         if job.pages is None:
             return True
-        listed, there = self._entry(job).get("evidence"), self.evidence(job)
+        listed, there = self._kept(job).get("evidence"), self.evidence(job)
         if not isinstance(listed, dict) or there != listed.keys() or not there:
             return False
         # A clip in which no bodies were found has a page alone.
@@ -91,7 +83,7 @@ class ResultStore:
 
     def evidence(self, job: Job) -> frozenset[str]:
         """Return the names of the files that show the job's kept result, as they were written."""
-        listed = self._entry(job).get("evidence")
+        listed = self._kept(job).get("evidence")
         if not isinstance(listed, dict):
             return frozenset()
         return frozenset(n for n in listed if listed[n] and listed[n] == self._written_at(n))
@@ -99,8 +91,7 @@ class ResultStore:
     def followed(self, job: Job) -> str | None:
         """Return what was followed for the job's kept result, as text; None if it is lost."""
         with suppress(OSError, UsageError):
-            text = read_text(self._followed_place(job), _MOST_BYTES)
-            return text if _digest(text) == self._entry(job).get("followed") else None
+            return read_text(self._kept_place(job), _MOST_BYTES).partition("\n")[2] or None
         return None
 
     def shows_another_clip(self, job: Job) -> bool:
@@ -128,50 +119,48 @@ class ResultStore:
             If it would replace a file that this program did not write.
         """
         if answer.final and answer.content is not None:
-            entry: dict[str, object] = {
+            kept = {
                 "clip": answer.content,
                 "tool": tool_version(),
                 "options": _settings_text(job),
                 "signature": seen,
                 "evidence": {name: self._written_at(name) for name in answer.evidence},
+                "result": answer.text,
             }
-            if answer.followed is not None:
-                write_whole(self._followed_place(job), answer.followed.encode("ascii"))
-                entry["followed"] = _digest(answer.followed)
-                entry["followed_bytes"] = len(answer.followed)
-            self._write(job, answer.text, entry)
-        elif not self._entry(job):
+            self._write(job, kept, answer.followed)
+        elif not self._kept(job):
             self.write(self._place(job).name, answer.text + "\n")
 
     def write(self, name: str, text: str) -> None:
         """Write a file of the campaign, whole or not at all; raises as ``keep`` does."""
         self.outputs.write(name, text.encode("utf-8"))
 
-    def _write(self, job: Job, text: str, entry: Mapping[str, object]) -> None:
-        more = {key: value for key, value in entry.items() if key not in ("name", "clip")}
+    def _write(self, job: Job, kept: Mapping[str, object], followed: str | None) -> None:
         name = self._place(job).name
-        self.outputs.claim(name, str(entry["clip"]), **(more | {"result": _digest(text)}))
-        write_whole(self.folder / name, f"{text}\n".encode())
+        self.outputs.claim(name, str(kept.get("clip", "")))
+        write_whole(self._kept_place(job), f"{json.dumps(kept)}\n{followed or ''}".encode("ascii"))
+        write_whole(self.folder / name, f"{kept['result']}\n".encode("ascii"))
 
-    def _entry(self, job: Job) -> Mapping[str, object]:
+    def _kept(self, job: Job) -> Mapping[str, object]:
         """Return what the kept result depends on; empty unless options and tool are the same."""
-        entry = self.outputs.entries().get(self._place(job).name, {})
-        wanted = (tool_version(), _settings_text(job))
-        return entry if (entry.get("tool"), entry.get("options")) == wanted else {}
+        with (
+            suppress(OSError, UsageError, ValueError),
+            regular_file(self._kept_place(job)) as file,
+        ):
+            kept = json_value(file.readline(_MOST_BYTES))
+            wanted = (tool_version(), _settings_text(job))
+            if isinstance(kept, dict) and (kept.get("tool"), kept.get("options")) == wanted:
+                return kept
+        return {}
 
     def _written_at(self, name: str) -> Signature:
         """Size and time of the last change of a file; empty if it is not there."""
         return signature(self.folder / name)[:2]
 
-    def _has_followed(self, job: Job, entry: Mapping[str, object]) -> bool:
-        """Return whether what was followed is there, as long as it was written; or nothing was."""
-        length = entry.get("followed_bytes")
-        return length is None or signature(self._followed_place(job))[:1] == [length]
-
     def _place(self, job: Job) -> Path:
         return self.folder / f"{job.name}.json"
 
-    def _followed_place(self, job: Job) -> Path:
+    def _kept_place(self, job: Job) -> Path:
         return self.folder / HIDDEN / f"{job.name}.json"
 
 
@@ -194,10 +183,6 @@ def open_store(folder: Path, own: Iterable[str] = (), *, fresh: bool) -> Iterato
         for name in own:
             outputs.check(name)
         yield ResultStore(folder, fresh)
-
-
-def _digest(text: str) -> str:
-    return sha256(text.encode("utf-8")).hexdigest()
 
 
 def _settings_text(job: Job) -> str:

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 import time
-from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing, suppress
-from dataclasses import dataclass, replace
-from statistics import fmean, pstdev, stdev
+from dataclasses import replace
+from statistics import fmean, pstdev
 from typing import Any
 
 from count_video.batch.executor import Answer, answers
 from count_video.batch.manifest import Job
-from count_video.batch.results import ResultStore, Signature, signature
+from count_video.batch.results import ResultStore
 from count_video.errors import UsageError
+from count_video.inputs import Signature, signature
 from count_video.parallel import Workers
 from count_video.physics.theory import collision_count
+from count_video.planning.spread import count_figures
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Estimate
 from count_video.reports.campaign import CampaignSummary, Spread, Summary, TrialRow, campaign_json
@@ -36,21 +37,12 @@ THEORY_SIGMAS = 2.0
 """The theory's counts are those of mass ratios within so many standard uncertainties."""
 
 
-@dataclass(frozen=True)
-class Counted:
-    """One trial of a campaign that is done."""
-
-    row: TrialRow
-    text: str
-    """The result as one line of JSON."""
-
-
 def run_campaign(
     jobs: Sequence[Job],
     start_workers: Callable[[], Workers],
     store: ResultStore | None,
     progress: Progress = NO_PROGRESS,
-) -> Iterator[Counted]:
+) -> Iterator[TrialRow]:
     """Count all jobs and yield them in their own order, each when it and those before are there.
 
     Parameters
@@ -58,16 +50,16 @@ def run_campaign(
     start_workers
         Not called where all is known already.
     store
-        Where results are kept and looked for; None keeps nothing.
+        Where results are kept and sought; None keeps nothing.
     """
-    done: dict[str, Counted] = {}
+    done: dict[str, TrialRow] = {}
     rest = []
     for job in jobs:
         text = None if store is None else store.known(job)
         if store is None or text is None:
             rest.append(job)
         elif store.has_pages(job):
-            done[job.name] = Counted(row_of(job, text, None, store.evidence(job)), text)
+            done[job.name] = row_of(job, text, None, store.evidence(job))
         else:
             rest.append(replace(job, followed=store.followed(job)))
     with closing(_arriving(jobs, rest, done, start_workers, (store, progress))) as arriving:
@@ -87,7 +79,7 @@ def write_tables(rows: Sequence[TrialRow], summary: CampaignSummary, store: Resu
 def _arriving(
     jobs: Sequence[Job],
     rest: Sequence[Job],
-    done: dict[str, Counted],
+    done: dict[str, TrialRow],
     start_workers: Callable[[], Workers],
     kept_and_shown: tuple[ResultStore | None, Progress],
 ) -> Generator[None, None, None]:
@@ -105,11 +97,11 @@ def _arriving(
                 not_kept = _kept(job, answer, signatures[job.name], store)
                 if answer.final and not_kept is None:  # else the record is an earlier result's
                     files = store.evidence(job)
-            done[job.name] = Counted(row_of(job, answer.text, not_kept, files), answer.text)
+            done[job.name] = row_of(job, answer.text, not_kept, files)
             progress.advance(1)
             began_s = time.monotonic()
             if store is not None and began_s >= due_s:
-                rows = [done[job.name].row for job in jobs if job.name in done]
+                rows = [done[job.name] for job in jobs if job.name in done]
                 with suppress(OSError, UsageError):  # said at the end, if it still fails then
                     store.write(TABLE, trials_csv(rows))
                 lasted_s = time.monotonic() - began_s
@@ -140,7 +132,7 @@ def row_of(
     ValueError
         It is no result of this program.
     """
-    return TrialRow(job.name, read_result(text), job.settings.masses, not_kept, files)
+    return TrialRow(job.name, read_result(text), job.settings.masses, not_kept, files, text)
 
 
 def summarise(rows: Sequence[TrialRow]) -> CampaignSummary:
@@ -205,11 +197,6 @@ def _summary(rows: Sequence[TrialRow]) -> Summary:
     return Summary(
         trials=len(rows),
         counted=len(counts),
-        maximum=max(counts, default=None),
-        minimum=min(counts, default=None),
-        mean=fmean(counts) if counts else None,
-        sd_population=pstdev(counts) if counts else None,
-        sd_sample=stdev(counts) if len(counts) > 1 else None,
         mean_uncertainty=uncertainty,
         mean_expected=expected,
         theory=theories[0] if theories and theories[0] == theories[-1] else None,
@@ -217,11 +204,11 @@ def _summary(rows: Sequence[TrialRow]) -> Summary:
         theory_low=theories[0] if theories else None,
         theory_high=theories[-1] if theories else None,
         mass_ratio=ratio,
-        histogram=dict(sorted(Counter(counts).items())),
         restitution_bodies=_spread(row.figure("restitution", "bodies", "value") for row in counted),
         restitution_wall=_spread(row.figure("restitution", "wall", "value") for row in counted),
         energy_kept=_spread(row.figure("energy_kept") for row in counted),
         geometric_share=endings.count("geometric") / len(endings) if endings else None,
+        **count_figures(counts),
     )
 
 

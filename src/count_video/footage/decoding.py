@@ -18,7 +18,7 @@ from av.container import InputContainer
 from count_video.errors import FootageError, MachineError, UsageError
 from count_video.footage.opening import choose_stream, open_container
 from count_video.inputs import THREADS, whole
-from count_video.memory import check_room
+from count_video.memory import check_memory
 
 JUMP_SHARE = 1.7
 """A step between time stamps so many times the usual one is a jump: a picture was left out."""
@@ -177,7 +177,7 @@ def decode(
         except av.error.FFmpegError as error:
             if isinstance(error, BlockingIOError) and not tally.pictures + tally.errors:
                 raise _no_threads() from error
-            check_room()
+            check_memory()
             tally.refuse()
             continue
         for picture in pictures:
@@ -226,7 +226,7 @@ def _packets(
         try:
             packet = next(packets, None)
         except av.error.FFmpegError as error:
-            check_room()
+            check_memory()
             tally.broke_off = " ".join((error.strerror or str(error)).split())
             packet = None
         if packet is None or packet.size == 0:

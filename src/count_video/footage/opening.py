@@ -16,7 +16,7 @@ from av.stream import Disposition
 
 from count_video.errors import FootageError
 from count_video.footage.index_size import frames_in_index
-from count_video.memory import check_room
+from count_video.memory import check_memory
 
 MOST_PIXELS = 20_000_000
 """Of one picture: above the 4096 x 4320 of today's cameras, and 16 reference pictures of this size
@@ -64,7 +64,7 @@ def open_container(path: Path) -> InputContainer:
             container = av.open(os.path.abspath(path), options=_OPTIONS, metadata_errors="replace")
     except (av.error.FFmpegError, OSError, ValueError) as error:
         if isinstance(error, MemoryError):
-            check_room(OPENING_BYTES)
+            check_memory(OPENING_BYTES)
         if path.suffix.lower() in _TABLES:
             raise FootageError(f"{path}: this is no video; {_GIVE_CLIPS}") from error
         raise FootageError(

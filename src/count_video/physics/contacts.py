@@ -226,43 +226,31 @@ class States(NamedTuple):
 def next_contact(
     laws: tuple[Swings, Swings], state: States, window: Floats, lasting: Flags
 ) -> tuple[Floats, Flags]:
-    """Time of flight to the next contact, inf if there is none before the cylinder turns.
+    """Time of flight (s) to the next contact, inf if there is none before the cylinder turns.
 
-    Also whether it is one with the wall. Beyond the turn nothing counts any more. Bodies that touch
-    now seldom meet next: theirs is sought last, with the least to seek.
+    Also whether it is one with the wall; all arrays have shape (n,). Beyond the turn nothing counts
+    any more. Bodies that touch now seldom meet next: theirs is sought last, with the least to seek.
     """
     # A cylinder at rest never turns; the ball comes back to it within a swing, or stays away.
     swing_s = PERIODS_AT_REST * 2.0 * np.pi / laws[1].damped_rad_s
     window = np.where(lasting, np.where(np.isinf(window), swing_s, window), -np.inf)
     wall, bodies = np.full_like(window, np.inf), np.full_like(window, np.inf)
+    zeros = np.zeros_like(window)
+    rest = Swings(zeros, zeros, zeros, np.ones_like(window))
+    # The ball meets the wall as the cylinder meets the ball.
+    of_ball = States(state.time, state.ball, state.ball_velocity, zeros, zeros)
+    pairs = ((bodies, laws, state), (wall, (laws[1], rest), of_ball))
     touching = state.heavy == state.ball
-    for rows, order in (
-        (np.flatnonzero(~touching), ((bodies, _bodies_contact), (wall, _wall_contact))),
-        (np.flatnonzero(touching), ((wall, _wall_contact), (bodies, _bodies_contact))),
-    ):
-        laws_here, state_here = (laws[0].take(rows), laws[1].take(rows)), state.take(rows)
-        for times, search in order:
+    for some, order in ((~touching, pairs), (touching, pairs[::-1])):
+        rows = np.flatnonzero(some)
+        for times, (upper, lower), placed in order:
             limit = np.minimum(window, np.minimum(wall, bodies))[rows]
-            times[rows] = search(laws_here, state_here, limit)
+            times[rows] = _contact((upper.take(rows), lower.take(rows)), placed.take(rows), limit)
     return np.minimum(wall, bodies), wall < bodies
 
 
-def _wall_contact(laws: tuple[Swings, Swings], state: States, window: Floats) -> Floats:
-    """Time until the ball reaches the wall; inf if not within the window."""
-    light = laws[1]
-    curvature = light.natural_rad_s**2 * np.abs(light.phasor(state.ball, state.ball_velocity))
-
-    def evaluate(rows: Whole, tau: Floats) -> tuple[Floats, Floats]:
-        law, ball = light.take(rows), state.ball[rows]
-        rise, velocity = law.advance(ball, state.ball_velocity[rows], tau)
-        return ball + rise, velocity
-
-    start = _safe_step(state.ball, state.ball_velocity, curvature)
-    return _first_zeros(evaluate, start, curvature, window)
-
-
-def _bodies_contact(laws: tuple[Swings, Swings], state: States, window: Floats) -> Floats:
-    """Time until ball and cylinder meet; inf if not within the window."""
+def _contact(laws: tuple[Swings, Swings], state: States, window: Floats) -> Floats:
+    """Time until two bodies meet, of which the first is the cylinder, or the ball at the wall."""
     heavy, light = laws
     gap = state.heavy - state.ball
     curvature, _ = _difference_bounds(

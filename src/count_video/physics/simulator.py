@@ -83,6 +83,12 @@ class Motion:
         """
         return len(self.burst)
 
+    @property
+    def shortest_s(self) -> float:
+        """Shortest time from one collision of the burst to the next; inf if fewer than two."""
+        times_s = [bounce.time_s for bounce in self.burst]
+        return float(np.diff(times_s).min(initial=math.inf))
+
     def sample(self, times_s: Floats) -> Sample:
         """State at ``times_s``, shape (n,), exact; the run is continued if it is too short.
 

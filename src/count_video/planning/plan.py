@@ -18,7 +18,7 @@ from count_video.errors import UsageError
 from count_video.physics.many import simulate_many
 from count_video.physics.simulator import Motion, simulate
 from count_video.physics.theory import collision_count
-from count_video.planning.request import PlanRequest, most_collisions, setups_at
+from count_video.planning.request import PlanRequest, most_collisions
 from count_video.planning.spread import (
     RESOLVED_FRAMES,
     Chart,
@@ -130,8 +130,7 @@ def planned_motion(request: PlanRequest) -> Motion:
         If the bodies lose so much that they come to rest on each other in ever smaller bounces.
     """
     theory = collision_count(request.heavy, request.light)
-    setups = setups_at(request, request.gap_m, request.release_m)
-    if simulate_many(setups, most_collisions(theory)).endless[0]:
+    if simulate_many([request.setup()], most_collisions(theory)).endless[0]:
         raise UsageError(
             f"with a restitution of {request.restitution:g} the ball comes to rest between "
             "cylinder and wall in ever smaller bounces, of which there is no count; plan harder "
@@ -154,7 +153,7 @@ def planned_burst(request: PlanRequest, motion: Motion) -> PlannedBurst:
         count=len(burst),
         theory=collision_count(request.heavy, request.light),
         bodies=sum(bounce.kind == "bodies" for bounce in burst),
-        shortest_s=float(np.diff(times).min(initial=np.inf)),
+        shortest_s=motion.shortest_s,
         first_s=float(times[0]),
         last_s=float(times[-1]),
         turn_s=turn_s,
@@ -162,7 +161,7 @@ def planned_burst(request: PlanRequest, motion: Motion) -> PlannedBurst:
         last_m=float(places[-1]),
         last_speed_m_s=abs(last.light_before_m_s - other),
         smallest_hop_m=float(np.abs(np.diff(places))[crossed].min(initial=np.inf)),
-        intervals_s=tuple(float(b - a) for a, b in pairwise(times)),
+        intervals_s=tuple(np.diff(times).tolist()),
     )
 
 
@@ -256,7 +255,13 @@ def make_plan(
     with_chart: bool = True,
     progress: Progress = NO_PROGRESS,
 ) -> Plan:
-    """Work out a plan; a second or two, most of it for tolerances and map."""
+    """Work out a plan; a second or two, most of it for tolerances and map.
+
+    Raises
+    ------
+    UsageError
+        As for ``planned_motion``.
+    """
     progress.start(3 + with_table + with_chart, "planning")
     motion = planned_motion(request)
     burst = planned_burst(request, motion)

@@ -7,11 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, TypedDict
-
-from numpy.typing import ArrayLike
 
 from count_video.errors import UsageError
 from count_video.inputs import (
@@ -28,7 +26,6 @@ from count_video.inputs import (
     read_json_object,
     shown,
 )
-from count_video.physics.many import GRAVITY_M_S2, ManySetups
 from count_video.physics.setup import Setup
 from count_video.physics.theory import Mass, exact_ratio
 
@@ -148,7 +145,7 @@ class PlanRequest:
                 f"the release of {self.release_m:g} m is not shorter than a thread of "
                 f"{shortest_m:g} m; plan swings that are small"
             )
-        slowest = math.sqrt(GRAVITY_M_S2 / max(self.heavy_thread_m, self.light_thread_m))
+        slowest = math.sqrt(Setup.gravity_m_s2 / max(self.heavy_thread_m, self.light_thread_m))
         if self.damping_per_s >= slowest:
             raise UsageError(
                 f"the damping is {self.damping_per_s:g} a second; it must lie between 0 and "
@@ -162,22 +159,19 @@ class PlanRequest:
 
     def setup(self) -> Setup:
         """Return the set-up as the simulator takes it; the light mass is the unit."""
-        setups = setups_at(self, self.gap_m, self.release_m)
-        return replace(setups.one(0), ball_diameter_m=self.ball_diameter_m)
-
-
-def setups_at(request: PlanRequest, gap_m: ArrayLike, release_m: ArrayLike) -> ManySetups:
-    """Return the planned set-up with other gaps and releases, without scatter."""
-    return ManySetups.of(
-        mass_ratio=request.mass_ratio,
-        wall_gap_m=gap_m,
-        release_m=release_m,
-        heavy_thread_m=request.heavy_thread_m,
-        light_thread_m=request.light_thread_m,
-        damping_per_s=request.damping_per_s,
-        restitution_bodies=request.restitution,
-        restitution_wall=request.restitution,
-    )
+        return Setup(
+            heavy_mass_kg=self.mass_ratio,
+            light_mass_kg=1.0,
+            heavy_thread_m=self.heavy_thread_m,
+            light_thread_m=self.light_thread_m,
+            heavy_damping_per_s=self.damping_per_s,
+            light_damping_per_s=self.damping_per_s,
+            ball_diameter_m=self.ball_diameter_m,
+            wall_gap_m=self.gap_m,
+            release_m=self.release_m,
+            restitution_bodies=self.restitution,
+            restitution_wall=self.restitution,
+        )
 
 
 def most_collisions(theory: int) -> int:

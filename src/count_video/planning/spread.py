@@ -11,16 +11,18 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from statistics import fmean, pstdev, stdev
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from count_video.physics.contacts import Whole
-from count_video.physics.many import NO_COUNT, ManyBursts, ManySetups, simulate_many
+from count_video.physics.many import NO_COUNT, ManyBursts, simulate_many, varied
+from count_video.physics.setup import Setup
+from count_video.physics.simulator import simulate
 from count_video.physics.theory import mass_ratio_interval
-from count_video.planning.request import MOST_RATIO, PlanRequest, most_collisions, setups_at
+from count_video.planning.request import MOST_RATIO, PlanRequest, most_collisions
 from count_video.records import Floats
 
 SPREAD_TRIALS = 2000
@@ -141,8 +143,13 @@ def rate_needed_fps(shortest_s: float) -> float:
     return float(RATE_STEP_FPS * math.ceil(RESOLVED_FRAMES / shortest_s / RATE_STEP_FPS))
 
 
-def drawn_setups(request: PlanRequest, trials: int, seed: Sequence[int]) -> ManySetups:
-    """Draw set-ups as hands make them; the same seed gives the same errors of the hands."""
+def drawn_setups(
+    request: PlanRequest, trials: int, seed: Sequence[int]
+) -> tuple[list[Setup], list[int]]:
+    """Draw set-ups as hands make them, and the seeds of their scatter.
+
+    The same seed gives the same errors of the hands.
+    """
     rng = np.random.default_rng(list(seed))
     off = request.tolerances
     normal = rng.standard_normal((6, trials))
@@ -155,18 +162,19 @@ def drawn_setups(request: PlanRequest, trials: int, seed: Sequence[int]) -> Many
     )
     low, high = restitution_range(request)
     bodies, wall = low + (high - low) * even
-    return ManySetups.of(
-        mass_ratio=request.mass_ratio * heavy / light,
+    setups = varied(
+        request.setup(),
+        heavy_mass_kg=request.mass_ratio * heavy / light,
         wall_gap_m=np.maximum(request.gap_m + off.gap_m * normal[2], LEAST_GAP_M),
         release_m=np.maximum(request.release_m + off.release_m * normal[3], LEAST_GAP_M),
         heavy_thread_m=heavy_thread,
         light_thread_m=light_thread,
-        damping_per_s=request.damping_per_s,
         restitution_bodies=bodies,
         restitution_wall=wall,
-        restitution_sd=off.scatter,
-        seed=rng.integers(2**62, size=trials),
+        restitution_bodies_sd=off.scatter,
+        restitution_wall_sd=off.scatter,
     )
+    return setups, rng.integers(2**62, size=trials).tolist()
 
 
 def restitution_range(request: PlanRequest) -> tuple[float, float]:
@@ -183,7 +191,7 @@ def spread_of(request: PlanRequest, theory: int) -> Spread:
     means, deviations = _tables(counts, request)
     return Spread(
         trials=trials,
-        histogram=_histogram(counts),
+        histogram=dict(sorted(Counter(counts.tolist()).items())),
         endless_share=float(np.mean(found.endless)),
         mean=float(counts.mean()) if counts.size else math.nan,
         sd=float(counts.std()) if counts.size else math.nan,
@@ -195,8 +203,8 @@ def spread_of(request: PlanRequest, theory: int) -> Spread:
 
 
 def _simulated(request: PlanRequest, trials: int, stream: int, theory: int) -> ManyBursts:
-    drawn = drawn_setups(request, trials, (request.seed, stream))
-    return simulate_many(drawn, most_collisions(theory))
+    setups, seeds = drawn_setups(request, trials, (request.seed, stream))
+    return simulate_many(setups, most_collisions(theory), seeds)
 
 
 def _tables(counts: Whole, request: PlanRequest) -> tuple[Floats, Floats]:
@@ -213,17 +221,19 @@ def table_of(request: PlanRequest, theory: int) -> TrialTable:
     """Simulate one table of trials."""
     found = _simulated(request, request.trials, _STREAM_TABLE, theory)
     counts = found.count[~found.endless].tolist()
-    return TrialTable(
-        trials=request.trials,
-        counts=tuple(counts),
-        maximum=max(counts, default=None),
-        minimum=min(counts, default=None),
-        mean=fmean(counts) if counts else None,
-        sd_population=pstdev(counts) if counts else None,
-        sd_sample=stdev(counts) if len(counts) > 1 else None,
-        histogram=_histogram(np.array(counts, dtype=np.int64)),
-        theory=theory,
-    )
+    return TrialTable(request.trials, tuple(counts), theory=theory, **count_figures(counts))
+
+
+def count_figures(counts: Sequence[int]) -> dict[str, Any]:
+    """Work out the figures of the paper's table, by the names of the fields of ``TrialTable``."""
+    return {
+        "maximum": max(counts, default=None),
+        "minimum": min(counts, default=None),
+        "mean": fmean(counts) if counts else None,
+        "sd_population": pstdev(counts) if counts else None,
+        "sd_sample": stdev(counts) if len(counts) > 1 else None,
+        "histogram": dict(sorted(Counter(counts).items())),
+    }
 
 
 def shares_of(planned: Sequence[PlanRequest], count: int, trials: int) -> list[float]:
@@ -231,11 +241,8 @@ def shares_of(planned: Sequence[PlanRequest], count: int, trials: int) -> list[f
     if not planned:
         return []
     drawn = [drawn_setups(one, trials, (one.seed, _STREAM_SPREAD)) for one in planned]
-    columns = {
-        name: np.concatenate([getattr(setups, name) for setups in drawn])
-        for name in ManySetups.__dataclass_fields__
-    }
-    found = simulate_many(ManySetups.of(**columns), most_collisions(count))
+    setups, seeds = (list(chain.from_iterable(part)) for part in zip(*drawn, strict=True))
+    found = simulate_many(setups, most_collisions(count), seeds)
     counts = found.count.reshape(len(planned), trials)
     return [float(share) for share in (counts == count).mean(axis=1)]
 
@@ -243,10 +250,6 @@ def shares_of(planned: Sequence[PlanRequest], count: int, trials: int) -> list[f
 def _between(values: Floats) -> tuple[float, float]:
     low, high = np.quantile(values, CENTRAL)
     return float(low), float(high)
-
-
-def _histogram(counts: Whole) -> dict[int, int]:
-    return dict(sorted(Counter(counts.tolist()).items()))
 
 
 def chart_of(request: PlanRequest, theory: int) -> Chart:
@@ -258,7 +261,7 @@ def chart_of(request: PlanRequest, theory: int) -> Chart:
     )
     release, gap = np.meshgrid(releases, gaps, indexing="ij")
     possible = gap <= release
-    setups = setups_at(request, gap[possible], release[possible])
+    setups = varied(request.setup(), wall_gap_m=gap[possible], release_m=release[possible])
     found = simulate_many(setups, most_collisions(theory))
     count = np.full(gap.shape, NO_COUNT, np.int64)
     shortest = np.full(gap.shape, np.nan)
@@ -303,9 +306,8 @@ def _nearest(
     shares = shares_of([changed(request, change, value) for value in values], theory, trials)
     for value, share in zip(values, shares, strict=True):
         if share >= ENOUGH:
-            better = changed(request, change, value)
-            found = simulate_many(setups_at(better, better.gap_m, better.release_m))
-            return Proposal(change, value, share, rate_needed_fps(float(found.shortest_s[0])))
+            shortest_s = simulate(changed(request, change, value).setup()).shortest_s
+            return Proposal(change, value, share, rate_needed_fps(shortest_s))
     return None
 
 
@@ -319,9 +321,8 @@ def _giving(
     """Lengths at which a trial without scatter gives the theory's count, the nearest first."""
     if not values:
         return []
-    lengths: dict[str, ArrayLike] = {"gap_m": request.gap_m, "release_m": request.release_m}
     now_m = getattr(request, f"{change}_m")
-    setups = setups_at(request, **{**lengths, f"{change}_m": values})
+    setups = varied(request.setup(), **{"wall_gap_m" if change == "gap" else "release_m": values})
     counts = simulate_many(setups, most_collisions(theory)).count
     good = [value for value, count in zip(values, counts, strict=True) if count == theory]
     return sorted(good, key=lambda value: abs(value - now_m))

@@ -44,6 +44,8 @@ class TrialRow:
     """Why the result is not on the disk; None for one that is."""
     files: frozenset[str] = frozenset()
     """Names of the files that show it, beside the campaign's page."""
+    text: str = ""
+    """The result as it is kept: one line of JSON."""
 
     @property
     def count(self) -> int | None:

@@ -253,13 +253,14 @@ LIGHT_FACTOR = 4.0
 
 def plan_page(plan: Plan) -> str:
     """Write the page: sliders over the same simulation, in one file, without a network."""
-    planned = _planned(plan)
+    sliders = _sliders(plan)
+    planned = {name: planned for name, (*_, planned) in sliders.items()}
     return render(
         "plan",
         ("plan_core", "plan"),
         headline=plan_headline(plan),
         count=plan.burst.count,
-        sliders=_sliders(planned),
+        sliders=[_slider(name, *slider) for name, slider in sliders.items()],
         alike=planned["heavyThread"] == planned["lightThread"],
         change=change_words(plan),
         notes=plan_notes(plan),
@@ -268,48 +269,38 @@ def plan_page(plan: Plan) -> str:
     )
 
 
-def _planned(plan: Plan) -> dict[str, float]:
-    """Values of the sliders, in metres, the masses' unit and frames a second."""
+def _sliders(plan: Plan) -> dict[str, tuple[str, float, float, float, float]]:
+    """Label, ends, step and planned value of each slider.
+
+    They are in metres, the masses' unit and frames a second; a step of 0 is for even steps of the
+    logarithm.
+    """
     request, camera = plan.request, plan.camera
+    heavy, light = float(request.heavy), float(request.light)
+    most = light * max(MOST_RATIO, heavy / light)
+    rate = plan.framing.rate_needed_fps if camera is None else camera.capture_fps
     return {
-        "gap": request.gap_m,
-        "release": request.release_m,
-        "heavy": float(request.heavy),
-        "light": float(request.light),
-        "heavyThread": request.heavy_thread_m,
-        "lightThread": request.light_thread_m,
-        "restitution": request.restitution,
-        "rate": plan.framing.rate_needed_fps if camera is None else camera.capture_fps,
+        "gap": ("Gap, ball to wall", 0.005, 0.1, 0.0005, request.gap_m),
+        "release": ("Release", 0.02, 0.2, 0.001, request.release_m),
+        "heavy": ("Mass of the cylinder", light, most, 0, heavy),
+        "light": ("Mass of the ball", light / LIGHT_FACTOR, light * LIGHT_FACTOR, 0, light),
+        "heavyThread": ("Thread of the cylinder", 0.2, 3.0, 0.001, request.heavy_thread_m),
+        "lightThread": ("Thread of the ball", 0.2, 3.0, 0.001, request.light_thread_m),
+        "restitution": ("Restitution", 0.85, 1.0, 0.001, request.restitution),
+        "rate": ("Camera", 24.0, 100_000.0, 0, rate),
     }
 
 
-def _sliders(planned: Mapping[str, float]) -> list[dict[str, object]]:
-    """Sliders with their ends; masses and rate by the logarithm to base 10, in even steps."""
-    light = planned["light"]
-    most = light * max(MOST_RATIO, planned["heavy"] / light)
-    ranges: Mapping[str, tuple[str, float, float, float]] = {
-        "gap": ("Gap, ball to wall", 0.005, 0.1, 0.0005),
-        "release": ("Release", 0.02, 0.2, 0.001),
-        "heavy": ("Mass of the cylinder", light, most, 0),
-        "light": ("Mass of the ball", light / LIGHT_FACTOR, light * LIGHT_FACTOR, 0),
-        "heavyThread": ("Thread of the cylinder", 0.2, 3.0, 0.001),
-        "lightThread": ("Thread of the ball", 0.2, 3.0, 0.001),
-        "restitution": ("Restitution", 0.85, 1.0, 0.001),
-        "rate": ("Camera", 24.0, 100_000.0, 0),
-    }
-    sliders = []
-    for name, (label, low, high, step) in ranges.items():
-        ends = [min(planned[name], low), max(planned[name], high), planned[name]]
-        if not step:
-            ends = [
-                round(math.log10(ends[0]), 4),
-                round(math.log10(ends[1]), 4),
-                math.log10(ends[2]),
-            ]
-        least, most, value = ends
-        style = {"name": name, "label": label, "step": step or 0.002}
-        sliders.append({**style, "least": least, "most": most, "value": value})
-    return sliders
+def _slider(
+    name: str, label: str, low: float, high: float, step: float, planned: float
+) -> dict[str, object]:
+    """Describe a slider for the page; its ends reach as far as what is planned."""
+    least, most, value = min(planned, low), max(planned, high), planned
+    if not step:
+        step, value = 0.002, math.log10(planned)
+        least, most = round(math.log10(least), 4), round(math.log10(most), 4)
+    about = {"name": name, "label": label, "step": step}
+    return {**about, "least": least, "most": most, "value": value}
 
 
 def _plan_data(plan: Plan, planned: Mapping[str, float]) -> dict[str, object]:

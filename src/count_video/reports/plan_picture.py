@@ -239,8 +239,7 @@ class _Filmed:
         burst = self.plan.burst
         margin_s = BEYOND * max(burst.last_s - burst.first_s, 1e-3)
         first = math.floor(max(0.0, burst.first_s - margin_s) * self.rate)
-        end = math.ceil((burst.last_s + margin_s) * self.rate) + 1
-        return np.arange(first, end, dtype=np.float64)
+        return np.arange(first, math.ceil((burst.last_s + margin_s) * self.rate) + 1.0)
 
     def _track(self, frames: Floats) -> Track:
         """Sample the paths between the frames too, with the collisions, where they have corners."""
@@ -272,21 +271,15 @@ class _Filmed:
         return image
 
     def _result(self) -> TrialResult:
+        """Say what the panels need to know of the trial."""
         collisions = self._collisions()
-        seen = sum(collision.seen for collision in collisions)
         return TrialResult(
             clip="plan",
             status="counted",
             reason=None,
             count=len(collisions),
-            seen=seen,
-            between_frames=len(collisions) - seen,
-            count_after_burst=0,
             collisions=collisions,
             capture_fps=self.rate,
-            capture_fps_source="option",
-            wall_side="left",
-            ball_diameter_px=self.plan.framing.ball_at_most_px,
             millimetres_per_px=1e3 / self.px_per_m,
             mass_ratio=self.plan.request.mass_ratio,
         )
@@ -321,7 +314,15 @@ class _Filmed:
 
 # ---- the files of a plan -----------------------------------------------------------------------
 
-NAMES = ("plan.json", "plan.csv", "plan.html", "plan.png", "plan.svg")
+_CONTENTS: Mapping[str, Callable[[Plan, Figure], bytes]] = {
+    "plan.json": lambda plan, _: json.dumps(plan_object(plan), indent=1).encode("ascii") + b"\n",
+    "plan.csv": lambda plan, _: map_csv(plan.chart).encode("ascii"),
+    "plan.html": lambda plan, _: plan_page(plan).encode("utf-8"),
+    "plan.png": lambda _, figure: picture_bytes(figure, "png"),
+    "plan.svg": lambda _, figure: picture_bytes(figure, "svg"),
+}
+NAMES = tuple(_CONTENTS)
+"""Files of a plan, and above what each holds."""
 
 
 def open_folder(folder: Path) -> OutputFolder:
@@ -348,15 +349,8 @@ def write_plan(plan: Plan, outputs: OutputFolder, progress: Progress = NO_PROGRE
     """
     progress.start(len(NAMES), "drawing")
     figure = plan_figure(plan)
-    files: Mapping[str, Callable[[], bytes]] = {
-        "plan.json": lambda: json.dumps(plan_object(plan), indent=1).encode("ascii") + b"\n",
-        "plan.csv": lambda: map_csv(plan.chart).encode("ascii"),
-        "plan.html": lambda: plan_page(plan).encode("utf-8"),
-        "plan.png": lambda: picture_bytes(figure, "png"),
-        "plan.svg": lambda: picture_bytes(figure, "svg"),
-    }
-    for name in NAMES:
+    for name, content in _CONTENTS.items():
         with explained(outputs.folder / name):
-            outputs.write(name, files[name]())
+            outputs.write(name, content(plan, figure))
         progress.advance(1)
     progress.finish()

@@ -10,13 +10,7 @@ import math
 from collections.abc import Mapping
 from fractions import Fraction
 
-from count_video.physics.theory import (
-    Mass,
-    collision_count,
-    mass_ratio_interval,
-    pi_bounds,
-    theta_rad,
-)
+from count_video.physics.theory import Mass, collision_count, pi_bounds, theory_of
 from count_video.planning.plan import PICTURE_WIDTH_PX, CameraView, Plan
 from count_video.planning.request import PlanRequest
 from count_video.planning.spread import (
@@ -266,8 +260,9 @@ def theory_text(heavy: Fraction, light: Fraction) -> str:
 
 def facts(heavy: Fraction, light: Fraction) -> list[tuple[str, str]]:
     """Label and words of all that the theory says of two masses."""
-    theta, count = theta_rad(heavy, light), collision_count(heavy, light)
-    bounds, ratios = pi_bounds(count, heavy, light), mass_ratio_interval(count)
+    theory = theory_of(heavy, light)
+    theta, count = theory.theta_rad, theory.count
+    bounds, ratios = theory.pi_bounds, theory.same_count
     return [
         ("Mass ratio", f"M : m = {plain(heavy / light)} : 1"),
         ("Exact count", f"{count} = ⌈π/θ⌉ − 1"),

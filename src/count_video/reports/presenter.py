@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Iterator
-from typing import Literal
 
 import cv2
 import numpy as np
@@ -13,8 +12,8 @@ from PIL import Image
 from count_video.records import Floats, Frame, Track, TrialResult
 from count_video.reports.annotated_clip import STRIP_PX, AnnotatedClip, ClipLayout
 from count_video.reports.drawing import MARKS, Pixels, mark, text_width, write
+from count_video.settings import Shape
 
-Shape = Literal["wide", "upright"]
 SIZES: dict[Shape, tuple[int, int]] = {"wide": (1920, 1080), "upright": (1080, 1920)}
 """Width and height of the clip in px."""
 COUNTER_PX: dict[Shape, int] = {"wide": 280, "upright": 600}

@@ -91,7 +91,7 @@ def _open(found: SeenCollisions) -> str | None:
     return sentence(found.rival.reason) if found.rival and likely else None
 
 
-def leaves_room(found: SeenCollisions) -> bool:
+def leaves_doubt(found: SeenCollisions) -> bool:
     """Whether collisions may lie where no frame shows them, and the beginning is there."""
     doubtful = bool(found.doubts or found.shortcomings)
     whole = all(shortcoming.cause in ENDS_EARLY for shortcoming in found.shortcomings)

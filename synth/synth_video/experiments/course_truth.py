@@ -17,7 +17,7 @@ from synth_video.tripod import tripod_shift
 from synth_video.truth import FRAME_CONVENTION, RESOLVED_FRAMES
 
 VISIBLE_PX = 1.0
-"""A hop that leads less far from its stop looks like rest."""
+"""A hop that leads less far from its stop counts as rest."""
 
 
 @dataclass(frozen=True)

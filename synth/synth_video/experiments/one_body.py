@@ -22,7 +22,7 @@ MOST_IMPACTS = 100_000
 NO_STOP_M = 1e3
 """A stop so far away that nothing reaches it."""
 FALL_WINDOW_S = 10.0
-"""A body that falls and meets nothing is looked at afresh after this time, in which it cannot get
+"""A body that falls and meets nothing begins a new flight after this time, in which it cannot get
 as far as ``NO_STOP_M``."""
 
 

@@ -92,7 +92,7 @@ def _inside(truth: ExperimentTruth, body: BodyTruth) -> NDArray[np.bool_]:
 
 
 def _drawn(scene: Scene, rng: np.random.Generator) -> Scene:
-    """Everything at random, not yet looked at."""
+    """Everything at random, not yet checked."""
     experiment = _drawn_start(scene.experiment, scene.setup.ball_diameter_m, rng)
     setup = _drawn_losses(scene.setup, rng)
     background = BACKGROUNDS[rng.integers(len(BACKGROUNDS))]
