@@ -1,24 +1,30 @@
-"""The command ``synth-video``: a scene and a seed in, a clip and its truth out."""
+"""The command ``synth-video``: a scene and a seed in, a clip and its truth out.
+
+``campaign`` renders many trials with known truth, ``suite`` clips under named conditions, and
+``score`` compares what was counted on them with their truths.
+"""
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from statistics import fmean, pstdev
 
-from count_video.errors import CountVideoError
-from synth_video.campaign.cli import main as campaign
-from synth_video.experiments.course_truth import ExperimentTruth
+from count_video.errors import CountVideoError, UsageError
+from synth_video import campaign as campaigns
 from synth_video.film import render_clip
 from synth_video.scene_file import load_scene, scene_names
-from synth_video.suite import cli as suite
-from synth_video.truth import Truth, truth_path
+from synth_video.suite import suites
+from synth_video.suite.condition import STRENGTHS
+from synth_video.suite.scoring import RESULTS, how_to_count, score_folder
+from synth_video.suite.table import markdown, scores_json, shortfalls
+from synth_video.truth import ClipTruth, truth_path
 from synth_video.variation import varied
 
 EXIT_DONE, EXIT_USAGE, EXIT_INTERRUPTED = 0, 2, 130
-_COMMANDS = {"campaign": campaign, "suite": suite.suite, "score": suite.score}
-"""Commands apart from rendering one clip, by their first word."""
 
 
 def run() -> None:
@@ -29,8 +35,9 @@ def run() -> None:
 def main(argv: Sequence[str]) -> int:
     """Run the command with these arguments and return its exit code."""
     try:
-        if argv[:1] and argv[0] in _COMMANDS:
-            _COMMANDS[argv[0]](argv[1:])
+        commands = {"campaign": campaign, "suite": suite, "score": score}
+        if argv[:1] and argv[0] in commands:
+            commands[argv[0]](argv[1:])
             return EXIT_DONE
         options = _parser().parse_args(argv)
         if options.list:
@@ -98,10 +105,178 @@ def _scene_list() -> str:
     return "".join(f"{name:<{width}}  {load_scene(name).purpose}\n" for name in names)
 
 
-def _summary(clip: Path, truth: Truth | ExperimentTruth) -> str:
+def _summary(clip: Path, truth: ClipTruth) -> str:
     apart = "resolved" if truth.resolved else "not resolved"
     return (
         f"{clip}: {truth.frames} frames, {truth.count} collisions, {apart} "
         f"(shortest interval {truth.shortest_interval_frames:.2f} frames); "
         f"truth in {truth_path(clip).name}\n"
     )
+
+
+# ---- campaigns ----------------------------------------------------------------------------------
+
+
+def campaign(argv: Sequence[str]) -> None:
+    """Render the trials of a campaign, or search for its seed.
+
+    Raises
+    ------
+    UsageError
+        The request is wrong or a clip cannot be written.
+    SystemExit
+        After ``--help``, or when the arguments make no sense.
+    """
+    parser = _campaign_parser()
+    options = parser.parse_args(argv)
+    target = campaigns.target_named(options.name)
+    if options.search:
+        seed = campaigns.search(target)
+        counts = " ".join(map(str, sorted(campaigns.true_counts(target, seed), reverse=True)))
+        sys.stdout.write(f"seed {seed}: {counts}\n")
+        return
+    if options.folder is None:
+        parser.error("name the folder to write to, or ask for --search")
+    takes = campaigns.takes_of(target, target.seed, options.set)
+    campaigns.write_lists(takes, target.seed, options.folder)
+    for take in campaigns.film(takes, options.folder, options.jobs):
+        sys.stdout.write(_trial_line(take))
+        sys.stdout.flush()
+    sys.stdout.write(_campaign_line(takes))
+
+
+def _campaign_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="synth-video campaign",
+        description="Render the trials of a campaign whose true counts have published figures.",
+    )
+    parser.add_argument("name", help=f"which campaign: {', '.join(campaigns.CAMPAIGNS)}")
+    parser.add_argument("folder", nargs="?", type=Path, help="folder to write the clips to")
+    parser.add_argument(
+        "--search",
+        action="store_true",
+        help="render nothing; search again for the seed, from 0 on, and print its counts",
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="SECTION.KEY=VALUE",
+        help="change a setting of all scenes, e.g. camera.width_px=320; may be repeated",
+    )
+    parser.add_argument(
+        "--jobs",
+        type=_from_one,
+        default=os.cpu_count() or 1,
+        help="clips to render at the same time",
+    )
+    return parser
+
+
+def _trial_line(take: campaigns.Take) -> str:
+    rate = take.scene.camera.capture_fps
+    return f"{take.name}.mp4: {take.count} collisions at {rate:g} frames a second\n"
+
+
+def _campaign_line(takes: Sequence[campaigns.Take]) -> str:
+    counts = [take.count for take in takes]
+    return (
+        f"truth: maximum {max(counts)}, minimum {min(counts)}, mean {fmean(counts):.2f}, "
+        f"standard deviation {pstdev(counts):.2f} over {len(counts)} trials\n"
+    )
+
+
+# ---- suites and scores --------------------------------------------------------------------------
+
+
+def suite(argv: Sequence[str]) -> None:
+    """Render the clips of a suite.
+
+    Raises
+    ------
+    UsageError
+        The request is wrong or a clip cannot be written.
+    SystemExit
+        After ``--help``, or when the arguments make no sense.
+    """
+    # The folder may stand after options, which the plain parsing of optional arguments forbids.
+    options = _suite_parser().parse_intermixed_args(argv)
+    wanted = [name for name in options.conditions.split(",") if name]
+    conditions = suites.conditions_of(options.name, wanted)
+    if options.folder is None:
+        width = max(len(condition.name) for condition in conditions)
+        for condition in conditions:
+            sys.stdout.write(f"{condition.name:<{width}}  {condition.sentence}\n")
+        return
+    strengths = [options.strength] if options.strength else STRENGTHS
+    takes = suites.takes_of(conditions, strengths, range(options.seeds))
+    for take, rendered in suites.film(takes, options.folder, options.workers):
+        if rendered:
+            sys.stdout.write(f"{take.name}\n")
+            sys.stdout.flush()
+    sys.stdout.write(f"{len(takes)} clips in {options.folder}; {how_to_count(options.folder)}\n")
+
+
+def score(argv: Sequence[str]) -> None:
+    """Score the answers on a folder of clips; print the table and keep it in the folder.
+
+    Raises
+    ------
+    UsageError
+        Truths or answers are missing, or the table cannot be written.
+    SystemExit
+        After ``--help``, or when the arguments make no sense.
+    """
+    options = _score_parser().parse_args(argv)
+    scores = score_folder(options.folder, options.results or options.folder / RESULTS)
+    table = markdown(scores)
+    _write(options.folder / "scores.md", f"{table}\n{shortfalls(scores)}")
+    _write(options.folder / "scores.json", scores_json(scores))
+    sys.stdout.write(f"{table}\n{shortfalls(scores)}")
+
+
+def _suite_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="synth-video suite",
+        description="Render trials under conditions that make footage hard to count. Clips that "
+        "are there already are kept.",
+    )
+    parser.add_argument("name", help=f"which suite: {', '.join(suites.SUITES)}")
+    parser.add_argument(
+        "folder", nargs="?", type=Path, help="folder to write to; without it the conditions' names"
+    )
+    parser.add_argument(
+        "--conditions", default="", metavar="NAME,NAME", help="only these conditions (all)"
+    )
+    parser.add_argument("--strength", choices=STRENGTHS, help="only this strength (both)")
+    parser.add_argument("--seeds", type=_from_one, default=10, help="clips of each cell (10)")
+    parser.add_argument(
+        "--workers", type=_from_one, default=os.cpu_count() or 1, help="clips to render at a time"
+    )
+    return parser
+
+
+def _score_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="synth-video score",
+        description="Compare what count-video --json said of the clips in a folder with their "
+        "truths. The table is printed, and kept as scores.md and scores.json in the folder.",
+    )
+    parser.add_argument("folder", type=Path, help="folder with clips and truths")
+    parser.add_argument(
+        "results", nargs="?", type=Path, help=f"what count-video printed ({RESULTS} in the folder)"
+    )
+    return parser
+
+
+def _from_one(text: str) -> int:
+    if not (text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 1")
+    return int(text)
+
+
+def _write(place: Path, text: str) -> None:
+    try:
+        place.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"cannot write {place}: {error.strerror}; check the folder") from error

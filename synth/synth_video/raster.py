@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from synth_video.pixels import Pixels, as_pixels
+from synth_video.body_picture import Pixels, as_pixels
 from synth_video.projection import Projection
 
 SCALE = 2

@@ -11,7 +11,7 @@ from count_video.errors import UsageError
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
 from count_video.records import WallSide
-from synth_video.experiments.random_courses import varied_experiment
+from synth_video.experiments.happening import varied_experiment
 from synth_video.scene import Scene
 from synth_video.schedule import first_event_s, last_event_s
 

@@ -9,14 +9,12 @@ from numpy.typing import NDArray
 
 from count_video.physics.simulator import Motion, simulate
 from count_video.records import Floats
-from synth_video.compositor import Compositor
 from synth_video.experiments.course import course_of_trial
-from synth_video.exposure import BodyPath, Paths
-from synth_video.film import frames_of
+from synth_video.film import Compositor, frames_of
 from synth_video.projection import projection_of
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene
-from synth_video.schedule import Schedule, schedule_of
+from synth_video.schedule import BodyPath, Paths, Schedule, schedule_of
 from synth_video.stage import Stage, set_stage
 
 BARE = ("light.shadow=0", "wall.reflection=0", "wall.front_m=0", "camera.vignette=0")

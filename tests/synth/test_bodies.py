@@ -8,8 +8,8 @@ from filming import BARE, CoverageCamera, edge_px, small_scene
 
 from synth_video.appearance import BallSettings
 from synth_video.body_picture import BodyPicture
-from synth_video.body_shapes import STEPS_OF_A_TURN, Spinning
-from synth_video.paint_ball import BallView, paint_ball
+from synth_video.moving_layers import STEPS_OF_A_TURN, Spinning
+from synth_video.paint_bodies import BallView, paint_ball
 
 EXACT_PX = 1e-3
 """Rounding of float32 cells, summed over an edge of some ten pixels of up to 255."""

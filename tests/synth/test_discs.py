@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from count_video.errors import UsageError
-from synth_video.experiments.discs import Disc, DiscMotion, collide
+from synth_video.experiments.several import Disc, DiscMotion, collide
 
 ROUNDED = 1e-9
 """Relative: near a graze the time of contact is the root of a small difference."""

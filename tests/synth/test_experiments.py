@@ -9,18 +9,15 @@ import pytest
 from count_video.errors import UsageError
 from count_video.records import Floats
 from synth_video.experiments.course import Course
-from synth_video.experiments.course_truth import ExperimentTruth, experiment_json, truth_of_course
-from synth_video.experiments.happening import course_of
-from synth_video.experiments.timing import schedule_of_course
-from synth_video.exposure import exposures
+from synth_video.experiments.happening import course_of, schedule_of_course
 from synth_video.film import frames_of, render_clip
 from synth_video.projection import projection_of
 from synth_video.scene import NOTHING_TO_COUNT, Scene
 from synth_video.scene_file import load_scene, scene_names
-from synth_video.schedule import Schedule
+from synth_video.schedule import Schedule, exposures
 from synth_video.suite.condition import STRENGTHS, Condition, Strength
-from synth_video.suite.experiment_conditions import EXPERIMENTS as EXPERIMENTS_OF_SUITE
-from synth_video.truth import truth_path
+from synth_video.suite.scene_conditions import EXPERIMENTS as EXPERIMENTS_OF_SUITE
+from synth_video.truth import ExperimentTruth, truth_of_course, truth_path
 from synth_video.variation import varied
 
 EXPERIMENTS = [name for name in scene_names() if load_scene(name).experiment.kind != "pi"]
@@ -54,7 +51,7 @@ def test_what_has_something_to_count_shows_it_and_the_rest_shows_nothing(name: s
     _, _, truth = run_of(scene)
     assert truth.resolved
     assert (truth.count == 0) == (scene.experiment.kind in NOTHING_TO_COUNT)
-    assert (json.loads(experiment_json(truth))["expect"] == "counted") == (truth.count > 0)
+    assert (json.loads(truth.text())["expect"] == "counted") == (truth.count > 0)
 
 
 @pytest.mark.parametrize("name", [n for n in EXPERIMENTS if "pendulum" not in n])
@@ -190,7 +187,7 @@ def test_hops_too_low_to_see_are_distinguished() -> None:
     )
     _, _, truth = run_of(scene)
     assert 0 < truth.sure < truth.count
-    assert json.loads(experiment_json(truth))["accept"] == [*range(truth.sure, truth.count + 1)]
+    assert json.loads(truth.text())["accept"] == [*range(truth.sure, truth.count + 1)]
     assert not truth.resolved
 
 

@@ -6,9 +6,8 @@ from filming import small_scene
 
 from count_video.physics.simulator import simulate
 from synth_video.experiments.course import course_of_trial, rise_m
-from synth_video.exposure import exposures
 from synth_video.projection import projection_of
-from synth_video.schedule import schedule_of
+from synth_video.schedule import exposures, schedule_of
 from synth_video.stage import BALL, HEAVY
 
 MEAN_PX = 0.004

@@ -9,14 +9,13 @@ import pytest
 from filming import filmed_times, small_scene
 
 from count_video.records import Floats
-from synth_video.compositor import Compositor
 from synth_video.experiments.course import course_of_trial
-from synth_video.exposure import exposures
-from synth_video.film import frames_of
-from synth_video.paint_boards import CONTRAST, HEIGHT_M, SHIFT_M, hang_boards
+from synth_video.film import Compositor, frames_of
+from synth_video.paint_background import CONTRAST, HEIGHT_M, SHIFT_M, hang_boards
 from synth_video.projection import projection_of
 from synth_video.raster import raster_for
 from synth_video.scene import Scene
+from synth_video.schedule import exposures
 from synth_video.stage import Stage, set_stage
 from synth_video.suite.condition import STRENGTHS, Strength
 from synth_video.suite.suites import conditions_of

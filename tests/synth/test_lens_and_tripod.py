@@ -7,11 +7,9 @@ import pytest
 from filming import BARE, NOISELESS, filmed, filmed_times, small_scene
 
 from count_video.records import Floats
-from synth_video.lens import Lens
-from synth_video.projection import projection_of
+from synth_video.projection import Lens, projection_of, tripod_shift
 from synth_video.scene import Scene, TripodSettings
 from synth_video.schedule import Schedule
-from synth_video.tripod import tripod_shift
 from synth_video.truth import Truth, truth_of
 
 PLAIN = (

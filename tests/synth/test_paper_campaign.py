@@ -11,14 +11,18 @@ from statistics import fmean, pstdev
 import pytest
 
 from count_video.errors import UsageError
-from synth_video.campaign.rendering import (
+from synth_video.campaign import (
     APART_FRAMES,
+    CAMPAIGNS,
     PHONE_RATE,
+    Target,
     film,
+    search,
     takes_of,
+    target_named,
+    true_counts,
     write_lists,
 )
-from synth_video.campaign.seed_search import CAMPAIGNS, Target, search, target_named, true_counts
 from synth_video.cli import main
 
 PAPER = CAMPAIGNS["paper-30"]

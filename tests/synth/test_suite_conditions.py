@@ -9,10 +9,9 @@ from count_video.errors import UsageError
 from count_video.physics.simulator import simulate
 from synth_video.projection import projection_of
 from synth_video.schedule import schedule_of
-from synth_video.suite.clip_conditions import PART
+from synth_video.suite.camera_conditions import PART
 from synth_video.suite.condition import STRENGTHS, Condition, Strength, choice
-from synth_video.suite.filming import Label, Take, label_of
-from synth_video.suite.suites import SUITES, conditions_of
+from synth_video.suite.suites import SUITES, Label, Take, conditions_of, label_of
 from synth_video.truth import Truth, truth_of
 
 NUMBERS = range(3)
@@ -42,8 +41,8 @@ def test_clips_are_resolved_and_whole_unless_that_is_the_condition(
 ) -> None:
     for number in NUMBERS:
         shown = truth(condition, strength, number)
-        assert shown.whole == (condition.name not in NOT_TO_BE_COUNTED)
-        assert shown.resolved or not shown.whole
+        assert shown.countable == (condition.name not in NOT_TO_BE_COUNTED)
+        assert shown.resolved or not shown.countable
         assert shown.scene.purpose == condition.sentence
 
 

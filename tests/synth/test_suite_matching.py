@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from synth_video.suite.matching import LEAST_WINDOW_FRAMES, MOST_WINDOW_FRAMES, match, windows
+from synth_video.suite.scoring import LEAST_WINDOW_FRAMES, MOST_WINDOW_FRAMES, match, windows
 
 FRAMES = st.lists(st.floats(0, 100), max_size=12).map(sorted)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from synth_video.appearance import LightSettings
+from synth_video.optics import flicker_gain, sensor_for, vignette
 from synth_video.scene import CameraSettings
 from synth_video.schedule import Schedule
-from synth_video.sensor import flicker_gain, sensor_for, vignette
 
 SCHEDULE = Schedule(np.arange(240) / 1000.0, 0.5 / 1000.0)
 GREY = 100.0

@@ -11,9 +11,20 @@ from count_video.footage.reader import open_footage
 from synth_video.film import render_clip
 from synth_video.scene_file import load_scene, scene_names
 from synth_video.truth import truth_path
+from tiers import rest_slow
 
 
-@pytest.mark.parametrize("name", scene_names())
+def scenes_by_kind() -> list[str]:
+    """All scenes, one of each kind of experiment first."""
+    kinds = {name: load_scene(name).experiment.kind for name in scene_names()}
+    first = {kind: name for name, kind in reversed(kinds.items())}
+    return sorted(kinds, key=lambda name: first[kinds[name]] != name)
+
+
+KINDS = len({load_scene(name).experiment.kind for name in scene_names()})
+
+
+@pytest.mark.parametrize("name", rest_slow(scenes_by_kind(), quick=KINDS))
 def test_every_scene_makes_a_clip_in_which_something_moves(name: str, tmp_path: Path) -> None:
     short = ["clip.frames=12", "camera.capture_fps=240"]
     scene = load_scene(name, short)

@@ -14,7 +14,7 @@ from synth_video.projection import projection_of
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene, scene_names
 from synth_video.schedule import schedule_of
-from synth_video.truth import Truth, truth_json, truth_of, truth_path, write_text
+from synth_video.truth import Truth, truth_of, truth_path, write_text
 
 ROUNDED_PX = 1e-5
 ROUNDED_M = 1e-9
@@ -112,7 +112,7 @@ def test_collisions_after_the_turn_are_kept_apart() -> None:
 
 def test_the_file_says_all_that_a_reader_needs() -> None:
     truth, _ = truth_for(small_scene("ratio16", "encoding.container_fps=25"), seed=4)
-    found = json.loads(truth_json(truth))
+    found = json.loads(truth.text())
     assert found["seed"] == 4
     assert found["scene"]["name"] == "ratio16"
     assert found["scene"]["setup"]["wall_gap_m"] == truth.scene.setup.wall_gap_m
@@ -144,7 +144,7 @@ def test_a_truth_that_cannot_be_written_leaves_nothing_behind(tmp_path: Path) ->
     target = tmp_path / "t.truth.json"
     target.mkdir()
     with pytest.raises(UsageError, match="cannot write"):
-        write_text(truth_json(truth), target)
+        write_text(truth.text(), target)
     assert list(tmp_path.iterdir()) == [target]
 
 

@@ -9,9 +9,8 @@ from count_video.records import Floats
 from synth_video.projection import projection_of
 from synth_video.scene import Scene
 from synth_video.schedule import schedule_of
-from synth_video.suite.body_conditions import BODIES
 from synth_video.suite.condition import Condition
-from synth_video.suite.thing_conditions import THINGS
+from synth_video.suite.scene_conditions import BODIES, THINGS
 from synth_video.truth import Truth, truth_of
 from synth_video.variation import varied
 
@@ -141,7 +140,7 @@ def test_a_cylinder_that_comes_in_is_outside_at_the_start(seed: int) -> None:
     width = scene.camera.width_px
     start_px = truth.cylinder.x_px[0]
     assert start_px < -0.5 if scene.wall.side == "right" else start_px > width - 0.5
-    assert truth.whole
+    assert truth.countable
 
 
 @pytest.mark.parametrize("condition", [*THINGS, *BODIES], ids=lambda condition: condition.name)

@@ -100,12 +100,12 @@ def test_a_copy_in_the_pictures_is_the_picture_before_it() -> None:
 
 
 def test_a_clip_of_the_whole_burst_is_whole_and_others_are_not() -> None:
-    assert truth().whole
-    assert truth("clip.end=turn").whole
+    assert truth().countable
+    assert truth("clip.end=turn").countable
     cuts = ("clip.start=second", "clip.start=middle", "clip.end=middle", "clip.end=penultimate")
     for cut in cuts:
-        assert not truth(cut, "clip.lead_frames=1", "clip.tail_frames=1").whole
-    assert not truth("clip.start=release", "clip.lead_frames=40", "clip.frames=30").whole
+        assert not truth(cut, "clip.lead_frames=1", "clip.tail_frames=1").countable
+    assert not truth("clip.start=release", "clip.lead_frames=40", "clip.frames=30").countable
 
 
 def test_a_clip_until_all_is_over_shows_the_second_swing() -> None:

@@ -1,4 +1,4 @@
-"""One body alone between two stops, one stop or none: every impact and the state at any time.
+"""One body alone: it falls, runs on a track or swings, between two stops, one stop or none.
 
 It is a trial of ball, cylinder and wall in which the second stop stands for the cylinder: a body
 beside which the moving one has no mass.
@@ -7,15 +7,18 @@ beside which the moving one has no mass.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from count_video.errors import UsageError
 from count_video.physics.engine import Anchor, SimulatedCollision, events, settle, states_at
-from count_video.physics.flights import REST, Law, Number
-from count_video.physics.setup import Apparatus, Hold
+from count_video.physics.flights import REST, Law, Number, Sliding
+from count_video.physics.setup import Apparatus, Hold, Setup
 from count_video.records import Floats
+from synth_video.experiments.course import SPARE_S, Contact, Course, free_run, pendulum_of, rise_m
+from synth_video.scene import ExperimentSettings
 
 MOST_IMPACTS = 100_000
 """A run with more is refused before it fills the memory."""
@@ -148,3 +151,73 @@ def run_one_body(
         if len(impacts) > MOST_IMPACTS:
             raise UsageError(f"more than {MOST_IMPACTS} impacts; end sooner or raise slow_m_s")
     return OneBody(apparatus, until_s, tuple(impacts), tuple(anchors))
+
+
+# ---- from a scene --------------------------------------------------------------------------------
+# One body: it falls, runs on a track or swings, against something or freely.
+
+Run = Callable[[Floats], Floats]
+"""From times of any shape to the position of the body's face, in m."""
+
+
+def _run(
+    experiment: ExperimentSettings, law: Law, start_m: float, stops: Stops | None
+) -> tuple[Run, tuple[Contact, ...]]:
+    """Run one body, and name each of its impacts; without stops it meets nothing."""
+    if stops is None:
+        return free_run(law, start_m, experiment.speed_m_s), ()
+    motion = run_one_body(
+        law, start_m, experiment.speed_m_s, stops, SPARE_S + experiment.duration_s
+    )
+    contacts = tuple(Contact(impact.time_s, "wall") for impact in motion.impacts)
+    return lambda times_s: motion.sample(times_s)[0], contacts
+
+
+def _stops(experiment: ExperimentSettings, setup: Setup) -> Stops:
+    """Stop of the table, the track or the wall, which the body strikes from above 0."""
+    return Stops(restitution=setup.restitution_wall, slow_m_s=experiment.slow_m_s)
+
+
+def in_the_air(experiment: ExperimentSettings, setup: Setup) -> Course:
+    """Let a ball fall on the table, whose top is at height 0, or past it."""
+    law = Falling(-setup.gravity_m_s2)
+    stops = None if experiment.kind == "throw" else _stops(experiment, setup)
+    run, contacts = _run(experiment, law, experiment.start_m, stops)
+
+    def place(times_s: Floats) -> tuple[Floats, Floats]:
+        height_m = run(times_s) + setup.ball_diameter_m / 2
+        return experiment.drift_m_s * np.maximum(times_s, 0.0), height_m
+
+    return Course(contacts, (place,))
+
+
+def on_a_track(experiment: ExperimentSettings, setup: Setup) -> Course:
+    """Let a cart run down to a stop whose face is at 0, or to and fro between two."""
+    size_m, weight = setup.ball_diameter_m, setup.gravity_m_s2
+    stops = _stops(experiment, setup)
+    if experiment.span_m:
+        stops = replace(stops, high_m=experiment.span_m - size_m)
+    law: Law = Sliding(setup.light_friction * weight)
+    if experiment.slope:
+        law = Falling(-experiment.slope * weight)
+    run, contacts = _run(experiment, law, experiment.start_m, stops)
+
+    def place(times_s: Floats) -> tuple[Floats, Floats]:
+        return run(times_s) + size_m / 2, np.zeros_like(times_s)
+
+    return Course(contacts, (place,))
+
+
+def on_a_thread(experiment: ExperimentSettings, setup: Setup) -> Course:
+    """Let a ball swing against the wall, whose face is at 0, or freely."""
+    law = pendulum_of(setup, setup.wall_gap_m)
+    stops = None if experiment.kind == "swing" else _stops(experiment, setup)
+    run, contacts = _run(experiment, law, setup.wall_gap_m + experiment.start_m, stops)
+
+    def place(times_s: Floats) -> tuple[Floats, Floats]:
+        face_m = run(times_s)
+        return face_m + setup.ball_diameter_m / 2, rise_m(
+            setup, face_m - setup.wall_gap_m, setup.light_thread_m
+        )
+
+    return Course(contacts, (place,), (setup.wall_gap_m + setup.ball_diameter_m / 2,))

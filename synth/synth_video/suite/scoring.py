@@ -1,16 +1,79 @@
-"""One clip's answer against its truth.
-
-The conventions, once: truth comes before found; times are frame coordinates, and an error is found
-less true; what does not apply is None, and no pair has no error.
-"""
+"""Answers against truths: collisions matched one to one, clip by clip, and from files."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path, PurePath
 from typing import Any, Literal
 
-from synth_video.suite.matching import match
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from count_video.errors import UsageError
+from count_video.records import Floats
+
+# ---- matching ------------------------------------------------------------------------------------
+# Which collision found is which of the truth.
+#
+# Both are places on the axis of frames. A pair may be matched when it lies within the window of the
+# true collision::
+#
+#     truth       |        |            |
+#     window    [---]    [---]       [--+--]
+#     found      x     x   x x
+#                1         2              3     1 and 2 matched, 3 missed, two found are invented
+#
+# As many as possible are matched, each at most once, and among such matchings the one with the
+# smallest sum of squared distances. Squares keep the order of time: two pairs that cross cost more
+# than the same four uncrossed.
+
+LEAST_WINDOW_FRAMES = 1.25
+"""Half of the 2.5 frames by which resolved collisions are apart at least."""
+MOST_WINDOW_FRAMES = 6.0
+"""A collision that lies far from all others is still not found this far off: bodies that creep
+together at a hundredth of a pixel a frame meet within a few frames, no more."""
+
+
+def windows(true_frames: Sequence[float]) -> Floats:
+    """Reach of each true collision: half the way to its nearest neighbour, within the limits."""
+    frames = np.asarray(true_frames, dtype=float)
+    gaps = np.concatenate([[np.inf], np.diff(frames), [np.inf]])
+    half = np.minimum(gaps[:-1], gaps[1:]) / 2
+    return np.asarray(np.clip(half[: len(frames)], LEAST_WINDOW_FRAMES, MOST_WINDOW_FRAMES))
+
+
+def match(true_frames: Sequence[float], found_frames: Sequence[float]) -> list[tuple[int, int]]:
+    """Pair true and found collisions.
+
+    Parameters
+    ----------
+    true_frames, found_frames
+        Frame coordinates, each in order of time.
+
+    Returns
+    -------
+    list of (int, int)
+        Places in the two sequences, in order of time.
+    """
+    if not (len(true_frames) and len(found_frames)):
+        return []
+    true, found = np.asarray(true_frames, dtype=float), np.asarray(found_frames, dtype=float)
+    apart = np.abs(true[:, None] - found)
+    possible = apart <= windows(true_frames)[:, None]
+    # A pair beyond the window costs more than all others together, so none is taken needlessly.
+    forbidden = (len(true) + 1) * MOST_WINDOW_FRAMES**2
+    rows, columns = linear_sum_assignment(np.where(possible, apart**2, forbidden))
+    pairs = zip(rows.tolist(), columns.tolist(), strict=True)
+    return [(row, column) for row, column in pairs if possible[row, column]]
+
+
+# ---- one clip ------------------------------------------------------------------------------------
+# One clip's answer against its truth.
+#
+# The conventions, once: truth comes before found; times are frame coordinates, and an error is
+# found less true; what does not apply is None, and no pair has no error.
 
 Outcome = Literal["exact", "not_counted", "wrong"]
 CONFIDENT = 0.9
@@ -103,3 +166,71 @@ def _outcome(truth: Mapping[str, Any], count: int | None) -> Outcome:
 
 def _has_place(event: Mapping[str, Any], hit: Mapping[str, Any]) -> bool:
     return event.get("ball_px") is not None and hit.get("position_px") is not None
+
+
+# ---- files ---------------------------------------------------------------------------------------
+# Read truths and answers from their files, and score each clip that has both.
+
+RESULTS = "results.jsonl"
+NO_ANSWER: dict[str, Any] = {
+    "status": "not_counted",
+    "reason": "there is no answer",
+    "count": None,
+    "probability": {},
+    "collisions": [],
+}
+_TRUTH = ".truth.json"
+
+
+def score_folder(folder: Path, results: Path) -> list[ClipScore]:
+    """Score all clips of a folder, sorted by name; a clip without an answer is not counted.
+
+    Parameters
+    ----------
+    folder
+        Holds a ``NAME.truth.json`` for each clip.
+    results
+        What ``count-video --json`` printed: one object a line.
+
+    Raises
+    ------
+    UsageError
+        A file cannot be read, or there is nothing to score.
+    """
+    answers = _answers(results)
+    truths = sorted(folder.glob(f"*{_TRUTH}"))
+    if not truths:
+        raise UsageError(f"{folder} holds no truths ({_TRUTH}); name the folder of a suite")
+    names = [truth.name.removesuffix(_TRUTH) for truth in truths]
+    if not answers.keys() & set(names):
+        raise UsageError(f"{results} has no answer for any clip; {how_to_count(folder)}")
+    return [
+        score(name, _object(truth.read_text("utf-8"), truth), answers.get(name, NO_ANSWER))
+        for name, truth in zip(names, truths, strict=True)
+    ]
+
+
+def how_to_count(folder: Path) -> str:
+    """Return the command that makes the answers."""
+    return f"count the clips with: count-video --json {folder} > {folder / RESULTS}"
+
+
+def _answers(results: Path) -> dict[str, dict[str, Any]]:
+    """Answers by the clip's name, without folder and suffix; the last of several holds."""
+    try:
+        lines = results.read_text("utf-8").splitlines()
+    except OSError as error:
+        advice = how_to_count(results.parent)
+        raise UsageError(f"cannot read {results}: {error.strerror}; {advice}") from error
+    objects = [_object(line, results) for line in lines if line.strip()]
+    return {PurePath(found["clip"]).stem: found for found in objects}
+
+
+def _object(text: str, source: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(text)
+    except ValueError as error:
+        raise UsageError(f"{source} is no JSON: {error}; make it again") from error
+    if not isinstance(found, dict):
+        raise UsageError(f"{source} does not hold objects; make it again")
+    return found

@@ -1,16 +1,21 @@
-"""The conditions by name, and the suites that are made of them."""
+"""The conditions by name, the suites that are made of them, and the rendering of their clips."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+import multiprocessing
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
 
 from count_video.errors import UsageError
-from synth_video.suite.body_conditions import BODIES
-from synth_video.suite.camera_conditions import FILE, LIGHT, STAND
-from synth_video.suite.clip_conditions import PART, RATE
-from synth_video.suite.condition import Condition
-from synth_video.suite.experiment_conditions import EXPERIMENTS
-from synth_video.suite.thing_conditions import THINGS
+from synth_video.film import render_clip
+from synth_video.scene import Scene
+from synth_video.suite.camera_conditions import FILE, LIGHT, PART, RATE, STAND
+from synth_video.suite.condition import STRENGTHS, Condition, Strength
+from synth_video.suite.scene_conditions import BODIES, EXPERIMENTS, THINGS
+from synth_video.truth import truth_path
 
 SUITES: Mapping[str, tuple[Condition, ...]] = {
     "light": LIGHT,
@@ -41,3 +46,96 @@ def conditions_of(suite: str, wanted: Sequence[str] = ()) -> tuple[Condition, ..
         if name not in known:
             raise UsageError(f"no condition {name!r} in {suite}; there are: {', '.join(known)}")
     return tuple(known[name] for name in wanted or known)
+
+
+# ---- rendering -----------------------------------------------------------------------------------
+# Render the clips of a suite; what is there already as it should be is not rendered again.
+
+
+@dataclass(frozen=True)
+class Take:
+    """One clip of a suite."""
+
+    condition: Condition
+    strength: Strength
+    number: int
+
+    @property
+    def seed(self) -> int:
+        """Seed of its trial."""
+        return self.condition.seed(self.number)
+
+    @property
+    def scene(self) -> Scene:
+        """What is filmed."""
+        return self.condition.scene(self.strength, self.number)
+
+    @property
+    def name(self) -> str:
+        """File name of the clip."""
+        return f"{self.condition.name}-{self.strength}-{self.number:03}{self.condition.suffix}"
+
+
+@dataclass(frozen=True)
+class Label:
+    """What a clip's name says of it."""
+
+    condition: str
+    strength: str
+    """Empty for a clip that is of no suite."""
+
+
+def label_of(clip: str) -> Label:
+    """Read the label off the name of a clip, without its suffix; any other name is a condition."""
+    condition, _, rest = clip.partition("-")
+    strength, _, number = rest.partition("-")
+    if strength in STRENGTHS and number.isdecimal():
+        return Label(condition, strength)
+    return Label(clip, "")
+
+
+def takes_of(
+    conditions: Sequence[Condition], strengths: Sequence[Strength], numbers: Sequence[int]
+) -> list[Take]:
+    """All clips of a suite, condition by condition."""
+    return [Take(c, s, n) for c in conditions for s in strengths for n in numbers]
+
+
+def film(takes: Sequence[Take], folder: Path, workers: int) -> Iterator[tuple[Take, bool]]:
+    """Render the clips that are missing; yield each take, and whether it was rendered now.
+
+    The folder is made if needed.
+
+    Raises
+    ------
+    UsageError
+        A clip or the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"cannot make {folder}: {error.strerror}; check the path") from error
+    missing = [take for take in takes if not _is_there(take, folder / take.name)]
+    for take in takes:
+        if take not in missing:
+            yield take, False
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, context) as pool:
+        clips = [folder / take.name for take in missing]
+        for take, _ in zip(missing, pool.map(_render, missing, clips), strict=True):
+            yield take, True
+
+
+def _is_there(take: Take, clip: Path) -> bool:
+    """Return whether a clip is complete (its truth is written after it) and of the same scene."""
+    try:
+        truth = json.loads(truth_path(clip).read_text("utf-8"))
+    except (OSError, ValueError):
+        return False
+    # What JSON makes of a scene, tuples into lists, is compared.
+    wanted = json.loads(json.dumps(asdict(take.scene)))
+    return clip.exists() and (truth["scene"], truth["seed"]) == (wanted, take.seed)
+
+
+def _render(take: Take, clip: Path) -> None:
+    render_clip(take.scene, take.seed, clip)

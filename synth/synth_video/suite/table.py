@@ -9,8 +9,8 @@ from itertools import groupby
 
 import numpy as np
 
-from synth_video.suite.filming import Label, label_of
 from synth_video.suite.scoring import ClipScore
+from synth_video.suite.suites import Label, label_of
 
 
 @dataclass(frozen=True)

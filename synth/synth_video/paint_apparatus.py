@@ -1,14 +1,18 @@
-"""The clear plate that the ball strikes, its holder, and what the plate does to the picture."""
+"""What stands still beside the bodies: the clear plate with its holder, and rails with stops."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from synth_video.appearance import WallSettings
+from synth_video.appearance import BallSettings, WallSettings
+from synth_video.body_picture import Pixels
 from synth_video.moving_layers import Standing, standing
 from synth_video.paint_background import TABLE_DEPTH_M
-from synth_video.pixels import Pixels
+from synth_video.paint_bodies import WHEEL_BELOW
 from synth_video.raster import Raster, over
+
+# ---- plate ---------------------------------------------------------------------------------------
+# The clear plate that the ball strikes, its holder, and what the plate does to the picture.
 
 EDGE_M = 0.0007
 DARK = (52.0, 52.0, 54.0)
@@ -80,3 +84,30 @@ def _holder(raster: Raster, sheet: Pixels, wall: WallSettings) -> None:
 
 def _tint(wall: WallSettings) -> tuple[float, float, float]:
     return (float(wall.tint[0]), float(wall.tint[1]), float(wall.tint[2]))
+
+
+# ---- rail ----------------------------------------------------------------------------------------
+# A rail on which blocks and carts run, and the stops at its ends.
+
+STEEL = (104.0, 106.0, 110.0)
+RAIL = (158.0, 160.0, 164.0)
+SHINE = (200.0, 202.0, 206.0)
+POST_M = 0.016
+"""Thickness of the stops."""
+
+
+def paint_rail(ball: BallSettings, length_m: float, raster: Raster, sheet: Pixels) -> float:
+    """Paint the rail under a body of this length, in place, and return the height of its top."""
+    half_m = (ball.height_m or length_m) / 2
+    wheels_m = 2 * WHEEL_BELOW * half_m if ball.shape == "cart" else 0.0
+    top_m = -half_m - wheels_m
+    over(sheet, raster.box(-5.0, 5.0, top_m - 0.4 * half_m, top_m), RAIL)
+    over(sheet, raster.box(-5.0, 5.0, top_m - 0.4 * half_m, top_m - 0.3 * half_m), STEEL)
+    return top_m
+
+
+def paint_post(left_m: float, foot_m: float, top_m: float, raster: Raster, sheet: Pixels) -> None:
+    """Paint a stop that stands on the rail, in place."""
+    over(sheet, raster.box(left_m, left_m + POST_M, foot_m, top_m), STEEL)
+    face = raster.box(left_m + 0.3 * POST_M, left_m + 0.5 * POST_M, foot_m, top_m)
+    over(sheet, 0.6 * face, SHINE)

@@ -1,1 +1,0 @@
-"""Campaigns of many synthetic trials with known truth."""

@@ -1,1 +1,0 @@
-"""Things that get into the picture besides the apparatus."""
