@@ -5,7 +5,8 @@ Conventions
 - Frames count from 0, in the order in which they were decoded. A *frame coordinate* is a float;
   the integer k is the centre of the exposure of frame k.
 - *Footage time* is what the container says (seconds at the playing rate); *real time* is what the
-  camera lived through (seconds at the capture rate). Only ``count_video.footage.clock`` converts.
+  camera lived through (seconds at the capture rate). Only ``count_video.footage.capture_rate``
+  converts.
 - Image x points right and y down, in px; an integer is the centre of a pixel.
 - A *position along the line of motion* is measured in px of image x (y for an upright line), so it
   grows to the right (downward). Metres point away from the wall; only
@@ -308,3 +309,13 @@ class TrialResult:
     """The set-up that a fitted model finds; None where none was fitted."""
     comparison: PlanComparison | None = None
     """Comparison with the plan that was given; None where none was."""
+
+    @property
+    def burst_size(self) -> int:
+        """How many of the collisions found belong to the burst, counted or not."""
+        return self.count if self.count is not None else self.seen or 0
+
+    @property
+    def beyond_burst(self) -> tuple[Collision, ...]:
+        """The collisions found that do not belong to it."""
+        return tuple(c for c in self.collisions if c.number > self.burst_size)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numbered_frames import write_numbered
 
-from count_video.footage.clock import real_time_s
+from count_video.footage.capture_rate import real_time_s
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions
 

@@ -28,15 +28,13 @@ import numpy as np
 
 from count_video.physics.simulator import simulate
 from count_video.records import Floats
-from synth_video.compositor import Compositor
 from synth_video.experiments.course import course_of_trial
-from synth_video.exposure import BodyPath, Paths, exposures
-from synth_video.film import ART, CLOCK
+from synth_video.film import ART, CLOCK, Compositor
 from synth_video.moving_layers import Moving
+from synth_video.optics import vignette
 from synth_video.projection import projection_of
 from synth_video.scene import Scene
-from synth_video.schedule import schedule_of
-from synth_video.sensor import vignette
+from synth_video.schedule import BodyPath, Paths, exposures, schedule_of
 from synth_video.stage import BALL, HEAVY, set_stage
 
 STEP_PX = 0.25

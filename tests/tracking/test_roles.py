@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from count_video.tracking.roles import far_side_jump, wall_side
+from count_video.tracking.pairing import far_side_jump, wall_side
 
 FRAME = np.arange(120.0)
 NAN = float("nan")

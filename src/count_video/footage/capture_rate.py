@@ -52,3 +52,8 @@ def _stated(text: str) -> float | None:
         return decimal(text.strip(), CAPTURE_RATE)
     except UsageError:
         return None
+
+
+def real_time_s(frame: float, capture_fps: float) -> float:
+    """Return seconds of real time from frame 0 to a frame coordinate."""
+    return frame / capture_fps

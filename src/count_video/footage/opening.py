@@ -16,7 +16,7 @@ from av.stream import Disposition
 
 from count_video.errors import FootageError
 from count_video.footage.index_size import frames_in_index
-from count_video.memory import check_memory
+from count_video.process import check_memory
 
 MOST_PIXELS = 20_000_000
 """Of one picture: above the 4096 x 4320 of today's cameras, and 16 reference pictures of this size

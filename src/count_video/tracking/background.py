@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.samples import THUMBNAIL_PX, median_picture, reduced, scale_to
+from count_video.tracking.sequences import moved_back
 from count_video.tracking.shape import Place, Shape, hidden
 from count_video.tracking.sprite import Pixels, look
-from count_video.tracking.views import moved_back
 
 Luma = NDArray[np.uint8]
 

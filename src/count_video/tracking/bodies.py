@@ -37,10 +37,10 @@ from count_video.tracking.proposals import (
 )
 from count_video.tracking.rigid import scene_path
 from count_video.tracking.samples import Samples, choose_samples
+from count_video.tracking.sequences import ByFrame, Turned, levelled
 from count_video.tracking.shape import Box, Shape, size_of
 from count_video.tracking.standing import landmarks_of
 from count_video.tracking.template import Body, Rough, line_tilt_deg
-from count_video.tracking.views import ByFrame, Turned, levelled
 
 Luma = NDArray[np.uint8]
 
@@ -160,12 +160,13 @@ def _learnt_again(
     """Learn the background without the bodies, and those after the first ``known`` anew.
 
     What an outline does not cover yet is in the background, and what it covers too much is not: the
-    outlines are learnt until they stay as they are, which is returned as well.
+    outlines are learnt until they stay as they are, which is returned as well. A body that most
+    samples show keeps the outline it had if it shows none now.
     """
     before = [few.shape(seen) for seen in found]
     few = replace(few, background=scene.background(few.samples, upright, before))
     bodies: list[Body | None] = [seen.body for seen in found[:known]]
-    bodies += [learn_again(few, seen, found) for seen in found[known:]]
+    bodies += [learn_again(few, seen, found) or _as_before(seen) for seen in found[known:]]
     sizes = [
         (size_of(shape.box), size_of(body.box))
         for shape, body in zip(before, bodies, strict=True)
@@ -173,6 +174,10 @@ def _learnt_again(
     ]
     settled = len(sizes) == len(found) and bool(np.ptp(sizes, axis=1).max() < SETTLED_PX)
     return few, [few.as_learnt(body) for body in bodies if body is not None], settled
+
+
+def _as_before(seen: Followed) -> Body | None:
+    return seen.body if np.isfinite(seen.x_px).mean() > 0.5 else None
 
 
 class _Scene:

@@ -21,9 +21,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from count_video.lasting import Flight, errors_of, flight_of
 from count_video.records import Floats
-from count_video.signals import low_points, sigma_of
+from count_video.signals import Flight, errors_of, flight_of, low_points, sigma_of
 
 TURN_SIGMAS = 6.0
 TURNS_AWAY = 2

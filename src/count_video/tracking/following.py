@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,9 @@ AGREEMENT_SHARE = 0.75
 SURE_SHARE, SCENERY_RATIO = 0.9, 0.5
 """With a smaller share of the typical correlation a place is scenery if the background lacks less
 than this share of what the template lacks of a full correlation with the picture."""
+UNSURE_FACTOR, UNSURE_PX = 8.0, 0.2
+"""A sighting with an uncertainty so many times the usual one is hardly one: blur at full speed and
+a body half hidden double or treble it."""
 INSIDE_AT_LEAST = 0.35
 """Share of the template that must lie within the picture."""
 REACH_AT_LEAST_PX = 8.0
@@ -56,6 +59,18 @@ class Followed:
     """Image position of the template's top left pixel, freed of the camera's motion."""
     sigma_px: Floats
     """Standard uncertainty of ``x_px``."""
+
+    @property
+    def sure_x_px(self) -> Floats:
+        """``x_px`` of the sightings that are sure, NaN for the others.
+
+        What is like a body, or what is left of it at the picture's edge, matches its template
+        loosely. The lower quartile is the usual uncertainty: of a poor template most may do so.
+        """
+        known = np.isfinite(self.sigma_px)
+        usual = np.quantile(self.sigma_px[known], 0.25) if known.any() else np.nan
+        sure = self.sigma_px <= max(UNSURE_FACTOR * usual, UNSURE_PX)
+        return np.where(sure, self.x_px, np.nan)
 
     @property
     def middle_px(self) -> Floats:
@@ -158,18 +173,29 @@ class _Path:
     ) -> Fit | None:
         """Find the body in the next picture, by the camera's shift and what hides the body."""
         shift, _ = shown
-        fit = self._registered(picture, guess, shown)
-        for order in ORDERS:
-            if fit is None and self._trail and not self._lost:
-                fit = self._registered(picture, self.onward(frame, guess, order), shown)
-        if fit is None and (self._lost < LOST_LONG or frame % SEARCH_STRIDE == 0):
-            near = guess if self._lost else self.onward(frame, guess)
-            fit = self._searched(picture, near, shown)
-        if fit is None:
+        best: Fit | None = None
+        for fit in self._fits(frame, picture, guess, shown):
+            if fit is not None and (best is None or fit.agreement > best.agreement):
+                best = fit
+            if best is not None and self._is_sure(best):
+                break
+        if best is None:
             self.lose()
             return None
-        self.pass_by(frame, (fit.x_px - shift[0], fit.y_px - shift[1]))
-        return fit
+        self.pass_by(frame, (best.x_px - shift[0], best.y_px - shift[1]))
+        return best
+
+    def _fits(
+        self, frame: int, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
+    ) -> Iterator[Fit | None]:
+        """Fits that are believed, or None: the nearest places first, then those of a search."""
+        yield self._registered(picture, guess, shown)
+        if self._trail and not self._lost:
+            for order in ORDERS:
+                yield self._registered(picture, self.onward(frame, guess, order), shown)
+        if self._lost < LOST_LONG or frame % SEARCH_STRIDE == 0:
+            near = guess if self._lost else self.onward(frame, guess)
+            yield self._searched(picture, near, shown)
 
     def _registered(
         self, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
@@ -217,11 +243,14 @@ class _Path:
         self._trail.append((frame, place))
         self._lost = 0
 
+    def _is_sure(self, fit: Fit) -> bool:
+        return fit.agreement >= SURE_SHARE * self._typical
+
     def _believed(self, fit: Fit | None, picture: Luma, shift: Place) -> Fit | None:
         """Take a fit only if it is the body's, and not a place of the scenery that is like it."""
         if fit is None or fit.inside < INSIDE_AT_LEAST:
             return None
-        if fit.agreement >= SURE_SHARE * self._typical:
+        if self._is_sure(fit):
             return fit
         if fit.agreement < AGREEMENT_SHARE * self._typical:
             return None

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.tracking.background import Background
 from count_video.tracking.following import Again, Followed, Surroundings, follow
+from count_video.tracking.sequences import Chosen
 from count_video.tracking.shape import Place, Shape
 from count_video.tracking.template import Body, Rough, learn
-from count_video.tracking.views import Chosen
 
 Luma = NDArray[np.uint8]
 
@@ -23,7 +23,7 @@ MOVES_PX = 2.0
 """A body moves by so much at least."""
 NEIGHBOURS, JUMP_STEPS, JUMP_PX, JUMPS_SHARE = 11, 5.0, 3.0, 0.5
 """A step that is so many times as long as the median of so many neighbours, and so many px, is a
-jump; those of a body make up less than this share of the way between its ends."""
+jump; those of a body make up less than this share of its way in between."""
 SAME_BODY_PX = 1.0
 """Two templates whose distance varies by less than this are parts of one body."""
 BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
@@ -130,10 +130,13 @@ def _pieces(seen: Followed) -> list[NDArray[np.intp]]:
 
 def _moves_on(seen: Followed) -> bool:
     """Whether a template moves on in some piece of its path, and does not only jump."""
-    ways = [
-        np.ptp(seen.x_px[piece]) + np.ptp(seen.y_px[piece]) for piece in _pieces(seen) if len(piece)
-    ]
-    return max(ways, default=0.0) > MOVES_PX
+    return max(_ways_px(seen), default=0.0) > MOVES_PX
+
+
+def _ways_px(seen: Followed) -> list[float]:
+    """How far a body gets in each unbroken piece of its path, by x and y together."""
+    pieces = (piece for piece in _pieces(seen) if len(piece))
+    return [float(np.ptp(seen.x_px[piece]) + np.ptp(seen.y_px[piece])) for piece in pieces]
 
 
 def _overlap(one: Followed, other: Followed) -> NDArray[np.bool_]:
@@ -172,8 +175,8 @@ def _moves(seen: Followed) -> bool:
     if len(x) < STEADY_AT_LEAST:
         return False
     jumps = np.hypot(np.diff(x), np.diff(y))[_jumps(seen)]
-    travel = _travel_px(seen)
-    return travel > MOVES_PX and float(jumps.sum()) < JUMPS_SHARE * travel
+    way = sum(_ways_px(seen))
+    return way > MOVES_PX and float(jumps.sum()) < JUMPS_SHARE * way
 
 
 def _hiding(rough: Rough, roughs: Sequence[Rough], known: Sequence[Shape]) -> list[Shape]:
@@ -191,10 +194,11 @@ def _hiding(rough: Rough, roughs: Sequence[Rough], known: Sequence[Shape]) -> li
 def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | None:
     """Learn a body from all samples in which it was found, without what others hide of it."""
     others, own = [other for other in found if other is not seen], few.shape(seen)
+    sure = replace(seen, x_px=seen.sure_x_px)
     return learn(
         few.samples,
         few.background,
-        Rough(few.sightings(seen), seen.body.box, (-np.inf, np.inf)),
+        Rough(few.sightings(sure), seen.body.box, (-np.inf, np.inf)),
         [few.sightings(other) for other in others][:2],
         [shape for shape in (few.shape(other) for other in others) if not shape.holds(own)],
     )

@@ -1,4 +1,4 @@
-"""One body alone: its track along the line of its impacts.
+"""Bodies that move on their own: the track of each along the line of its impacts.
 
 Asked when no two bodies that meet can be followed, or when they give no count.
 """
@@ -17,11 +17,10 @@ from count_video.tracking.following import Followed
 from count_video.tracking.observation import Observation
 from count_video.tracking.pairing import (
     camera_shift,
-    sure_places,
     unseen_warning,
+    wall_side,
     was_followed,
 )
-from count_video.tracking.roles import wall_side
 
 DIRECTION_STEPS = (1, 2, 3, 4, 6, 8)
 AGREEING = 0.9
@@ -30,9 +29,8 @@ its square, that agree in direction where they tell it."""
 DIRECTION_ROUNDS = 4
 DIRECTION_SPREAD_RAD = 0.35
 """Jumps further than this from the common direction are mistakes of the tracking, or glancing."""
-OTHER_TRAVEL, OTHER_SIZE = 0.3, 0.4
-"""Another body counts as one that moves by itself if it moves by this share of the way of the one
-that moves most, and is of this share of its size."""
+TRAVEL_SHARE = 0.3
+"""A body moves on its own if it moves by this share of the way of the one that moves furthest."""
 GOES_WITH_SHARE, GOES_WITH_SEEN = 0.1, 0.25
 """A shadow's path is a linear function of the body's, but for this share of its travel, in the
 pictures that show both, if these are such a share of all."""
@@ -54,38 +52,44 @@ class Places:
         return np.stack([self.x_px, self.y_px], axis=1)
 
 
-def lone_track(seen: Observation) -> Track:
-    """Measure where the one body that moves was along the line of its impacts.
+def lone_tracks(seen: Observation) -> list[Track]:
+    """Measure where each body that moves on its own was, along the line of its impacts.
 
-    Its ``wall_side`` is the side on which it turns most sharply.
+    Those that move furthest, are largest and seen most come first. What moves as one of them makes
+    it move is left out, and so is what hardly moves. Their ``wall_side`` is the side on which they
+    turn most sharply.
 
     Raises
     ------
     TrackingError
-        If there is no such body, or there are more; the message says what was found.
+        If there is no such body; the message says why.
     """
-    bodies = [body for body in seen.movers.bodies if was_followed(body.x_px)]
-    if not bodies:
+    places = [_places(body, seen) for body in seen.movers.bodies if was_followed(body.x_px)]
+    if not places:
         raise TrackingError("nothing moves that can be followed through the clip as one body")
-    places = [_places(body, seen) for body in bodies]
-    travel = [_travel(place) for place in places]
-    size = [place.width_px * place.height_px for place in places]
-    seen_share = [float(np.isfinite(place.x_px).mean()) for place in places]
-    first = int(np.argmax(np.array(travel) * np.sqrt(size) * seen_share))
-    others = [
-        place
-        for place, way, area in zip(places, travel, size, strict=True)
-        if place is not places[first]
-        and way > OTHER_TRAVEL * travel[first]
-        and area > OTHER_SIZE**2 * size[first]
-        and not _goes_with(place, places[first])
-    ]
-    if others:
-        raise TrackingError(
-            f"{len(others) + 1} things move on their own: one body alone can be followed, or two "
-            "that meet each other"
-        )
-    body = places[first]
+    places = [place for place in places if _is_followed(place)]
+    if not places:
+        raise TrackingError("what moves cannot be followed: it is lost too often")
+    least = TRAVEL_SHARE * max(_travel(place) for place in places)
+    own: list[Places] = []
+    for place in sorted(places, key=_prominence, reverse=True):
+        if _travel(place) > least and not any(_goes_with(place, body) for body in own):
+            own.append(place)
+    return [_track(body, seen) for body in own]
+
+
+def _is_followed(body: Places) -> bool:
+    """Whether three pictures show a body that are few enough frames apart to tell how it turns."""
+    return any(len(_second_differences(body.xy_px, step)) for step in DIRECTION_STEPS)
+
+
+def _prominence(body: Places) -> float:
+    """Travel times size, in px squared, times the share of the pictures that show the body."""
+    size_px = float(np.sqrt(body.width_px * body.height_px))
+    return _travel(body) * size_px * float(np.isfinite(body.x_px).mean())
+
+
+def _track(body: Places, seen: Observation) -> Track:
     line = _line(body, _jump_direction(body.xy_px))
     ball = _body_track(body, line)
     return Track(
@@ -103,7 +107,7 @@ def lone_track(seen: Observation) -> Track:
 def _places(body: Followed, seen: Observation) -> Places:
     """Turn the places of a template into those of its middle in the footage."""
     view, upright = seen.view, seen.movers.upright
-    along = np.where(np.isfinite(sure_places(body)), body.middle_px, np.nan)
+    along = np.where(np.isfinite(body.sure_x_px), body.middle_px, np.nan)
     height = body.body.sprite.shape[0]
     x, y = (
         view.in_picture(along, upright=upright),
@@ -146,8 +150,6 @@ def _jump_direction(xy_px: Floats) -> Floats:
     step is taken over which most of the differences agree in direction.
     """
     steps = [_second_differences(xy_px, step) for step in DIRECTION_STEPS]
-    if not any(len(second) for second in steps):
-        raise TrackingError("what moves cannot be followed: it is lost too often")
     agreeing = [_agreement(second) for second in steps]
     step = next((k for k, share in enumerate(agreeing) if share > AGREEING), np.argmax(agreeing))
     # Twice the angle, so that jumps there and back agree; others than most have no say.

@@ -21,8 +21,7 @@ from count_video.records import Floats, Track, WallSide
 from count_video.signals import NOISE_AT_LEAST_PX, low_points, sigma_of
 from count_video.tracking.bodies import Movers, find_movers
 from count_video.tracking.following import Followed
-from count_video.tracking.pairing import pair_track, was_followed
-from count_video.tracking.roles import SPAN_FRAMES, far_side_jump
+from count_video.tracking.pairing import SPAN_FRAMES, far_side_jump, pair_track, was_followed
 from count_video.tracking.samples import Thumbnails
 from count_video.tracking.view import TrackSettings, View, view_of
 

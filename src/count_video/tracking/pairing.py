@@ -1,4 +1,8 @@
-"""From bodies that were followed to a track: which is the ball, and where each was."""
+"""From bodies that were followed to a track: which is the ball, and where each was.
+
+Only the ball bounces off the wall: on the side away from its neighbour it reverses with a jump of
+its velocity. The heavy body reverses on its far side too, when it swings back, but smoothly.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +10,10 @@ import numpy as np
 
 from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, MotionLine, Track, WallSide
+from count_video.signals import low_points, noise_px
 from count_video.tracking.bodies import Movers
 from count_video.tracking.certainty import stated_sigmas
 from count_video.tracking.following import Followed
-from count_video.tracking.roles import wall_side
 from count_video.tracking.view import View
 
 FRAMES_AT_LEAST = 12
@@ -18,9 +22,10 @@ SEEN_AT_LEAST = 0.5
 """A body seen in a smaller share of the frames between its first and its last was not followed."""
 PRESENT_AT_LEAST = 0.2
 """A body comes in and goes out again, but is there for this share of the clip."""
-UNSURE_FACTOR, UNSURE_PX = 8.0, 0.2
-"""A sighting with an uncertainty so many times the usual one is not believed: blur at full speed
-and a body half hidden double or treble it."""
+REVERSAL_SIGMAS = 8.0
+REVERSAL_AT_LEAST_PX = 0.4
+SPAN_FRAMES = 3
+"""The jump is read between the mean velocities over so many frames on either side."""
 
 
 def pair_track(
@@ -50,7 +55,7 @@ def pair_track(
     if len(frames) < FRAMES_AT_LEAST:
         raise TrackingError(f"only {len(frames)} different pictures: too few to show collisions")
     view, given = view_and_side
-    places = [view.in_picture(sure_places(seen), upright=movers.upright) for seen in pair]
+    places = [view.in_picture(seen.sure_x_px, upright=movers.upright) for seen in pair]
     if not all(was_followed(x_px) for x_px in places):
         raise TrackingError("the bodies cannot be followed through the clip: they are lost")
     sigmas = stated_sigmas(frames, places, [view.factor * seen.sigma_px for seen in pair])
@@ -100,17 +105,6 @@ def was_followed(x_px: Floats) -> bool:
     return len(seen) >= SEEN_AT_LEAST * (int(seen[-1]) - int(seen[0]) + 1)
 
 
-def sure_places(seen: Followed) -> Floats:
-    """Places along the line; NaN for sightings that are hardly any.
-
-    What is left of a body that sticks out of the picture may match the scenery; it does so loosely.
-    """
-    known = np.isfinite(seen.sigma_px)
-    usual = np.median(seen.sigma_px[known]) if known.any() else np.nan
-    sure = seen.sigma_px <= max(UNSURE_FACTOR * usual, UNSURE_PX)
-    return np.where(sure, seen.x_px, np.nan)
-
-
 def _line(ball: Followed, movers: Movers, view: View) -> MotionLine:
     """Line of motion through the middle of the ball's places."""
     height, width = ball.body.sprite.shape
@@ -126,3 +120,35 @@ def unseen_warning(name: str, x_px: Floats) -> list[str]:
     """Say in how many frames a body is not seen, if there are any."""
     unseen = int(np.isnan(x_px).sum())
     return [f"the {name} is not seen in {unseen} of {len(x_px)} frames"] if unseen else []
+
+
+def wall_side(left_px: Floats, right_px: Floats) -> WallSide | None:
+    """Tell the side of the wall from the places of the left and the right body.
+
+    Parameters
+    ----------
+    left_px, right_px
+        Shape (n,), image position per frame, NaN where not seen.
+
+    Returns
+    -------
+    str or None
+        ``left`` if the left body is the ball; None if neither bounces on its far side.
+    """
+    left, right = far_side_jump(left_px), far_side_jump(-right_px)
+    if left == right == 0.0:
+        return None
+    return "left" if left > right else "right"
+
+
+def far_side_jump(distance_px: Floats) -> float:
+    """Sum of the velocity jumps, in px per frame, at the low points of a distance."""
+    depth = max(REVERSAL_AT_LEAST_PX, REVERSAL_SIGMAS * noise_px(distance_px))
+    total = 0.0
+    for place in low_points(distance_px, depth):
+        before, after = place - SPAN_FRAMES, place + SPAN_FRAMES
+        if before < 0 or after >= len(distance_px):
+            continue
+        jump = distance_px[after] - 2 * distance_px[place] + distance_px[before]
+        total += float(np.nan_to_num(jump)) / SPAN_FRAMES
+    return total

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.tracking.displacement import Shift, measure
 from count_video.tracking.landmarks import WINDOW_PX, Landmarks, make_landmarks
-from count_video.tracking.views import moved_back
+from count_video.tracking.sequences import moved_back
 
 Luma = NDArray[np.uint8]
 Plane = NDArray[np.floating]

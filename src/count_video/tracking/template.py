@@ -9,6 +9,7 @@ only its box is read.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -17,7 +18,6 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.background import Background
-from count_video.tracking.choice import choose
 from count_video.tracking.composite import Source
 from count_video.tracking.cutting import SIGHTINGS_AT_LEAST, Stage, close_cut, wide_cut
 from count_video.tracking.outline import Outline
@@ -43,6 +43,11 @@ AGREEMENT_SHARE = 0.9
 """Pieces that agree less than this share of the median are dropped."""
 INSIDE_AT_LEAST = 0.7
 """Share of the template that must lie within a picture to learn from it."""
+PICTURES = 40
+"""A template is learnt from so many: those that show something new of a body. Pictures in which it
+rests, or two move along side by side, are many and show nothing new."""
+PLACE_BIN_PX = 3.0
+"""Pictures with the same bin of places, or of distances to the neighbour, are alike."""
 
 
 @dataclass(frozen=True)
@@ -235,3 +240,30 @@ def line_tilt_deg(paths: Sequence[Floats]) -> float:
         away = known - known.mean(axis=0)
         moments += away.T @ away
     return float(np.degrees(0.5 * np.arctan2(2 * moments[0, 1], moments[0, 0] - moments[1, 1])))
+
+
+def choose(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) -> list[int]:
+    """Choose pictures to learn from, by their frame index, evenly spread by their rarity.
+
+    ``path`` is that of the body, ``others`` are those by which pictures are told to be alike.
+    """
+    rarity = _rarity(path, others)
+    frames = sorted(rarity)
+    if len(frames) <= PICTURES:
+        return frames
+    share = np.cumsum([rarity[frame] for frame in frames])
+    picked = np.searchsorted(share, (np.arange(PICTURES) + 0.5) / PICTURES * share[-1])
+    return [frames[place] for place in np.unique(picked)]
+
+
+def _rarity(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) -> dict[int, float]:
+    """Weight of each picture: rare places and rare distances from other bodies count more."""
+    bins = [{k: round(x / PLACE_BIN_PX) for k, (x, _) in path.items()}]
+    for other in others:
+        apart = {k: other[k][0] - x for k, (x, _) in path.items() if k in other}
+        bins.append({k: round(x / PLACE_BIN_PX) for k, x in apart.items()})
+    counts = [Counter(binned.values()) for binned in bins]
+    return {
+        k: float(np.prod([1 / c[b[k]] for b, c in zip(bins, counts, strict=True) if k in b]))
+        for k in path
+    }
