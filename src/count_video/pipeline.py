@@ -18,7 +18,6 @@ from pathlib import Path
 from count_video import verdict
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage, open_footage
-from count_video.memory import take_buffer
 from count_video.motion.cadence import cadence_of
 from count_video.motion.fitted import Between, count_between, measure_burst
 from count_video.motion.frame_times import as_shown, seen_by_clock
@@ -26,14 +25,22 @@ from count_video.motion.left_out import LeftOut
 from count_video.motion.meeting import only_turns, seen_impacts, without_wall
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.weighing import SeenImpacts, with_wall_ahead
+from count_video.process import take_buffer
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Track, TrialResult
 from count_video.settings import TrialSettings
 from count_video.tracking.ahead import stands_ahead
-from count_video.tracking.lone import lone_track
+from count_video.tracking.lone import lone_tracks
 from count_video.tracking.observation import Observation, observe, pair_tracks
 from count_video.tracking.view import TrackSettings
-from count_video.verdict.choosing import Trial, is_better, is_settled, likeliest, may_be_bodies
+from count_video.verdict.choosing import (
+    Trial,
+    is_better,
+    is_settled,
+    likeliest,
+    may_be_bodies,
+    only_counted,
+)
 
 
 def count_clip(
@@ -64,14 +71,15 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
                 trial = likeliest(_with_pair(seen, track, settings) for track in tracks)
             except TrackingError:
                 trial = None
-            if trial is None:
-                return _without_pair(seen)
-            whole = may_be_bodies(trial)
-            if whole and is_settled(trial):
+            whole = trial is not None and may_be_bodies(trial)
+            if trial is not None and whole and is_settled(trial):
                 return trial
-            alone = _without_pair(seen)
+            one_by_one = _without_pair(seen)
+            alone = only_counted(one_by_one)
+            if trial is None:
+                return alone
             if whole:
-                return alone if is_better(alone, trial) else trial
+                return alone if is_better(alone, trial, len(one_by_one)) else trial
             if alone.result.count is not None or trial.result.count is None:
                 return alone
             why = verdict.sentence(Reason(Cause.PARTS_OF_BODIES))
@@ -117,14 +125,18 @@ def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
     return Trial(as_shown(result, clock, left_out), info, shown, found, between)
 
 
-def _without_pair(seen: Observation) -> Trial:
-    """Work through a clip that shows no ball and heavy body at a wall."""
+def _without_pair(seen: Observation) -> list[Trial]:
+    """Work through the bodies that move on their own, one by one."""
     footage = seen.view.footage
     try:
-        track = lone_track(seen)
+        return [_alone(footage, track) for track in lone_tracks(seen)]
     except TrackingError as error:
         nothing = verdict.nothing_to_count(footage.info, footage.report(), str(error))
-        return Trial(nothing, footage.info, None, None)
+        return [Trial(nothing, footage.info, None, None)]
+
+
+def _alone(footage: Footage, track: Track) -> Trial:
+    """Work through the track of one body as if nothing else moved."""
     cadence, report = cadence_of(track), footage.report()
     found = seen_impacts(cadence.evened(track) if cadence else track)
     result = verdict.impacts_counted(footage.info, report, track, found)

@@ -23,7 +23,7 @@ from count_video.records import Floats
 from count_video.tracking.observation import observe, pair_tracks
 from count_video.tracking.view import TrackSettings
 from synth_video.film import render_clip
-from synth_video.suite.matching import match
+from synth_video.suite.scoring import match
 from synth_video.suite.suites import conditions_of
 
 SHUTTERS = (0.02, 0.5, 1.0)

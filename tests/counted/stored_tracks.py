@@ -66,17 +66,17 @@ def _tracking_gives(stored: StoredClip) -> Iterator[None]:
             raise TrackingError("one body was stored")
         return [stored.track]
 
-    def without_pair(*_: object, **__: object) -> Track:
+    def without_pair(*_: object, **__: object) -> list[Track]:
         if not alone and stored.track.wall_seen:
             raise TrackingError("two bodies were stored")
-        return stored.track
+        return [stored.track]
 
     replaced = {
         "open_footage": lambda *_, **__: nullcontext(footage),
         "observe": lambda *_, **__: nullcontext(seen),
         "stands_ahead": lambda *_: False,
         "pair_tracks": pairs,
-        "lone_track": without_pair,
+        "lone_tracks": without_pair,
     }
     with patch.multiple(pipeline, **replaced):
         yield

@@ -15,9 +15,8 @@ from counting import answer, truth_of
 
 from synth_video.film import render_clip
 from synth_video.suite.condition import Strength
-from synth_video.suite.filming import Take
 from synth_video.suite.scoring import ClipScore, score
-from synth_video.suite.suites import conditions_of
+from synth_video.suite.suites import Take, conditions_of
 
 CLIPS_FILE = Path(__file__).with_name("suite_scores.json")
 TRACKS_FILE = Path(__file__).with_name("suite_track_scores.json")

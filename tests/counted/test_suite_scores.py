@@ -23,8 +23,7 @@ from suite_scores import (
 )
 
 from synth_video.suite.condition import STRENGTHS
-from synth_video.suite.filming import Take
-from synth_video.suite.suites import SUITES
+from synth_video.suite.suites import SUITES, Take
 from tiers import rest_slow
 
 SAME_ERROR_FRAMES = 0.05

@@ -37,8 +37,8 @@ def test_the_collisions_of_a_body_that_is_held_at_first_are_confirmed() -> None:
 
     found, alone = seen_collisions(held), seen_collisions(whole.track)
 
-    assert alone.borne_out
-    assert found.borne_out
+    assert alone.path_fits
+    assert found.path_fits
     assert found.burst == alone.burst
     paths = [fit_path(gaps_of(t), f.collisions) for t, f in ((held, found), (whole.track, alone))]
     assert paths[0] is not None

@@ -15,6 +15,9 @@ from count_video.records import Floats
 NOISE_PX = 0.2
 TIME_FRAMES = 0.1
 """Bounces at several px a frame, seen with that noise, are placed far better than this."""
+FOUR_SIGMAS = 4.0
+LITTLE = 0.15
+"""One of them may be less clear than ten standard uncertainties."""
 DYING = [24.0, 20.4, 17.3, 14.7, 12.5]
 PULL = 0.8
 
@@ -84,6 +87,42 @@ def test_pictures_without_the_body_within_a_flight_hide_nothing() -> None:
     place[28:36] = np.nan
 
     assert_found(seen_impacts(lone(place)), impacts)
+
+
+@pytest.mark.parametrize("hidden", [4, 8, 12])
+def test_an_impact_that_no_picture_shows_is_where_the_flights_meet(hidden: int) -> None:
+    place, impacts = bouncing(DYING, PULL, drop=20.3)
+    place = noisy(place, NOISE_PX)
+    first = int(impacts[1]) - hidden // 2
+    place[first : first + hidden] = np.nan
+
+    found = seen_impacts(lone(place))
+
+    assert counts(found)
+    errors = [collision.frame_sigma for collision in found.collisions]
+    assert len(errors) == len(impacts)
+    strays = np.abs(np.array(frames(found)) - impacts) / np.maximum(errors, TIME_FRAMES)
+    assert strays.max() < FOUR_SIGMAS
+
+
+def test_one_misplaced_picture_is_no_impact() -> None:
+    place, impacts = bouncing(DYING, PULL, drop=20.3)
+    place = noisy(place, NOISE_PX)
+    place[int(impacts[1]) + 4] += 12.0
+
+    assert frames(seen_impacts(lone(place))) == pytest.approx(impacts, abs=TIME_FRAMES)
+
+
+def test_a_body_that_turns_against_its_weight_bounced_however_few_pictures_show_it() -> None:
+    flights = [20.0, 14.0, 9.8, 6.9, 4.8, 3.4]
+    place, impacts = bouncing(flights, PULL, drop=14.3)
+
+    found = seen_impacts(lone(noisy(place, NOISE_PX)))
+
+    assert len(found.collisions) == len(impacts)
+    # Below what the pictures show more may follow, but none of those seen is in doubt.
+    fewer = sum(share for number, share in found.probability.items() if number < len(impacts))
+    assert fewer < LITTLE
 
 
 def test_a_ball_that_falls_back_unseen_leaves_a_doubt() -> None:
@@ -180,7 +219,10 @@ def test_two_bodies_of_which_one_bounces_off_a_wall_are_not_counted() -> None:
 def test_the_usual_acceleration_is_that_of_the_flights() -> None:
     place, _ = bouncing(DYING, PULL, drop=20.3)
 
-    assert usual_acceleration(np.arange(len(place), dtype=float), place) == pytest.approx(PULL)
+    usual, spread = usual_acceleration(np.arange(len(place), dtype=float), place)
+
+    assert usual == pytest.approx(PULL)
+    assert spread == pytest.approx(0.0, abs=1e-9 * PULL)
 
 
 def test_the_sum_of_certain_events_is_their_number() -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from filmed_trials import RESOLVED_FRAMES, FilmedTrial, Filming, film
+from filmed_trials import FilmedTrial, Filming, film
 
 from count_video.motion.fitted import Between, measure_burst
 from count_video.motion.frame_times import seen_by_clock
@@ -78,35 +78,6 @@ def test_collisions_in_frames_left_out_are_not_passed_over(whole: FilmedTrial) -
     assert found.burst < whole.motion.count
     assert found.doubts or found.shortcomings
     assert clock is None or isinstance(clock, LeftOut)
-
-
-@pytest.fixture(scope="module")
-def crowded() -> FilmedTrial:
-    """1:100 at a rate that shows a zigzag where the collisions are dense."""
-    return film(replace(SETUP, heavy_mass_kg=1.05), Filming(FPS))
-
-
-def test_an_evenly_dense_burst_lacks_no_frames(crowded: FilmedTrial) -> None:
-    found = seen_collisions(crowded.track)
-
-    assert np.diff(crowded.frames).min() < RESOLVED_FRAMES
-    assert left_out(crowded.track, found.collisions, found.burst) is None
-
-
-@pytest.mark.parametrize("frames", [2, 6, 10])
-@pytest.mark.parametrize("share", [0.2, 0.4, 0.6, 0.8])
-def test_frames_left_out_of_a_dense_burst_are_noticed(
-    crowded: FilmedTrial, share: float, frames: int
-) -> None:
-    near = crowded.frames[int(share * len(crowded.frames))]
-    track = without(crowded.track, float(np.floor(near)), frames)
-    found = seen_collisions(track)
-
-    gap = left_out(track, found.collisions, found.burst)
-
-    assert gap is not None
-    assert gap.after == pytest.approx(np.floor(near), abs=1)
-    assert gap.frames == pytest.approx(frames, abs=1)
 
 
 @pytest.mark.parametrize("number", [2, 4, 6])

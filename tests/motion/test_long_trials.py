@@ -7,11 +7,11 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from count_video.lasting import Errors
 from count_video.motion.batches import BATCH_CONTACTS, fit_contacts
 from count_video.motion.joint import Contacts, fit_together
 from count_video.motion.model import Kind, Model, Paths
 from count_video.records import Floats
+from count_video.signals import Errors
 
 EVERY = 24.0
 """Frames between bounces; the first is at frame 12.3."""

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from count_video.motion.frame_times import seen_by_clock
 from count_video.motion.gaps import gaps_of
-from count_video.motion.ramps import Ramp, ramps_of
-from count_video.motion.rate_changes import rate_changes
+from count_video.motion.ramps import Ramp, ramps_of, rate_changes
 from count_video.motion.reasons import Cause
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
@@ -111,10 +110,11 @@ def test_the_ball_at_rest_says_nothing_against_a_change() -> None:
     frame = whole.track.frame
     kept = np.flatnonzero((frame > begin) | (frame % 4 == 0))
 
-    changes = rate_changes(gaps_of(rows_of(whole.track, kept)))
+    track = rows_of(whole.track, kept)
+    changes = rate_changes(gaps_of(track), seen_collisions(track).collisions)
 
     assert [round(1 / change.factor) for change in changes] == [4]
-    assert changes[0].picture == pytest.approx(begin / 4, abs=1)
+    assert changes[0].frame == pytest.approx(begin / 4, abs=1)
 
 
 @pytest.mark.parametrize("end", [2, 4])
@@ -131,7 +131,8 @@ def test_no_other_clock_makes_up_for_collisions_that_are_missed(end: int) -> Non
 
 @pytest.mark.parametrize("ratio", [1.0, 4.0, 16.0, 60.0])
 def test_a_clip_of_one_rate_has_no_other_clock(ratio: float) -> None:
-    assert not list(ramps_of(trial(ratio).track))
+    track = trial(ratio).track
+    assert not list(ramps_of(track, seen_collisions(track).collisions))
 
 
 def test_a_clock_counts_many_times_where_pictures_are_left_out() -> None:
@@ -173,9 +174,9 @@ def test_a_cylinder_that_leaves_its_path_is_no_evidence() -> None:
     away[begin + 8 : end - 8] += 8.0
     bad = seen_collisions(replace(whole.track, heavy=replace(whole.track.heavy, position_px=away)))
 
-    assert good.borne_out
+    assert good.path_fits
     assert all(reason.cause is not Cause.STRAYS for reason in good.shortcomings)
-    assert not bad.borne_out
+    assert not bad.path_fits
 
 
 def test_a_missed_pair_of_collisions_is_not_confirmed() -> None:
@@ -198,7 +199,7 @@ def test_a_missed_pair_of_collisions_is_not_confirmed() -> None:
 
     cut = replace(whole.track, frame=frame, ball=bodies[0], heavy=bodies[1])
 
-    assert not seen_collisions(cut).borne_out
+    assert not seen_collisions(cut).path_fits
 
 
 def test_a_clip_with_one_collision_with_the_wall_alone_is_judged() -> None:
@@ -208,4 +209,4 @@ def test_a_clip_with_one_collision_with_the_wall_alone_is_judged() -> None:
 
     assert [collision.kind for collision in found.collisions] == ["wall"]
     assert found.shortcomings
-    assert not found.borne_out
+    assert not found.path_fits

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from count_video.motion.gaps import Gaps
-from count_video.motion.swing import borne_out, fit_path, swing_of
+from count_video.motion.swing import fit_path, path_fits, swing_of
 from count_video.records import Collision, Floats, Velocities
 
 FRAME = np.arange(90.0)
@@ -66,7 +66,7 @@ def test_a_collision_that_is_not_shown_leaves_the_path_confirmed(hidden: int | N
     path = fit_path(gaps, collisions(hidden))
     swing = swing_of(path)
 
-    assert borne_out(path, gaps)
+    assert path_fits(path, gaps)
     assert swing is not None
     assert swing.mass_ratio == pytest.approx(
         MASS_RATIO, rel=RATIO_SIGMAS * swing.mass_ratio_relative_sigma
@@ -78,4 +78,4 @@ def test_a_collision_that_is_not_shown_excuses_no_other(hidden: int) -> None:
     heavy = swinging()
     heavy[60:] += 3.0 * (FRAME[60:] - 60.0)  # another collision, of which nothing is known
 
-    assert borne_out(fit_path(gaps_with(heavy), collisions(hidden)), gaps_with(heavy)) is False
+    assert path_fits(fit_path(gaps_with(heavy), collisions(hidden)), gaps_with(heavy)) is False

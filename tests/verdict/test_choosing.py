@@ -19,7 +19,7 @@ from count_video.records import (
     Velocities,
 )
 from count_video.verdict.answers import unread_result
-from count_video.verdict.choosing import Trial, is_better
+from count_video.verdict.choosing import Trial, is_better, only_counted
 
 FRAMES = 40
 
@@ -58,7 +58,7 @@ INFO = FootageInfo(
 def refused_pair(*, path_shows: bool) -> Trial:
     """A trial at a wall that is not counted; its heavy body's path fits its collisions or not."""
     found: Any = SimpleNamespace(
-        borne_out=path_shows, swing=SimpleNamespace(mass_ratio_relative_sigma=0.01)
+        path_fits=path_shows, swing=SimpleNamespace(mass_ratio_relative_sigma=0.01)
     )
     return Trial(refused_at_a_wall(), INFO, track(wall_seen=True), found)
 
@@ -67,7 +67,7 @@ def refused_pair(*, path_shows: bool) -> Trial:
 def test_a_wall_stands_before_two_free_bodies_only_if_the_path_shows_it(path_shows: bool) -> None:
     free = Trial(two_that_met(), INFO, track(wall_seen=False), None)
 
-    assert is_better(free, refused_pair(path_shows=path_shows)) is not path_shows
+    assert is_better(free, refused_pair(path_shows=path_shows), 2) is not path_shows
 
 
 @pytest.mark.parametrize("path_shows", [True, False])
@@ -75,4 +75,31 @@ def test_one_body_alone_does_not_come_before_a_trial_that_its_path_shows(path_sh
     bounces = replace(two_that_met(), count=9)
     alone = Trial(bounces, INFO, replace(track(wall_seen=False), heavy=None), None)
 
-    assert is_better(alone, refused_pair(path_shows=path_shows)) is not path_shows
+    assert is_better(alone, refused_pair(path_shows=path_shows), 2) is not path_shows
+
+
+@pytest.mark.parametrize("counts", [[5], [None, 5], [5, None, None], [None, None]])
+def test_of_bodies_taken_alone_the_one_that_is_counted_gives_the_answer(
+    counts: list[int | None],
+) -> None:
+    chosen = only_counted([alone(count) for count in counts])
+
+    assert chosen.result.count == next((count for count in counts if count), None)
+
+
+def test_of_several_bodies_that_bounce_none_is_counted() -> None:
+    chosen = only_counted([alone(None), alone(5), alone(5)]).result
+
+    assert (chosen.status, chosen.count, chosen.probability) == ("not_counted", None, {})
+    assert "2 bodies each bounce" in (chosen.reason or "")
+
+
+def alone(count: int | None) -> Trial:
+    found = unread_result("clip", "no impact is seen")
+    if count is not None:
+        found = replace(found, status="counted", reason=None, count=count, probability={count: 0.9})
+    return Trial(found, INFO, replace(track(wall_seen=False), heavy=None), None)
+
+
+def test_a_body_comes_before_a_pair_of_it_and_what_goes_with_it() -> None:
+    assert is_better(alone(9), refused_pair(path_shows=True), 1)

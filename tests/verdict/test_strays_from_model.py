@@ -7,10 +7,11 @@ from dataclasses import replace
 import pytest
 
 from count_video.motion.fitted import Misfit
+from count_video.motion.posterior import doubted
 from count_video.motion.priors import MODEL_WRONG, STRAYING_WRONG
 from count_video.motion.reasons import Cause, Reason
 from count_video.records import TrialResult
-from count_video.verdict import measured, probabilities, unread_result
+from count_video.verdict import measured, unread_result
 from count_video.verdict.wording import sentence
 
 COUNT = 14
@@ -21,7 +22,7 @@ STRAYS = Reason(Cause.MODEL_STRAYS, (0.5, 0.3))
 def counted() -> TrialResult:
     nothing = unread_result("trial.mp4", "")
     return replace(
-        nothing, status="counted", reason=None, count=COUNT, probability=probabilities(COUNT)
+        nothing, status="counted", reason=None, count=COUNT, probability=doubted({COUNT: 1.0})
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from count_video.motion.reasons import Cause, Reason
-from count_video.verdict.wording import NAMED_AT_MOST, sentence, sentences
+from count_video.verdict.wording import sentence, sentences
 
 
 @pytest.mark.parametrize("cause", Cause)
@@ -19,16 +19,9 @@ def test_each_cause_has_a_sentence_of_its_own(cause: Cause) -> None:
 
 
 def test_figures_stand_in_their_order() -> None:
-    assert "12.3 and 45.7" in sentence(Reason(Cause.PAIR_MISSED, (12.34, 45.67)))
+    assert "12.3 and 45.7" in sentence(Reason(Cause.WALL_MISSED, (12.34, 45.67)))
     assert "frames 3 to 9, 14 to 20" in sentence(Reason(Cause.NOT_FREE, (3.0, 9.0, 14.0, 20.0)))
     assert "about 8 frames" in sentence(Reason(Cause.LEFT_OUT, (663.0, 8)))
-
-
-def test_of_many_frames_a_few_are_named() -> None:
-    frames = tuple(float(number) for number in range(NAMED_AT_MOST + 2))
-
-    assert "2 more" in sentence(Reason(Cause.JUMPS_ELSEWHERE, frames))
-    assert "more" not in sentence(Reason(Cause.JUMPS_ELSEWHERE, frames[:NAMED_AT_MOST]))
 
 
 def test_no_reason_is_no_sentence() -> None:

@@ -13,9 +13,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from count_video.lasting import Errors
 from count_video.motion.joint import USUAL, Contacts, Fitting, Motion, fit_together
 from count_video.motion.model import Kind, Paths
+from count_video.signals import Errors
 
 BATCH_CONTACTS = 64
 """More contacts than this are fitted in batches of about so many."""

@@ -6,8 +6,8 @@ has its own best mass ratio, from which a single fit's uncertainty knows nothing
 
 The fits' parameters are the motion at the first collision; what a person set up by hand follows
 from them: the gap, the release (the swing's amplitude before the first collision), the gap between
-the bodies at rest, and the periods of the threads. Their uncertainties are those of the parameters,
-carried over by numeric derivatives, and the differences between the fits.
+the bodies at rest, and the periods of the threads. Their uncertainties are those of draws from each
+fit's uncertainty, and the differences between the fits.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from count_video.motion.observations import Observations
 from count_video.motion.parameters import Column
 from count_video.motion.pendulums import Paths, follow_one
 from count_video.motion.pieces import HALF_EXPOSURE
-from count_video.motion.posterior import Weighed
+from count_video.motion.posterior import Weighed, draws_of
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Solution
@@ -67,15 +67,6 @@ def variances_of(solution: Solution) -> Floats:
     return np.asarray(np.maximum(np.diag(np.linalg.pinv(solution.hessian, hermitian=True)), 0.0))
 
 
-STEP_SIGMAS = 0.01
-"""Step of a numeric derivative, in standard deviations of the parameter: what is asked for is
-smooth, and much smaller steps would leave roundings."""
-_USED = (
-    *(Column.HEAVY, Column.HEAVY_RATE, Column.HEAVY_PULL, Column.SWING, Column.BALL_SWING),
-    *(Column.BALL_REST, Column.WALL),
-)
-
-
 class _Arrangement(NamedTuple):
     gap_px: Floats
     release_px: Floats
@@ -88,7 +79,7 @@ def fitted_setup(weighed: Weighed, shares: Floats) -> FittedSetup:
     """Mean and standard uncertainty of the set-up over all fits, of which each has its share."""
     fits = [fit for _, fit in weighed.values()]
     values = np.array([_arranged(fit.values) for fit in fits])
-    variances = np.array([_variances(fit.values, fit.hessian) for fit in fits])
+    variances = np.array([np.var(_arranged(draws_of(fit).T), axis=1) for fit in fits])
     mean, sigma = mixed(shares, values, variances)
     return FittedSetup(*(Estimate(float(m), float(s)) for m, s in zip(mean, sigma, strict=True)))
 
@@ -106,20 +97,6 @@ def _arranged(values: Floats) -> _Arrangement:
         heavy_period_frames=period,
         ball_period_frames=period * np.exp(-values[Column.BALL_SWING]),
     )
-
-
-def _variances(values: Floats, hessian: Floats) -> Floats:
-    """Variances of the set-up that belongs to one fit, shape (5,)."""
-    covariance = np.linalg.pinv(hessian, hermitian=True)[np.ix_(_USED, _USED)]
-    steps = STEP_SIGMAS * np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    sets = np.repeat(values[:, None], 2 * len(_USED), axis=1)
-    places = np.arange(len(_USED))
-    sets[_USED, 2 * places] += steps
-    sets[_USED, 2 * places + 1] -= steps
-    moved = np.array(_arranged(sets))
-    rise = moved[:, 0::2] - moved[:, 1::2]
-    jacobian = np.divide(rise, 2.0 * steps, out=np.zeros_like(rise), where=steps > 0)
-    return np.asarray(np.einsum("ip,pq,iq->i", jacobian, covariance, jacobian))
 
 
 DISSIPATED_BELOW = 0.1

@@ -53,17 +53,6 @@ class LowPoint:
     """Best frame coordinate so far."""
 
 
-@dataclass(frozen=True)
-class Found:
-    """Contacts of a clip."""
-
-    contacts: Contacts
-    low_points: tuple[LowPoint, ...]
-    """Of each contact."""
-    elsewhere: tuple[tuple[float, float], ...]
-    """Frame and jump over its uncertainty of jumps where there is no contact."""
-
-
 def low_points_of(gaps: Gaps) -> list[LowPoint]:
     """Low points of both gaps, in order of time."""
     found = []
@@ -75,11 +64,10 @@ def low_points_of(gaps: Gaps) -> list[LowPoint]:
     return sorted(found, key=lambda point: point.frame)
 
 
-def find_contacts(gaps: Gaps, ball_diameter_px: float) -> Found:
+def find_contacts(gaps: Gaps, ball_diameter_px: float) -> Contacts:
     """Find the contacts of a clip of ball, heavy body and wall."""
     paths = Paths(gaps.frame, gaps.ball_px, gaps.heavy_px)
     points = low_points_of(gaps)
-    elsewhere: list[tuple[float, float]] = []
     tolerance = max(OUTLINE_PX, OUTLINE_SHARE * ball_diameter_px)
     how = Fitting(OWN_PLACE_SIGMAS, rounds=SELECTION_ROUNDS)
     for stray_sigmas in (OWN_PLACE_SIGMAS, STRAY_SIGMAS):
@@ -88,18 +76,11 @@ def find_contacts(gaps: Gaps, ball_diameter_px: float) -> Found:
             fitted = _fit(paths, points, how)
             how = replace(how, rounds=1, errors=fitted.errors)
             points = [replace(p, frame=float(f)) for p, f in zip(points, fitted.frame, strict=True)]
-            worst = (
-                _worst(fitted, tolerance)
-                or _strayed(fitted, points, gaps)
-                or _apart(fitted, points, gaps, tolerance)
-            )
+            worst = _worst(fitted, tolerance) or _strayed(fitted, points, gaps)
             if not worst:
                 break
-            jump, sigma = jumps_of(fitted)
-            clear = [n for n in worst if jump[n] > JUMP_SIGMAS * sigma[n]]
-            elsewhere += [(points[n].frame, float(jump[n] / sigma[n])) for n in clear]
             points = [point for n, point in enumerate(points) if n not in worst]
-    return Found(_fit(paths, points, replace(how, rounds=ROUNDS)), tuple(points), tuple(elsewhere))
+    return _fit(paths, points, replace(how, rounds=ROUNDS))
 
 
 def _fit(paths: Paths, points: Sequence[LowPoint], how: Fitting) -> Contacts:
@@ -182,34 +163,6 @@ def _slowest(fitted: Contacts) -> Floats:
     slowest = np.minimum(speed[:, 0], speed[:, 1])
     shown = np.maximum(slowest, SIGMA_AT_LEAST)
     return np.asarray(np.where(np.isfinite(slowest), shown, np.inf))
-
-
-def _apart(
-    fitted: Contacts, points: Sequence[LowPoint], gaps: Gaps, tolerance_px: float
-) -> list[int]:
-    """Contacts too crowded to show a jump whose lowest sample is nowhere near the others' place.
-
-    Between two frames the gap was lower than any sample shows, by up to one frame's motion.
-    """
-    jump, _ = jumps_of(fitted)
-    away = np.zeros(len(points))
-    for n, point in enumerate(points):
-        if np.isnan(jump[n]):
-            signal = gaps.closing(point.kind)
-            place = int(np.searchsorted(gaps.frame, point.lowest))
-            moved = np.abs(np.diff(signal[max(0, place - 2) : place + 3]))
-            motion = float(moved[np.isfinite(moved)].max(initial=0.0))
-            allowed = tolerance_px + PLACE_SIGMAS * sigma_of(signal) + motion
-            away[n] = abs(signal[place] - _closed(fitted, point.kind, gaps)) / allowed - 1
-    return peaks(away)
-
-
-def _closed(fitted: Contacts, kind: CollisionKind, gaps: Gaps) -> float:
-    """Gap of a kind where it is closed."""
-    if kind == "bodies":
-        return fitted.distance_px - gaps.near_edge_px
-    walls = [ball for ball, one in zip(fitted.ball_px, fitted.kinds, strict=True) if one == kind]
-    return float(np.median(walls))
 
 
 def peaks(values: Floats, above: float = 0.0) -> list[int]:

@@ -35,6 +35,7 @@ from count_video.motion.posterior import (
 )
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.rivals import (
+    FIRST_COLLISIONS,
     Knowledge,
     calm_beginning,
     coarse_fits,
@@ -43,7 +44,7 @@ from count_video.motion.rivals import (
 )
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Solution, modelled
-from count_video.motion.starting import rough_values
+from count_video.motion.starting import MOST_COLLISIONS, rough_values
 from count_video.motion.time_base import lacks_frames, with_frames_left_out
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
@@ -52,7 +53,6 @@ MISFIT_SIGMAS = 8.0
 """The model does not describe a track from which it strays by more than so many sigmas, ..."""
 MISFIT_SHARE = 0.005
 """... or by this share of the ball's diameter, as a root mean square."""
-CALM_COLLISIONS = 4
 RIVALS = 5
 """Counts that are fitted finely, ..."""
 COARSELY_LOST = 40.0
@@ -60,6 +60,9 @@ COARSELY_LOST = 40.0
 LIKELY = 0.5
 """The last fitted collision is left to what follows the burst if this is more likely than not; and
 more collisions than were seen are told if they are."""
+MOST_OVER_SEEN = 2
+"""Where the frames show all collisions of a burst, more that are hidden than shown are no
+explanation."""
 NOTHING_KNOWN = Knowledge()
 
 
@@ -99,6 +102,7 @@ def count_between(
     found: SeenCollisions,
     known: Knowledge = NOTHING_KNOWN,
     gap: LeftOut | None = None,
+    most: int = MOST_COLLISIONS,
 ) -> Between | Misfit:
     """Fit the model to a track and count the collisions of its burst.
 
@@ -112,6 +116,8 @@ def count_between(
         What is known besides.
     gap
         Frames left out that the track allows for; their number is in question.
+    most
+        More collisions than this are no explanation.
     """
     observed = observe(track, found)
     start = _start(observed, found, known)
@@ -120,13 +126,15 @@ def count_between(
     rough, prior = start
     calm = calm_beginning(found.collisions[: found.burst])
     whole = None
-    if calm >= CALM_COLLISIONS:
+    if calm >= FIRST_COLLISIONS:
         first = forward_fit(observed, rough, prior, found, calm)
         lightness = rough[Column.LIGHTNESS]
         rough = first.values[:FIRST_DEVIATION].copy()
         rough[Column.LIGHTNESS] = lightness
         whole = first if calm == found.burst and np.isfinite(first.loss) else None
     coarse = coarse_fits(observed, rough, prior, found.burst, whole)
+    if coarse[0].count > most:
+        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     observed, coarse = with_frames_left_out(observed, rough, prior, coarse, found.burst, gap)
     if not np.isfinite(coarse[0].loss):
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
@@ -161,7 +169,7 @@ def measure_burst(
         seen = sum(collision.seen for collision in measured.collisions)
         if seen >= found.shown and measured.count == found.burst:
             return measured
-    other = count_between(track, found, known)
+    other = count_between(track, found, known, most=MOST_OVER_SEEN * found.burst)
     if _stands(other, found.burst):
         return other
     return strayed or Misfit(Reason(Cause.MODEL_DIFFERS))
@@ -181,8 +189,7 @@ def _start(
     before = int((observed.frame < -1).sum())
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
         return Misfit(Reason(Cause.MODEL_LACKS_FRAMES))
-    burst = found.collisions[: found.burst]
-    rough = rough_values(observed, burst, known.expected_rate, found.swing)
+    rough = rough_values(observed, known.expected_rate, found.swing)
     return rough, prior_of(rough, known)
 
 

@@ -45,6 +45,8 @@ class Motion:
     """NaN where not seen."""
     acceleration: float
     """The usual one, in px per picture squared."""
+    acceleration_spread: float
+    """How far the accelerations of the clip scatter about it: half of them lie within."""
     sigma_px: float
     """Noise of one place."""
 
@@ -57,7 +59,7 @@ class Motion:
 
 def motion_of(frame: Floats, place_px: Floats) -> Motion:
     """Measure acceleration and noise of a path, shape (n,), in pictures and px."""
-    return Motion(frame, place_px, usual_acceleration(frame, place_px), _noise_px(place_px))
+    return Motion(frame, place_px, *usual_acceleration(frame, place_px), _noise_px(place_px))
 
 
 def _noise_px(place_px: Floats) -> float:
@@ -65,18 +67,20 @@ def _noise_px(place_px: Floats) -> float:
 
     The lower quartile tells it: short flights leave fewer than half of them clear of corners.
     """
-    third = np.diff(place_px[np.isfinite(place_px)], n=3)
+    third = np.diff(place_px, n=3)
+    third = third[np.isfinite(third)]
     if len(third) == 0:
         return NOISE_AT_LEAST_PX
     spread = float(np.quantile(np.abs(third), 0.25)) / QUARTILE / float(np.sqrt(20.0))
     return max(spread, NOISE_AT_LEAST_PX)
 
 
-def usual_acceleration(frame: Floats, place_px: Floats) -> float:
-    """Median of the second differences over a few pictures; corners are too few to matter.
+def usual_acceleration(frame: Floats, place_px: Floats) -> tuple[float, float]:
+    """Median of the second differences over a few pictures, and half the range of their quartiles.
 
-    Each counts by the speed at which the body moves there, so that rest says nothing. Over one
-    picture noise, and places that are whole px, hide a small acceleration; over more they do not.
+    Corners are too few to matter. Each difference counts by the speed at which the body moves
+    there, so that rest says nothing. Over one picture noise, and places that are whole px, hide a
+    small acceleration; over more they do not.
     """
     step = max(1, round(STEP_SHARE * _between_turns(frame, place_px)))
     far = 2 * step
@@ -84,11 +88,12 @@ def usual_acceleration(frame: Floats, place_px: Floats) -> float:
     speed = np.abs(place_px[far:] - place_px[:-far])
     even = np.isfinite(second) & (np.abs(frame[far:] - frame[:-far] - far) < 0.5)
     if not even.any() or float(speed[even].sum()) == 0.0:
-        return 0.0
+        return 0.0, np.inf
     order = np.argsort(second[even])
-    share = np.cumsum(speed[even][order])
-    middle = np.searchsorted(share, share[-1] / 2)
-    return float(second[even][order][middle]) / step**2
+    share = np.cumsum(speed[even][order]) / float(speed[even].sum())
+    quartiles = np.searchsorted(share, [0.25, 0.5, 0.75]).clip(max=len(order) - 1)
+    low, middle, high = (second[even][order][quartiles] / step**2).tolist()
+    return middle, (high - low) / 2
 
 
 def _between_turns(frame: Floats, place_px: Floats) -> float:
@@ -111,15 +116,15 @@ def flies_freely(motion: Motion, rows: Rows) -> bool:
     return stray <= max(STRAY_SIGMAS * motion.sigma_px, STRAY_SHARE * extent)
 
 
-def strays(motion: Motion, between: tuple[float, float], contact: float) -> bool:
-    """Whether a body strays from free flight between two impacts, clear of both contacts.
-
-    ``contact`` is half the time in pictures that a contact takes.
-    """
-    chosen = (motion.frame > between[0] + contact) & (motion.frame < between[1] - contact)
-    return not flies_freely(motion, np.flatnonzero(chosen & np.isfinite(motion.place_px)))
-
-
 def straying(motion: Motion, impacts: Sequence[float], contact: float) -> list[tuple[float, float]]:
-    """Flights between neighbouring impacts that are not those of a free body."""
-    return [pair for pair in pairwise(impacts) if strays(motion, pair, contact)]
+    """Flights between neighbouring impacts that are not those of a free body.
+
+    ``contact`` is half the time in pictures that a contact takes; flights are judged clear of it.
+    """
+    seen = np.isfinite(motion.place_px)
+    flights = []
+    for low, high in pairwise(impacts):
+        inside = (motion.frame > low + contact) & (motion.frame < high - contact)
+        if not flies_freely(motion, np.flatnonzero(inside & seen)):
+            flights.append((low, high))
+    return flights

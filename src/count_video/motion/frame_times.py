@@ -22,7 +22,7 @@ from count_video.motion.seen import (
     seen_collisions,
     shows_motion,
 )
-from count_video.motion.swing import borne_out, fit_path
+from count_video.motion.swing import fit_path, path_fits
 from count_video.records import Track, TrialResult
 
 STRAYS_LESS = 0.6
@@ -50,7 +50,7 @@ def seen_by_clock(track: Track) -> tuple[Clock | None, Track, SeenCollisions]:
     even = cadence.evened(track) if cadence else track
     found = seen_collisions(even)
     gap = left_out(even, found.collisions, found.burst) if cadence is None else None
-    if gap is None and found.borne_out and not found.doubts and not found.shortcomings:
+    if gap is None and found.path_fits and not found.doubts and not found.shortcomings:
         return cadence, even, found
     whole = gap.evened(even) if gap else even
     without = seen_collisions(whole) if gap else found
@@ -58,7 +58,7 @@ def seen_by_clock(track: Track) -> tuple[Clock | None, Track, SeenCollisions]:
     if ramp is not None:
         steady = ramp.evened(track)
         other = _judged_by_burst(seen_collisions(steady, pace=1.0), steady)
-        sure = other.borne_out and not other.doubts and not other.shortcomings
+        sure = other.path_fits and not other.doubts and not other.shortcomings
         likelier = gap is None or (
             not gap.flown
             and min(abs(change - gap.after) for change in ramp.changes) > STEP_FRAMES
@@ -80,13 +80,13 @@ def _stray_px(track: Track, found: SeenCollisions) -> float:
 def _judged_by_burst(found: SeenCollisions, track: Track) -> SeenCollisions:
     """Let the cylinder's path bear out the burst alone.
 
-    A clip that leaves pictures out after it may not show each stroke that follows.
+    A clip that leaves pictures out after it may not show each collision that follows.
     """
     gaps = gaps_of(track)
-    if not borne_out(fit_path(gaps, found.collisions[: found.burst]), gaps):
+    if not path_fits(fit_path(gaps, found.collisions[: found.burst]), gaps):
         return found
     others = tuple(one for one in found.shortcomings if one.cause is not Cause.STRAYS)
-    return replace(found, borne_out=True, shortcomings=others)
+    return replace(found, path_fits=True, shortcomings=others)
 
 
 def likeliest_ramp(track: Track, found: SeenCollisions) -> Ramp | None:
@@ -96,7 +96,7 @@ def likeliest_ramp(track: Track, found: SeenCollisions) -> Ramp | None:
     doubts has no say: the count must not choose the clock that it is told by.
     """
     even = found.collisions[: found.burst]
-    nearest = sorted(ramps_of(track), key=lambda ramps: stray_px(ramps[0], track, even))
+    nearest = sorted(ramps_of(track, even), key=lambda ramps: stray_px(ramps[0], track, even))
     tried = []
     for ramps in nearest[:SHARPENED_AT_MOST]:
         seen = seen_collisions(ramps[0].evened(track), pace=1.0)

@@ -9,8 +9,7 @@ r"""Impacts of one body alone: where its velocity turns round by a jump, at a st
 
 Every turn of the path is looked at, on both sides. A thrown ball, a pendulum or a cart on a spring
 comes to rest before it goes back; at an impact (1 to 4) the body arrives at speed and leaves at
-speed. So on both sides of an impact the speed right at it is a good part of the highest in that
-flight, and the places of all impacts on a side lie at one stop.
+speed: its velocity jumps. The places of all impacts on a side lie at one stop.
 """
 
 from __future__ import annotations
@@ -28,27 +27,25 @@ from count_video.motion.finding import (
     peaks,
     smoothness_of,
 )
-from count_video.motion.flight import Motion, straying, strays
+from count_video.motion.flight import Motion, straying
 from count_video.motion.joint import Contacts, Fitting
 from count_video.motion.model import Kind, Paths
-from count_video.motion.pieces import WINDOW_FRAMES
 from count_video.motion.priors import TURN_LOG_RATIO
-from count_video.motion.swinging import excess, is_sharp, is_smooth
+from count_video.motion.swinging import SECOND_DIFFERENCE, excess, is_sharp, is_smooth
 from count_video.records import Floats
 from count_video.signals import low_points
 
 HYSTERESIS_SIGMAS = 3.0
 """What is no more than noise has no jump, and lies at no stop."""
-PULL_AT_MOST = 1.5
-TURN_PICTURES = (1, 2)
-TURN_SIGMAS = 3.0
-"""Within so many pictures of the highest point of a throw, the path bends by no more than this
-factor of what the usual acceleration does, and the noise."""
+BEND_PICTURES = (1, 2)
+"""A turn shows in the bend of the path over so many pictures on either side of it."""
+PULL_AT_MOST, TURN_SIGMAS = 1.5, 3.0
+"""At the highest point of a throw the path bends by no more than this factor of what the usual
+acceleration does, and the noise."""
+GAP_PICTURES = 2.0
+"""Pictures that do not show the body come between samples that are so many apart."""
 PICTURES_AT_LEAST = 2
 """Fewer on one side show no velocity."""
-SPEED_SHARE = 0.5
-"""Speed at an impact over the highest speed on that side of it; a body that turns round smoothly
-is slow there."""
 MOVES_AT_MOST = 1.5
 """Pictures between the outermost sample and the corner of the fits."""
 CONTACT_TIMES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
@@ -75,8 +72,8 @@ class Impact:
     """Along the direction in which places are measured, in px per picture."""
     velocity_after: float
     clarity: float
-    """Jump of the velocity over its standard uncertainty; 0 where too few pictures show it, or tell
-    it from the turn of a swing."""
+    """Jump of the velocity, by the flights next to it or by the law of a swing through both, over
+    its standard uncertainty; 0 where too few pictures show it, or tell it from a swing's turn."""
     pictures: int
     """How many show the body flying freely, on the side where fewer do."""
 
@@ -107,15 +104,28 @@ def find_impacts(motion: Motion) -> tuple[list[Impact], float]:
 
 
 def find_turns(motion: Motion) -> list[Turn]:
-    """Find turns deeper than the noise that free fall does not explain, in order of time."""
+    """Find turns deeper than the noise, in order of time."""
     depth = HYSTERESIS_SIGMAS * motion.sigma_px
     turns = [
-        Turn(side, float(motion.frame[row]), float(motion.frame[row]))
+        Turn(side, float(motion.frame[row]), _middle_of_gap(motion, int(row)))
         for side in (-1, 1)
         for row in low_points(-side * motion.place_px, depth)
         if not _falls_back(motion, int(row), side)
     ]
-    return sorted(turns, key=lambda turn: turn.frame)
+    # Lowest samples on both sides of a gap are one turn within it.
+    once = {(turn.side, turn.frame): turn for turn in turns}
+    return sorted(once.values(), key=lambda turn: turn.frame)
+
+
+def _middle_of_gap(motion: Motion, row: int) -> float:
+    """Frame of a turn's outermost sample, or the middle of a gap in the samples next to it."""
+    seen = np.flatnonzero(np.isfinite(motion.place_px))
+    at = int(np.searchsorted(seen, row))
+    around = motion.frame[seen[max(at - 1, 0) : at + 2]]
+    longest = int(np.argmax(np.diff(around))) if len(around) > 1 else 0
+    if len(around) < 2 or np.diff(around)[longest] < GAP_PICTURES:
+        return float(motion.frame[row])
+    return float(around[longest : longest + 2].mean())
 
 
 def _falls_back(motion: Motion, row: int, side: int) -> bool:
@@ -123,14 +133,39 @@ def _falls_back(motion: Motion, row: int, side: int) -> bool:
     pull = -side * motion.acceleration
     if pull <= 0:
         return False
+    shown = _bends(motion, row, side)
+    return bool(shown) and max(shown) < PULL_AT_MOST * pull + TURN_SIGMAS * _bend_sigma(motion)
+
+
+def _against_pull(motion: Motion, turn: Turn, impact: Impact) -> float:
+    """By how many standard uncertainties a body turns against what pulls it all the time.
+
+    No free body does: where its weight pulls it to the stop, only an impact sends it back. It shows
+    in the pictures about the turn or by the flights on both sides of it. 0 where nothing pulls it
+    there for most of the clip, or the flights show no arrival and departure.
+    """
+    pull = turn.side * motion.acceleration
+    bounces = turn.side * impact.velocity_before > 0 > turn.side * impact.velocity_after
+    if not bounces or pull <= motion.acceleration_spread:
+        return 0.0
+    bends = _bends(motion, int(np.searchsorted(motion.frame, turn.outermost)), turn.side)
+    by_bends = (max(bends) + pull) / _bend_sigma(motion) if bends else 0.0
+    return max(by_bends, impact.clarity)
+
+
+def _bends(motion: Motion, row: int, side: int) -> list[float]:
+    """Bends of the path about a turn away from a stop, in px per picture squared, where seen."""
     bends = []
-    for reach in TURN_PICTURES:
+    for reach in BEND_PICTURES:
         if reach <= row < len(motion.frame) - reach:
             before, here, after = motion.place_px[[row - reach, row, row + reach]]
-            bends.append(-side * (before - 2 * here + after) / reach**2)
-    slack = TURN_SIGMAS * np.sqrt(6.0) * motion.sigma_px
-    shown = [bend for bend in bends if np.isfinite(bend)]
-    return bool(shown) and max(shown) < PULL_AT_MOST * pull + slack
+            bends.append(-side * float(before - 2 * here + after) / reach**2)
+    return [bend for bend in bends if np.isfinite(bend)]
+
+
+def _bend_sigma(motion: Motion) -> float:
+    """Tell the standard uncertainty of such a bend over one picture."""
+    return float(np.sqrt(SECOND_DIFFERENCE)) * motion.sigma_px
 
 
 def usual_flight(turns: Sequence[Turn]) -> float:
@@ -157,9 +192,6 @@ def _sharp(turns: Sequence[Turn], motion: Motion, contact: float) -> list[Impact
         found = [_impact(turn, fitted, number) for number, turn in enumerate(kept)]
         clear = _clarity(found, kept, motion, contact)
         clear[smoothness_of(fitted) > TURN_LOG_RATIO] = np.nan
-        for number in np.flatnonzero(np.isnan(clear)).tolist():
-            if _needed(found, number, motion, contact):
-                clear[number] = 0.0
         if np.isfinite(clear).all():
             return [replace(i, clarity=one) for i, one in zip(found, clear.tolist(), strict=True)]
         smooth = [-i.clarity if np.isnan(c) else -np.inf for i, c in zip(found, clear, strict=True)]
@@ -185,17 +217,6 @@ def _clarity(
     )
 
 
-def _needed(found: Sequence[Impact], number: int, motion: Motion, contact: float) -> bool:
-    """Whether without a turn the path from the one before it to the next would not be free flight.
-
-    The last turn before a crowd of small bounces is followed by no flight and looks smooth; but if
-    it were, the flight before it would go on past it.
-    """
-    if not 0 < number < len(found) - 1:
-        return False
-    return strays(motion, (found[number - 1].frame, found[number + 1].frame), contact)
-
-
 def _impact(turn: Turn, fitted: Contacts, number: int) -> Impact:
     ball = fitted.bodies[0]
     before, after = ball.rate[number].tolist()
@@ -219,29 +240,18 @@ def _told(
     left = excess(motion, impact.frame, limits, contact)
     if left is not None and is_smooth(left):
         return np.nan
+    against = _against_pull(motion, turn, impact)
+    if against > JUMP_SIGMAS:
+        return against
     if impact.pictures < PICTURES_AT_LEAST:
         return 0.0
     speeds = turn.side * impact.velocity_before, -turn.side * impact.velocity_after
     if impact.clarity < JUMP_SIGMAS:
         return impact.clarity if min(speeds) > 0 else np.nan
     moves = MOVES_AT_MOST + contact + unseen_around(motion, turn.outermost)
-    arrives = all(
-        _arrives_at_speed(motion, (impact.frame, limit), speed)
-        for speed, limit in zip(speeds, limits, strict=True)
-    )
-    if not arrives or abs(impact.frame - turn.outermost) > moves:
+    if abs(impact.frame - turn.outermost) > moves:
         return np.nan
-    return impact.clarity if left is not None and is_sharp(left) else 0.0
-
-
-def _arrives_at_speed(motion: Motion, between: tuple[float, float], speed: float) -> bool:
-    """Whether a body is about as fast at a turn, by the fit, as at its fastest on that side."""
-    near, far = sorted(np.clip(between, between[0] - WINDOW_FRAMES, between[0] + WINDOW_FRAMES))
-    inside = (motion.frame > near) & (motion.frame < far) & np.isfinite(motion.place_px)
-    if inside.sum() < 2:
-        return True
-    step = np.abs(np.diff(motion.place_px[inside])) / np.diff(motion.frame[inside])
-    return speed > SPEED_SHARE * float(np.quantile(step, 0.9))
+    return max(impact.clarity, left.share / left.sigma) if left and is_sharp(left) else 0.0
 
 
 def unseen_around(motion: Motion, frame: float) -> float:
@@ -275,7 +285,9 @@ def stop_tolerance(motion: Motion) -> float:
 
 def stop_of(impacts: Sequence[Impact]) -> float:
     """Median place, each impact with the weight of its jump; NaN where no jump is shown."""
-    shown = [impact for impact in impacts if impact.clarity > 0]
+    shown = [
+        i for i in impacts if i.clarity > 0 and np.isfinite(i.velocity_after - i.velocity_before)
+    ]
     if not shown:
         return float("nan")
     order = sorted(shown, key=lambda impact: impact.place_px)

@@ -2,7 +2,7 @@ r"""All contacts of a clip fitted together: their times and places, and the flig
 
 Least squares over the parameters of ``model``, with normal priors. Large residuals count like
 Cauchy errors. The uncertainties hold what lasts of the errors of places from frame to frame (see
-``lasting``): with H the Hessian, J the Jacobian and C the covariance of the places, that of the
+``signals``): with H the Hessian, J the Jacobian and C the covariance of the places, that of the
 parameters is H^-1 (J' C J + P) H^-1, where P comes from the priors.
 """
 
@@ -13,12 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.lasting import Errors
 from count_video.motion.model import Kind, Model, Paths
 from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.priors import CAUCHY_SIGMAS, STRAY_SIGMAS, TIME_MOVES_FRAMES
-from count_video.motion.scanning import scanned
 from count_video.records import Collision, Floats, Velocities
+from count_video.signals import Errors
 
 ROUNDS = 4
 SETTLED_FRAMES = 0.02
@@ -108,11 +107,8 @@ def fit_together(
         if errors is not None:
             model.use_errors(errors)
         values = _solved(model, FLOOR_SHARE if rough else 0.0)
-        found = values[: len(times)]
-        if not rough and number + 1 < how.rounds:
-            found = scanned(model, values)
-        moved = float(np.abs(found - times).max(initial=0.0))
-        times = found
+        moved = float(np.abs(values[: len(times)] - times).max(initial=0.0))
+        times = values[: len(times)]
         if number and moved < SETTLED_FRAMES:
             break
     return _contacts(model, values, origin)

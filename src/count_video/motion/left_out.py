@@ -13,11 +13,8 @@ over its uncertainty, is the likelihood ratio of frames left out against none, a
 number. The heavy body tells it best, as it turns round but once; the ball tells that there is a
 step, but may have collided in what is left out.
 
-Where collisions crowd no flight is long enough for a line. There the ball, going to and fro, acts
-like a spring: its speed times its way D from the wall to the heavy body hardly changes (the
-adiabatic invariant of a slowly moving wall), its energy goes as 1 / D^2, and energy that is kept
-makes D^2 a parabola in time. Losses bend it a little: a cubic is fitted, by a clock with frames
-left out and by one without. Their number is the one that fits best, of those tried.
+Where collisions crowd no flight is long enough for a line: there the fit of the whole burst seeks
+them (see ``time_base``).
 """
 
 from __future__ import annotations
@@ -30,7 +27,6 @@ import numpy as np
 from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.reasons import Cause, Reason
-from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
 
@@ -42,12 +38,6 @@ STEP_SIGMAS = 8.0
 FRAMES_AT_LEAST = 0.75
 """What moves a body by less than this part of a frame's way is an uneven clock, no frame."""
 FRAMES_AT_MOST = 500
-CROWD_FLIGHTS = 2
-"""So many flights within ``SIDE_FRAMES`` that are too short to be resolved make a crowd."""
-CROWDED_FRAMES = 24
-"""So many frames at most are tried in a crowd: more hold most of it."""
-CROWD_ORDER = 3
-"""Of the polynomial of the squared way there."""
 SAME_FRAMES = 0.5
 """Both bodies tell the same number to this part of a frame."""
 
@@ -111,7 +101,6 @@ def left_out(track: Track, collisions: Sequence[Collision], burst: int) -> LeftO
     gaps = gaps_of(track)
     later = min((one.frame for one in collisions[burst:]), default=np.inf)
     steps = _steps(gaps, collisions[:burst], later)
-    steps += _crowded_steps(gaps, collisions[:burst], later)
     clearest = max(steps, key=lambda step: step.clarity, default=None)
     if clearest is None:
         return None
@@ -163,41 +152,3 @@ def _step(time: Floats, place: Floats, sigma: float) -> tuple[float, float] | No
     rest = place - design @ (inverse @ design.T @ place)
     variance = max(sigma**2, float(rest @ rest) / max(len(time) - 3, 1))
     return abs(float(step)) / float(np.sqrt(variance * inverse[2, 2])), float(step / rate)
-
-
-def _crowded_steps(gaps: Gaps, collisions: Sequence[Collision], end: float) -> list[_Step]:
-    """List clear steps of the heavy body's path where collisions crowd."""
-    found, contacts = [], np.array([collision.frame for collision in collisions])
-    crowded = contacts[1:][np.diff(contacts) < RESOLVED_FRAMES]
-    wall = [gaps.sign * one.position_px for one in collisions if one.kind == "wall"]
-    if not wall:
-        return []
-    way, sigma = gaps.heavy_px - gaps.near_edge_px - np.median(wall), sigma_of(gaps.heavy_px)
-    usable = np.isfinite(way) & (gaps.frame > contacts[0]) & (gaps.frame < end)
-    for row in np.flatnonzero((gaps.frame[:-1] > contacts[0]) & (gaps.frame[1:] < end)):
-        middle = (gaps.frame[row] + gaps.frame[row + 1]) / 2
-        if np.sum(np.abs(crowded - middle) < SIDE_FRAMES) < CROWD_FLIGHTS:
-            continue
-        inside = usable & (np.abs(gaps.frame - middle) < SIDE_FRAMES)
-        step = _crowded_step(gaps.frame[inside] - middle, way[inside], sigma)
-        if step is not None and step[0] > STEP_SIGMAS:
-            found.append(_Step(int(row), *step, heavy=True))
-    return found
-
-
-def _crowded_step(time: Floats, way: Floats, sigma: float) -> tuple[float, float] | None:
-    """Clarity and number of frames left out at time 0; None where none, or no number, is best."""
-    after, freedom = time > 0, len(time) - CROWD_ORDER - 2
-    if min(after.sum(), (~after).sum()) < SIDE_ROWS or freedom < 1:
-        return None
-    weight = 1 / (2 * sigma * np.maximum(np.abs(way), sigma))
-    place, left = way**2 * weight, []
-    for frames in range(CROWDED_FRAMES + 1):
-        clock = (time + frames * after) / SIDE_FRAMES
-        basis, _ = np.linalg.qr(np.vander(clock, CROWD_ORDER + 1) * weight[:, None])
-        left.append(float(place @ place - np.sum((basis.T @ place) ** 2)))
-    best = int(np.argmin(left))
-    if best in (0, CROWDED_FRAMES):
-        return None
-    fallen = max(left[0] - left[best], 0.0) / max(1.0, left[best] / freedom)
-    return float(np.sqrt(fallen)), float(best)

@@ -26,7 +26,6 @@ from typing import Literal
 
 import numpy as np
 
-from count_video.lasting import FORGOTTEN_FRAMES, LASTS_FRAMES, Errors, Flight, errors_of, flight_of
 from count_video.motion.pieces import WINDOW_FRAMES, Rows, pieces_of
 from count_video.motion.priors import (
     BEND_FRAMES,
@@ -35,7 +34,15 @@ from count_video.motion.priors import (
     TIME_MOVES_FRAMES,
 )
 from count_video.records import Floats
-from count_video.signals import sigma_of
+from count_video.signals import (
+    FORGOTTEN_FRAMES,
+    LASTS_FRAMES,
+    Errors,
+    Flight,
+    errors_of,
+    flight_of,
+    sigma_of,
+)
 
 Kind = Literal["wall", "far", "bodies"]
 """What touches: the ball and a wall at smaller places, one at larger places, or both bodies."""

@@ -17,9 +17,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.lasting import integral
 from count_video.records import Floats
-from count_video.signals import sigma_of
+from count_video.signals import integral, sigma_of
 
 HALF_EXPOSURE = 0.5
 """Frames: the longest shutter is open for the whole frame, half of it before its centre."""

@@ -240,8 +240,7 @@ def end_chances(observed: Observations, solution: Solution) -> dict[int, float]:
     heavy body's turn; one that the frames would have to show is none, as the fit has decided on
     those. One fewer it is where the body had turned before the last.
     """
-    rng = np.random.default_rng(0)  # the same clip gets the same answer
-    sets = within_limits(_draws(solution, rng))
+    sets = within_limits(draws_of(solution, BELIEVED))
     paths = follow(sets, solution.count + FOLLOWED_AT_MOST, float(observed.frame[0]) - 1.0)
     count = solution.count
     late = (paths.states[1, :, count - 1] > 0) & (paths.before[1, :, count] < 0)
@@ -258,9 +257,14 @@ def end_chances(observed: Observations, solution: Solution) -> dict[int, float]:
     return {number: float(np.mean(more == number)) for number in sorted(set(more.tolist()))}
 
 
-def _draws(solution: Solution, rng: np.random.Generator) -> Floats:
-    covariance = np.linalg.pinv(solution.hessian, hermitian=True) / BELIEVED
+def draws_of(solution: Solution, believed: float = 1.0) -> Floats:
+    """Draw parameter sets from a fit's uncertainty, shape (draws, columns).
+
+    Of the precision that the fit claims a part is believed.
+    """
+    covariance = np.linalg.pinv(solution.hessian, hermitian=True) / believed
     values, vectors = np.linalg.eigh(covariance)
     widths = np.sqrt(np.maximum(values, 0.0))
+    rng = np.random.default_rng(0)  # the same clip gets the same answer
     normal = rng.normal(size=(DRAWS, len(widths)))
     return np.asarray(solution.values + (normal * widths) @ vectors.T)

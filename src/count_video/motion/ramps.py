@@ -10,9 +10,13 @@ r"""Clocks of slow-motion exports: pictures left out in parts of the clip, by on
                   .'
                  +----|-------------|----> frame
 
-What the steps of both bodies tell of the changes is sharpened by the heavy body's whole path: it
-follows from its swing and the ball's strokes, and runs on before and after, so that a change that
-is put a part of a picture off shows over all the rest of the clip.
+Where the rate changes, all speeds change at once by one factor. No collision does that: the energy
+of both bodies together is the same after it, but for what each restitution takes. So changes of its
+root are the places in question.
+
+Which of them are changes of the rate is decided by the heavy body's whole path: it follows from its
+swing and its collisions with the ball, and runs on before and after, so that a change that is put a
+part of a picture off shows over all the rest of the clip.
 """
 
 from __future__ import annotations
@@ -22,25 +26,100 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from count_video.motion.cadence import in_frames
-from count_video.motion.gaps import gaps_of
-from count_video.motion.rate_changes import RateChange, rate_changes
+from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.swing import fit_path
 from count_video.records import Collision, Floats, Track
+from count_video.signals import sigma_of
 
+SIDE_STEPS = 4
+"""So many steps on either side tell the energy: farther away the threads have changed it."""
+FACTOR_AT_LEAST = 1.4
+"""Exports play at half the rate or less; smaller changes are left to the bodies."""
+CLEAR_SIGMAS = 6.0
+"""A speed changes by so many standard uncertainties: of 10 000 none does so by noise."""
+STANDS_OUT = 2.0
+"""It changes by so much more than it goes on changing by itself: threads speed bodies up and slow
+them down from step to step."""
 FACTOR_SHARE = 0.3
-FACTOR_SIGMAS = 3.0
-"""Few pictures tell a factor to about this share and so many standard uncertainties."""
+"""Few pictures tell a factor to about this share."""
 FACTOR_AT_MOST = 16
 CHANGES_AT_MOST = 3
 """So many changes of each sort are tried, the greatest first."""
-SHARPENING_FRAMES = (1.0, 0.5, 0.25, 0.1)
-"""Steps by which changes are moved: the clearest are known to a tenth of a picture from the start,
-others may have been put beside their picture."""
 MOVED_AT_MOST_FRAMES = 1.5
-"""But no farther than that: the steps tell on which side of it a picture was taken."""
+"""Changes are moved to where the path fits best, but no farther than that: the steps tell on which
+side of it a picture was taken."""
+SHARP_FRAMES = 0.05
+"""And to this part of a picture."""
+NO_PATH_PX = 1e9
+"""Stray of a clock that is out of the question."""
+
+
+@dataclass(frozen=True)
+class RateChange:
+    """A place in a clip from which on a picture spans another time."""
+
+    frame: float
+    """Frame coordinate of the change."""
+    factor: float
+    """Time from one picture to the next after the change over that before."""
+
+    @property
+    def size(self) -> float:
+        """Factor of the change, above 1 whichever way it goes."""
+        return max(self.factor, 1 / self.factor)
+
+
+def rate_changes(gaps: Gaps, collisions: Sequence[Collision]) -> list[RateChange]:
+    """Find places at which the rate may change, in order of time.
+
+    The energy is told by the mean velocity of the heavy body and the median speed of the ball over
+    some steps, of which a collision spoils one. ``collisions`` tell how the masses compare.
+    """
+    frame, share = gaps.frame, _mass_share(collisions)
+    ball, heavy = (_steps(frame, signal) for signal in (gaps.ball_px, gaps.heavy_px))
+    if len(ball) <= 4 * SIDE_STEPS:
+        return []
+    sides = sliding_window_view(np.stack([heavy, np.abs(ball)]), SIDE_STEPS, axis=1)
+    speed = np.hypot(sides[0].mean(axis=-1), np.sqrt(share) * np.median(sides[1], axis=-1))
+    noise = np.hypot(sigma_of(gaps.heavy_px), np.sqrt(share) * sigma_of(gaps.ball_px))
+    far = SIDE_STEPS + 1
+    before, after = speed[:-far], speed[far:]
+    jump = np.log(np.maximum(after, 1e-9) / np.maximum(before, 1e-9))
+    bend = np.pad(np.abs(jump), far, mode="edge")
+    by_itself = np.maximum(bend[: -2 * far], bend[2 * far :])
+    clear = np.abs(jump) > np.maximum(np.log(FACTOR_AT_LEAST), STANDS_OUT * by_itself)
+    clear &= np.abs(after - before) > CLEAR_SIGMAS * 2 * noise / SIDE_STEPS
+    size = np.where(clear, np.abs(jump), 0.0)
+    found = []
+    for place in np.flatnonzero(size):
+        if size[place] == size[max(0, place - SIDE_STEPS) : place + far].max():
+            step = place + SIDE_STEPS
+            between = np.hypot(heavy[step], np.sqrt(share) * ball[step])
+            when = (after[place] - between) / (after[place] - before[place])
+            at = frame[step] + np.clip(when, 0.0, 1.0) * (frame[step + 1] - frame[step])
+            found.append(RateChange(float(at), float(np.exp(jump[place]))))
+    return found
+
+
+def _steps(frame: Floats, signal: Floats) -> Floats:
+    """Velocities from picture to picture, shape (n - 1,), across pictures that do not show it."""
+    seen = np.isfinite(signal)
+    return np.asarray(np.diff(np.interp(frame, frame[seen], signal[seen])) / np.diff(frame))
+
+
+def _mass_share(collisions: Sequence[Collision]) -> float:
+    """Light mass over heavy mass, from what the bodies give each other; 0 where none is shown."""
+    shares = []
+    for one in collisions:
+        gained = one.velocity_after.ball_px_frame - one.velocity_before.ball_px_frame
+        given = one.velocity_before.heavy_px_frame - one.velocity_after.heavy_px_frame
+        if one.kind == "bodies" and np.isfinite(given) and gained:
+            shares.append(given / gained)
+    return float(np.clip(np.median(shares), 0.0, 1.0)) if shares else 0.0
 
 
 @dataclass(frozen=True)
@@ -110,19 +189,17 @@ class Ramp:
         return all(b - a >= RESOLVED_FRAMES for a, b in pairwise(frames))
 
 
-def ramps_of(track: Track) -> Iterator[list[Ramp]]:
+def ramps_of(track: Track, collisions: Sequence[Collision]) -> Iterator[list[Ramp]]:
     """Clocks that the clip may have been made by; none where nothing tells.
 
     The rate rises where collisions crowd and falls again later, by the same factor; or the clip
     shows one of both changes. Exports leave out pictures, so the factor is a whole number. Clocks
     of the same changes, by the factors that come into question, come together, the likeliest first.
     """
-    if track.heavy is None:
-        return
-    changes = sorted(rate_changes(gaps_of(track)), key=lambda change: -change.size)
+    changes = sorted(rate_changes(gaps_of(track), collisions), key=lambda change: -change.size)
     rises = [change for change in changes if change.factor < 1][:CHANGES_AT_MOST]
     falls = [change for change in changes if change.factor > 1][:CHANGES_AT_MOST]
-    both = [(r, f) for r in rises for f in falls if r.picture < f.picture]
+    both = [(r, f) for r in rises for f in falls if r.frame < f.frame]
     for some in (*both, *((change,) for change in (*rises, *falls))):
         ramps = [_ramp(track.frame, some, factor) for factor in _factors(some)]
         if ramps:
@@ -131,17 +208,14 @@ def ramps_of(track: Track) -> Iterator[list[Ramp]]:
 
 def _factors(changes: Sequence[RateChange]) -> list[int]:
     """Whole factors that agree with all changes, the likeliest first."""
-    allowed = [1 + FACTOR_SHARE + FACTOR_SIGMAS * change.noise for change in changes]
-    low = max(change.size / most for change, most in zip(changes, allowed, strict=True))
-    high = min(change.size * most for change, most in zip(changes, allowed, strict=True))
-    middle = float(np.sqrt(low * high))
+    sizes = [change.size for change in changes]
+    low, high = max(sizes) / (1 + FACTOR_SHARE), min(sizes) * (1 + FACTOR_SHARE)
     wholes = range(max(2, int(np.ceil(low))), min(FACTOR_AT_MOST, int(high)) + 1)
-    return sorted(wholes, key=lambda whole: abs(whole - middle))
+    return sorted(wholes, key=lambda whole: abs(whole - float(np.sqrt(low * high))))
 
 
 def _ramp(frame: Floats, changes: Sequence[RateChange], factor: int) -> Ramp:
-    places = [np.interp(c.picture + c.when, np.arange(len(frame)), frame) for c in changes]
-    return Ramp(frame, tuple(map(float, places)), changes[0].factor < 1, factor)
+    return Ramp(frame, tuple(one.frame for one in changes), changes[0].factor < 1, factor)
 
 
 def stray_px(ramp: Ramp, track: Track, collisions: Sequence[Collision]) -> float:
@@ -156,30 +230,19 @@ def stray_px(ramp: Ramp, track: Track, collisions: Sequence[Collision]) -> float
 
 def sharpened(ramp: Ramp, track: Track, collisions: Sequence[Collision]) -> tuple[float, Ramp]:
     """Move the changes to where the heavy body strays least; returns the stray with the clock."""
-    best = stray_px(ramp, track, collisions), ramp
-    for step in SHARPENING_FRAMES:
-        moves = [(n, sign * step) for n in range(len(ramp.changes)) for sign in (-1.0, 1.0)]
-        better = True
-        while better:
-            tried = [_moved(best[1], *move) for move in moves]
-            near = [one for one in tried if _in_order(one) and _is_near(one, ramp)]
-            nearby = [(stray_px(one, track, collisions), one) for one in near]
-            least = min(nearby, key=lambda one: one[0], default=best)
-            better = least[0] < best[0]
-            best = least if better else best
-    return best
+    from scipy.optimize import fmin  # noqa: PLC0415 - few clips have such a clock
 
+    def at(changes: Floats) -> Ramp:
+        return replace(ramp, changes=tuple(changes.tolist()))
 
-def _moved(ramp: Ramp, number: int, step: float) -> Ramp:
-    places = [place + step * (n == number) for n, place in enumerate(ramp.changes)]
-    return replace(ramp, changes=tuple(places))
+    def stray(changes: Floats) -> float:
+        far = np.abs(changes - ramp.changes).max() > MOVED_AT_MOST_FRAMES
+        unordered = np.any(np.diff([ramp.frame[0], *changes, ramp.frame[-1]]) <= 0)
+        if far or unordered:
+            return NO_PATH_PX
+        return min(stray_px(at(changes), track, collisions), NO_PATH_PX)
 
-
-def _is_near(ramp: Ramp, other: Ramp) -> bool:
-    away = np.subtract(ramp.changes, other.changes)
-    return bool(np.abs(away).max() <= MOVED_AT_MOST_FRAMES)
-
-
-def _in_order(ramp: Ramp) -> bool:
-    ends = (ramp.frame[0], *ramp.changes, ramp.frame[-1])
-    return all(b > a for a, b in pairwise(ends))
+    first = np.array(ramp.changes)
+    simplex = np.vstack([first, first + np.eye(len(first))])
+    best = at(fmin(stray, first, xtol=SHARP_FRAMES, initial_simplex=simplex, disp=False))
+    return stray_px(best, track, collisions), best

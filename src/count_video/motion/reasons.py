@@ -24,32 +24,22 @@ class Cause(Enum):
     ENDS_AT_CONTACT = auto()
     ENDS_APPROACHING = auto()
     """The heavy body still moves to the wall at the end."""
-    ENDS_HIDDEN = auto()
-    """The heavy body is out of the picture at the end, where it may be struck again."""
     ENDS_CATCHING_UP = auto()
     """The ball catches up with the heavy body at the end."""
     ENDS_RETURNING = auto()
     """The ball moves to the wall at the end."""
     ENDS_BEFORE_NEXT = auto()
     """By the fitted motion one more collision follows after the clip's end [probability]."""
-    GRAZES_WALL = auto()
-    """The ball creeps up to the wall after the last collision that is seen."""
     STRAYS = auto()
     """The heavy body's path does not follow from its swing and the collisions."""
     WALL_MISSED = auto()
     """Between two frames [two] the ball must have met the wall, ..."""
     BODY_MISSED = auto()
     """... or the heavy body [two]."""
-    PAIR_MISSED = auto()
-    """A flight is too long beside its neighbours [two]."""
     UNRESOLVED = auto()
     """Collisions follow each other too fast [the shortest interval, that which shows each]."""
-    JUMPS_ELSEWHERE = auto()
-    """The ball turns where nothing is [all frames]."""
     LEFT_OUT = auto()
     """Frames are missing without a trace in the time stamps [frame, how many]."""
-    TURN_OPEN = auto()
-    """The heavy body turns round just when it is struck [frame]."""
     NO_IMPACT = auto()
     TOO_FAINT = auto()
     NO_FLIGHTS = auto()
@@ -62,6 +52,8 @@ class Cause(Enum):
     CUT_AT_STOP = auto()
     TOO_FREQUENT = auto()
     WALL_AHEAD = auto()
+    SEVERAL_BOUNCE = auto()
+    """Bodies that each bounce by themselves [how many]."""
     UNLIKE = auto()
     """Two bodies are not of a kind, and neither reaches a wall."""
     MEETS_OTHERS = auto()
@@ -81,10 +73,8 @@ ENDS_EARLY = frozenset(
     (
         Cause.ENDS_AT_CONTACT,
         Cause.ENDS_APPROACHING,
-        Cause.ENDS_HIDDEN,
         Cause.ENDS_CATCHING_UP,
         Cause.ENDS_RETURNING,
-        Cause.GRAZES_WALL,
         Cause.STRAYS,
     )
 )

@@ -121,10 +121,17 @@ def coarse_fits(
 ) -> list[Solution]:
     """Fit promising counts coarsely, without scatter; the solutions by rising loss.
 
-    It begins with the number that was seen, the counts that the scan likes best, and the ``start``
-    if there is one. As long as the best one's neighbours have not been tried they come next, each
-    from the best fit so far.
+    It begins with the ``start`` if there is one; unless that fits the track as well as noise lets
+    it, also with the number that was seen and the counts that a scan likes best. As long as the
+    best one's neighbours have not been tried they come next, each from the best fit so far.
     """
+    fitted: dict[int, Solution] = {}
+    if start is not None and not prior.sigma[Column.SKIP]:
+        first = start.values[:FIRST_DEVIATION]
+        fitted[start.count] = refloored(observed, prior, first, start.count)
+        # Of two bodies in n frames noise alone makes a loss of n, half its chi-square.
+        if fitted[start.count].loss < len(observed.frame):
+            return _from(observed, prior, fitted)
     rows = scan(observed, rough, prior)
     if prior.sigma[Column.SKIP]:
         starts = rows if start is None else np.vstack([[*start.values, start.count, 0.0], rows])
@@ -132,10 +139,6 @@ def coarse_fits(
         return _from(observed, prior, {best.count: best})
     likeliest = _likeliest(rows, STARTS)
     wanted = [seen] if not likeliest or seen > SEEN_SHARE * likeliest[0] else []
-    fitted: dict[int, Solution] = {}
-    if start is not None:
-        first = start.values[:FIRST_DEVIATION]
-        fitted[start.count] = refloored(observed, prior, first, start.count)
     for count in dict.fromkeys(wanted + likeliest):
         best = _best_start(observed, prior, rows, count, _bearable(fitted))
         fitted[count] = min(best, fitted.get(count, best), key=_loss_of)

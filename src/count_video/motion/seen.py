@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from count_video.motion.burst import Rival, find_burst
+from count_video.motion.burst import find_burst
 from count_video.motion.cadence import (
     frames_per_picture,
     in_frames,
@@ -18,8 +18,8 @@ from count_video.motion.finding import find_contacts
 from count_video.motion.gaps import gaps_of
 from count_video.motion.joint import collisions_of
 from count_video.motion.reasons import Cause, Reason
-from count_video.motion.resolution import shortest_interval, unexplained, unresolved
-from count_video.motion.swing import Swing, borne_out, fit_path, swing_of
+from count_video.motion.resolution import shortest_interval, unresolved
+from count_video.motion.swing import Swing, fit_path, path_fits, swing_of
 from count_video.records import Collision, Track
 
 FEW_TO_BELIEVE = 2
@@ -40,8 +40,6 @@ class SeenCollisions:
     """In order of time, numbered from 1; real times are not filled in."""
     burst: int
     """How many of them belong to the first burst."""
-    rival: Rival | None
-    """How many may belong to it just as well; None where that is clear."""
     shortcomings: tuple[Reason, ...]
     """Why the clip does not show the whole burst; empty if it does."""
     doubts: tuple[Reason, ...]
@@ -53,7 +51,7 @@ class SeenCollisions:
     outlines_apart_px: float
     """Gap between the outlines of ball and heavy body where these touch: about 0 where both were
     learnt rightly; NaN where no collision shows it."""
-    borne_out: bool
+    path_fits: bool
     """Whether the heavy body's whole path follows from its swing and the collisions: then both
     bodies were followed rightly."""
 
@@ -63,7 +61,7 @@ class SeenCollisions:
         return sum(collision.seen for collision in self.collisions[: self.burst])
 
 
-NOTHING_SEEN = SeenCollisions((), 0, None, (), (), np.inf, None, np.nan, False)
+NOTHING_SEEN = SeenCollisions((), 0, (), (), np.inf, None, np.nan, False)
 """Of a track that shows no motion of two bodies."""
 
 
@@ -82,29 +80,28 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     """
     pace = frames_per_picture(track) if pace is None else pace
     gaps = gaps_of(in_pictures(track, pace))
-    found = find_contacts(gaps, track.ball_diameter_px)
-    collisions = _shown(collisions_of(found.contacts, gaps.sign))
+    contacts = find_contacts(gaps, track.ball_diameter_px)
+    collisions = _shown(collisions_of(contacts, gaps.sign))
     path = fit_path(gaps, collisions)
-    right = borne_out(path, gaps)
-    burst = find_burst(collisions, found.contacts, gaps, swing_of(path))
+    right = path_fits(path, gaps)
+    burst = find_burst(collisions, contacts, gaps)
     inside = collisions[: burst.count]
     shortcomings = burst.shortcomings
-    apart = found.contacts.distance_px - gaps.near_edge_px
+    apart = contacts.distance_px - gaps.near_edge_px
     if len(inside) <= FEW_TO_BELIEVE and apart > APART_SHARE * track.ball_diameter_px:
         shortcomings = (Reason(Cause.NEVER_TOUCH), *shortcomings)
-    doubts = (*unresolved(inside, gaps, pace), *unexplained(found.elsewhere, inside, burst, pace))
+    doubts = tuple(unresolved(inside, gaps, pace))
     if right is False and not doubts:
         shortcomings = (*shortcomings, Reason(Cause.STRAYS))
     return SeenCollisions(
         collisions=tuple(in_frames(collision, pace) for collision in collisions),
         burst=burst.count,
-        rival=burst.rival,
         shortcomings=shortcomings,
         doubts=doubts,
         shortest_interval_frames=shortest_interval(inside) * pace,
         swing=swing_in_frames(swing_of(fit_path(gaps, inside)), pace),
         outlines_apart_px=apart,
-        borne_out=bool(right),
+        path_fits=bool(right),
     )
 
 

@@ -1,11 +1,10 @@
 """Where the fit may start: what the calm frames tell.
 
-The heavy body's approach, the ball's place at rest, the wall and the contact are read off. The
-lightness of the ball follows roughly from how near the heavy body comes to the wall: with d the
-ball's way between the two and V its speed, V d stays the same while both change slowly, and at the
-turn the ball has all the energy that the threads leave, m V^2 = M (v^2 - w^2 (L - d)^2). At first d
-is the ball's way L to the wall and V is 2 v, of which half is the heavy body's own, so that V d is
-v L.
+The heavy body's approach, the ball's place at rest and the wall are read off. The lightness of the
+ball follows roughly from how near the heavy body comes to the wall: with d the ball's way between
+the two and V its speed, V d stays the same while both change slowly, and at the turn the ball has
+all the energy, m V^2 = M v^2. At first d is the way L to the wall and V is 2 v, of which half
+is the heavy body's own, so that V d is v L.
 
 What they do not tell, lightness and restitution and so the count, is scanned. Many sets of
 parameters are followed at once and compared with a few frames; what is far from all of them is as
@@ -24,36 +23,24 @@ from count_video.motion.parameters import FIRST_DEVIATION, Column, Prior, within
 from count_video.motion.priors import CLEAR_FRAMES
 from count_video.motion.solving import modelled
 from count_video.motion.swing import Swing
-from count_video.records import Collision, Floats
+from count_video.records import Floats
 
-CALM_FRAMES = 3.0
-"""Flights this long on both sides show where a contact is."""
 BEYOND_SHARE = 0.02
 """Share of the places that may be wrong."""
-CALM_CONTACTS = 4
-"""Fewer do not tell a trend."""
-PARALLAX_AT_MOST = 0.15
 NEAREST_SHARE = 0.003
 """No clip shows the heavy body nearer to the wall than by this share of the ball's way."""
-SWUNG_AT_MOST = 0.8
-"""Share of the energy that the threads may take up before the turn."""
-RATES = (5e-4, 0.1)
-"""Angular rates in radians per frame that threads and cameras bring about."""
+RATE_UNKNOWN = 4e-3
+"""Angular rate of threads, radians per frame, where the camera's rate is not known."""
 RATE_SIGMAS = 2.0
 """Threads that would bend the heavy body's whole path by more than this beyond what it shows are
 ruled out."""
-RATE_UNKNOWN = 4e-3
-RATE_FACTOR = 1.5
-"""Threads are hardly twice as long or half as long as usual."""
-RESTITUTION_UNKNOWN = 0.96
-RESTITUTION_AT_LEAST = 0.7
+RESTITUTION_USUAL = 0.96
+EXPOSURE_USUAL = 0.5
+"""Frames."""
 
 
 def rough_values(
-    observed: Observations,
-    burst: Sequence[Collision],
-    expected_rate: float | None,
-    swing: Swing | None = None,
+    observed: Observations, expected_rate: float | None, swing: Swing | None = None
 ) -> Floats:
     """Read the parameters off the calm frames; shape (columns without deviations,).
 
@@ -62,81 +49,23 @@ def rough_values(
     """
     values = np.zeros(FIRST_DEVIATION)
     before = observed.frame < -CLEAR_FRAMES
-    wall = _wall_place(observed, burst)
     rest = float(np.nanmedian(observed.ball_px[before]))
-    rate = _swing_rate(observed, expected_rate, swing)
+    rate = RATE_UNKNOWN if expected_rate is None else expected_rate
+    if expected_rate is None and swing is not None:
+        most = max(swing.rate_squared, 0.0) + RATE_SIGMAS * swing.rate_squared_sigma
+        rate = min(rate, float(np.sqrt(most)))
     place, velocity = _approach(observed.frame[before], observed.heavy_px[before] - rest, rate)
     values[Column.BALL_REST] = values[Column.HEAVY] = rest
-    values[Column.WALL] = wall
+    values[Column.WALL] = wall = float(np.nanquantile(observed.ball_px, BEYOND_SHARE))
     values[Column.CONTACT] = place
     values[Column.HEAVY_RATE] = velocity
     values[Column.SWING] = np.log(rate)
-    parallax = values[Column.PARALLAX] = _parallax(observed, burst)
-    nearest = (float(np.nanmin(observed.heavy_px)) - place - rest) / (1 + parallax) + rest - wall
-    values[Column.LIGHTNESS] = _lightness(nearest, max(rest - wall, 1e-9), rate, velocity)
-    values[Column.EXPOSURE] = 0.5
-    calm = calm_ones(burst)
-    values[Column.BODIES] = _restitution([c for c in calm if c.kind == "bodies"])
-    values[Column.BOUNCE] = _restitution([c for c in calm if c.kind == "wall"])
+    nearest = float(np.nanmin(observed.heavy_px)) - place - wall
+    share = np.clip(nearest / max(rest - wall, 1e-9), NEAREST_SHARE, 1.0)
+    values[Column.LIGHTNESS] = 2 * np.log(share)
+    values[Column.EXPOSURE] = EXPOSURE_USUAL
+    values[[Column.BODIES, Column.BOUNCE]] = RESTITUTION_USUAL
     return values
-
-
-def _lightness(nearest: float, way: float, rate: float, velocity: float) -> float:
-    """Logarithm of the lightness by how near the heavy body comes to the wall, in px."""
-    share = np.clip(nearest / way, NEAREST_SHARE, 1.0)
-    swung = (rate * (way - share * way) / velocity) ** 2 if velocity else 0.0
-    return float(2 * np.log(share) + np.log1p(-min(swung, SWUNG_AT_MOST)))
-
-
-def calm_ones(burst: Sequence[Collision]) -> list[Collision]:
-    """Select the collisions with flights on both sides that are long enough to be measured."""
-    frames = [-np.inf, *(collision.frame for collision in burst), np.inf]
-    return [
-        collision
-        for place, collision in enumerate(burst)
-        if min(collision.frame - frames[place], frames[place + 2] - collision.frame) > CALM_FRAMES
-    ]
-
-
-def _restitution(calm: Sequence[Collision]) -> float:
-    """Restitution from calm collisions of one kind, the median by closing speed."""
-    ratios = []
-    for collision in calm:
-        before, after = collision.velocity_before, collision.velocity_after
-        wall = collision.kind == "wall"
-        closing = before.ball_px_frame - (0.0 if wall else before.heavy_px_frame)
-        parting = after.ball_px_frame - (0.0 if wall else after.heavy_px_frame)
-        if np.isfinite(closing) and np.isfinite(parting) and closing:
-            ratios.append(-parting / closing)
-    if not ratios:
-        return RESTITUTION_UNKNOWN
-    return float(np.clip(np.median(ratios), RESTITUTION_AT_LEAST, 1.0))
-
-
-def _wall_place(observed: Observations, burst: Sequence[Collision]) -> float:
-    """Median of the places at wall contacts whose flights are long enough to show them.
-
-    The ball is never beyond the wall: a contact at which it seems to be before it was none.
-    """
-    calm = [observed.sign * c.position_px for c in calm_ones(burst) if c.kind == "wall"]
-    if not calm:
-        return float(np.nanmin(observed.ball_px))
-    return float(min(np.median(calm), np.nanquantile(observed.ball_px, BEYOND_SHARE)))
-
-
-def _parallax(observed: Observations, burst: Sequence[Collision]) -> float:
-    """Change of the outlines' gap in contact with the distance; 0 where few contacts tell it."""
-    contacts = [c for c in calm_ones(burst) if c.kind == "bodies"]
-    calm = [(observed.sign * c.position_px, c.frame - observed.origin) for c in contacts]
-    if len(calm) < CALM_CONTACTS:
-        return 0.0
-    ball, frame = np.array(calm).T
-    seen = np.isfinite(observed.heavy_px)
-    heavy = np.interp(frame, observed.frame[seen], observed.heavy_px[seen])
-    first, second = np.triu_indices(len(ball), 1)
-    run, rise = ball[first] - ball[second], (heavy - ball)[first] - (heavy - ball)[second]
-    far = np.abs(run) > 0.2 * np.ptp(ball)
-    return float(np.clip(np.median(rise[far] / run[far]), -PARALLAX_AT_MOST, PARALLAX_AT_MOST))
 
 
 def _approach(frame: Floats, heavy: Floats, rate: float) -> tuple[float, float]:
@@ -147,39 +76,6 @@ def _approach(frame: Floats, heavy: Floats, rate: float) -> tuple[float, float]:
     design = np.column_stack([np.cos(rate * frame), np.sin(rate * frame) / rate])
     solution, *_ = np.linalg.lstsq(design[seen], heavy[seen], rcond=None)
     return float(solution[0]), float(solution[1])
-
-
-def _swing_rate(observed: Observations, expected: float | None, swing: Swing | None) -> float:
-    """Angular rate of the heavy body's pendulum, from its free path before and after the burst.
-
-    x(t) = a + b t - w^2 (second integral of x), with a and b of their own on each side. A short
-    path leaves w^2 open by more than its value; the long one through the burst bounds it.
-    """
-    seen = np.isfinite(observed.heavy_px)
-    contact = float(np.interp(0.0, observed.frame[seen], observed.heavy_px[seen]))
-    columns, places = [], []
-    sides = (observed.frame < -CLEAR_FRAMES, observed.frame > observed.last + CLEAR_FRAMES)
-    for number, side in enumerate(sides):
-        chosen = side & seen
-        if chosen.sum() < 8:
-            continue
-        frame = observed.frame[chosen]
-        offset = observed.heavy_px[chosen] - contact
-        clock = frame - frame[0]
-        once = np.concatenate([[0], np.cumsum(np.diff(frame) * (offset[1:] + offset[:-1]) / 2)])
-        twice = np.concatenate([[0], np.cumsum(np.diff(frame) * (once[1:] + once[:-1]) / 2)])
-        free = np.zeros((len(frame), 4))
-        free[:, 2 * number], free[:, 2 * number + 1] = 1.0, clock
-        columns.append(np.column_stack([free, -twice]))
-        places.append(offset)
-    if not columns:
-        return RATE_UNKNOWN if expected is None else expected
-    solution, *_ = np.linalg.lstsq(np.vstack(columns), np.concatenate(places), rcond=None)
-    low, high = RATES if expected is None else (expected / RATE_FACTOR, expected * RATE_FACTOR)
-    if swing is not None and expected is None:
-        most = max(swing.rate_squared, 0.0) + RATE_SIGMAS * swing.rate_squared_sigma
-        high = max(low, min(high, float(np.sqrt(most))))
-    return float(np.sqrt(np.clip(solution[-1], low**2, high**2)))
 
 
 LIGHTNESS_SPAN = (-0.35, 1.1)

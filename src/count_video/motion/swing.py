@@ -16,10 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.lasting import integral
 from count_video.motion.gaps import Gaps
 from count_video.records import Collision, Floats
-from count_video.signals import sigma_of
+from count_video.signals import integral, sigma_of
 
 FRAMES_BEYOND = 60.0
 """The path is used this far before the first and after the last collision."""
@@ -140,8 +139,8 @@ def swing_of(path: HeavyPath | None) -> Swing | None:
     )
 
 
-def borne_out(path: HeavyPath | None, gaps: Gaps) -> bool | None:
-    """Whether the heavy body moves as one that swings and takes these strokes.
+def path_fits(path: HeavyPath | None, gaps: Gaps) -> bool | None:
+    """Whether the heavy body moves as one that swings and collides so.
 
     If it does not, a body was mistaken for another or for scenery, or collisions are missing. None
     where the frames do not show enough to tell.

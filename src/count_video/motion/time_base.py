@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from count_video.motion.left_out import CROWDED_FRAMES, SIDE_FRAMES, LeftOut
+from count_video.motion.left_out import SIDE_FRAMES, LeftOut
 from count_video.motion.observations import Observations, left_out_after
 from count_video.motion.parameters import Column, Prior
 from count_video.motion.priors import LEFT_OUT, SCATTERS
@@ -31,6 +31,8 @@ from count_video.motion.rivals import (
 from count_video.motion.solving import Linearised, Noise, Solution, linearised, loss_of, noise_of
 from count_video.records import Floats
 
+MOST_FRAMES = 24
+"""So many frames may be left out of a burst: more hold most of it."""
 COUNTS = 3
 """Of each hypothesis so many counts are fitted with a scatter of the restitution."""
 PLACES = 2
@@ -89,7 +91,7 @@ def lacks_frames(observed: Observations, noise: Noise, prior: Prior, fit: Soluti
 
 def _price(observed: Observations) -> float:
     """By how much a fit with frames left out must be better: their prior, place and number."""
-    return float(np.log(len(observed.frame) * CROWDED_FRAMES / LEFT_OUT))
+    return float(np.log(len(observed.frame) * MOST_FRAMES / LEFT_OUT))
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,11 @@
 """From what was found to the answer: counted or not, how sure, and what to do."""
 
-from count_video.verdict.answers import doubted_for_missing, nothing_to_count, unread_result
+from count_video.verdict.answers import (
+    doubted_for_missing,
+    impacts_counted,
+    nothing_to_count,
+    unread_result,
+)
 from count_video.verdict.trials import (
     counted,
     inferred,
@@ -8,10 +13,8 @@ from count_video.verdict.trials import (
     leaves_doubt,
     left_open,
     measured,
-    probabilities,
     sure_enough,
 )
-from count_video.verdict.without_wall import impacts_counted
 from count_video.verdict.wording import sentence
 
 __all__ = [
@@ -24,7 +27,6 @@ __all__ = [
     "left_open",
     "measured",
     "nothing_to_count",
-    "probabilities",
     "sentence",
     "sure_enough",
     "unread_result",

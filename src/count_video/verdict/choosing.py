@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from count_video.motion.fitted import Between, Misfit
+from count_video.motion.reasons import Cause, Reason
 from count_video.motion.seen import SeenCollisions
 from count_video.records import FootageInfo, Track, TrialResult
+from count_video.verdict.wording import sentence
 
 PATH_SIGMAS = 4.0
 """The heavy body's path shows its collisions if they exceed their uncertainty by this factor."""
@@ -18,8 +20,6 @@ FOLLOWED = 0.95
 neither."""
 BOTH = 2
 """Kinds of collisions: a trial at a wall has those of the bodies and those with the wall."""
-FEW_OF_A_TRIAL = 3
-"""So few collisions may fit the path of a body and its shadow."""
 IMPACTS_OF_ONE_ALONE = 3
 """So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
 
@@ -58,6 +58,20 @@ def likeliest(trials: Iterable[Trial]) -> Trial | None:
     return best
 
 
+def only_counted(trials: Sequence[Trial]) -> Trial:
+    """Return the one trial of several bodies, each taken alone, that is counted.
+
+    The first one stands for them if none is. If more are, which of them is meant is not known.
+    """
+    counted = [trial for trial in trials if trial.result.count is not None]
+    if len(counted) <= 1:
+        return (counted or list(trials))[0]
+    why = sentence(Reason(Cause.SEVERAL_BOUNCE, (len(counted),)))
+    first = trials[0]
+    refused = replace(first.result, status="not_counted", reason=why, count=None, probability={})
+    return replace(first, result=replace(refused, between_frames=None))
+
+
 def may_be_bodies(trial: Trial) -> bool:
     """Whether what was followed to a wall touches, shows momentum to be kept, or obeys the law.
 
@@ -88,19 +102,22 @@ def is_settled(trial: Trial) -> bool:
     return count is not None and (trial.found is not None or count < IMPACTS_OF_ONE_ALONE)
 
 
-def is_better(alone: Trial, pair: Trial) -> bool:
+def is_better(alone: Trial, pair: Trial, moving: int) -> bool:
     """Whether the answer for one body alone, or two without a wall, comes before that for a pair.
 
     The pair's wall stands if a ball was seen to strike both wall and heavy body, by a track that
     did not lose the bodies where the other does not, and the heavy body's path shows it; before one
-    body alone if it shows several such collisions.
+    body alone if there are more bodies that move on their own: the path of a body and its shadow
+    may fit a few collisions.
+
+    ``moving`` is the number of bodies that move on their own.
     """
     if alone.result.count is None or alone.track is None:
         return False
     shown = path_shows(pair)
     kinds = {collision.kind for collision in pair.result.collisions}
     if alone.track.heavy is None:
-        if shown and len(kinds) == BOTH and len(pair.result.collisions) > FEW_OF_A_TRIAL:
+        if shown and len(kinds) == BOTH and moving > 1:
             return False
         no_wall = pair.track is None or not pair.track.wall_seen
         return alone.result.count >= IMPACTS_OF_ONE_ALONE or no_wall
@@ -110,7 +127,7 @@ def is_better(alone: Trial, pair: Trial) -> bool:
 
 
 def _path_fits(trial: Trial) -> bool:
-    return trial.found is not None and trial.found.borne_out
+    return trial.found is not None and trial.found.path_fits
 
 
 def _stands(trial: Trial) -> bool:

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 
-from count_video.motion.burst import Rival
 from count_video.motion.fitted import Between, Misfit
 from count_video.motion.posterior import doubted, with_more
 from count_video.motion.priors import STRAYING_WRONG
@@ -52,11 +51,11 @@ def counted(
     result = replace(
         nothing_to_count(info, report, reason or ""),
         status="not_counted" if reason else "counted",
-        reason=reason or _open(found),
+        reason=reason,
         count=count,
         seen=found.shown,
         between_frames=None if reason else found.burst - found.shown,
-        probability={} if count is None else probabilities(count, found.rival),
+        probability={} if count is None else doubted({count: 1.0}),
         count_after_burst=len(collisions) - found.burst,
         collisions=collisions,
         wall_side=track.wall_side,
@@ -85,28 +84,11 @@ def why_not(found: SeenCollisions) -> str | None:
     return sentences((*found.shortcomings, *found.doubts))
 
 
-def _open(found: SeenCollisions) -> str | None:
-    """Say what leaves a count open between two that are both likely."""
-    likely = found.rival is not None and found.rival.probability > LIKELY_ABOVE
-    return sentence(found.rival.reason) if found.rival and likely else None
-
-
 def leaves_doubt(found: SeenCollisions) -> bool:
     """Whether collisions may lie where no frame shows them, and the beginning is there."""
     doubtful = bool(found.doubts or found.shortcomings)
     whole = all(shortcoming.cause in ENDS_EARLY for shortcoming in found.shortcomings)
     return found.burst > 1 and doubtful and whole
-
-
-def probabilities(count: int, rival: Rival | None = None) -> dict[int, float]:
-    """Probability of each count where all collisions are resolved.
-
-    What is left to doubt is shared between one more and one fewer, of both counts if a rival to
-    the one told is open.
-    """
-    if rival is None:
-        return doubted({count: 1.0})
-    return doubted({count: 1 - rival.probability, rival.count: rival.probability})
 
 
 def _weighed(
@@ -146,12 +128,11 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
     if isinstance(between, Misfit):
         return replace(result, reason=f"{result.reason}; {sentence(between.reason)}")
     count = between.count
-    least = min(found.burst, found.rival.count) if found.rival else found.burst
-    if count < least and between.left_out is None:
+    if count < found.burst and between.left_out is None:
         return replace(
             result,
             reason=f"{result.reason}; the model of the motion that describes the track best has "
-            f"only {count} where the frames show {least} collisions",
+            f"only {count} where the frames show {found.burst} collisions",
         )
     if not sure_enough(between):
         return replace(
@@ -216,6 +197,7 @@ def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
         reasons = filter(None, (result.reason, sentence(between.reason)))
         return replace(result, reason="; ".join(reasons), probability=chances)
     burst = tuple(timed(collision, result.capture_fps) for collision in between.collisions)
+    result = replace(result, probability=between.probability if result.count else {})
     return replace(
         with_mass_ratio(_continued(result, between.following), between.mass_ratio),
         collisions=(*burst, *result.collisions[len(burst) :]),

@@ -7,7 +7,6 @@ from typing import Final
 
 from count_video.motion.reasons import Cause, Reason
 
-NAMED_AT_MOST = 3
 ENDS = "the clip ends {}, before the burst can be over; let it run longer"
 SENTENCES: Final = {
     Cause.NO_COLLISION: "no collision is seen: no gap between two bodies closes and opens with a "
@@ -22,31 +21,21 @@ SENTENCES: Final = {
     "the first one seen; start the clip earlier",
     Cause.ENDS_AT_CONTACT: ENDS.format("right after a collision"),
     Cause.ENDS_APPROACHING: ENDS.format("while the cylinder still moves to the wall"),
-    Cause.ENDS_HIDDEN: ENDS.format(
-        "while the cylinder, out of the picture, may be struck once more"
-    ),
     Cause.ENDS_CATCHING_UP: ENDS.format("while the ball still catches up with the cylinder"),
     Cause.ENDS_RETURNING: ENDS.format("while the ball still moves to the wall"),
     Cause.ENDS_BEFORE_NEXT: ENDS.format(
         "when by the fitted motion one more collision follows, with a probability of {:.0%}"
     ),
-    Cause.GRAZES_WALL: "after the last collision that is seen the ball creeps up to the wall: "
-    "whether it strikes it before the burst is over is too faint to tell",
     Cause.STRAYS: "the cylinder does not move as its swing and these collisions would have it: "
     "some were missed, or something else was taken for a body",
     Cause.WALL_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the wall was "
     "missed",
     Cause.BODY_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the cylinder "
     "was missed",
-    Cause.PAIR_MISSED: "between frames {:.1f} and {:.1f} at least two collisions were missed",
     Cause.UNRESOLVED: "collisions follow each other within {:.1f} pictures, less than the {} that "
     "show each for certain; film at a higher rate",
-    Cause.JUMPS_ELSEWHERE: "the ball turns sharply where by its place it strikes nothing (frame "
-    "{frames})",
     Cause.LEFT_OUT: "about {1:.0f} frames are left out after frame {0:.0f}, in which collisions "
     "may have happened",
-    Cause.TURN_OPEN: "the cylinder turns round at frame {:.0f}, just when the ball strikes it: "
-    "whether that collision still belongs to the burst is not certain",
     Cause.NO_IMPACT: "no impact is seen: what moves turns round smoothly, if at all, and jumps "
     "nowhere",
     Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to tell impacts by",
@@ -60,6 +49,8 @@ SENTENCES: Final = {
     "may be missed",
     Cause.WALL_AHEAD: "the clip ends while a body moves towards something that stands in its way: "
     "if that is a wall, let the clip run until the last collision",
+    Cause.SEVERAL_BOUNCE: "{:.0f} bodies each bounce by themselves, and which of them is meant is "
+    "not known; give its part of the picture with --region",
     Cause.UNLIKE: "the two bodies are not of a kind, and neither reaches a wall: let the clip run "
     "until the burst is over",
     Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else: show the trial "
@@ -83,12 +74,9 @@ SENTENCES: Final = {
 def sentence(reason: Reason) -> str:
     """Tell a reason in words for the user."""
     figures = reason.figures
-    frames = ", ".join(f"{frame:.1f}" for frame in figures[:NAMED_AT_MOST])
-    more = len(figures) - NAMED_AT_MOST
     return SENTENCES[reason.cause].format(
         *figures,
-        frames=f"{frames} and {more} more" if more > 0 else frames,
-        turns=", ".join(f"{frame:.0f}" for frame in figures),
+        turns=", ".join(f"{figure:.0f}" for figure in figures),
         spans=", ".join(
             f"{first:.0f} to {last:.0f}"
             for first, last in zip(figures[:-1:2], figures[1::2], strict=True)
