@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Unpack
 from count_video import pipeline
 from count_video.batch.manifest import Job, jobs_of
 from count_video.errors import CountVideoError, UsageError, reason_of
-from count_video.memory import shortage_explained
 from count_video.parallel import in_parallel
 from count_video.physics.theory import Mass, Theory, theory_of
+from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import WallSide
 from count_video.result import AnyPath, Result, clip_state

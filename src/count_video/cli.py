@@ -17,24 +17,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO, cast
 
 from count_video.errors import CountVideoError, MachineError, UsageError
-from count_video.memory import (
-    DRAWING_BYTES,
-    LIBRARIES_BYTES,
-    check_limits,
-    check_memory,
-    shortage_explained,
-)
 from count_video.options import complete_options, is_campaign, read_options
 from count_video.process import (
+    DRAWING_BYTES,
+    LIBRARIES_BYTES,
     before_the_end,
+    check_limits,
+    check_memory,
     end_well_on_signals,
     flush_stdout,
     give_stdout_up,
     keep_libraries_off_the_streams,
     leave_cores_to_the_decoder,
+    shortage_explained,
     show_any_file_name,
 )
-from count_video.progress import NO_PROGRESS, Progress
+from count_video.progress import NO_PROGRESS, Progress, TerminalBar
 from count_video.reports.words import printable
 
 if TYPE_CHECKING:
@@ -269,8 +267,6 @@ def _settings(options: argparse.Namespace) -> Settings:
 def _progress(unit: str = "frames") -> Progress:
     if not _on_terminal(sys.stderr):
         return NO_PROGRESS
-    from count_video.reports.progress_bar import TerminalBar
-
     bar = TerminalBar(sys.stderr, unit)
     before_the_end(bar.finish)
     return bar

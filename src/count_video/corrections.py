@@ -58,7 +58,7 @@ def reviewed(result: TrialResult, path: Path) -> TrialResult:
     return replace(
         result,
         corrections=corrections,
-        reviewed_count=burst_size(result) + sum(_step(correction) for correction in corrections),
+        reviewed_count=result.burst_size + sum(_step(correction) for correction in corrections),
         warnings=(*result.warnings, *changed),
     )
 
@@ -97,11 +97,6 @@ def _count_in_words(count: object) -> str:
     return "not counted" if count is None else str(count)
 
 
-def burst_size(result: TrialResult) -> int:
-    """How many of the collisions found belong to the burst, counted or not."""
-    return result.count if result.count is not None else result.seen or 0
-
-
 def _step(correction: Correction) -> int:
     if not correction.changes_count:
         return 0
@@ -126,7 +121,7 @@ def _correction(entry: object, result: TrialResult, where: str) -> Correction:
             f"{where}: there is no such collision ({kind}, frame {frame:.6g}) in the result; "
             "correct this result on its own page"
         )
-    return Correction("wrong", kind, wrong.frame, wrong.number, wrong.number <= burst_size(result))
+    return Correction("wrong", kind, wrong.frame, wrong.number, wrong.number <= result.burst_size)
 
 
 def _meant(collisions: Sequence[Collision], frame: float) -> Collision | None:
@@ -138,5 +133,4 @@ def _meant(collisions: Sequence[Collision], frame: float) -> Collision | None:
 
 def _before_the_end(frame: float, result: TrialResult) -> bool:
     """Whether a missed collision belongs to the burst: no collision beyond it came before."""
-    beyond = [c.frame for c in result.collisions if c.number > burst_size(result)]
-    return frame < min(beyond, default=math.inf)
+    return frame < min((c.frame for c in result.beyond_burst), default=math.inf)

@@ -19,7 +19,6 @@ from count_video.followed import Followed
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
-from count_video.memory import DRAWING_BYTES, check_memory
 from count_video.outputs import (
     OutputFolder,
     explained,
@@ -28,6 +27,7 @@ from count_video.outputs import (
     output_name,
     write_whole,
 )
+from count_video.process import DRAWING_BYTES, check_memory
 from count_video.progress import NO_PROGRESS, Progress, counted_off
 from count_video.records import Track
 from count_video.reports.annotated_clip import AnnotatedClip, frame_times_s

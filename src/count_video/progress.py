@@ -1,13 +1,17 @@
 """How far a long job has come: reported by the library, shown (or not) by whoever called it.
 
 Library code calls the three methods whether the progress is shown or not; ``NO_PROGRESS`` is the
-listener that does nothing.
+listener that does nothing, ``TerminalBar`` one for a person at a terminal.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Protocol, TypeVar
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Protocol, TextIO, TypeVar
+
+if TYPE_CHECKING:  # rich takes time, and most runs show no bar
+    from rich.progress import Progress as Bar
 
 _Item = TypeVar("_Item")
 
@@ -46,3 +50,69 @@ def counted_off(frames: Iterable[_Item], progress: Progress) -> Iterator[_Item]:
     for frame in frames:
         yield frame
         progress.advance(1)
+
+
+class TerminalBar:
+    """What advances in a clip or a campaign, on one line, with the time that is left."""
+
+    def __init__(self, stream: TextIO, unit: str = "frames", *, per_minute: bool = False) -> None:
+        """Show on a stream what advances, counted in ``unit``, a plural.
+
+        ``per_minute`` shows how many of them are done in a minute as well.
+        """
+        self._stream = stream
+        self._unit = unit
+        self._per_minute = per_minute
+        self._bar: Bar | None = None
+
+    def start(self, total: int | None, label: str) -> None:
+        """Draw an empty bar; without a total it only shows that something happens."""
+        self.finish()
+        self._bar = self._drawn()
+        self._bar.add_task(label, total=total or None, pace="-/min")
+        self._bar.start()
+
+    def advance(self, frames: int) -> None:
+        """Move the bar on."""
+        if self._bar is not None:
+            task = self._bar.tasks[0]
+            pace = f"{60 * task.speed:.3g}/min" if task.speed else "-/min"
+            self._bar.update(task.id, advance=frames, pace=pace)
+
+    def finish(self) -> None:
+        """Remove the bar and show the cursor again."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """Take the bar away while something else is written on the same terminal."""
+        if self._bar is None:
+            yield
+            return
+        self._bar.stop()
+        try:
+            yield
+        finally:
+            self._bar.start()
+
+    def _drawn(self) -> Bar:
+        from rich import progress  # noqa: PLC0415 - see above
+        from rich.console import Console  # noqa: PLC0415
+
+        return progress.Progress(
+            # Labels carry file names, in which square brackets are no mark-up.
+            progress.TextColumn("{task.description}", markup=False),
+            progress.BarColumn(bar_width=24),  # leaves space on the line for the "^C" of a person
+            progress.MofNCompleteColumn(),
+            progress.TextColumn(self._unit),
+            *([progress.TextColumn("{task.fields[pace]}")] if self._per_minute else []),
+            progress.TimeRemainingColumn(),
+            console=Console(file=self._stream),
+            transient=True,
+            redirect_stdout=False,
+            redirect_stderr=False,
+            # A clip takes seconds, so a short period would hold none.
+            speed_estimate_period=600 if self._per_minute else 30,
+        )

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from count_video.errors import CountVideoError, UsageError
 from count_video.followed import Followed, followed
 from count_video.inputs import signature
-from count_video.memory import shortage_explained
 from count_video.outputs import CsvDialect
+from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Collision, Estimate, Track, TrialResult
 from count_video.reports.json_object import json_object

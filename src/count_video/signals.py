@@ -1,30 +1,35 @@
-r"""Noisy signals over frames: how noisy, and where they turn.
-
-Low points of a gap that closes and opens again:
-
-    gap
-     |\            /\            __/
-     | \    /\    /  \        __/
-     |  \  /  \  /    \    __/
-     |   \/    \/      \__/
-     +----1-----2--------3---------> frame
-
-A low point counts once the signal has risen above it by more than the hysteresis, and had come
-down to it from as far above; smaller ups and downs are noise. By name:
-
-- an exact zero, or a value below zero: no different from any other value, only order matters;
-- a plateau (equal lowest values, 3): its middle;
-- the two ends: a signal that still falls at its end has no low point there, nor has one that rises
-  from its start, for nothing was seen on the other side;
-- NaN (not seen): passed over.
-"""
+"""Noisy signals over frames: where they turn, how noisy they are, how long their errors last."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+
+# ---- low points and noise ------------------------------------------------------------------------
+# Noisy signals over frames: how noisy, and where they turn.
+#
+# Low points of a gap that closes and opens again:
+#
+#     gap
+#      |\            /\            __/
+#      | \    /\    /  \        __/
+#      |  \  /  \  /    \    __/
+#      |   \/    \/      \__/
+#      +----1-----2--------3---------> frame
+#
+# A low point counts once the signal has risen above it by more than the hysteresis, and had come
+# down to it from as far above; smaller ups and downs are noise. By name:
+#
+# - an exact zero, or a value below zero: no different from any other value, only order matters;
+# - a plateau (equal lowest values, 3): its middle;
+# - the two ends: a signal that still falls at its end has no low point there, nor has one that
+#   rises from its start, for nothing was seen on the other side;
+# - NaN (not seen): passed over.
 
 NOISE_AT_LEAST_PX = 0.03
 """Footage is compressed: no track is better than this over a few frames."""
@@ -74,3 +79,190 @@ def noise_px(signal: Floats) -> float:
 def sigma_of(signal: Floats) -> float:
     """Noise in px of one frame of a track, shape (n,), not below what compression leaves."""
     return max(noise_px(signal), NOISE_AT_LEAST_PX)
+
+
+# ---- errors that last: restricted maximum likelihood ---------------------------------------------
+# How large are the errors of places, if some of them last? Restricted maximum likelihood.
+#
+# Places y of a body in flight are a smooth path and an error e,
+#
+#     y_i = X_i b + e_i,     cov(e_i, e_j) = s^2 [w (i = j) + (1 - w) exp(-|t_i - t_j| / T)].
+#
+# A share w of the error's variance is white, the rest lasts for about T frames: encoders leave
+# both. What lasts resembles motion in part. The fit takes it up, and what is left about the fit is
+# too small. The restricted likelihood (Patterson and Thompson 1971) is that of the part of y which
+# no path can explain. For each pair (T, w) it gives s^2 without that loss, and how well the pair
+# agrees with the places:
+#
+#     2 log L = - log|C| - log|X' C^-1 X| - f log(s^2),     s^2 = y' P y / f,
+#
+# with C the covariance over s^2, P = C^-1 - C^-1 X (X' C^-1 X)^-1 X' C^-1 and f the degrees of
+# freedom. C is never written down: a Kalman filter whose state is the lasting error turns the
+# columns of X and y into independent ones, frame by frame, for all pairs at once. Pairs that fit
+# alike are hard to distinguish, so the variance is the mean of theirs, weighted by likelihood.
+
+LASTS_FRAMES = (2.0, 4.0, 8.0, 16.0)
+"""What lasts longer than that the path takes up in most flights: the places say nothing of it."""
+FORGOTTEN_FRAMES = 36 * LASTS_FRAMES[-1]
+"""Errors so far apart have a correlation of exp(-36), a rounding error, or less."""
+WHITE_SHARES = (0.0, 0.1, 0.2, 0.4, 0.6, 0.8)
+FRAMES_AT_LEAST = 4
+"""A shorter flight says hardly more than its own place and velocity."""
+FREEDOM_AT_LEAST = 8
+"""Fewer degrees of freedom know a standard deviation to no better than a quarter."""
+SINGULAR = 1e-9
+"""A shared column whose square is less than this, over its own before, is none of its own."""
+
+
+@dataclass(frozen=True)
+class Flight:
+    """One flight of a body; n frames in which it was seen."""
+
+    clock: Floats
+    """Frame coordinates, shape (n,)."""
+    own: Floats
+    """What this flight's path is made of, with coefficients of its own, shape (n, p)."""
+    shared: Floats
+    """What the paths of all flights share, with the same coefficients, shape (n, q)."""
+    place_px: Floats
+    """Shape (n,)."""
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom that its own coefficients leave."""
+        return int(len(self.clock) - self.own.shape[1])
+
+
+def flight_of(clock: Floats, position: Floats) -> Flight | None:
+    """Describe a flight under an acceleration linear in time and place, the law of all flights.
+
+    Parameters
+    ----------
+    clock
+        Frame coordinates, shape (n,).
+    position
+        Places from an origin that all flights share, shape (n,); NaN where not seen.
+
+    Returns
+    -------
+    Flight or None
+        None where the body is hardly seen.
+    """
+    seen = np.isfinite(position)
+    if seen.sum() < FRAMES_AT_LEAST:
+        return None
+    time = clock - clock[seen].mean()
+    fallen = integral(time, integral(time, np.interp(clock, clock[seen], position[seen])))
+    time, place = time[seen], position[seen] - position[seen].mean()
+    own = np.column_stack([np.ones_like(time), time])
+    return Flight(clock[seen], own, np.column_stack([time**2, fallen[seen]]), place)
+
+
+def integral(time: Floats, values: Floats) -> Floats:
+    """Integrate by the trapezoidal rule from the first value on, shape (n,)."""
+    means = (values[1:] + values[:-1]) / 2
+    return np.concatenate([[0.0], np.cumsum(means * np.diff(time))])
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How the errors of places vary together."""
+
+    white_px2: float
+    """Variance of what is new in every frame."""
+    lasting_px2: Floats
+    """Variance of what lasts, for each of ``LASTS_FRAMES``."""
+
+    @property
+    def sigma_px(self) -> float:
+        """Standard deviation of one error."""
+        return float(np.sqrt(self.white_px2 + self.lasting_px2.sum()))
+
+    def covariance_of(self, clock: Floats) -> Floats:
+        """Covariance of errors in px squared in frames of shape (n,), shape (n, n)."""
+        apart = np.abs(clock[:, None] - clock)
+        total = self.white_px2 * np.eye(len(clock))
+        for lasts, variance in zip(LASTS_FRAMES, self.lasting_px2, strict=True):
+            if variance > 0:
+                total += variance * np.exp(-apart / lasts)
+        return np.asarray(total)
+
+
+def errors_of(flights: Sequence[Flight]) -> Errors | None:
+    """Measure the errors of places about flights; None where these say too little."""
+    freedom = sum(flight.freedom for flight in flights)
+    if not flights or freedom - flights[0].shared.shape[1] < FREEDOM_AT_LEAST:
+        return None
+    lasts, white = _pairs()
+    reduced = [_reduced(flight, lasts, white) for flight in flights]
+    log_own = np.sum([log for log, _ in reduced], axis=0)
+    log_shared, squares, rank = _without_shared(np.sum([rest for _, rest in reduced], axis=0))
+    freedom = freedom - rank
+    squares = np.maximum(squares, np.finfo(np.float64).tiny)
+    likelihood = -0.5 * (log_own + log_shared + freedom * np.log(squares))
+    weight = np.exp(likelihood - likelihood.max())
+    variance = weight / weight.sum() * squares / freedom
+    lasting = [float(((1 - white) * variance)[lasts == each].sum()) for each in LASTS_FRAMES]
+    return Errors(float(white @ variance), np.array(lasting))
+
+
+def _pairs() -> tuple[Floats, Floats]:
+    """List times and white shares to try, shape (pairs,) each; the last pair is all white."""
+    lasts, white = (grid.ravel() for grid in np.meshgrid(LASTS_FRAMES, WHITE_SHARES))
+    return np.append(lasts, LASTS_FRAMES[0]), np.append(white, 1.0)
+
+
+def _reduced(flight: Flight, lasts: Floats, white: Floats) -> tuple[Floats, Floats]:
+    """Log determinants of one flight, and the products of shared columns and place without its own.
+
+    Shapes (pairs,) and (pairs, q + 1, q + 1).
+    """
+    columns = np.column_stack([flight.own, flight.shared, flight.place_px])
+    independent, log = _independent(columns, flight.clock, lasts, white)
+    products = np.einsum("ncj,nck->cjk", independent, independent)
+    own = flight.own.shape[1]
+    first, mixed, rest = products[:, :own, :own], products[:, :own, own:], products[:, own:, own:]
+    rest = rest - np.swapaxes(mixed, 1, 2) @ np.linalg.solve(first, mixed)
+    return log + np.linalg.slogdet(first)[1], rest
+
+
+def _independent(
+    columns: Floats, clock: Floats, lasts: Floats, white: Floats
+) -> tuple[Floats, Floats]:
+    """Turn columns with correlated errors into such with independent ones of variance 1.
+
+    Returns shape (n, pairs, columns), and the log determinants of the correlation, shape (pairs,).
+    """
+    lasting = 1.0 - white
+    expected = np.zeros((len(lasts), columns.shape[1]))
+    variance = lasting
+    out = np.empty((len(columns), *expected.shape))
+    log = np.zeros(len(lasts))
+    kept = np.exp(-np.diff(clock, prepend=clock[0])[:, None] / lasts)
+    for row, (seen, keep) in enumerate(zip(columns, kept, strict=True)):
+        variance = keep**2 * variance + (1 - keep**2) * lasting
+        total = variance + white
+        surprise = seen - keep[:, None] * expected
+        out[row] = surprise / np.sqrt(total)[:, None]
+        log += np.log(total)
+        gain = variance / total
+        expected = keep[:, None] * expected + gain[:, None] * surprise
+        variance = variance * (1 - gain)
+    return out, log
+
+
+def _without_shared(products: Floats) -> tuple[Floats, Floats, int]:
+    """Take the shared columns out of the places, one after the other.
+
+    Returns log determinants and remaining sums of squares, shape (pairs,), and how many columns
+    were there to take.
+    """
+    before = np.einsum("cjj->cj", products).copy()
+    log, rank = np.zeros(len(products)), 0
+    for column in range(products.shape[1] - 1):
+        square = products[:, column, column]
+        if np.all(square > SINGULAR * before[:, column]) and np.all(square > 0):
+            line = products[:, column, :]
+            products = products - line[:, :, None] * line[:, None, :] / square[:, None, None]
+            log, rank = log + np.log(square), rank + 1
+    return log, products[:, -1, -1], rank

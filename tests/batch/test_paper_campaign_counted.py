@@ -13,8 +13,7 @@ from count_video.batch.summary import summarise
 from count_video.reports.campaign import campaign_json
 from pages import blocks, page, section
 from synth_video import cli as synth_cli
-from synth_video.campaign.rendering import film, takes_of, write_lists
-from synth_video.campaign.seed_search import CAMPAIGNS
+from synth_video.campaign import CAMPAIGNS, film, takes_of, write_lists
 
 CAMPAIGNS_PAGE = "docs/campaigns.md"
 PAPER = CAMPAIGNS["paper-30"]

@@ -20,8 +20,7 @@ from pathlib import Path
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from synth_video.campaign.rendering import film, takes_of
-from synth_video.campaign.seed_search import CAMPAIGNS
+from synth_video.campaign import CAMPAIGNS, film, takes_of
 
 if not hasattr(os, "wait4"):
     pytest.skip("this system does not say what a process used", allow_module_level=True)

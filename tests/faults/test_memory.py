@@ -14,13 +14,13 @@ import pytest
 from command import ask, faults_of, unfinished
 from test_any_request import answer_to
 
-from count_video import memory, pipeline
+from count_video import pipeline, process
 from count_video.batch.executor import count_job
 from count_video.batch.manifest import Job
 from count_video.errors import MachineError, UsageError
 from count_video.footage.writer import WriteOptions, write_clip
-from count_video.memory import LEAST_BYTES, check_limits, check_memory, shortage_explained
 from count_video.pipeline import TrialSettings
+from count_video.process import LEAST_BYTES, check_limits, check_memory, shortage_explained
 from count_video.reports import plan_text
 
 COUNTS_3 = Path(__file__).parents[2] / "fixtures" / "ratio1-count3.mp4"
@@ -53,7 +53,7 @@ def test_a_shortage_is_one_sentence_whoever_meets_it(demand: Callable[[], None])
 def test_whatever_fails_without_memory_fails_for_want_of_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(memory, "check_memory", too_much_for_python)
+    monkeypatch.setattr(process, "check_memory", too_much_for_python)
     with pytest.raises(MachineError, match="not enough memory"), shortage_explained():
         raise ValueError("Input array could not be made C-contiguous")
     with pytest.raises(UsageError, match="no such"), shortage_explained():

@@ -15,8 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from count_video.batch.summary import summarise
+from count_video.progress import TerminalBar
 from count_video.reports.campaign import TrialRow, advice, campaign_json, campaign_text, trial_line
-from count_video.reports.progress_bar import TerminalBar
 from count_video.reports.tables import TRIAL_COLUMNS, trials_csv
 from count_video.reports.words import printable
 from table_rows import row

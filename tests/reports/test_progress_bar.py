@@ -8,8 +8,7 @@ from typing import TextIO
 
 import pytest
 
-from count_video.progress import NO_PROGRESS
-from count_video.reports.progress_bar import TerminalBar
+from count_video.progress import NO_PROGRESS, TerminalBar
 
 SHOW_CURSOR = "\x1b[?25h"
 

@@ -23,7 +23,7 @@ from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
 from count_video.parallel import Processes, Workers
 from count_video.process import before_the_end
-from count_video.progress import NO_PROGRESS, Progress
+from count_video.progress import NO_PROGRESS, Progress, TerminalBar
 from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
 from count_video.reports.words import WIDTH, printable
 from count_video.settings import EvidenceSettings, TrialSettings
@@ -123,8 +123,6 @@ def _progress() -> tuple[Progress, Callable[[], AbstractContextManager[None]]]:
     """Return what shows the progress, and how to write beside it."""
     if sys.stderr is None or not sys.stderr.isatty():
         return NO_PROGRESS, nullcontext
-    from count_video.reports.progress_bar import TerminalBar
-
     bar = TerminalBar(sys.stderr, "clips", per_minute=True)
     before_the_end(bar.finish)
     together = sys.stdout is not None and os.isatty(sys.stdout.fileno())

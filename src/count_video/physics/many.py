@@ -11,20 +11,27 @@ factor all times, counts and ratios of velocities stay the same.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from count_video.errors import UsageError
-from count_video.physics.contacts import Flags, States, Swings, Whole, next_contact
+from count_video.physics.flights import STEP_TOLERANCE, difference_bounds, swing
 from count_video.physics.setup import RESTING_FRACTION, Setup
 from count_video.physics.simulator import LONGEST_BURST_PERIODS, MOST_COLLISIONS
 from count_video.records import Floats
 
+Whole = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 NO_COUNT = -1
+PERIODS_AT_REST = 1.01
+"""Contacts with a cylinder that rests are sought for one swing of the ball and a rounding more."""
+_Signals = Callable[[Whole, Floats], tuple[Floats, Floats]]
+"""Values and slopes of the functions of some rows at a time for each."""
 _BLOCK = 64
 """Random numbers are drawn so many at a time for each set-up; it does not change their sequence."""
 _FINISHED_SHARE = 0.25
@@ -123,7 +130,7 @@ def _follow(table: NDArray[np.void], found: ManyBursts, most: int, numbers: _Sca
             rows, state, lasting = rows[lasting], state.take(lasting), lasting[lasting]
         laws = heavy.take(rows), light.take(rows)
         turn_s = laws[0].turning_s(state.heavy, state.heavy_velocity)
-        flight_s, at_wall = next_contact(laws, state, turn_s, lasting)
+        flight_s, at_wall = _next_contact(laws, state, turn_s, lasting)
         met = np.isfinite(flight_s)
         ended = lasting & (~met | (state.time + flight_s > limit[rows]))
         found.turn_s[rows[ended]] = (state.time + turn_s)[ended]
@@ -207,3 +214,133 @@ def _bounced(
         at_wall, -bounce * arrived.ball_velocity, arrived.ball_velocity - ratio * push
     )
     return arrived._replace(heavy_velocity=heavy_after, ball_velocity=ball_after)
+
+
+# ---- flights and contacts side by side, as in `flights` ---------------------------------------
+
+
+class Swings(NamedTuple):
+    """Damped pendulums about a rest place; arrays of shape (n,), named as in ``Pendulum``."""
+
+    rest_m: Floats
+    natural_rad_s: Floats
+    damping_per_s: Floats
+    damped_rad_s: Floats
+
+    def advance(self, place: Floats, velocity: Floats, tau: Floats) -> tuple[Floats, Floats]:
+        """Displacement and velocity after ``tau``."""
+        return swing(np, self, (place - self.rest_m, velocity), tau)
+
+    def phasor(self, place: Floats, velocity: Floats) -> NDArray[np.complex128]:
+        """C in q = Re(C e^{λτ})."""
+        q = place - self.rest_m
+        return np.asarray(q - 1j * (velocity + self.damping_per_s * q) / self.damped_rad_s)
+
+    @property
+    def rate(self) -> NDArray[np.complex128]:
+        """λ = iω − γ."""
+        return np.asarray(1j * self.damped_rad_s - self.damping_per_s)
+
+    def turning_s(self, place: Floats, velocity: Floats) -> Floats:
+        """Time until the velocity passes from positive to negative; inf for a body at rest."""
+        q = place - self.rest_m
+        pull = (self.natural_rad_s**2 * q + self.damping_per_s * velocity) / self.damped_rad_s
+        angle = np.arctan2(velocity, pull)
+        time = np.where(angle > 0.0, angle, angle + 2.0 * np.pi) / self.damped_rad_s
+        return np.where((velocity == 0.0) & (pull == 0.0), np.inf, time)
+
+    def take(self, rows: Flags | Whole) -> Swings:
+        """Return some of them."""
+        return Swings(*(column[rows] for column in self))
+
+
+class States(NamedTuple):
+    """Places and velocities after an event; ``heavy`` is the face less a ball diameter."""
+
+    time: Floats
+    heavy: Floats
+    heavy_velocity: Floats
+    ball: Floats
+    ball_velocity: Floats
+
+    def take(self, rows: Flags | Whole) -> States:
+        """Return some of them."""
+        return States(*(column[rows] for column in self))
+
+
+def _next_contact(
+    laws: tuple[Swings, Swings], state: States, window: Floats, lasting: Flags
+) -> tuple[Floats, Flags]:
+    """Time of flight (s) to the next contact, inf if there is none before the cylinder turns.
+
+    Also whether it is one with the wall; all arrays have shape (n,). Beyond the turn nothing counts
+    any more. Bodies that touch now seldom meet next: theirs is sought last, with the least to seek.
+    """
+    # A cylinder at rest never turns; the ball comes back to it within a swing, or stays away.
+    swing_s = PERIODS_AT_REST * 2.0 * np.pi / laws[1].damped_rad_s
+    window = np.where(lasting, np.where(np.isinf(window), swing_s, window), -np.inf)
+    wall, bodies = np.full_like(window, np.inf), np.full_like(window, np.inf)
+    zeros = np.zeros_like(window)
+    rest = Swings(zeros, zeros, zeros, np.ones_like(window))
+    # The ball meets the wall as the cylinder meets the ball.
+    of_ball = States(state.time, state.ball, state.ball_velocity, zeros, zeros)
+    pairs = ((bodies, laws, state), (wall, (laws[1], rest), of_ball))
+    touching = state.heavy == state.ball
+    for some, order in ((~touching, pairs), (touching, pairs[::-1])):
+        rows = np.flatnonzero(some)
+        for times, (upper, lower), placed in order:
+            limit = np.minimum(window, np.minimum(wall, bodies))[rows]
+            times[rows] = _contact((upper.take(rows), lower.take(rows)), placed.take(rows), limit)
+    return np.minimum(wall, bodies), wall < bodies
+
+
+def _contact(laws: tuple[Swings, Swings], state: States, window: Floats) -> Floats:
+    """Time until two bodies meet, of which the first is the cylinder, or the ball at the wall."""
+    heavy, light = laws
+    gap = state.heavy - state.ball
+    curvature, _ = difference_bounds(
+        (heavy.phasor(state.heavy, state.heavy_velocity), heavy.rate),
+        (light.phasor(state.ball, state.ball_velocity), light.rate),
+        np.maximum(window, 0.0),
+    )
+
+    def evaluate(rows: Whole, tau: Floats) -> tuple[Floats, Floats]:
+        here = state.take(rows)
+        rise, upper = heavy.take(rows).advance(here.heavy, here.heavy_velocity, tau)
+        climb, lower = light.take(rows).advance(here.ball, here.ball_velocity, tau)
+        return gap[rows] + rise - climb, upper - lower
+
+    start = _safe_steps(gap, state.heavy_velocity - state.ball_velocity, curvature)
+    return _first_zeros(evaluate, start, curvature, window)
+
+
+def _safe_steps(gap: Floats, slope: Floats, curvature: Floats) -> Floats:
+    """First positive zero of gap + slope s − curvature s²/2; inf if there is none."""
+    root = np.sqrt(slope * slope + 2.0 * curvature * gap)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        closing = 2.0 * gap / (root - slope)  # the form without cancellation
+        opening = (slope + root) / curvature
+    return np.where(slope < 0.0, closing, np.where(curvature > 0.0, opening, np.inf))
+
+
+def _first_zeros(evaluate: _Signals, start: Floats, curvature: Floats, window: Floats) -> Floats:
+    """First τ ≥ start at which each positive function reaches 0; inf if beyond its window."""
+    zeros = np.full_like(start, np.inf)
+    tau = start.copy()
+    rows = np.flatnonzero(tau <= window)
+    while rows.size:
+        now, bound = tau[rows], curvature[rows]
+        value, slope = evaluate(rows, now)
+        crossed = value <= 0.0  # rounding has led beyond it: one Newton step back
+        with np.errstate(divide="ignore", invalid="ignore"):
+            back = np.where(slope < 0.0, now - value / slope, now)
+        zeros[rows[crossed]] = np.maximum(start[rows], back)[crossed]
+        step = _safe_steps(np.maximum(value, 0.0), slope, bound)
+        after = now + step
+        within = STEP_TOLERANCE * after
+        near = ~crossed & ((step <= within) | (bound * step * step <= -slope * within))
+        arrived = near & (after <= window[rows])
+        zeros[rows[arrived]] = after[arrived]
+        tau[rows] = after
+        rows = rows[~crossed & ~near & (after <= window[rows])]
+    return zeros

@@ -13,8 +13,7 @@ from enum import IntEnum
 from typing import Literal, get_args
 
 from count_video.errors import UsageError
-from count_video.physics.contacts import first_zero
-from count_video.physics.flights import REST, Law, Pendulum, Sliding
+from count_video.physics.flights import REST, Law, Pendulum, Sliding, first_zero
 
 Mounting = Literal["free", "floor", "suspended"]
 

@@ -34,7 +34,6 @@ from count_video.reports.material import (
     SpaceTime,
     SpaceTimeSampler,
     ball_edges_px,
-    burst_size,
     contact_px,
     image_point,
     shift_of,
@@ -234,7 +233,7 @@ class AnnotatedClip:
     def _happened(self, index: int) -> tuple[list[Collision], int]:
         """Return the collisions up to and with a frame, and how many of them count."""
         past = [c for c in self._result.collisions if c.frame < index + 0.5]
-        return past, min(len(past), burst_size(self._result))
+        return past, min(len(past), self._result.burst_size)
 
     def _pace(self, row: int) -> str:
         """Say how fast the clip plays at a frame, beside its own rate."""

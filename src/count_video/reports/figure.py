@@ -20,7 +20,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
-from PIL import Image
 
 from count_video.outputs import explained, open_outputs
 from count_video.physics.theory import collision_count, theta_rad
@@ -134,9 +133,7 @@ def thumbnail_jpeg(material: Material) -> bytes:
         draw_space_time(axes, material, material.shown_frames, size=14)
         axes.set_axis_off()
         target = io.BytesIO()
-        Image.open(io.BytesIO(picture_bytes(figure, "png"))).convert("RGB").resize(
-            THUMBNAIL_PX, Image.Resampling.LANCZOS
-        ).save(target, "JPEG", quality=85)
+        figure.savefig(target, format="jpeg", pil_kwargs={"quality": 85})
     return target.getvalue()
 
 

@@ -58,7 +58,8 @@ class Material:
 
     result: TrialResult
     track: Track
-    space_time: SpaceTime
+    space_time: SpaceTime | None
+    """None of a trial that is planned and not filmed; the wall then stands at 0."""
     pendulum: Pendulum | None
     """None where the swing does not show."""
 
@@ -70,8 +71,7 @@ class Material:
     @cached_property
     def burst(self) -> tuple[Collision, ...]:
         """The collisions that count, or would if the clip were counted."""
-        size = burst_size(self.result)
-        return tuple(c for c in self.result.collisions if c.number <= size)
+        return tuple(c for c in self.result.collisions if c.number <= self.result.burst_size)
 
     @cached_property
     def shown_frames(self) -> Range:
@@ -107,14 +107,9 @@ class Material:
         values = np.concatenate([low, high, face])
         values = values[np.isfinite(values)]
         if values.size == 0:
-            return 0.0, float(self.space_time.image.shape[1])
+            return 0.0, 1.0 if self.space_time is None else float(self.space_time.image.shape[1])
         beside = BESIDE_DIAMETERS * track.ball_diameter_px
         return float(values.min()) - beside, float(values.max()) + beside
-
-
-def burst_size(result: TrialResult) -> int:
-    """How many of the collisions found belong to the burst, counted or not."""
-    return result.count if result.count is not None else result.seen or 0
 
 
 def contact_px(collision: Collision, track: Track) -> float:

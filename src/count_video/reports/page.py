@@ -30,7 +30,7 @@ from count_video.reports.campaign import (
     physics_lines,
     summary_lines,
 )
-from count_video.reports.material import ContactFrame, burst_size
+from count_video.reports.material import ContactFrame
 from count_video.reports.plan_text import change_words, plan_headline, plan_notes, table_lines
 from count_video.reports.tables import collision_lines
 from count_video.reports.text import comparison_lines, result_notes
@@ -162,8 +162,7 @@ def _base64(data: bytes) -> str:
 def _data(result: TrialResult, footage: Footage, picture: Picture | None) -> dict[str, object]:
     """Collect what the script works with; jinja2 escapes it so that no name can end the script."""
     name = storable(Path(result.clip).name)
-    size = burst_size(result)
-    beyond = [c.frame for c in result.collisions if c.number > size]
+    size = result.burst_size
     return {
         "clip": name,
         "clip_sha256": footage.clip_sha256,
@@ -171,7 +170,7 @@ def _data(result: TrialResult, footage: Footage, picture: Picture | None) -> dic
         "count": result.count,
         "ms_a_frame": None if not result.capture_fps else 1000 / result.capture_fps,
         "panels": [] if picture is None else list(picture.panels),
-        "burst_ends": min(beyond, default=1e300),
+        "burst_ends": min((c.frame for c in result.beyond_burst), default=1e300),
         "frames": [int(frame) for frame in footage.frame],
         "times": [round(float(time), 5) for time in footage.shown_s],
         "collisions": [_entry(c, size, footage.cuts.get(c.number, ())) for c in result.collisions],

@@ -24,6 +24,7 @@ from count_video.reports.drawing import (
 from count_video.reports.material import (
     Material,
     Range,
+    SpaceTime,
     ball_edges_px,
     contact_px,
     scale_of,
@@ -55,7 +56,8 @@ def draw_whole(axes: Axes, material: Material) -> None:
     inside: Sequence[int] = ()
     if worth_enlarging(material):
         low, high = material.dense_frames
-        axes.axvspan(low, high, fill=False, edgecolor=YELLOW, linewidth=2.0)
+        frame = BLACK if material.space_time is None else YELLOW
+        axes.axvspan(low, high, fill=False, edgecolor=frame, linewidth=2.0)
         axes.set_title("Space and time, the wall at the bottom; the framed part is enlarged")
         inside = [c.number for c in material.burst if low <= c.frame <= high][1:-1]
     _number(axes, material, material.result.collisions, size=9, but=inside)
@@ -75,9 +77,14 @@ def draw_enlarged(axes: Axes, material: Material) -> None:
 
 def draw_space_time(axes: Axes, material: Material, frames: Range, size: float = 52) -> None:
     """Draw image, tracks and marks of a stretch of frames; ``size`` is that of the marks."""
-    places = material.shown_places(frames)
-    _draw_image(axes, material, frames, places)
-    track = material.track
+    places, track = material.shown_places(frames), material.track
+    if material.space_time is not None:
+        _draw_image(axes, material.space_time, frames, places)
+    elif track.heavy is not None:
+        axes.axhspan(places[0], 0.0, color=GREY, alpha=0.4, linewidth=0)
+        axes.fill_between(track.frame, *ball_edges_px(track), color=BALL, alpha=0.35, linewidth=0)
+        face = track.heavy.position_px
+        axes.fill_between(track.frame, face, places[1], color=HEAVY, alpha=0.35, linewidth=0)
     for edge in ball_edges_px(track):
         axes.plot(track.frame, edge, color=BALL, linewidth=1.4, gid="ball")
     if track.heavy is not None:
@@ -89,8 +96,8 @@ def draw_space_time(axes: Axes, material: Material, frames: Range, size: float =
     axes.set_ylim(*places[:: material.outward])
 
 
-def _draw_image(axes: Axes, material: Material, frames: Range, places: Range) -> None:
-    rows, image = material.space_time.frame, material.space_time.image
+def _draw_image(axes: Axes, filmed: SpaceTime, frames: Range, places: Range) -> None:
+    rows, image = filmed.frame, filmed.image
     # Frames that were left out (copies) get the row before them: the image's time stays even.
     wanted = np.arange(np.floor(frames[0]), np.ceil(frames[1]) + 1)
     wanted = wanted[(wanted >= rows[0]) & (wanted <= rows[-1])]

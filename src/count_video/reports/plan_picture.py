@@ -45,7 +45,7 @@ from count_video.reports.drawing import (
     styled,
 )
 from count_video.reports.json_object import plan_object
-from count_video.reports.material import Luma, Material, Pendulum, SpaceTime
+from count_video.reports.material import Material, Pendulum
 from count_video.reports.page import plan_page
 from count_video.reports.panels import draw_enlarged, draw_whole, legend_handles
 from count_video.reports.plan_text import plan_headline
@@ -181,23 +181,14 @@ def _ends(centres_cm: Floats) -> tuple[float, float]:
     return float(centres_cm[0] - half), float(centres_cm[-1] + half)
 
 
-# ---- the planned trial as if it had been filmed and counted --------------------------------------
-# The lines of its tracks are drawn between the frames as well, as only a plan can; the image behind
-# them is what the planned camera would show, frame by frame. Frame 0 is the release; px are those
-# of a picture that holds wall and burst and little else.
+# ---- the planned trial as if it had been counted -------------------------------------------------
+# Frame 0 is the release, and px are those of a picture that holds wall and burst and little else;
+# places are counted from the wall. The paths are drawn between the frames as well.
 
-IMAGE_PX = PICTURE_WIDTH_PX + 500
-"""Length of the line of motion that is drawn: somewhat more than a picture holds."""
-MOST_FRAMES = 6000
-"""Frames of the image; a camera that takes more is drawn as one that takes these."""
-POINTS_A_FRAME = 6
-MOST_POINTS = 60_000
+POINTS = 1000
+"""Of the paths, besides those at the collisions, between which they are smooth."""
 BEYOND = 0.12
 """The picture begins this share of the burst before the first collision, and ends so after it."""
-WALL_DIAMETERS = 0.5
-"""Distance from the picture's border to the wall, in ball diameters."""
-BACKDROP, WALL, BALL, CYLINDER = 70, 150, 225, 180
-"""Brightness of what the image shows, 0 to 255."""
 
 
 @dataclass(frozen=True)
@@ -208,67 +199,42 @@ class _Filmed:
 
     @cached_property
     def rate(self) -> float:
-        """Rate of the planned camera, or the one needed; less where that is too many frames."""
-        camera, burst = self.plan.camera, self.plan.burst
-        wanted = self.plan.framing.rate_needed_fps if camera is None else camera.capture_fps
-        return min(wanted, MOST_FRAMES / max(burst.last_s - burst.first_s, 1e-3))
+        """Rate of the planned camera in frames a second, or else the one needed."""
+        camera = self.plan.camera
+        return self.plan.framing.rate_needed_fps if camera is None else camera.capture_fps
 
     @cached_property
     def px_per_m(self) -> float:
         return self.plan.framing.ball_at_most_px / self.plan.request.ball_diameter_m
 
-    def px(self, metres: Floats | float) -> Floats:
-        """Place in the picture, in px, of what lies so far from the wall; of the same shape."""
-        wall_px = WALL_DIAMETERS * self.plan.motion.setup.ball_diameter_m * self.px_per_m
-        return np.asarray(wall_px + self.px_per_m * np.asarray(metres))
-
     def material(self) -> Material:
         """Make what the panels of a measured trial are drawn from."""
-        frames = self._frames()
         setup = self.plan.motion.setup
-        rate_squared = setup.gravity_m_s2 / setup.heavy_thread_m / self.rate**2
-        return Material(
-            result=self._result(),
-            track=self._track(frames),
-            space_time=SpaceTime(frames, self._image(frames)),
-            pendulum=Pendulum(rate_squared, float(self.px(setup.heavy_rest_m))),
+        swing = Pendulum(
+            rate_squared=setup.gravity_m_s2 / setup.heavy_thread_m / self.rate**2,
+            centre_px=self.px_per_m * setup.heavy_rest_m,
         )
+        return Material(self._result(), self._track(), None, swing)
 
-    def _frames(self) -> Floats:
-        """Whole frames from shortly before the first collision to the turn, shape (n,)."""
-        burst = self.plan.burst
+    def _track(self) -> Track:
+        """Sample the paths evenly, and at the collisions, where they have corners."""
+        motion, burst = self.plan.motion, self.plan.burst
         margin_s = BEYOND * max(burst.last_s - burst.first_s, 1e-3)
-        first = math.floor(max(0.0, burst.first_s - margin_s) * self.rate)
-        return np.arange(first, math.ceil((burst.last_s + margin_s) * self.rate) + 1.0)
-
-    def _track(self, frames: Floats) -> Track:
-        """Sample the paths between the frames too, with the collisions, where they have corners."""
-        motion = self.plan.motion
-        number = min(MOST_POINTS, POINTS_A_FRAME * len(frames))
-        even = np.linspace(frames[0], frames[-1], number)
-        points = np.unique(np.append(even, [c.time_s * self.rate for c in motion.burst]))
-        sample, still = motion.sample(points / self.rate), np.zeros_like(points)
+        ends_s = max(0.0, burst.first_s - margin_s), burst.last_s + margin_s
+        even = np.linspace(*ends_s, POINTS)
+        times_s = np.unique(np.append(even, [c.time_s for c in motion.burst]))
+        sample, still = motion.sample(times_s), np.zeros_like(times_s)
         half = motion.setup.ball_diameter_m / 2 * self.px_per_m
+        ball_px, heavy_px = sample.ball_far_face_m * self.px_per_m, sample.heavy_face_m
         return Track(
-            frame=points,
-            ball=BodyTrack(self.px(sample.ball_far_face_m) + half, still, -half, half),
-            heavy=BodyTrack(self.px(sample.heavy_face_m), still, 0.0, float(PICTURE_WIDTH_PX)),
+            frame=times_s * self.rate,
+            ball=BodyTrack(ball_px + half, still, -half, half),
+            heavy=BodyTrack(heavy_px * self.px_per_m, still, 0.0, float(PICTURE_WIDTH_PX)),
             wall_side="left",
             ball_diameter_px=2 * half,
             line=MotionLine(0.0, 0.0, 0.0, upright=False),
             warnings=(),
         )
-
-    def _image(self, frames: Floats) -> Luma:
-        """Draw the line of motion of each frame, shape (n, IMAGE_PX)."""
-        sample = self.plan.motion.sample(frames / self.rate)
-        place_m = (np.arange(IMAGE_PX) - self.px(0.0)) / self.px_per_m
-        image = np.full((len(frames), IMAGE_PX), BACKDROP, np.uint8)
-        image[:, place_m < 0] = WALL
-        far, near = sample.ball_far_face_m[:, None], sample.ball_near_face_m[:, None]
-        image[(place_m >= far) & (place_m <= near)] = BALL
-        image[place_m >= sample.heavy_face_m[:, None]] = CYLINDER
-        return image
 
     def _result(self) -> TrialResult:
         """Say what the panels need to know of the trial."""
@@ -292,7 +258,7 @@ class _Filmed:
         camera_fps = plan.camera.capture_fps if plan.camera else plan.framing.rate_needed_fps
         clear_s = RESOLVED_FRAMES / camera_fps
         far_face_m = plan.motion.sample(np.array(times_s)).ball_far_face_m
-        places = self.px(far_face_m + plan.request.ball_diameter_m / 2)
+        places = self.px_per_m * (far_face_m + plan.request.ball_diameter_m / 2)
         return tuple(
             Collision(
                 number=number,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from count_video.physics.many import NO_COUNT
 from count_video.planning.spread import Chart, rate_needed_fps
-from count_video.records import Collision, Track, TrialResult
+from count_video.records import Track, TrialResult
 from count_video.reports.campaign import TrialRow, advice
-from count_video.reports.material import burst_size, scale_of
+from count_video.reports.material import scale_of
 from count_video.reports.words import WIDTH, fixed, printable
 
 _TYPES = {"number": "i8", "kind": "U6", "seen": "?", "in_burst": "?", "quality": "U5"}
@@ -67,6 +67,7 @@ TRIAL_COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
 }
 """Columns of the table of trials, and what stands in them; None is an empty cell."""
 NOT_KNOWN = "-"
+INFERRED = "  * inferred between frames"
 
 
 # ---- for NumPy and for a spreadsheet -----------------------------------------------------------
@@ -103,10 +104,9 @@ def collisions_array(result: TrialResult) -> NDArray[np.void]:
     ``in_burst`` is true for those that the count includes. Velocities and their standard
     uncertainties are px a frame along the line of motion; ``time_s`` is NaN without a capture rate.
     """
-    size = burst_size(result)
     rows = [
         (
-            *(c.number, c.kind, c.seen, c.number <= size, c.frame, c.frame_sigma),
+            *(c.number, c.kind, c.seen, c.number <= result.burst_size, c.frame, c.frame_sigma),
             *(math.nan if c.time_s is None else c.time_s, c.position_px),
             *(getattr(getattr(c, side), field) for side, field in _VELOCITIES.values()),
         )
@@ -189,52 +189,40 @@ class Column:
 def text_table(
     columns: Sequence[Column], rows: Sequence[Sequence[str] | str], width: int = WIDTH
 ) -> list[str]:
-    """Lay rows out in columns; a row that is one text stands as it is.
+    """Lay rows out in columns below their headings; a row that is one text stands as it is.
 
-    What is wider than ``width`` goes on below, beginning with the first column again.
+    What is wider than ``width`` goes on below, beginning with the first column again. Columns of
+    one group stay together.
     """
     lines: list[str] = []
-    for part in _parts(columns, width):
-        shown = [columns[place] for place in part]
-        lines += [""] if lines else []
-        lines += _headings(shown)
-        for row in rows:
-            lines.append(row if isinstance(row, str) else _row(shown, [row[k] for k in part]))
-    return lines
+    parts = [[0]]
+    for _, grouped in groupby(range(1, len(columns)), lambda place: columns[place].group or place):
+        group = list(grouped)
+        fits = sum(columns[place].width for place in parts[-1] + group) <= width
+        if fits or parts[-1] == [0]:
+            parts[-1] += group
+        else:
+            parts.append([0, *group])
+    for part in parts:
+        lines += ["", *_side_by_side(columns, rows, part)]
+    return lines[1:]
 
 
-def _parts(columns: Sequence[Column], width: int) -> Iterator[list[int]]:
-    """Yield the places of the columns that fit side by side, the first column in each part.
-
-    Columns of one group stay together.
-    """
-    part, used = [0], columns[0].width
-    for _, places in groupby(range(1, len(columns)), lambda place: columns[place].group or place):
-        group = list(places)
-        wide = sum(columns[place].width for place in group)
-        if used + wide > width and len(part) > 1:
-            yield part
-            part, used = [0], columns[0].width
-        part += group
-        used += wide
-    yield part
-
-
-def _headings(columns: Sequence[Column]) -> list[str]:
+def _side_by_side(
+    columns: Sequence[Column], rows: Sequence[Sequence[str] | str], part: Sequence[int]
+) -> list[str]:
+    """Lay some of the columns out, by their places."""
     # A group's name stands over its first column and runs on over the others of the group.
     groups, end = "", 0
-    for place, column in enumerate(columns):
-        if column.group and (place == 0 or columns[place - 1].group != column.group):
-            groups = groups.ljust(end + 4) + column.group
-        end += column.width
-    heading_row = _row(columns, [column.heading for column in columns])
-    return [groups, heading_row] if groups else [heading_row]
-
-
-def _row(columns: Sequence[Column], cells: Sequence[str]) -> str:
-    paired = zip(columns, cells, strict=True)
-    # A cell wider than its column keeps its gap: the row grows, the numbers never touch.
-    return "".join(f" {cell:{c.align}{c.width - 1}}" for c, cell in paired).rstrip()
+    for name, grouped in groupby((columns[place] for place in part), lambda column: column.group):
+        groups = groups.ljust(end + 4) + name if name else groups
+        end += sum(column.width for column in grouped)
+    lines = [groups] if groups else []
+    for row in ([column.heading for column in columns], *rows):
+        # A cell wider than its column keeps its gap: the row grows, the numbers never touch.
+        laid = (f" {row[k]:{columns[k].align}{columns[k].width - 1}}" for k in part)
+        lines.append(row if isinstance(row, str) else "".join(laid).rstrip())
+    return lines
 
 
 _NUMBERS = {
@@ -256,22 +244,21 @@ def collision_lines(result: TrialResult, width: int = WIDTH) -> list[str]:
     Columns of which nothing is known (times without a capture rate, a heavy body that is not
     there) are left out.
     """
-    table, collisions = collisions_array(result), result.collisions
+    if not result.collisions:
+        return []
+    table = collisions_array(result)
     known = [name for name in _NUMBERS if np.isfinite(table[name]).any()]
     columns = [Column("no.", 6), Column(" kind", 9, align="<"), *(_NUMBERS[n][0] for n in known)]
     rows: list[Sequence[str] | str] = [
-        [*_named(c), *(_number(row[name], _NUMBERS[name][1]) for name in known)]
-        for c, row in zip(collisions, table, strict=True)
+        [
+            *(str(row["number"]), f" {row['kind']}{'' if row['seen'] else '*'}"),
+            *(_number(row[name], _NUMBERS[name][1]) for name in known),
+        ]
+        for row in table
     ]
     if result.count is not None and result.count < len(rows):
         rows.insert(result.count, "  after the heavy body turned back:")
-    if not all(c.seen for c in collisions):
-        return [*text_table(columns, rows, width), "  * inferred between frames"]
-    return text_table(columns, rows, width) if rows else []
-
-
-def _named(collision: Collision) -> tuple[str, str]:
-    return str(collision.number), f" {collision.kind}{'' if collision.seen else '*'}"
+    return text_table(columns, rows, width) + ([] if table["seen"].all() else [INFERRED])
 
 
 def _number(value: float, decimals: int) -> str:
