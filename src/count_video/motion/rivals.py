@@ -41,6 +41,7 @@ from count_video.motion.priors import (
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Noise, Question, Solution, modelled, noise_of, solve
 from count_video.motion.starting import MOST_COLLISIONS, scan
+from count_video.motion.swing import Swing
 from count_video.records import Collision, Floats
 
 FLOORS_PX = (6.0, 0.6)
@@ -278,6 +279,8 @@ CALM_FRAMES = 3.0
 """Collisions further apart than this are all seen."""
 SCATTER = 0.006
 """Of the restitution from collision to collision, to begin with."""
+SWING_SIGMAS = 4.0
+"""The heavy body's swing must be measured this clearly to begin with it."""
 
 
 def forward_fit(
@@ -286,6 +289,8 @@ def forward_fit(
     """Fit the first so many collisions of a burst, every one of which is seen."""
     burst = found.collisions[: found.burst]
     values = rough
+    if seen == len(burst) and found.swing is not None:
+        values = _with_swing(rough, found.swing)
     for count in stages(seen):
         part = observed
         if count < len(burst):
@@ -306,6 +311,16 @@ def calm_beginning(burst: Sequence[Collision]) -> int:
     flights = np.diff([collision.frame for collision in burst])
     crowded = np.flatnonzero(flights < CALM_FRAMES)
     return int(crowded[0]) + 1 if len(crowded) else len(burst)
+
+
+def _with_swing(rough: Floats, swing: Swing) -> Floats:
+    """Take from the heavy body's path what it tells better than the rough values do."""
+    values = rough.copy()
+    if swing.mass_ratio_relative_sigma < 1 / SWING_SIGMAS:
+        values[Column.LIGHTNESS] = -np.log(swing.mass_ratio)
+    if swing.rate_squared > SWING_SIGMAS * swing.rate_squared_sigma:
+        values[Column.SWING] = np.log(swing.rate_squared) / 2
+    return within_limits(values)
 
 
 def stages(count: int) -> list[int]:
