@@ -76,7 +76,7 @@ def find_contacts(gaps: Gaps, ball_diameter_px: float) -> Contacts:
             fitted = _fit(paths, points, how)
             how = replace(how, rounds=1, errors=fitted.errors)
             points = [replace(p, frame=float(f)) for p, f in zip(points, fitted.frame, strict=True)]
-            worst = _worst(fitted, tolerance) or _strayed(fitted, points, gaps.frame)
+            worst = _worst(fitted, tolerance) or _strayed(fitted, points, gaps)
             if not worst:
                 break
             points = [point for n, point in enumerate(points) if n not in worst]
@@ -132,17 +132,37 @@ def _worst(fitted: Contacts, tolerance_px: float) -> list[int]:
     return peaks(away)
 
 
-def _strayed(fitted: Contacts, points: Sequence[LowPoint], frame: Floats) -> list[int]:
+def _strayed(fitted: Contacts, points: Sequence[LowPoint], gaps: Gaps) -> list[int]:
     """Contacts that lie farther from their lowest sample than the steps next to it, or the noise.
 
-    So it is where pictures in between do not show the body: what happened there is not seen.
+    So it is where pictures in between do not show the body: what happened there is not seen. Noise
+    moves the lowest sample the more, the more slowly the gap opens or closes.
     """
     lowest = np.array([point.lowest for point in points])
-    steps = np.diff(frame, prepend=frame[0], append=frame[-1])
-    place = np.searchsorted(frame, lowest)
+    place = np.searchsorted(gaps.frame, lowest)
+    steps = np.diff(gaps.frame, prepend=gaps.frame[0], append=gaps.frame[-1])
     longest = np.maximum(np.maximum(steps[place], steps[place + 1]), 1.0)
-    allowed = TIME_MOVES_FRAMES * longest + PLACE_SIGMAS * fitted.frame_sigma
+    noise = np.array([_gap_noise_px(fitted, point.kind) for point in points])
+    sigma = np.hypot(fitted.frame_sigma, noise / _slowest(fitted))
+    allowed = TIME_MOVES_FRAMES * longest + PLACE_SIGMAS * sigma
     return peaks(np.abs(fitted.frame - lowest) / allowed - 1)
+
+
+def _gap_noise_px(fitted: Contacts, kind: CollisionKind) -> float:
+    """Estimate the standard deviation of one sample of a gap."""
+    errors = fitted.errors if kind == "bodies" else fitted.errors[:1]
+    known = [one.sigma_px for one in errors if one is not None]
+    return float(np.linalg.norm(known))
+
+
+def _slowest(fitted: Contacts) -> Floats:
+    """How fast the gap of each contact closes or opens, the slower of both; inf where not shown."""
+    ball, heavy = (body.rate for body in fitted.bodies)
+    touching = np.array([kind == "bodies" for kind in fitted.kinds])
+    speed = np.abs(np.where(touching[:, None], heavy - ball, ball))
+    slowest = np.minimum(speed[:, 0], speed[:, 1])
+    shown = np.maximum(slowest, SIGMA_AT_LEAST)
+    return np.asarray(np.where(np.isfinite(slowest), shown, np.inf))
 
 
 def peaks(values: Floats, above: float = 0.0) -> list[int]:
