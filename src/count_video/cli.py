@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 PROGRAM = "count-video"
 NARROWEST, WIDEST = 40, 100
 """Columns within which sentences stay readable, on whatever terminal."""
-CAMPAIGN_FILES = ("campaign.html", "trials.csv", "campaign.json")
-"""What a campaign writes beside the result of each clip."""
 EXIT_COUNTED = 0
 EXIT_NOT_COUNTED = 1
 EXIT_USAGE = 2
@@ -119,9 +117,9 @@ def _answer_campaign(options: argparse.Namespace) -> int:
     from count_video.batch.command import answer_campaign
     from count_video.settings import trial_settings
 
-    code = answer_campaign(options, trial_settings(**_settings(options)), _columns())
-    if options.output is not None and not options.json:
-        _say_what_is_kept([options.output / name for name in CAMPAIGN_FILES])
+    code, kept = answer_campaign(options, trial_settings(**_settings(options)), _columns())
+    if not options.json:
+        _say_what_is_kept(kept, ", and NAME.json for each trial")
     return code
 
 
@@ -299,14 +297,14 @@ def _show_as_text(result: Result, gap: str, kept: Sequence[Path]) -> bool:
     return shown
 
 
-def _say_what_is_kept(files: Sequence[Path]) -> None:
-    """Name the files that were written, the page to open first."""
+def _say_what_is_kept(files: Sequence[Path], more: str = "") -> None:
+    """Name the files that were written, the page to open first; ``more`` ends the sentence."""
     if not files:
         return
     first = next((file for file in files if file.suffix == ".html"), files[0])
     others = ", ".join(printable(file.name) for file in files if file != first)
     words = printable(str(first)) + (" (open it in a browser)" if first.suffix == ".html" else "")
-    words += f", and beside it {others}" if others else ""
+    words += f", and beside it {others}{more}" if others else ""
     from count_video.reports.words import labelled
 
     print("", *labelled("Written", words, _columns()), sep="\n", flush=True)

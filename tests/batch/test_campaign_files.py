@@ -22,6 +22,7 @@ def test_a_campaign_keeps_a_result_a_clip_a_table_and_a_summary(campaign: StubCa
     trials = {"trial1.json", "trial2.json", "trial10.json"}
     together = {"trials.csv", "campaign.json", "campaign.html", "campaign.png"}
     assert kept == trials | together
+    assert all(name in done.stdout for name in together), "it says what it wrote"
     summary = json.loads((campaign.results / "campaign.json").read_text("utf-8"))
     assert (summary["trials"], summary["counted"], summary["theory"]) == (3, 3, 31)
     rows = table_rows(campaign.results)

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from count_video.batch.summary import summarise
 from count_video.progress import TerminalBar
 from count_video.reports.campaign import TrialRow, advice, campaign_json, campaign_text, trial_line
+from count_video.reports.page import campaign_page
 from count_video.reports.tables import TRIAL_COLUMNS, trials_csv
 from count_video.reports.words import printable
 from table_rows import row
@@ -27,6 +28,14 @@ KEYS = [
     *("theory_high", "mass_ratio", "histogram", "restitution_bodies", "restitution_wall"),
     *("energy_kept", "geometric_share", "need_a_person", "groups"),
 ]
+
+
+def test_a_nearly_certain_count_is_nowhere_called_certain() -> None:
+    one = row(chance=0.998)
+    assert "99.8%" in trial_line(one)
+    page = campaign_page([one], summarise([one]), (b"", "image/png"))
+    assert "99.8%" in page
+    assert "100%" not in page.partition("<tbody>")[2]
 
 
 def text_of(*rows: TrialRow) -> str:

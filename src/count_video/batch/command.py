@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Collection, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from functools import partial
+from pathlib import Path
 
 from count_video.batch.executor import ClusterWorkers
 from count_video.batch.manifest import Job, is_manifest, jobs_of
@@ -33,10 +34,11 @@ EXIT_COUNTED, EXIT_NOT_COUNTED = 0, 1
 
 def answer_campaign(
     options: argparse.Namespace, settings: TrialSettings, columns: int = WIDTH
-) -> int:
-    """Run a campaign and return the exit code: 1 if a trial is not counted or not kept.
+) -> tuple[int, list[Path]]:
+    """Run a campaign; return the exit code and the campaign's own files, as far as it writes any.
 
-    Sentences are wrapped at so many ``columns``.
+    The code is 1 if a trial is not counted or not kept. Sentences are wrapped at so many
+    ``columns``.
 
     Raises
     ------
@@ -50,10 +52,11 @@ def answer_campaign(
         pages = EvidenceSettings(options.output, options.picture_format, options.csv_dialect)
     jobs = jobs_of(options.clips, settings, pages)
     rows: list[TrialRow] = []
+    own: tuple[str, ...] = ()
     with ExitStack() as stack:
         store = None
         if options.output is not None:
-            own = (TABLE, SUMMARY, f"campaign.{options.picture_format}", "campaign.html")
+            own = ("campaign.html", TABLE, SUMMARY, f"campaign.{options.picture_format}")
             _refuse_to_overwrite_manifests(options, own)
             store = stack.enter_context(open_store(options.output, own, fresh=options.fresh))
             store.outputs.csv_dialect = options.csv_dialect
@@ -67,7 +70,8 @@ def answer_campaign(
                 print(row.text if options.json else trial_line(row), flush=True)
         _conclude(rows, store, options, columns)
     done = all(row.count is not None and row.not_kept is None for row in rows)
-    return EXIT_COUNTED if done else EXIT_NOT_COUNTED
+    code = EXIT_COUNTED if done else EXIT_NOT_COUNTED
+    return code, [options.output / name for name in own]
 
 
 def _refuse_to_overwrite_manifests(options: argparse.Namespace, own: Collection[str]) -> None:
