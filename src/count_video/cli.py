@@ -12,7 +12,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO, cast
 
@@ -117,10 +117,16 @@ def _answer_campaign(options: argparse.Namespace) -> int:
     from count_video.batch.command import answer_campaign
     from count_video.settings import trial_settings
 
-    code, kept = answer_campaign(options, trial_settings(**_settings(options)), _columns())
+    settings, progress = trial_settings(**_settings(options)), _progress("clips")
+
+    def show(text: str) -> None:
+        with progress.aside() if isinstance(progress, TerminalBar) else nullcontext():
+            print(text, flush=True)
+
+    done, kept = answer_campaign(options, settings, progress, show, _complain, _columns())
     if not options.json:
         _say_what_is_kept(kept, ", and NAME.json for each trial")
-    return code
+    return EXIT_COUNTED if done else EXIT_NOT_COUNTED
 
 
 def _answer_clips(options: argparse.Namespace) -> int:
@@ -265,7 +271,7 @@ def _settings(options: argparse.Namespace) -> Settings:
 def _progress(unit: str = "frames") -> Progress:
     if not _on_terminal(sys.stderr):
         return NO_PROGRESS
-    bar = TerminalBar(sys.stderr, unit)
+    bar = TerminalBar(sys.stderr, unit, per_minute=unit == "clips")
     before_the_end(bar.finish)
     return bar
 
