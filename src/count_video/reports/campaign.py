@@ -171,9 +171,7 @@ class CampaignSummary:
 def theory_words(summary: Summary) -> str:
     """Say the theory's count, or the counts that the measured ratio leaves open."""
     counts = summary.theories
-    if not counts:
-        return "-"
-    return counts_words(counts[0], counts[-1])
+    return counts_words(counts[0], counts[-1]) if counts else "-"
 
 
 # ---- text -------------------------------------------------------------------------------------
