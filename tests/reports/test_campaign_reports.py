@@ -62,7 +62,7 @@ def test_who_needs_a_person_is_marked_everywhere_with_what_to_do(
 ) -> None:
     assert trial.needs_a_person == doubtful
     assert ("needs a person" in trial_line(trial)) == doubtful
-    assert ("need a person" in text_of(trial)) == doubtful
+    assert ("1 of 1 trial needs a person" in text_of(trial)) == doubtful
     assert (advice(trial) != "") == doubtful
     assert (cells_of(trial)[0]["needs_a_person"] == "yes") == doubtful
     said = json.loads(campaign_json([trial], summarise([trial])))["need_a_person"]
