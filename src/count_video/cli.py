@@ -43,6 +43,8 @@ if TYPE_CHECKING:
 PROGRAM = "count-video"
 NARROWEST, WIDEST = 40, 100
 """Columns within which sentences stay readable, on whatever terminal."""
+_FORMATS = ("picture_format", "csv_dialect", "presenter")
+"""Options that say how evidence is written, called as the arguments of ``Result.save``."""
 EXIT_COUNTED = 0
 EXIT_NOT_COUNTED = 1
 EXIT_USAGE = 2
@@ -159,12 +161,12 @@ def _count(
     from count_video import api
 
     kept = options.output is not None
+    formats = {name: getattr(options, name) for name in _FORMATS}
     if kept:
         from count_video.evidence import check_evidence
         from count_video.settings import EvidenceSettings
 
-        formats = options.picture_format, options.csv_dialect, options.presenter
-        check_evidence(path, EvidenceSettings(options.output, *formats))
+        check_evidence(path, EvidenceSettings(options.output, **formats))
     result = api.count(path, **_settings(options), progress=progress)
     if options.corrections is not None:
         result = result.reviewed(options.corrections)
@@ -173,13 +175,7 @@ def _count(
     if not kept:
         return result, []
     try:
-        return result, result.save(
-            options.output,
-            picture_format=options.picture_format,
-            csv_dialect=options.csv_dialect,
-            presenter=options.presenter,
-            progress=progress,
-        )
+        return result, result.save(options.output, **formats, progress=progress)
     finally:
         progress.finish()
 
