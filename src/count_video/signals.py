@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 
 # ---- low points and noise ------------------------------------------------------------------------
-# Noisy signals over frames: how noisy, and where they turn.
-#
 # Low points of a gap that closes and opens again:
 #
 #     gap
@@ -82,8 +80,6 @@ def sigma_of(signal: Floats) -> float:
 
 
 # ---- errors that last: restricted maximum likelihood ---------------------------------------------
-# How large are the errors of places, if some of them last? Restricted maximum likelihood.
-#
 # Places y of a body in flight are a smooth path and an error e,
 #
 #     y_i = X_i b + e_i,     cov(e_i, e_j) = s^2 [w (i = j) + (1 - w) exp(-|t_i - t_j| / T)].
