@@ -164,14 +164,14 @@ def _learnt_again(
 
     What an outline does not cover yet is in the background, and what it covers too much is not: the
     outlines are learnt until they stay as they are, which is returned as well. A body that most
-    samples show keeps the outline it had if it shows none now, unless that holds another body, for
-    bodies are solid.
+    samples show keeps the outline it had if it shows none now, unless that holds another body that
+    moves on its own, for bodies are solid.
     """
     before = [few.shape(seen) for seen in found]
     few = replace(few, background=scene.background(few.samples, upright, before))
     bodies: list[Body | None] = [seen.body for seen in found[:known]]
     for seen, shape in zip(found[known:], before[known:], strict=True):
-        holds = any(shape.holds(other) for other in before if other is not shape)
+        holds = any(shape.holds(other) and not shape.moves_with(other) for other in before)
         bodies.append(learn_again(few, seen, found) or (None if holds else _as_before(seen)))
     sizes = [
         (size_of(shape.box), size_of(body.box))
