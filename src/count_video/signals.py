@@ -1,4 +1,4 @@
-"""Noisy signals over frames: where they turn, how noisy they are, how long their errors last."""
+"""Noisy signals: where they turn or are highest, how noisy they are, how long their errors last."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+
+Values = NDArray[np.float32] | Floats
 
 # ---- low points and noise ------------------------------------------------------------------------
 # Low points of a gap that closes and opens again:
@@ -262,3 +264,30 @@ def _without_shared(products: Floats) -> tuple[Floats, Floats, int]:
             products = products - line[:, :, None] * line[:, None, :] / square[:, None, None]
             log, rank = log + np.log(square), rank + 1
     return log, products[:, -1, -1], rank
+
+
+# ---- peaks between samples -----------------------------------------------------------------------
+
+
+def peak_of(values: Values, place: int) -> float:
+    """Refine the place of a peak by the parabola through its highest sample and the neighbours.
+
+    Parameters
+    ----------
+    values
+        Shape (n,).
+    place
+        Index of the highest sample; at an end the peak is taken to be there.
+    """
+    if not 0 < place < len(values) - 1:
+        return float(place)
+    return place + float(beyond(values[place - 1], values[place], values[place + 1]))
+
+
+def beyond(
+    before: Values | np.float32, here: Values | np.float32, after: Values | np.float32
+) -> NDArray[np.float64]:
+    """How far a peak lies from its highest sample, -0.5 to 0.5; 0 for a plateau."""
+    low, high, top = np.float64(before), np.float64(after), np.float64(here)
+    bend = 2 * top - low - high
+    return np.asarray(np.where(bend > 0, 0.5 * (high - low) / np.where(bend > 0, bend, 1), 0))
