@@ -12,7 +12,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO, cast
 
@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 PROGRAM = "count-video"
 NARROWEST, WIDEST = 40, 100
 """Columns within which sentences stay readable, on whatever terminal."""
-CAMPAIGN_FILES = ("campaign.html", "trials.csv", "campaign.json")
-"""What a campaign writes beside the result of each clip."""
+_FORMATS = ("picture_format", "csv_dialect", "presenter")
+"""Options that say how evidence is written, called as the arguments of ``Result.save``."""
 EXIT_COUNTED = 0
 EXIT_NOT_COUNTED = 1
 EXIT_USAGE = 2
@@ -119,10 +119,16 @@ def _answer_campaign(options: argparse.Namespace) -> int:
     from count_video.batch.command import answer_campaign
     from count_video.settings import trial_settings
 
-    code = answer_campaign(options, trial_settings(**_settings(options)), _columns())
-    if options.output is not None and not options.json:
-        _say_what_is_kept([options.output / name for name in CAMPAIGN_FILES])
-    return code
+    settings, progress = trial_settings(**_settings(options)), _progress("clips")
+
+    def show(text: str) -> None:
+        with progress.aside() if isinstance(progress, TerminalBar) else nullcontext():
+            print(text, flush=True)
+
+    done, kept = answer_campaign(options, settings, progress, show, _complain, _columns())
+    if not options.json:
+        _say_what_is_kept(kept, ", and NAME.json for each trial")
+    return EXIT_COUNTED if done else EXIT_NOT_COUNTED
 
 
 def _answer_clips(options: argparse.Namespace) -> int:
@@ -155,12 +161,12 @@ def _count(
     from count_video import api
 
     kept = options.output is not None
+    formats = {name: getattr(options, name) for name in _FORMATS}
     if kept:
         from count_video.evidence import check_evidence
         from count_video.settings import EvidenceSettings
 
-        formats = options.picture_format, options.csv_dialect, options.presenter
-        check_evidence(path, EvidenceSettings(options.output, *formats))
+        check_evidence(path, EvidenceSettings(options.output, **formats))
     result = api.count(path, **_settings(options), progress=progress)
     if options.corrections is not None:
         result = result.reviewed(options.corrections)
@@ -169,13 +175,7 @@ def _count(
     if not kept:
         return result, []
     try:
-        return result, result.save(
-            options.output,
-            picture_format=options.picture_format,
-            csv_dialect=options.csv_dialect,
-            presenter=options.presenter,
-            progress=progress,
-        )
+        return result, result.save(options.output, **formats, progress=progress)
     finally:
         progress.finish()
 
@@ -267,7 +267,7 @@ def _settings(options: argparse.Namespace) -> Settings:
 def _progress(unit: str = "frames") -> Progress:
     if not _on_terminal(sys.stderr):
         return NO_PROGRESS
-    bar = TerminalBar(sys.stderr, unit)
+    bar = TerminalBar(sys.stderr, unit, per_minute=unit == "clips")
     before_the_end(bar.finish)
     return bar
 
@@ -299,14 +299,14 @@ def _show_as_text(result: Result, gap: str, kept: Sequence[Path]) -> bool:
     return shown
 
 
-def _say_what_is_kept(files: Sequence[Path]) -> None:
-    """Name the files that were written, the page to open first."""
+def _say_what_is_kept(files: Sequence[Path], more: str = "") -> None:
+    """Name the files that were written, the page to open first; ``more`` ends the sentence."""
     if not files:
         return
     first = next((file for file in files if file.suffix == ".html"), files[0])
     others = ", ".join(printable(file.name) for file in files if file != first)
     words = printable(str(first)) + (" (open it in a browser)" if first.suffix == ".html" else "")
-    words += f", and beside it {others}" if others else ""
+    words += f", and beside it {others}{more}" if others else ""
     from count_video.reports.words import labelled
 
     print("", *labelled("Written", words, _columns()), sep="\n", flush=True)

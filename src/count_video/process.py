@@ -15,8 +15,6 @@ from count_video.errors import CountVideoError, MachineError
 from count_video.outputs import discard_unfinished
 
 # ---- streams and signals -------------------------------------------------------------------------
-# The process of a command: streams of its own, and an end from outside.
-#
 # An exception that a signal raises may come while a library calls back, is lost there, and the
 # command goes on. So the signal's handler does what is left to do itself, and leaves: at once, with
 # nothing left behind and the exit code that shells expect.
@@ -115,8 +113,6 @@ def give_stdout_up() -> None:
 
 
 # ---- memory --------------------------------------------------------------------------------------
-# A machine without memory for the work on a clip: one sentence, whoever found that out.
-#
 # Python, NumPy and OpenCV raise an error. Libraries that are loaded and OpenBLAS end the process
 # without a word instead, so for them it is found out before.
 

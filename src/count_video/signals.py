@@ -1,4 +1,4 @@
-"""Noisy signals over frames: where they turn, how noisy they are, how long their errors last."""
+"""Noisy signals: where they turn or are highest, how noisy they are, how long their errors last."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 
+Values = NDArray[np.float32] | Floats
+
 # ---- low points and noise ------------------------------------------------------------------------
-# Noisy signals over frames: how noisy, and where they turn.
-#
 # Low points of a gap that closes and opens again:
 #
 #     gap
@@ -82,8 +82,6 @@ def sigma_of(signal: Floats) -> float:
 
 
 # ---- errors that last: restricted maximum likelihood ---------------------------------------------
-# How large are the errors of places, if some of them last? Restricted maximum likelihood.
-#
 # Places y of a body in flight are a smooth path and an error e,
 #
 #     y_i = X_i b + e_i,     cov(e_i, e_j) = s^2 [w (i = j) + (1 - w) exp(-|t_i - t_j| / T)].
@@ -266,3 +264,30 @@ def _without_shared(products: Floats) -> tuple[Floats, Floats, int]:
             products = products - line[:, :, None] * line[:, None, :] / square[:, None, None]
             log, rank = log + np.log(square), rank + 1
     return log, products[:, -1, -1], rank
+
+
+# ---- peaks between samples -----------------------------------------------------------------------
+
+
+def peak_of(values: Values, place: int) -> float:
+    """Refine the place of a peak by the parabola through its highest sample and the neighbours.
+
+    Parameters
+    ----------
+    values
+        Shape (n,).
+    place
+        Index of the highest sample; at an end the peak is taken to be there.
+    """
+    if not 0 < place < len(values) - 1:
+        return float(place)
+    return place + float(beyond(values[place - 1], values[place], values[place + 1]))
+
+
+def beyond(
+    before: Values | np.float32, here: Values | np.float32, after: Values | np.float32
+) -> NDArray[np.float64]:
+    """How far a peak lies from its highest sample, -0.5 to 0.5; 0 for a plateau."""
+    low, high, top = np.float64(before), np.float64(after), np.float64(here)
+    bend = 2 * top - low - high
+    return np.asarray(np.where(bend > 0, 0.5 * (high - low) / np.where(bend > 0, bend, 1), 0))

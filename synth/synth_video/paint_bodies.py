@@ -202,9 +202,8 @@ def _brass(
     shine *= (
         1 + 0.25 * np.exp(-((ends / 0.03) ** 2)) - 0.22 * np.exp(-(((ends - 0.07) / 0.02) ** 2))
     )
-    shine *= 1 + 0.05 * np.cos(
-        along / length * 5.0 + 1.0
-    )  # what it mirrors is not the same all over
+    # What it mirrors is not the same all over.
+    shine *= 1 + 0.05 * np.cos(along / length * 5.0 + 1.0)
     for place in (0.17, 0.80):  # the slings that carry it
         sling = np.exp(-(((along / length - place) * length / (0.012 * radius + 0.3)) ** 2))
         shine *= 1 + 0.16 * sling
@@ -263,7 +262,7 @@ def paint_block(block: BlockAppearance, tilt_deg: float, blur_px: float) -> Body
     canvas = body_canvas((block.left_px, block.right_px), (-half, half), tilt_deg, blur_px)
     along, down = canvas.along_px - block.left_px, canvas.down_px
     length = block.right_px - block.left_px
-    cover = canvas.coverage(_box(along, down, length, half))
+    cover = canvas.coverage(_rounded_box(along - length / 2, down, length / 2, half, CORNER * half))
     rings = np.sin(9 * down / half + 2.5 * np.sin(2.2 * along / half + 0.6) + 0.8 * along / half)
     light = 0.95 + 0.10 * rings - 0.16 * (down / half) + 0.05 * np.cos(31 * down / half)
     band = np.abs(along - 0.30 * length) < 0.09 * length
@@ -277,13 +276,13 @@ def paint_cart(block: BlockAppearance, tilt_deg: float, blur_px: float) -> BodyP
     """Paint a cart seen from the side: body, plate and two wheels. Channels: as a ball's."""
     half = block.height_px / 2
     length = block.right_px - block.left_px
-    wheel, bottom = (
-        min(WHEEL * block.height_px, WHEEL_LENGTH * length),
-        half * (1 + 2 * WHEEL_BELOW),
-    )
+    wheel = min(WHEEL * block.height_px, WHEEL_LENGTH * length)
+    bottom = half * (1 + 2 * WHEEL_BELOW)
     canvas = body_canvas((block.left_px, block.right_px), (-half, bottom), tilt_deg, blur_px)
     along, down = canvas.along_px - block.left_px, canvas.down_px
-    body = canvas.coverage(_box(along, down + 0.25 * half, length, 0.75 * half))
+    side = 0.75 * half
+    box = _rounded_box(along - length / 2, down + 0.25 * half, length / 2, side, CORNER * side)
+    body = canvas.coverage(box)
     light = 1.0 - 0.22 * (down / half) + 0.30 * np.exp(-(((down / half + 0.55) / 0.10) ** 2))
     rgb = np.multiply.outer(np.array(block.color, float), light)
     plate = (np.abs(along - length / 2) < 0.22 * length) & (np.abs(down + 0.2 * half) < 0.42 * half)
@@ -315,23 +314,11 @@ def paint_puck(
     light = 0.98 - 0.10 * (u + v) + 0.12 * np.clip(1 - np.abs(from_middle - 0.86) / 0.05, 0, 1)
     rgb = np.multiply.outer(np.array(block.color, float), light)
     cross = (np.minimum(np.abs(x), np.abs(y)) < SPIN_MARK / 2) & (from_middle < 0.62) & (x > -0.2)
-    for color, part in (
-        (block.trim_color, from_middle > 0.80),
-        (block.mark_color, cross),
-    ):
+    for color, part in ((block.trim_color, from_middle > 0.80), (block.mark_color, cross)):
         rgb[:, part] = np.array(color, float)[:, None] * light[part]
     knob = np.clip((0.22 - from_middle) * 12, 0, 1)
     rgb += (60.0 + 90 * np.clip(-u - v, 0, 1) - rgb) * knob
     return _finish(canvas, rgb, cover, blur_px)
-
-
-def _box(along: Floats, down: Floats, length: float, half: float) -> Floats:
-    """Distance outside a box with broken corners, negative inside."""
-    corner = CORNER * half
-    dx = np.abs(along - length / 2) - length / 2 + corner
-    dy = np.abs(down) - half + corner
-    beyond = np.hypot(np.clip(dx, 0, None), np.clip(dy, 0, None))
-    return np.asarray(beyond + np.minimum(np.maximum(dx, dy), 0) - corner)
 
 
 def _edges(along: Floats, down: Floats, length: float, half: float) -> Floats:

@@ -7,7 +7,6 @@ image points (x, y); metres point away from the wall.
 from __future__ import annotations
 
 import json
-import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -16,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from count_video.errors import UsageError
+from count_video.outputs import explained, write_whole
 from count_video.physics.simulator import Motion
 from count_video.records import CollisionKind, Floats
 from synth_video.experiments.course import Course, rise_m
@@ -204,7 +203,6 @@ def truth_of(
     def face(along_m: Floats, up_m: Floats) -> PathTruth:
         return PathTruth(along_m, up_m, *projection.image(along_m, up_m, shift_px))
 
-    nothing = np.zeros_like(sample.heavy_face_m)
     events = _events(motion, scene, seed, schedule, projection)
     burst, last = len(motion.burst), len(schedule.centre_s) - 0.5
     return Truth(
@@ -217,7 +215,7 @@ def truth_of(
         ball_near=face(sample.ball_near_face_m, ball_up),
         ball_far=face(sample.ball_far_face_m, ball_up),
         cylinder=face(sample.heavy_face_m, heavy_up),
-        wall=face(nothing, nothing),
+        wall=face(*np.zeros((2, len(schedule.centre_s)))),
     )
 
 
@@ -236,8 +234,7 @@ def _events(
         rest_m = setup.wall_gap_m + setup.ball_diameter_m / 2
         up_m = rise_m(setup, ball_m - rest_m, setup.light_thread_m)
     shift = tripod_shift(scene.tripod, schedule, seed)
-    pictures = np.arange(len(shift))
-    there = np.stack([np.interp(frames, pictures, axis) for axis in shift.T], axis=-1)
+    there = np.stack([np.interp(frames, np.arange(len(shift)), axis) for axis in shift.T], axis=-1)
     ball_px, _ = projection.image(ball_m, up_m, there)
     return tuple(
         Event(float(frame), bounce.kind, float(place))
@@ -349,11 +346,5 @@ def write_text(text: str, path: Path) -> None:
     UsageError
         If the file cannot be written.
     """
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        os.replace(partial, path)
-    except OSError as error:
-        raise UsageError(f"cannot write {path}: {error.strerror}; check the folder") from error
-    finally:
-        partial.unlink(missing_ok=True)
+    with explained(path):
+        write_whole(path, text.encode("utf-8"))

@@ -22,6 +22,7 @@ def test_a_campaign_keeps_a_result_a_clip_a_table_and_a_summary(campaign: StubCa
     trials = {"trial1.json", "trial2.json", "trial10.json"}
     together = {"trials.csv", "campaign.json", "campaign.html", "campaign.png"}
     assert kept == trials | together
+    assert all(name in done.stdout for name in together), "it says what it wrote"
     summary = json.loads((campaign.results / "campaign.json").read_text("utf-8"))
     assert (summary["trials"], summary["counted"], summary["theory"]) == (3, 3, 31)
     rows = table_rows(campaign.results)
@@ -67,7 +68,7 @@ def test_pages_that_are_asked_for_later_are_drawn_without_a_second_count(
     campaign.here("--pages")
     assert files_in(campaign.results) == kept
     (campaign.results / "a.html").unlink()
-    (campaign.results / ".count-video" / "a.json").write_text("damaged", "utf-8")
+    (campaign.results / ".count-video" / "a.jsonl").write_text("damaged", "utf-8")
     campaign.here("--pages")
     assert "31 collisions" in (campaign.results / "a.html").read_text("utf-8")
     assert campaign.worked()["a.mp4"] == 2, "what was followed is lost, so it is counted again"
@@ -115,7 +116,7 @@ def test_a_result_that_was_damaged_is_counted_again(campaign: StubCampaign, dama
     first = campaign.here().stdout
     content = damage.encode("utf-8", "surrogatepass")
     (campaign.results / "a.json").write_bytes(content)
-    place = campaign.results / ".count-video" / "a.json"
+    place = campaign.results / ".count-video" / "a.jsonl"
     line, _, followed = place.read_text("ascii").partition("\n")
     forged = json.loads(line) | {"result": damage}
     place.write_text(f"{json.dumps(forged)}\n{followed}", "ascii")

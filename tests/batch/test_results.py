@@ -107,7 +107,7 @@ def test_a_result_of_which_it_is_lost_what_it_depends_on_is_unknown(
     answer = replace(answer_to(job), followed="a swing")
     kept.keep(job, answer, signature(job.file))
     assert (kept.known(job), kept.followed(job)) == (answer.text, "a swing")
-    place = kept.folder / HIDDEN / "trial.json"
+    place = kept.folder / HIDDEN / "trial.jsonl"
     place.unlink() if damage is None else place.write_text(damage)
     assert kept.known(job) is None
     kept.keep(job, answer, signature(job.file))
@@ -127,7 +127,7 @@ def test_what_was_kept_for_a_result_that_never_came_is_no_result(
     monkeypatch.setattr(os, "replace", power_cut)
     with pytest.raises(KeyboardInterrupt):
         keep(kept, job)
-    assert (kept.folder / HIDDEN / "trial.json").exists()
+    assert (kept.folder / HIDDEN / "trial.jsonl").exists()
     assert kept.known(job) is None
 
 

@@ -329,8 +329,7 @@ def test_after_saving_nothing_is_unsaved(visit: Visit, tmp_path: Path) -> None:
 
 def test_changes_and_notes_are_there_again_when_the_page_is_opened_again(visit: Visit) -> None:
     visit.page.keyboard.press("x")
-    visit.page.locator("#note").fill("a shadow passes")
-    visit.page.locator("#note").blur()
+    visit.page.locator("#note").fill("a shadow passes")  # and it is not left: letters are kept
     visit.page.on("dialog", lambda dialog: dialog.accept())
     visit.page.reload()
     visit.wait_until("document.getElementById('video').readyState >= 2")
@@ -339,6 +338,26 @@ def test_changes_and_notes_are_there_again_when_the_page_is_opened_again(visit: 
     assert "note" in visit.entries()[0]
     visit.page.locator("#undo").click()
     assert visit.text("reviewed") == "", "what was there at first is one step back"
+
+
+def test_what_was_saved_to_a_file_is_still_said_to_be_when_the_page_is_opened_again(
+    visit: Visit, tmp_path: Path
+) -> None:
+    visit.page.keyboard.press("x")
+    visit.save(tmp_path)
+    visit.page.reload()
+    visit.wait_until("document.getElementById('video').readyState >= 2")
+    assert visit.text("state") == "Saved to a file"
+    visit.page.keyboard.press("b")
+    assert visit.text("state").startswith("Not saved to a file yet")
+
+
+def test_one_step_back_takes_a_whole_note_away(visit: Visit) -> None:
+    visit.page.locator("#note").click()
+    visit.page.keyboard.type("a shadow")
+    visit.page.locator("#undo").click()
+    assert visit.page.locator("#note").input_value() == ""
+    assert visit.page.locator("#undo").is_disabled()
 
 
 def test_keys_typed_into_a_note_are_letters_of_the_note(visit: Visit) -> None:

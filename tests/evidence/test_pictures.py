@@ -311,6 +311,6 @@ def test_bodies_of_different_masses_have_a_histogram_each() -> None:
     rows = [row("a", 31, mass_ratio=100.0), row("b", 12, mass_ratio=16.0, mass_ratio_sigma=0.1)]
     titles = [axes.get_title(loc="left") for axes in campaign_figure(summarise(rows)).axes]
     assert titles == [
-        "Counts of 1 trial, mass ratio 16 ± 0.1",
-        "Counts of 1 trial, mass ratio 100 ± 1",
+        "Counts of 1 trial, mass ratio 16.00 ± 0.10",
+        "Counts of 1 trial, mass ratio 100.0 ± 1.0",
     ]

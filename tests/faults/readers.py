@@ -157,7 +157,7 @@ READERS: Mapping[str, Reader] = CONTAINERS | {
     "plan": Reader("plan.json", _write_plan, read_request),
     "result": Reader("result.json", _write_result, _read_result),
     "record": Reader(".count-video/written", _write_record, _read_record),
-    "kept": Reader(".count-video/clip.json", _write_kept, _read_kept),
+    "kept": Reader(".count-video/clip.jsonl", _write_kept, _read_kept),
     "followed": Reader("followed.json", _write_followed, _read_followed),
 }
 

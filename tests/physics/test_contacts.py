@@ -9,16 +9,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from count_video.physics import flights
-from count_video.physics.flights import (
-    WALL,
-    Mover,
-    Pendulum,
-    Sliding,
-    contact_s,
-    first_zero,
-    safe_step,
-)
+from count_video.physics import contacts
+from count_video.physics.contacts import WALL, Mover, contact_s, first_zero, safe_step
+from count_video.physics.flights import Pendulum, Sliding
 
 WINDOW_S = 8.0
 TIME_TOLERANCE = 1e-12
@@ -142,7 +135,7 @@ def test_pendulums_in_nearly_one_motion_are_not_followed_at_a_crawl(
         return safe_step(gap, slope, curvature)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(flights, "safe_step", counted)
+        patch.setattr(contacts, "safe_step", counted)
         contact_s(Mover(upper_law, 0.0, separation), Mover(lower_law, 0.0, 0.0), 1.0)
     assert steps < 1000  # with the bounds of each pendulum by itself some hundred thousand
 

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from count_video.batch.summary import summarise
 from count_video.progress import TerminalBar
 from count_video.reports.campaign import TrialRow, advice, campaign_json, campaign_text, trial_line
+from count_video.reports.page import campaign_page
 from count_video.reports.tables import TRIAL_COLUMNS, trials_csv
 from count_video.reports.words import printable
 from table_rows import row
@@ -27,6 +28,14 @@ KEYS = [
     *("theory_high", "mass_ratio", "histogram", "restitution_bodies", "restitution_wall"),
     *("energy_kept", "geometric_share", "need_a_person", "groups"),
 ]
+
+
+def test_a_nearly_certain_count_is_nowhere_called_certain() -> None:
+    one = row(chance=0.998)
+    assert "99.8%" in trial_line(one)
+    page = campaign_page([one], summarise([one]), (b"", "image/png"))
+    assert "99.8%" in page
+    assert "100%" not in page.partition("<tbody>")[2]
 
 
 def text_of(*rows: TrialRow) -> str:
@@ -53,7 +62,7 @@ def test_who_needs_a_person_is_marked_everywhere_with_what_to_do(
 ) -> None:
     assert trial.needs_a_person == doubtful
     assert ("needs a person" in trial_line(trial)) == doubtful
-    assert ("need a person" in text_of(trial)) == doubtful
+    assert ("1 of 1 trial needs a person" in text_of(trial)) == doubtful
     assert (advice(trial) != "") == doubtful
     assert (cells_of(trial)[0]["needs_a_person"] == "yes") == doubtful
     said = json.loads(campaign_json([trial], summarise([trial])))["need_a_person"]

@@ -94,6 +94,14 @@ def test_of_several_bodies_that_bounce_none_is_counted() -> None:
     assert "2 bodies each bounce" in (chosen.reason or "")
 
 
+def test_few_impacts_of_one_of_several_bodies_may_be_those_of_a_trial() -> None:
+    chosen = only_counted([alone(2), alone(None)]).result
+
+    assert (chosen.status, chosen.count, chosen.probability) == ("not_counted", None, {})
+    assert "ball of a trial" in (chosen.reason or "")
+    assert only_counted([alone(2)]).result.count == 2
+
+
 def alone(count: int | None) -> Trial:
     found = unread_result("clip", "no impact is seen")
     if count is not None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from collections.abc import Callable, Collection, Sequence
-from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
+from contextlib import ExitStack
 from functools import partial
+from pathlib import Path
 
 from count_video.batch.executor import ClusterWorkers
 from count_video.batch.manifest import Job, is_manifest, jobs_of
@@ -23,20 +23,38 @@ from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
 from count_video.parallel import Processes, Workers
 from count_video.process import before_the_end
-from count_video.progress import NO_PROGRESS, Progress, TerminalBar
-from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
-from count_video.reports.words import WIDTH, printable
+from count_video.progress import Progress
+from count_video.reports.campaign import (
+    TRIAL_HEADING,
+    CampaignSummary,
+    TrialRow,
+    campaign_text,
+    trial_line,
+)
+from count_video.reports.words import WIDTH, plural
 from count_video.settings import EvidenceSettings, TrialSettings
-
-EXIT_COUNTED, EXIT_NOT_COUNTED = 0, 1
 
 
 def answer_campaign(
-    options: argparse.Namespace, settings: TrialSettings, columns: int = WIDTH
-) -> int:
-    """Run a campaign and return the exit code: 1 if a trial is not counted or not kept.
+    options: argparse.Namespace,
+    settings: TrialSettings,
+    progress: Progress,
+    show: Callable[[str], object],
+    complain: Callable[[str], object],
+    columns: int = WIDTH,
+) -> tuple[bool, list[Path]]:
+    """Run a campaign; return whether every trial is counted and kept, and the campaign's own files.
 
-    Sentences are wrapped at so many ``columns``.
+    Parameters
+    ----------
+    progress
+        Informed of the trials that are done.
+    show
+        Writes what is meant for stdout, however many lines.
+    complain
+        Writes one line on stderr.
+    columns
+        At which sentences are wrapped.
 
     Raises
     ------
@@ -50,24 +68,28 @@ def answer_campaign(
         pages = EvidenceSettings(options.output, options.picture_format, options.csv_dialect)
     jobs = jobs_of(options.clips, settings, pages)
     rows: list[TrialRow] = []
+    own: tuple[str, ...] = ()
     with ExitStack() as stack:
         store = None
         if options.output is not None:
-            own = (TABLE, SUMMARY, f"campaign.{options.picture_format}", "campaign.html")
+            own = ("campaign.html", TABLE, SUMMARY, f"campaign.{options.picture_format}")
             _refuse_to_overwrite_manifests(options, own)
             store = stack.enter_context(open_store(options.output, own, fresh=options.fresh))
             store.outputs.csv_dialect = options.csv_dialect
-            _say_what_is_replaced(jobs, store)
-        progress, aside = _progress()
+            if line := _what_is_replaced(jobs, store):
+                complain(line)
         if not options.json:
-            print(TRIAL_HEADING, flush=True)
+            show(TRIAL_HEADING)
         for row in run_campaign(jobs, _workers(options), store, progress):
             rows.append(row)
-            with aside():
-                print(row.text if options.json else trial_line(row), flush=True)
-        _conclude(rows, store, options, columns)
+            show(row.text if options.json else trial_line(row))
+        summary = summarise(rows)
+        if not options.json:
+            show(f"\n{campaign_text(rows, summary, columns)}")
+        if store is not None:
+            _write(rows, summary, store, options)
     done = all(row.count is not None and row.not_kept is None for row in rows)
-    return EXIT_COUNTED if done else EXIT_NOT_COUNTED
+    return done, [options.output / name for name in own]
 
 
 def _refuse_to_overwrite_manifests(options: argparse.Namespace, own: Collection[str]) -> None:
@@ -81,14 +103,11 @@ def _refuse_to_overwrite_manifests(options: argparse.Namespace, own: Collection[
             )
 
 
-def _say_what_is_replaced(jobs: Sequence[Job], store: ResultStore) -> None:
-    """Say on stderr whose results of an earlier campaign will be replaced."""
+def _what_is_replaced(jobs: Sequence[Job], store: ResultStore) -> str:
+    """Say whose results of an earlier campaign will be replaced; empty if none will."""
     names = [job.name for job in jobs if store.shows_another_clip(job)]
-    if names and sys.stderr is not None:
-        results = "1 result" if len(names) == 1 else f"{len(names)} results"
-        line = f"replaces {results} of other clips of the same names ({printable(names[0])} first)"
-        with suppress(OSError):
-            print(f"count-video: {store.folder}: {line}", file=sys.stderr, flush=True)
+    results = f"{plural(len(names), 'result')} of other clips of the same names"
+    return f"{store.folder}: replaces {results} ({names[0]} first)" if names else ""
 
 
 def _workers(options: argparse.Namespace) -> Callable[[], Workers]:
@@ -105,25 +124,14 @@ def _workers(options: argparse.Namespace) -> Callable[[], Workers]:
     return start
 
 
-def _conclude(
-    rows: list[TrialRow], store: ResultStore | None, options: argparse.Namespace, columns: int
+def _write(
+    rows: Sequence[TrialRow],
+    summary: CampaignSummary,
+    store: ResultStore,
+    options: argparse.Namespace,
 ) -> None:
-    summary = summarise(rows)
-    if not options.json:
-        print("", campaign_text(rows, summary, columns), sep="\n", flush=True)
-    if store is not None:
-        write_tables(rows, summary, store)
-        from count_video.reports.figure import campaign_files
+    write_tables(rows, summary, store)
+    from count_video.reports.figure import campaign_files  # noqa: PLC0415 - drawing takes time
 
-        for name, content in campaign_files(rows, summary, options.picture_format).items():
-            store.outputs.write(name, content)
-
-
-def _progress() -> tuple[Progress, Callable[[], AbstractContextManager[None]]]:
-    """Return what shows the progress, and how to write beside it."""
-    if sys.stderr is None or not sys.stderr.isatty():
-        return NO_PROGRESS, nullcontext
-    bar = TerminalBar(sys.stderr, "clips", per_minute=True)
-    before_the_end(bar.finish)
-    together = sys.stdout is not None and os.isatty(sys.stdout.fileno())
-    return bar, bar.aside if together else nullcontext
+    for name, content in campaign_files(rows, summary, options.picture_format).items():
+        store.outputs.write(name, content)

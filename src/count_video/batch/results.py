@@ -1,6 +1,6 @@
 """The results of a campaign on disk: kept the moment they are there, found again the next time.
 
-``NAME.json`` is a result, nothing else. ``.count-video/NAME.json`` has a line with what it depends
+``NAME.json`` is a result, nothing else. ``.count-video/NAME.jsonl`` has a line with what it depends
 on and the result itself, and below that what was followed, from which pages can be drawn later. It
 is written first: a result without it cannot exist, and one that never came (the power went in
 between) or was changed is not that of the line. Every file is there whole or not at all; a result
@@ -161,7 +161,7 @@ class ResultStore:
         return self.folder / f"{job.name}.json"
 
     def _kept_place(self, job: Job) -> Path:
-        return self.folder / HIDDEN / f"{job.name}.json"
+        return self.folder / HIDDEN / f"{job.name}.jsonl"
 
 
 @contextmanager

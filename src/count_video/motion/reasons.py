@@ -54,6 +54,8 @@ class Cause(Enum):
     WALL_AHEAD = auto()
     SEVERAL_BOUNCE = auto()
     """Bodies that each bounce by themselves [how many]."""
+    OTHERS_MOVE = auto()
+    """Few impacts of one body, while others move by themselves [how many impacts, others]."""
     UNLIKE = auto()
     """Two bodies are not of a kind, and neither reaches a wall."""
     MEETS_OTHERS = auto()

@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from count_video.physics.flights import WALL, Mover, contact_s
+from count_video.physics.contacts import WALL, Mover, contact_s
 from count_video.physics.setup import Apparatus, Hold
 from count_video.records import CollisionKind, Floats
 

@@ -1,4 +1,4 @@
-"""How a body moves between collisions, in closed form, and when two bodies next touch.
+"""How a body moves between collisions, in closed form.
 
 Displacements, not positions, are returned: two bodies in contact have gap 0 exactly, and the gap
 of a hop much smaller than a rounding of the positions still comes out with full relative accuracy.
@@ -7,11 +7,9 @@ of a hop much smaller than a rounding of the positions still comes out with full
 from __future__ import annotations
 
 import math
-import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -53,9 +51,9 @@ class Law(ABC):
         """Time for which closed form and bounds hold; then the body begins a new flight."""
         return math.inf
 
-    def turning_s(self, position_m: float, velocity_m_s: float) -> float:
+    def turning_s(self, position_m: Number, velocity_m_s: Number) -> Number:
         """Time until the velocity passes from positive to negative; inf if it never does."""
-        return math.inf
+        return velocity_m_s * 0.0 + math.inf
 
     def settled(self, velocity_m_s: float, slow_m_s: float) -> float:
         """Velocity, or 0 where friction stops whatever is no faster than ``slow_m_s``."""
@@ -110,57 +108,82 @@ REST = Sliding(0.0)
 
 @dataclass(frozen=True, slots=True)
 class Pendulum(Law):
-    """A damped harmonic swing about ``rest_m``: q'' + 2 γ q' + ω₀² q = 0 with γ < ω₀."""
+    """A damped harmonic swing about ``rest_m``: q'' + 2 γ q' + ω₀² q = 0 with γ < ω₀.
 
-    rest_m: float
-    natural_rad_s: float
+    One pendulum, or n side by side: then fields and arguments are arrays of shape (n,), and
+    ``advance``, ``phasor`` and ``turning_s`` hold of each.
+    """
+
+    rest_m: Any
+    natural_rad_s: Any
     """ω₀ = √(g / thread length)."""
-    damping_per_s: float
+    damping_per_s: Any
     """γ, the decay rate of the amplitude."""
-    damped_rad_s: float
+    damped_rad_s: Any
     """ω = √(ω₀² − γ²), the angular frequency of the swing."""
 
     @classmethod
     def from_thread(
-        cls, thread_m: float, gravity_m_s2: float, damping_per_s: float, rest_m: float
+        cls, thread_m: Any, gravity_m_s2: Any, damping_per_s: Any, rest_m: Any
     ) -> Pendulum:
         """Small-angle pendulum on a thread."""
         return cls.from_stiffness(gravity_m_s2 / thread_m, damping_per_s, rest_m)
 
     @classmethod
-    def from_stiffness(
-        cls, stiffness_per_s2: float, damping_per_s: float, rest_m: float
-    ) -> Pendulum:
+    def from_stiffness(cls, stiffness_per_s2: Any, damping_per_s: Any, rest_m: Any) -> Pendulum:
         """Pendulum from ω₀² and γ."""
-        damped = math.sqrt(stiffness_per_s2 - damping_per_s**2)
-        return cls(rest_m, math.sqrt(stiffness_per_s2), damping_per_s, damped)
+        root = _functions_of(stiffness_per_s2).sqrt
+        damped = root(stiffness_per_s2 - damping_per_s * damping_per_s)
+        return cls(rest_m, root(stiffness_per_s2), damping_per_s, damped)
 
     @property
-    def period_s(self) -> float:
+    def period_s(self) -> Any:
         """Time of a full swing."""
         return 2.0 * math.pi / self.damped_rad_s
 
     @property
-    def rate_per_s(self) -> complex:
+    def rate_per_s(self) -> Any:
         """λ = iω − γ, of magnitude ω₀."""
-        return complex(-self.damping_per_s, self.damped_rad_s)
+        return 1j * self.damped_rad_s - self.damping_per_s
 
-    def phasor(self, position_m: float, velocity_m_s: float) -> complex:
+    def take(self, rows: Any) -> Pendulum:
+        """Return some of n pendulums, by a mask or by places."""
+        columns = (self.rest_m, self.natural_rad_s, self.damping_per_s, self.damped_rad_s)
+        return Pendulum(*(column[rows] for column in columns))
+
+    def phasor(self, position_m: Any, velocity_m_s: Any) -> Any:
         """C in q = Re(C e^{λτ})."""
         q = position_m - self.rest_m
-        return complex(q, -(velocity_m_s + self.damping_per_s * q) / self.damped_rad_s)
+        return q - 1j * ((velocity_m_s + self.damping_per_s * q) / self.damped_rad_s)
 
     def advance(
         self, position_m: Number, velocity_m_s: Number, tau_s: Number
     ) -> tuple[Number, Number]:
-        """Displacement and velocity after ``tau_s``."""
-        functions = np if isinstance(tau_s, np.ndarray) else math
-        return swing(functions, self, (position_m - self.rest_m, velocity_m_s), tau_s)
+        """Displacement and velocity after ``tau_s``.
+
+        q(τ) − q = q (e^{−γτ} cos ωτ − 1) + e^{−γτ} (v + γ q)/ω · sin ωτ, with the bracket written
+        by expm1 and by 1 − cos ωτ = 2 sin² ωτ/2, so that nothing cancels at small τ.
+        """
+        functions = _functions_of(tau_s)
+        natural, gamma, omega = self.natural_rad_s, self.damping_per_s, self.damped_rad_s
+        q, velocity = position_m - self.rest_m, velocity_m_s
+        half_angle = (0.5 * omega) * tau_s
+        half_sine = functions.sin(half_angle)
+        sine = 2.0 * half_sine * functions.cos(half_angle)
+        fall = 2.0 * half_sine * half_sine
+        cosine = 1.0 - fall
+        loss = functions.expm1(-gamma * tau_s)
+        shrink = 1.0 + loss
+        push = (velocity + gamma * q) / omega
+        pull = natural * (natural / omega) * q + gamma * velocity / omega
+        return q * (loss * cosine - fall) + shrink * push * sine, shrink * (
+            velocity * cosine - pull * sine
+        )
 
     def acceleration(self, position_m: float, velocity_m_s: float) -> float:
         """−ω₀² q − 2 γ v."""
         pull = self.natural_rad_s**2 * (position_m - self.rest_m)
-        return -pull - 2.0 * self.damping_per_s * velocity_m_s
+        return float(-pull - 2.0 * self.damping_per_s * velocity_m_s)
 
     def bounds(self, position_m: float, velocity_m_s: float) -> tuple[float, float]:
         """|q''| ≤ ω₀² |C| and |q'''| ≤ ω₀³ |C|."""
@@ -170,9 +193,9 @@ class Pendulum(Law):
 
     def valid_for_s(self, velocity_m_s: float) -> float:
         """Two periods: the closed form holds on, but contacts are sought window by window."""
-        return WINDOW_PERIODS * self.period_s
+        return float(WINDOW_PERIODS * self.period_s)
 
-    def turning_s(self, position_m: float, velocity_m_s: float) -> float:
+    def turning_s(self, position_m: Number, velocity_m_s: Number) -> Number:
         """First zero with negative slope of v cos ωτ − p sin ωτ, where p = (ω₀² q + γ v)/ω.
 
         Its zeros with negative slope lie at ωτ = atan2(v, p) and whole turns from there; inf for a
@@ -180,195 +203,16 @@ class Pendulum(Law):
         """
         q = position_m - self.rest_m
         pull = (self.natural_rad_s**2 * q + self.damping_per_s * velocity_m_s) / self.damped_rad_s
-        if velocity_m_s == 0.0 and pull == 0.0:
-            return math.inf
-        angle = math.atan2(velocity_m_s, pull)
-        return (angle if angle > 0.0 else angle + 2.0 * math.pi) / self.damped_rad_s
+        angle = np.arctan2(velocity_m_s, pull)
+        time_s = np.where(angle > 0.0, angle, angle + 2.0 * np.pi) / self.damped_rad_s
+        time_s = np.where((velocity_m_s == 0.0) & (pull == 0.0), np.inf, time_s)
+        return time_s if isinstance(velocity_m_s, np.ndarray) else float(time_s)
 
     def potential(self, position_m: float) -> float:
         """½ ω₀² q²."""
-        return 0.5 * (self.natural_rad_s * (position_m - self.rest_m)) ** 2
+        return float(0.5 * (self.natural_rad_s * (position_m - self.rest_m)) ** 2)
 
 
-def swing(functions: Any, law: Any, start: tuple[Any, Any], tau: Any) -> tuple[Any, Any]:
-    """Displacement and velocity of a pendulum, or of many side by side.
-
-    q(τ) − q = q (e^{−γτ} cos ωτ − 1) + e^{−γτ} (v + γ q)/ω · sin ωτ, with the bracket written by
-    expm1 and by 1 − cos ωτ = 2 sin² ωτ/2, so that nothing cancels at small τ.
-
-    Parameters
-    ----------
-    functions
-        The module ``math`` for numbers, ``numpy`` for arrays of shape (n,).
-    law
-        Has the frequencies and the damping of ``Pendulum`` under their names.
-    start
-        Distance q from the rest place (m) and velocity (m/s).
-    tau
-        Time after the start, in seconds.
-    """
-    q, velocity = start
-    natural, gamma, omega = law.natural_rad_s, law.damping_per_s, law.damped_rad_s
-    half_angle = (0.5 * omega) * tau
-    half_sine = functions.sin(half_angle)
-    sine = 2.0 * half_sine * functions.cos(half_angle)
-    fall = 2.0 * half_sine * half_sine
-    cosine = 1.0 - fall
-    loss = functions.expm1(-gamma * tau)
-    shrink = 1.0 + loss
-    push = (velocity + gamma * q) / omega
-    pull = natural * (natural / omega) * q + gamma * velocity / omega
-    return q * (loss * cosine - fall) + shrink * push * sine, shrink * (
-        velocity * cosine - pull * sine
-    )
-
-
-# ---- when two bodies next touch: the first zero of their gap, never a later one ------------------
-# When two bodies next touch: the first zero of their gap, never a later one.
-#
-# The gap f(τ) of two bodies on known laws has |f''| ≤ B for a B known in advance. So
-#
-#     f(τ + s) ≥ f(τ) + f'(τ) s − B s²/2,
-#
-# and the first positive zero of that parabola is a step that cannot jump over a contact. Steps of
-# that kind approach the first zero from the left; near a zero with f' < 0 it is Newton's step but
-# for terms of second order, hence quadratic: from above, f is bounded by the same parabola with + B
-# s²/2, so after a step the zero is no farther than about B s²/|f'|. For free bodies (B = 0) it is
-# the closed form at once. At a grazing contact (a double zero) it is linear and still ends, at the
-# rounding error of the gap.
-
-STEP_TOLERANCE = 1e-14
-"""Stop when the zero is known to be closer than this fraction of the flight time, or a step adds
-no more than that."""
-
-MAXIMUM = sys.float_info.max
-
-
-class Mover(NamedTuple):
-    """A body at the start of a flight."""
-
-    law: Law
-    position_m: float
-    velocity_m_s: float
-
-
-WALL = Mover(REST, 0.0, 0.0)
-
-Signal = Callable[[float], tuple[float, float, float]]
-"""Value, first and second derivative at a time; where the first is negative, the second is not
-needed and may be 0."""
-
-
-def safe_step(gap: float, slope: float, curvature: float) -> float:
-    """First positive zero of gap + slope s − curvature s²/2; inf if there is none."""
-    root = math.sqrt(slope * slope + 2.0 * curvature * gap)
-    if slope < 0.0:
-        return 2.0 * gap / (root - slope)  # the form without cancellation
-    return (slope + root) / curvature if curvature > 0.0 else math.inf
-
-
-def opening_step(bend: float, jerk: float) -> float:
-    """Step that is safe while the gap opens, f ≥ 0 and f' ≥ 0, ever faster, f'' = bend > 0.
-
-    The third derivative being within ± jerk, f(τ + s) ≥ bend s²/2 − jerk s³/6. Bodies that have
-    just been pulled apart have no gap and no speed yet: only this step gets them off each other.
-    """
-    if bend <= 0.0:
-        return 0.0
-    return 3.0 * bend / jerk if jerk > 0.0 else math.inf
-
-
-def first_zero(evaluate: Signal, start: float, bounds: tuple[float, float], window: float) -> float:
-    """First τ ≥ ``start`` at which a positive function reaches 0; inf if beyond ``window``.
-
-    ``bounds`` are those of the second and third derivative.
-    """
-    curvature, jerk = bounds
-    tau = start
-    window = min(window, MAXIMUM)  # an infinite step then ends the search
-    while tau <= window:
-        value, slope, bend = evaluate(tau)
-        if value <= 0.0:  # rounding has led beyond it: one Newton step back
-            return max(start, tau - value / slope) if slope < 0.0 else tau
-        step = safe_step(value, slope, curvature)
-        if slope >= 0.0:
-            step = max(step, opening_step(bend, jerk))
-        tau += step
-        within = STEP_TOLERANCE * tau
-        if step <= within or curvature * step * step <= -slope * within:
-            return tau if tau <= window else math.inf
-    return math.inf
-
-
-def contact_s(upper: Mover, lower: Mover, window_s: float) -> float:
-    """Time until ``upper`` (farther from the wall) meets ``lower``; inf if not within the window.
-
-    Bodies that touch already (gap 0) and separate are first carried away from that contact.
-    """
-    upper_law, upper_position, upper_velocity = upper
-    lower_law, lower_position, lower_velocity = lower
-    gap = max(0.0, upper_position - lower_position)
-    slope = upper_velocity - lower_velocity
-    if gap == 0.0 and slope < 0.0:
-        return 0.0
-    curvature, jerk = _gap_bounds(upper, lower, window_s)
-    start = safe_step(gap, slope, curvature)
-    if gap == 0.0 and start <= window_s:
-        start = max(start, opening_step(_pull(upper, lower), jerk))
-    if start > window_s:
-        return math.inf
-
-    def evaluate(tau: float) -> tuple[float, float, float]:
-        rise, upper_now = upper_law.advance(upper_position, upper_velocity, tau)
-        fall, lower_now = lower_law.advance(lower_position, lower_velocity, tau)
-        bend = 0.0
-        if upper_now >= lower_now:
-            bend = upper_law.acceleration(upper_position + rise, upper_now)
-            bend -= lower_law.acceleration(lower_position + fall, lower_now)
-        return gap + rise - fall, upper_now - lower_now, bend
-
-    return first_zero(evaluate, start, (curvature, jerk), window_s)
-
-
-def _pull(upper: Mover, lower: Mover) -> float:
-    """Relative acceleration of two bodies at the start."""
-    pull = upper.law.acceleration(upper.position_m, upper.velocity_m_s)
-    return pull - lower.law.acceleration(lower.position_m, lower.velocity_m_s)
-
-
-def _gap_bounds(upper: Mover, lower: Mover, window_s: float) -> tuple[float, float]:
-    """Bounds of the second and third derivative of the gap within the window."""
-    if isinstance(upper.law, Pendulum) and isinstance(lower.law, Pendulum):
-        return difference_bounds(
-            (upper.law.phasor(upper.position_m, upper.velocity_m_s), upper.law.rate_per_s),
-            (lower.law.phasor(lower.position_m, lower.velocity_m_s), lower.law.rate_per_s),
-            window_s,
-        )
-    curvature, jerk = upper.law.bounds(upper.position_m, upper.velocity_m_s)
-    lower_curvature, lower_jerk = lower.law.bounds(lower.position_m, lower.velocity_m_s)
-    if jerk == lower_jerk == 0.0:  # constant until a body stops: no bound but the thing itself
-        return abs(_pull(upper, lower)), 0.0
-    return curvature + lower_curvature, jerk + lower_jerk
-
-
-def difference_bounds(
-    upper: tuple[Any, Any], lower: tuple[Any, Any], window_s: Number
-) -> tuple[Number, Number]:
-    """Bounds for two pendulums, each given by its phasor and rate; they may nearly be alike.
-
-    With q = Re(C e^{λτ}) the n-th derivative of the gap is Re(A e^{λτ} − B e^{μτ}), A = C λⁿ and
-    likewise B. It is no larger than |A| + |B|, nor, as no motion grows, than
-    |A − B| + |B| |λ − μ| τ. The second is by far the smaller where frequencies and motions are
-    nearly equal, and spares a hundred thousand steps along a gap of nanometres. Numbers, or arrays
-    of shape (n,) for many pairs.
-    """
-    least: Any = np.minimum if isinstance(window_s, np.ndarray) else min
-    upper_rate, lower_rate = upper[1], lower[1]
-    upper_term, lower_term = upper[0] * upper_rate**2, lower[0] * lower_rate**2
-    drift = abs(upper_rate - lower_rate) * window_s
-    bounds = []
-    for _ in ("second", "third"):
-        apart, near = abs(upper_term) + abs(lower_term), abs(upper_term - lower_term)
-        bounds.append(least(apart, near + abs(lower_term) * drift))
-        upper_term, lower_term = upper_term * upper_rate, lower_term * lower_rate
-    return bounds[0], bounds[1]
+def _functions_of(value: Any) -> Any:
+    """Return the module whose functions take a value: ``math`` is the faster for one number."""
+    return np if isinstance(value, np.ndarray) else math

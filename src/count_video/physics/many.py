@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from count_video.errors import UsageError
-from count_video.physics.flights import STEP_TOLERANCE, difference_bounds, swing
-from count_video.physics.setup import RESTING_FRACTION, Setup
+from count_video.physics.contacts import STEP_TOLERANCE, difference_bounds
+from count_video.physics.flights import Pendulum
+from count_video.physics.setup import RESTING_FRACTION, Setup, pendulums_of
 from count_video.physics.simulator import LONGEST_BURST_PERIODS, MOST_COLLISIONS
 from count_video.records import Floats
 
@@ -119,7 +120,7 @@ def _follow(table: NDArray[np.void], found: ManyBursts, most: int, numbers: _Sca
     """Follow all rows from event to event; the arrays of ``found`` are filled in."""
     rows = np.arange(len(table))
     gap, ratio = table["wall_gap_m"], table["heavy_mass_kg"] / table["light_mass_kg"]
-    heavy, light = _pendulums(table)
+    heavy, light = pendulums_of(table.view(np.recarray))
     slow = RESTING_FRACTION * table["release_m"] * heavy.natural_rad_s
     limit = LONGEST_BURST_PERIODS * 2.0 * np.pi / heavy.damped_rad_s
     zeros = np.zeros(len(table))
@@ -180,21 +181,8 @@ class _Scatter:
         return np.asarray(np.clip(drawn, 0.0, 1.0))
 
 
-def _pendulums(table: NDArray[np.void]) -> tuple[Swings, Swings]:
-    """Cylinder and ball; the cylinder's place is that of its face less a ball diameter."""
-    rest_m = table["wall_gap_m"] + table["bodies_gap_m"], table["wall_gap_m"]
-    pair = []
-    for body, rest in zip(("heavy", "light"), rest_m, strict=True):
-        stiffness, gamma = (
-            table["gravity_m_s2"] / table[f"{body}_thread_m"],
-            table[f"{body}_damping_per_s"],
-        )
-        pair.append(Swings(rest, np.sqrt(stiffness), gamma, np.sqrt(stiffness - gamma * gamma)))
-    return pair[0], pair[1]
-
-
 def _arrived(
-    laws: tuple[Swings, Swings], state: States, flight_s: Floats, at_wall: Flags
+    laws: tuple[Pendulum, Pendulum], state: States, flight_s: Floats, at_wall: Flags
 ) -> States:
     """State at the end of a flight; bodies that touch are set to touch exactly."""
     rise, heavy_velocity = laws[0].advance(state.heavy, state.heavy_velocity, flight_s)
@@ -216,42 +204,7 @@ def _bounced(
     return arrived._replace(heavy_velocity=heavy_after, ball_velocity=ball_after)
 
 
-# ---- flights and contacts side by side, as in `flights` ---------------------------------------
-
-
-class Swings(NamedTuple):
-    """Damped pendulums about a rest place; arrays of shape (n,), named as in ``Pendulum``."""
-
-    rest_m: Floats
-    natural_rad_s: Floats
-    damping_per_s: Floats
-    damped_rad_s: Floats
-
-    def advance(self, place: Floats, velocity: Floats, tau: Floats) -> tuple[Floats, Floats]:
-        """Displacement and velocity after ``tau``."""
-        return swing(np, self, (place - self.rest_m, velocity), tau)
-
-    def phasor(self, place: Floats, velocity: Floats) -> NDArray[np.complex128]:
-        """C in q = Re(C e^{λτ})."""
-        q = place - self.rest_m
-        return np.asarray(q - 1j * (velocity + self.damping_per_s * q) / self.damped_rad_s)
-
-    @property
-    def rate(self) -> NDArray[np.complex128]:
-        """λ = iω − γ."""
-        return np.asarray(1j * self.damped_rad_s - self.damping_per_s)
-
-    def turning_s(self, place: Floats, velocity: Floats) -> Floats:
-        """Time until the velocity passes from positive to negative; inf for a body at rest."""
-        q = place - self.rest_m
-        pull = (self.natural_rad_s**2 * q + self.damping_per_s * velocity) / self.damped_rad_s
-        angle = np.arctan2(velocity, pull)
-        time = np.where(angle > 0.0, angle, angle + 2.0 * np.pi) / self.damped_rad_s
-        return np.where((velocity == 0.0) & (pull == 0.0), np.inf, time)
-
-    def take(self, rows: Flags | Whole) -> Swings:
-        """Return some of them."""
-        return Swings(*(column[rows] for column in self))
+# ---- flights and contacts side by side, as in `contacts` --------------------------------------
 
 
 class States(NamedTuple):
@@ -269,7 +222,7 @@ class States(NamedTuple):
 
 
 def _next_contact(
-    laws: tuple[Swings, Swings], state: States, window: Floats, lasting: Flags
+    laws: tuple[Pendulum, Pendulum], state: States, window: Floats, lasting: Flags
 ) -> tuple[Floats, Flags]:
     """Time of flight (s) to the next contact, inf if there is none before the cylinder turns.
 
@@ -281,7 +234,7 @@ def _next_contact(
     window = np.where(lasting, np.where(np.isinf(window), swing_s, window), -np.inf)
     wall, bodies = np.full_like(window, np.inf), np.full_like(window, np.inf)
     zeros = np.zeros_like(window)
-    rest = Swings(zeros, zeros, zeros, np.ones_like(window))
+    rest = Pendulum(zeros, zeros, zeros, np.ones_like(window))
     # The ball meets the wall as the cylinder meets the ball.
     of_ball = States(state.time, state.ball, state.ball_velocity, zeros, zeros)
     pairs = ((bodies, laws, state), (wall, (laws[1], rest), of_ball))
@@ -294,13 +247,13 @@ def _next_contact(
     return np.minimum(wall, bodies), wall < bodies
 
 
-def _contact(laws: tuple[Swings, Swings], state: States, window: Floats) -> Floats:
+def _contact(laws: tuple[Pendulum, Pendulum], state: States, window: Floats) -> Floats:
     """Time until two bodies meet, of which the first is the cylinder, or the ball at the wall."""
     heavy, light = laws
     gap = state.heavy - state.ball
     curvature, _ = difference_bounds(
-        (heavy.phasor(state.heavy, state.heavy_velocity), heavy.rate),
-        (light.phasor(state.ball, state.ball_velocity), light.rate),
+        (heavy.phasor(state.heavy, state.heavy_velocity), heavy.rate_per_s),
+        (light.phasor(state.ball, state.ball_velocity), light.rate_per_s),
         np.maximum(window, 0.0),
     )
 

@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields, replace
 from enum import IntEnum
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from count_video.errors import UsageError
-from count_video.physics.flights import REST, Law, Pendulum, Sliding, first_zero
+from count_video.physics.contacts import first_zero
+from count_video.physics.flights import REST, Law, Pendulum, Sliding
 
 Mounting = Literal["free", "floor", "suspended"]
 
@@ -254,20 +255,27 @@ def build_apparatus(setup: Setup) -> Apparatus:
     )
 
 
+def pendulums_of(setup: Any) -> tuple[Pendulum, Pendulum]:
+    """Cylinder and ball of a set-up, or of a table of n set-ups with its fields as columns.
+
+    The cylinder's place is that of its face less a ball diameter.
+    """
+    gravity, gap_m = setup.gravity_m_s2, setup.wall_gap_m
+    heavy_rest_m = gap_m + setup.bodies_gap_m
+    return (
+        Pendulum.from_thread(
+            setup.heavy_thread_m, gravity, setup.heavy_damping_per_s, heavy_rest_m
+        ),
+        Pendulum.from_thread(setup.light_thread_m, gravity, setup.light_damping_per_s, gap_m),
+    )
+
+
 def _pendulums(setup: Setup) -> tuple[Pendulum, Pendulum, Pendulum, Pendulum | None]:
     """Cylinder, ball, both as one, and their gap if it is a pendulum too.
 
     For both as one forces add, so stiffness, damping and rest are means.
     """
-    heavy = Pendulum.from_thread(
-        setup.heavy_thread_m,
-        setup.gravity_m_s2,
-        setup.heavy_damping_per_s,
-        setup.wall_gap_m + setup.bodies_gap_m,
-    )
-    light = Pendulum.from_thread(
-        setup.light_thread_m, setup.gravity_m_s2, setup.light_damping_per_s, setup.wall_gap_m
-    )
+    heavy, light = pendulums_of(setup)
     share = setup.heavy_mass_kg / (setup.heavy_mass_kg + setup.light_mass_kg)
     heavy_stiffness = share * heavy.natural_rad_s**2
     light_stiffness = (1.0 - share) * light.natural_rad_s**2

@@ -14,7 +14,7 @@ from count_video.inputs import MASS_RATIO, stored_number
 from count_video.physics.theory import collision_count
 from count_video.records import Estimate
 from count_video.reports.json_object import FIGURE, SCHEMA_VERSION, plain
-from count_video.reports.words import WIDTH, counts_words, percent, printable, ratio_words
+from count_video.reports.words import WIDTH, counts_words, percent, plural, printable, ratio_words
 
 if TYPE_CHECKING:
     from count_video.planning.spread import TrialTable
@@ -171,9 +171,7 @@ class CampaignSummary:
 def theory_words(summary: Summary) -> str:
     """Say the theory's count, or the counts that the measured ratio leaves open."""
     counts = summary.theories
-    if not counts:
-        return "-"
-    return counts_words(counts[0], counts[-1])
+    return counts_words(counts[0], counts[-1]) if counts else "-"
 
 
 # ---- text -------------------------------------------------------------------------------------
@@ -222,7 +220,8 @@ def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
     doubtful = [row for row in rows if row.needs_a_person]
     if not doubtful:
         return []
-    lines = [f"{len(doubtful)} of {len(rows)} trials need a person:"]
+    need = "needs" if len(doubtful) == 1 else "need"
+    lines = [f"{len(doubtful)} of {plural(len(rows), 'trial')} {need} a person:"]
     for what_to_do in dict.fromkeys(map(advice, doubtful)):
         for row in doubtful:
             if advice(row) == what_to_do:

@@ -228,6 +228,7 @@ def _trial(row: TrialRow) -> dict[str, object]:
         "answer": "not counted" if row.count is None else str(row.count),
         "count": -1 if row.count is None else row.count,
         "probability": row.probability,
+        "chance": "" if row.probability is None else percent(row.probability),
         "ratio": None if ratio is None else ratio.value,
         "ratio_words": "" if ratio is None else ratio_words(ratio),
         "doubt": printable(doubt),

@@ -14,6 +14,7 @@ from count_video.records import (
     ComparedQuantity,
     Correction,
     Ending,
+    Estimate,
     PlanComparison,
     TrialResult,
 )
@@ -27,6 +28,7 @@ from count_video.reports.words import (
     percent,
     plural,
     printable,
+    ratio_words,
 )
 
 _CLOSE_FRAMES = 2.5
@@ -152,14 +154,9 @@ def _afterwards(result: TrialResult) -> str:
 
 
 def _mass_ratio(result: TrialResult) -> str:
-    ratio, sigma = result.mass_ratio, result.mass_ratio_sigma
-    if ratio is None:
+    if result.mass_ratio is None:
         return ""
-    if not sigma or not math.isfinite(sigma):
-        return f"{ratio:.4g}" if ratio < 1e4 else f"{ratio:.0f}"  # never with an exponent
-    # Two digits of the uncertainty, and no digit of the value beyond them.
-    digits = max(0, 1 - math.floor(math.log10(sigma)))
-    return f"{ratio:.{digits}f} +- {sigma:.{digits}f}"
+    return ratio_words(Estimate(result.mass_ratio, result.mass_ratio_sigma or 0.0), "+-")
 
 
 def _expected(result: TrialResult) -> str:

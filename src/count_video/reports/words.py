@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -43,11 +44,18 @@ def counts_words(low: int, high: int) -> str:
     return str(low) if low == high else f"{low}{' or ' if high == low + 1 else ' to '}{high}"
 
 
-def ratio_words(ratio: Estimate | None) -> str:
-    """Write a mass ratio with its uncertainty, which is 0 where it was given."""
+def ratio_words(ratio: Estimate | None, between: str = "±") -> str:
+    """Write a mass ratio, the sign ``between``, and its uncertainty, 0 where the ratio was given.
+
+    There are two digits of the uncertainty, and none of the ratio beyond them.
+    """
     if ratio is None:
         return "not known"
-    return f"{ratio.value:.4g}" + (f" ± {ratio.sigma:.2g}" if ratio.sigma else "")
+    value, sigma = ratio.value, ratio.sigma
+    if not sigma or not math.isfinite(sigma):
+        return f"{value:.4g}" if value < 1e4 else f"{value:.0f}"  # never with an exponent
+    digits = max(0, 1 - math.floor(math.log10(sigma)))
+    return f"{value:.{digits}f} {between} {sigma:.{digits}f}"
 
 
 def percent(chance: float) -> str:

@@ -35,6 +35,7 @@ from count_video.tracking.proposals import (
     roughly,
     turned,
 )
+from count_video.tracking.regions import find_regions
 from count_video.tracking.rigid import scene_path
 from count_video.tracking.samples import Samples, choose_samples
 from count_video.tracking.sequences import ByFrame, Turned, levelled
@@ -134,6 +135,10 @@ def _followed(
     settled = False
     for number in range(ROUNDS):
         known = len(found)
+        if number > 0:
+            proposals = scene.proposals(scene.hidden(few, found, upright))
+            proposals = [turned(one) for one in proposals] if upright else proposals
+            roughs = roughly(proposals, few.frames)
         more = add_bodies(few, roughs, found)
         if len(more) == known:
             break  # of what is left, nothing can be followed
@@ -141,8 +146,6 @@ def _followed(
         settled &= number == 0
         if len(found) <= known or len(found) >= BODIES_AT_MOST or enough(found):
             break
-        proposals = scene.proposals(scene.hidden(few, found, upright))
-        roughs = roughly([turned(one) for one in proposals] if upright else proposals, few.frames)
     for _ in range(TIMES_LEARNT):
         if settled or not found:
             break
@@ -161,12 +164,15 @@ def _learnt_again(
 
     What an outline does not cover yet is in the background, and what it covers too much is not: the
     outlines are learnt until they stay as they are, which is returned as well. A body that most
-    samples show keeps the outline it had if it shows none now.
+    samples show keeps the outline it had if it shows none now, unless that holds another body that
+    moves on its own, for bodies are solid.
     """
     before = [few.shape(seen) for seen in found]
     few = replace(few, background=scene.background(few.samples, upright, before))
     bodies: list[Body | None] = [seen.body for seen in found[:known]]
-    bodies += [learn_again(few, seen, found) or _as_before(seen) for seen in found[known:]]
+    for seen, shape in zip(found[known:], before[known:], strict=True):
+        holds = any(shape.holds(other) and not shape.moves_with(other) for other in before)
+        bodies.append(learn_again(few, seen, found) or (None if holds else _as_before(seen)))
     sizes = [
         (size_of(shape.box), size_of(body.box))
         for shape, body in zip(before, bodies, strict=True)
@@ -190,13 +196,14 @@ class _Scene:
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
         if self.shift_px.any() and not camera_moved(small, self.shift_px):
             self.shift_px = np.zeros_like(self.shift_px)
+        self._regions = find_regions(small)
 
     def proposals(self, known: Sequence[NDArray[np.bool_]] | None = None) -> list[Proposal]:
         """Find what may be a body where no known one is marked, in px of the clip's pictures."""
-        corners = self._corners
+        corners, regions = self._corners, self._regions
         if known is not None:
-            corners = follow_corners(self.small, self.samples.moved, known)
-        proposed = propose(self.small, corners, self.shift_px, known)
+            corners, regions = corners.beside(known), regions.beside(known)
+        proposed = propose(corners, regions, self.shift_px)
         return [at_full_size(one, self.scale) for one in proposed]
 
     def background(

@@ -134,8 +134,9 @@ def _votes(points: Floats, circles: Floats) -> NDArray[np.intp]:
     shown = np.zeros((len(circles), SECTORS), dtype=bool)
     away_x = points[:, 0] - circles[:, :1]
     away_y = points[:, 1] - circles[:, 1:2]
-    near = np.abs(np.hypot(away_x, away_y) - circles[:, 2:]) < NEAR_PX
-    circle, point = np.nonzero(near)
+    # The same as a distance within NEAR_PX of the radius, without roots.
+    square, radius = away_x**2 + away_y**2, circles[:, 2:]
+    circle, point = np.nonzero(np.abs(square - radius**2 - NEAR_PX**2) < 2 * NEAR_PX * radius)
     shown[circle, _sector(away_x[circle, point], away_y[circle, point])] = True
     return np.asarray(shown.sum(axis=1), dtype=np.intp)
 

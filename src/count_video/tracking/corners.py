@@ -2,7 +2,7 @@
 
 Corners (Shi and Tomasi 1994) of a few reference pictures are followed to all other samples, forward
 and backward, by pyramidal Lucas-Kanade registration (Bouguet 2001, as in OpenCV). A step counts
-only if the way back leads to where it began; a corner that fails once is lost from there on.
+only if the way back stays where it began; a corner that fails once is lost from there on.
 """
 
 from __future__ import annotations
@@ -34,6 +34,8 @@ share of the strongest, and so many of them side by side at most."""
 WINDOW_PX = 13
 PYRAMID_LEVELS = 3
 RETURN_ERROR_PX = 0.4
+KNOWN_SHARE = 0.5
+"""A corner belongs to a known body if that is where this share of its sightings lie."""
 NO_POINTS: Points = np.empty((0, 2), np.float32)
 
 
@@ -51,11 +53,23 @@ class Trajectories:
         """Where a corner was followed, shape (n, s)."""
         return np.asarray(np.isfinite(self.places_px[:, :, 0]))
 
+    def beside(self, known: Sequence[NDArray[np.bool_]]) -> Trajectories:
+        """Leave out corners that lie mostly where a sample shows what is known.
+
+        ``known`` marks that in each sample, shape (height, width) each.
+        """
+        count = np.zeros(len(self.places_px))
+        for sample, mark in enumerate(known):
+            seen = np.flatnonzero(self.seen[:, sample])
+            x, y = np.rint(self.places_px[seen, sample]).astype(int).T
+            count[seen] += mark[y.clip(0, mark.shape[0] - 1), x.clip(0, mark.shape[1] - 1)]
+        free = count <= KNOWN_SHARE * self.seen.sum(axis=1)
+        return Trajectories(self.places_px[free], self.anywhere[free])
+
 
 def follow_corners(
     pictures: Sequence[Luma],
     moved: NDArray[np.bool_],
-    known: Sequence[NDArray[np.bool_]] | None = None,
 ) -> Trajectories:
     """Follow corners through pictures in which everything moves by a few px from one to the next.
 
@@ -65,18 +79,12 @@ def follow_corners(
         Samples in order of time, each of shape (height, width).
     moved
         Where each sample shows anything that moves, at any size, shape (n, rows, columns).
-    known
-        Where each sample shows bodies whose corners are not asked for, shape (height, width) each;
-        the corners of what stands still are not followed then.
     """
     count = len(pictures)
     references = np.unique(np.linspace(0, count - 1, REFERENCES + 2).astype(int)[1:-1])
-    corners = [
-        _corners(pictures[reference], moved[reference], None if known is None else known[reference])
-        for reference in references
-    ]
+    corners = [_corners(pictures[reference], moved[reference]) for reference in references]
     middle = count // 2
-    scene = _scene_corners(pictures[middle]) if known is None else NO_POINTS
+    scene = _scene_corners(pictures[middle])
     first = np.repeat([*references, middle], [len(found) for found in (*corners, scene)])
     places = np.full((len(first), count, 2), np.nan, dtype=np.float32)
     places[np.arange(len(first)), first] = np.concatenate([*corners, scene])
@@ -87,12 +95,10 @@ def follow_corners(
     return Trajectories(places, np.arange(len(first)) >= len(first) - len(scene))
 
 
-def _corners(picture: Luma, moved: NDArray[np.bool_], known: NDArray[np.bool_] | None) -> Points:
+def _corners(picture: Luma, moved: NDArray[np.bool_]) -> Points:
     size = picture.shape[1], picture.shape[0]
     mask = cv2.resize(moved.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
     mask = cv2.dilate(mask, np.ones((WINDOW_PX, WINDOW_PX), np.uint8))
-    if known is not None:
-        mask[known] = 0
     spacing = float(np.clip(np.sqrt(cv2.countNonZero(mask) / CORNERS), *SPACING_PX))
     found = cv2.goodFeaturesToTrack(
         picture, CORNERS, QUALITY, spacing, mask=mask, blockSize=BLOCK_PX
@@ -117,20 +123,20 @@ def _step(
     if len(known) == 0:
         return
     start = np.ascontiguousarray(places[known, here])
-    end, found = _flow(pictures[here], pictures[there], start)
-    back, returned = _flow(pictures[there], pictures[here], end)
+    end, found = _flow(pictures[here], pictures[there], (start, start), PYRAMID_LEVELS)
+    # Begun where it should lead, the way back needs no coarser pictures.
+    back, returned = _flow(pictures[there], pictures[here], (end, start), 0)
     good = found & returned & (np.abs(back - start).max(axis=1) < RETURN_ERROR_PX)
     places[known[good], there] = end[good]
 
 
-def _flow(before: Luma, after: Luma, points: Points) -> tuple[Points, NDArray[np.bool_]]:
+def _flow(
+    before: Luma, after: Luma, points_and_guess: tuple[Points, Points], levels: int
+) -> tuple[Points, NDArray[np.bool_]]:
     """Places of points, shape (n, 2), in the next picture, and which of them were found."""
-    moved, found, _ = cv2.calcOpticalFlowPyrLK(
-        before,
-        after,
-        points[:, None],
-        np.empty(0),
-        winSize=(WINDOW_PX, WINDOW_PX),
-        maxLevel=PYRAMID_LEVELS,
+    points, guess = (one[:, None].copy() for one in points_and_guess)
+    size, flags = (WINDOW_PX, WINDOW_PX), cv2.OPTFLOW_USE_INITIAL_FLOW
+    end, found, _ = cv2.calcOpticalFlowPyrLK(
+        before, after, points, guess, winSize=size, maxLevel=levels, flags=flags
     )
-    return np.asarray(moved, np.float32)[:, 0], np.asarray(found)[:, 0] > 0
+    return np.asarray(end, np.float32)[:, 0], np.asarray(found)[:, 0] > 0

@@ -45,6 +45,9 @@ BACK_FROM = 4
 to the first of the clip."""
 ORDERS = 1, 2
 """Powers of the time that extrapolate its last places: constant velocity, then free fall."""
+FRAMES_AT_LEAST, PRESENT_AT_LEAST, SEEN_AT_LEAST = 12, 0.2, 0.5
+"""A body comes in and goes out again, but is seen in so many pictures and this share of all, and in
+this share of those between its first and its last; else it was not followed."""
 LOST_LONG, SEARCH_STRIDE = 8, 4
 """A body that was lost for so many frames is searched in every fourth only."""
 
@@ -156,6 +159,14 @@ def follow(
             if fit is not None:
                 found[row] = fit.x_px - shift[0], fit.y_px - shift[1], fit.sigma_x_px
     return Followed(body, *found.T)
+
+
+def was_followed(x_px: Floats) -> bool:
+    """Whether a body is seen in most pictures while it is in view, by its places, shape (n,)."""
+    seen = np.flatnonzero(np.isfinite(x_px))
+    if len(seen) < max(FRAMES_AT_LEAST, PRESENT_AT_LEAST * len(x_px)):
+        return False
+    return len(seen) >= SEEN_AT_LEAST * (int(seen[-1]) - int(seen[0]) + 1)
 
 
 class _Path:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.background import Background
-from count_video.tracking.following import Again, Followed, Surroundings, follow
+from count_video.tracking.following import Again, Followed, Surroundings, follow, was_followed
 from count_video.tracking.sequences import Chosen
 from count_video.tracking.shape import Place, Shape
 from count_video.tracking.template import Body, Rough, learn
@@ -89,7 +89,8 @@ def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -
         if body is None or any(_part_of(body, other, clip) for other in found):
             continue
         seen = clip.follow(body)
-        if _travel_px(seen) > MOVES_PX and not any(same_body(seen, other) for other in found):
+        moves = was_followed(seen.x_px) and _travel_px(seen) > MOVES_PX
+        if moves and not any(same_body(seen, other) for other in found):
             found.append(seen)
     return found
 

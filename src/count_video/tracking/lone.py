@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, MotionLine, Track
 from count_video.signals import sigma_of
-from count_video.tracking.following import Followed
+from count_video.tracking.following import Followed, was_followed
 from count_video.tracking.observation import Observation
 from count_video.tracking.pairing import (
     camera_shift,
     unseen_warning,
     wall_side,
-    was_followed,
 )
 
 DIRECTION_STEPS = (1, 2, 3, 4, 6, 8)

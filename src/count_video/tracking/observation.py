@@ -20,8 +20,8 @@ from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Floats, Track, WallSide
 from count_video.signals import NOISE_AT_LEAST_PX, low_points, sigma_of
 from count_video.tracking.bodies import Movers, find_movers
-from count_video.tracking.following import Followed
-from count_video.tracking.pairing import SPAN_FRAMES, far_side_jump, pair_track, was_followed
+from count_video.tracking.following import Followed, was_followed
+from count_video.tracking.pairing import SPAN_FRAMES, far_side_jump, pair_track
 from count_video.tracking.samples import Thumbnails
 from count_video.tracking.view import TrackSettings, View, view_of
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.signals import beyond
 from count_video.tracking.circle import LARGE_PX, Circle, circle_through
-from count_video.tracking.peak import beyond
 from count_video.tracking.sprite import Pixels, Sprite, make_sprite
 
 EDGE_POSSIBLE = 0.35

@@ -13,15 +13,9 @@ from count_video.records import BodyTrack, Floats, MotionLine, Track, WallSide
 from count_video.signals import low_points, noise_px
 from count_video.tracking.bodies import Movers
 from count_video.tracking.certainty import stated_sigmas
-from count_video.tracking.following import Followed
+from count_video.tracking.following import FRAMES_AT_LEAST, Followed, was_followed
 from count_video.tracking.view import View
 
-FRAMES_AT_LEAST = 12
-"""Shorter clips show no motion to speak of."""
-SEEN_AT_LEAST = 0.5
-"""A body seen in a smaller share of the frames between its first and its last was not followed."""
-PRESENT_AT_LEAST = 0.2
-"""A body comes in and goes out again, but is there for this share of the clip."""
 REVERSAL_SIGMAS = 8.0
 REVERSAL_AT_LEAST_PX = 0.4
 SPAN_FRAMES = 3
@@ -95,14 +89,6 @@ def camera_shift(movers: Movers, view: View) -> Floats | None:
 def _about(x_px: Floats, sigma_px: Floats, edges: tuple[float, float], place: float) -> BodyTrack:
     """Track of a place of a body, given as the edges are from where its template begins."""
     return BodyTrack(x_px + place, sigma_px, edges[0] - place, edges[1] - place)
-
-
-def was_followed(x_px: Floats) -> bool:
-    """Whether a body is seen in most frames while it is in the picture, shape (n,)."""
-    seen = np.flatnonzero(np.isfinite(x_px))
-    if len(seen) < max(FRAMES_AT_LEAST, PRESENT_AT_LEAST * len(x_px)):
-        return False
-    return len(seen) >= SEEN_AT_LEAST * (int(seen[-1]) - int(seen[0]) + 1)
 
 
 def _line(ball: Followed, movers: Movers, view: View) -> MotionLine:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.corners import Trajectories
-from count_video.tracking.regions import find_regions, moving_regions, region_of
+from count_video.tracking.regions import Regions, moving_regions, region_of
 from count_video.tracking.rigid import RigidGroup, rigid_groups
 from count_video.tracking.shape import Box, Shape
 from count_video.tracking.template import Rough
@@ -49,20 +49,14 @@ class Proposal:
     """Whether the path is right to some px only."""
 
 
-def propose(
-    small: Sequence[Luma],
-    corners: Trajectories,
-    scene_px: Floats,
-    known: Sequence[NDArray[np.bool_]] | None = None,
-) -> list[Proposal]:
+def propose(corners: Trajectories, regions: Regions, scene_px: Floats) -> list[Proposal]:
     """Bodies by their corners where there are many, then moving regions, then the other corners.
 
-    ``known`` marks where each sample shows bodies that are not asked for.
+    ``scene_px`` is how far the camera has moved each sample, shape (samples, 2).
     """
     groups = rigid_groups(corners, scene_px)
     many = [group for group in groups if len(group.corners_px) >= NEIGHBOUR_CORNERS]
     few = [group for group in groups if len(group.corners_px) < NEIGHBOUR_CORNERS]
-    regions = find_regions(small, known)
     linked = moving_regions(regions)[:REGIONS_AT_MOST]
     proposed = [
         *(_with_box(one, region_of(one, _without(many, one), regions)) for one in many),

@@ -73,6 +73,13 @@ class Regions:
     scale: int
     """How many px of the samples one of the differences' holds."""
 
+    def beside(self, known: Sequence[NDArray[np.bool_]]) -> Regions:
+        """Leave out where each sample shows what is known, marked in shape (height, width)."""
+        size, way = self.changes[0].shape[::-1], cv2.INTER_NEAREST
+        marks = [cv2.resize(mark.astype(np.uint8), size, interpolation=way) for mark in known]
+        left = [one * (mark == 0) for one, mark in zip(self.changes, marks, strict=True)]
+        return _regions_of(left, self.scale)
+
     def change(self, path_px: Floats, box_px: Sequence[float]) -> float:
         """Sum of the differences in a box along a path, mean over all samples."""
         total = 0.0
@@ -84,17 +91,13 @@ class Regions:
         return total / max(1, len(path_px))
 
 
-def find_regions(
-    pictures: Sequence[Luma], known: Sequence[NDArray[np.bool_]] | None = None
-) -> Regions:
-    """Find what differs from the background in samples of one brightness.
+def find_regions(pictures: Sequence[Luma]) -> Regions:
+    """Find what differs from the background in samples of one brightness."""
+    return _regions_of(*_changes(pictures))
 
-    ``known`` marks where each sample shows bodies that are not asked for.
-    """
-    changes, scale = _changes(pictures)
-    if known is not None:
-        _leave_out(changes, known)
-    boxes = [[box * scale for box in _regions(_mask(one))] for one in changes]
+
+def _regions_of(changes: list[Luma], scale: int) -> Regions:
+    boxes = [[box * scale for box in _boxes(_mask(one))] for one in changes]
     return Regions(boxes, changes, scale)
 
 
@@ -110,13 +113,6 @@ def _changes(pictures: Sequence[Luma]) -> tuple[list[Luma], int]:
     for one in away:
         one[one <= least] = 0
     return away, scale
-
-
-def _leave_out(changes: Sequence[Luma], known: Sequence[NDArray[np.bool_]]) -> None:
-    """Set changes to 0, in place, where each sample shows bodies that are known."""
-    for one, mark in zip(changes, known, strict=True):
-        small = cv2.resize(mark.astype(np.uint8), one.shape[::-1], interpolation=cv2.INTER_NEAREST)
-        one[small > 0] = 0
 
 
 def moving_regions(regions: Regions) -> list[RigidGroup]:
@@ -178,12 +174,17 @@ def _mask(changes: Luma) -> Luma:
     return np.asarray(cv2.morphologyEx(whole, cv2.MORPH_OPEN, opening), np.uint8)
 
 
-def _regions(mask: Luma) -> list[Floats]:
-    _, _, stats, _ = cv2.connectedComponentsWithStats(mask)
-    area = stats[1:, cv2.CC_STAT_AREA] / mask.size
+def _boxes(mask: Luma) -> list[Floats]:
+    """Boxes of connected regions: left, top, width and height, the largest regions first.
+
+    Their outer borders give them, many times faster than labels of all pixels. Pick's theorem: a
+    border through b pixels that encloses an area A holds A + b / 2 + 1 of them, holes included.
+    """
+    borders, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    area = np.array([cv2.contourArea(one) + len(one) / 2 + 1 for one in borders]) / mask.size
     good = np.flatnonzero((area > AREA_SHARE[0]) & (area < AREA_SHARE[1]))
     largest = good[np.argsort(-area[good], kind="stable")][:REGIONS_AT_MOST]
-    return [stats[1 + place, :4].astype(np.float64) for place in largest]
+    return [np.array(cv2.boundingRect(borders[place]), np.float64) for place in largest]
 
 
 def _nearest(expected: Floats, regions: Sequence[Floats]) -> int | None:

@@ -63,12 +63,15 @@ def rigid_groups(trajectories: Trajectories, scene_px: Floats) -> list[RigidGrou
     """
     places = trajectories.places_px - scene_px.astype(np.float32)
     seen = np.isfinite(places[:, :, 0])
-    left = _moving(places, seen)
+    moving = _moving(places, seen)
+    places, seen = places[moving], seen[moving]
+    joined = _joined(places, seen)
+    left = np.arange(len(moving))
     found: list[Indices] = []
     while len(left) >= CORNERS_AT_LEAST and len(found) < BODIES_AT_MOST:
-        joined = _joined(places[left], seen[left])
-        centre = int(np.argmax(joined @ np.sqrt(seen[left].sum(axis=1))))
-        members = _settled(places, seen, left, left[joined[centre]])
+        partners = joined[np.ix_(left, left)]
+        centre = int(np.argmax(partners @ np.sqrt(seen[left].sum(axis=1))))
+        members = _settled(places, seen, left, left[partners[centre]])
         if len(members) >= CORNERS_AT_LEAST:
             found.append(members)
             left = np.setdiff1d(left, members)
@@ -185,13 +188,16 @@ def _offsets(places: Points, seen: NDArray[np.bool_], path: Floats) -> tuple[Flo
 
     NaN where corner and path share no sample.
     """
-    away = places - path[None]
     known = seen & np.isfinite(path[:, 0])[None]
-    count = known.sum(axis=1)[:, None]
-    away = np.where(known[:, :, None], away, 0.0)
-    offset = np.where(count > 0, away.sum(axis=1) / np.maximum(count, 1), np.nan)
-    error = np.abs(away - offset[:, None]).max(axis=2)
-    return np.asarray(offset, np.float64), np.where(known, error, np.nan)
+    count = np.maximum(known.sum(axis=1), np.finfo(np.float32).tiny)
+    offset = np.empty((len(places), 2))
+    error = np.where(known, np.float32(0.0), np.float32(np.nan))
+    for axis in range(2):
+        away = np.where(known, places[:, :, axis] - path[:, axis].astype(np.float32), 0)
+        offset[:, axis] = np.where(count >= 1, away.sum(axis=1, dtype=np.float64) / count, np.nan)
+        away -= offset[:, axis, None].astype(np.float32)
+        error = np.maximum(error, np.abs(away))
+    return offset, error
 
 
 def _keeps(places: Points, seen: NDArray[np.bool_], path: Floats) -> NDArray[np.bool_]:
@@ -200,11 +206,11 @@ def _keeps(places: Points, seen: NDArray[np.bool_], path: Floats) -> NDArray[np.
     known = np.isfinite(error)
     count = known.sum(axis=1)
     near = (known & (error < RIGID_PX)).sum(axis=1) >= NEAR_SHARE * count
-    along = np.where(known[:, :, None], path[None], np.nan)
-    span = np.where(known[:, :, None], along, -np.inf).max(axis=1) - np.where(
-        known[:, :, None], along, np.inf
-    ).min(axis=1)
-    return np.asarray(near & (count >= SHARED_SAMPLES) & (span.max(axis=1) > SHARED_SPAN_PX))
+    span = np.zeros(len(places))
+    for along in path.T:
+        highest, lowest = (np.where(known, along, end) for end in (-np.inf, np.inf))
+        span = np.maximum(span, highest.max(axis=1) - lowest.min(axis=1))
+    return np.asarray(near & (count >= SHARED_SAMPLES) & (span > SHARED_SPAN_PX))
 
 
 def _merged(places: Points, seen: NDArray[np.bool_], found: list[Indices]) -> list[Indices]:

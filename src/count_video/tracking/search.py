@@ -14,7 +14,7 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 
-from count_video.tracking.peak import peak_of
+from count_video.signals import peak_of
 from count_video.tracking.registration import Fit, Hides, register
 from count_video.tracking.sprite import Picture, Pixels, Sprite
 

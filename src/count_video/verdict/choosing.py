@@ -61,13 +61,18 @@ def likeliest(trials: Iterable[Trial]) -> Trial | None:
 def only_counted(trials: Sequence[Trial]) -> Trial:
     """Return the one trial of several bodies, each taken alone, that is counted.
 
-    The first one stands for them if none is. If more are, which of them is meant is not known.
+    The first one stands for them if none is. If more are, which of them is meant is not known; and
+    a few impacts, where more than one body moves, may be those of a trial.
     """
     counted = [trial for trial in trials if trial.result.count is not None]
-    if len(counted) <= 1:
-        return (counted or list(trials))[0]
-    why = sentence(Reason(Cause.SEVERAL_BOUNCE, (len(counted),)))
-    first = trials[0]
+    first = counted[0] if counted else trials[0]
+    count = first.result.count
+    if len(counted) > 1:
+        why = sentence(Reason(Cause.SEVERAL_BOUNCE, (len(counted),)))
+    elif count is not None and count < IMPACTS_OF_ONE_ALONE and len(trials) > 1:
+        why = sentence(Reason(Cause.OTHERS_MOVE, (count, len(trials) - 1)))
+    else:
+        return first
     refused = replace(first.result, status="not_counted", reason=why, count=None, probability={})
     return replace(first, result=replace(refused, between_frames=None))
 

@@ -51,6 +51,8 @@ SENTENCES: Final = {
     "if that is a wall, let the clip run until the last collision",
     Cause.SEVERAL_BOUNCE: "{:.0f} bodies each bounce by themselves, and which of them is meant is "
     "not known; give its part of the picture with --region",
+    Cause.OTHERS_MOVE: "few impacts of one body are seen ({:.0f}) where more move by themselves "
+    "({:.0f}): it may be the ball of a trial whose heavy body could not be followed",
     Cause.UNLIKE: "the two bodies are not of a kind, and neither reaches a wall: let the clip run "
     "until the burst is over",
     Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else: show the trial "

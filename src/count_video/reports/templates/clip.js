@@ -161,7 +161,7 @@
 
   function remember() {
     try {
-      localStorage.setItem(shelf, asText(review));
+      localStorage.setItem(shelf, JSON.stringify([review.corrections, review.notes, saved]));
       return true;
     } catch {
       return false;  // a browser that keeps nothing
@@ -184,10 +184,12 @@
 
   function recall() {
     try {
-      const found = readReview(...JSON.parse(localStorage.getItem(shelf)));
+      const [corrections, notes, inFile] = JSON.parse(localStorage.getItem(shelf));
+      const found = readReview(corrections, notes);
       if (found !== null && asText(found) !== opened) {
         before.push(review);
         review = found;
+        if (isText(inFile)) saved = inFile;
       }
     } catch {
       // nothing kept, or nothing of ours
@@ -277,10 +279,17 @@
     change({ corrections: [...corrections, { action: "missed", kind, frame, number: null }] });
   }
 
+  // Every letter is kept at once; undo takes back what was typed from one visit to the next.
   function writeNote() {
     const notes = { ...review.notes, [key(chosen)]: element("note").value };
     if (notes[key(chosen)] === "") delete notes[key(chosen)];
-    change({ notes });
+    review = { ...review, notes };
+    draw();
+  }
+
+  function leaveNote() {
+    if (before.length && asText(before[before.length - 1]) === asText(review)) before.pop();
+    draw();
   }
 
   function undo() {
@@ -341,7 +350,9 @@
   element("add-wall").addEventListener("click", () => addMissed("wall"));
   element("undo").addEventListener("click", undo);
   element("save").addEventListener("click", save);
-  element("note").addEventListener("change", writeNote);
+  element("note").addEventListener("focus", () => before.push(review));
+  element("note").addEventListener("input", writeNote);
+  element("note").addEventListener("blur", leaveNote);
   element("load").addEventListener("change", load);
   element("picture")?.addEventListener("click", goThere);
   element("enlarge")?.addEventListener("click", enlarge);

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from count_video.tracking.peak import beyond, peak_of
+from count_video.signals import beyond, peak_of
 
 
 @pytest.mark.parametrize("top", [2.6, 3.0, 3.2, 3.4])
