@@ -10,12 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 
+from count_video.motion.descent import descend, loss_of, step, weights_of
 from count_video.motion.model import Kind, Model, Paths
 from count_video.motion.pieces import HALF_EXPOSURE
-from count_video.motion.priors import CAUCHY_SIGMAS, STRAY_SIGMAS, TIME_MOVES_FRAMES
+from count_video.motion.priors import STRAY_SIGMAS, TIME_MOVES_FRAMES
 from count_video.records import Collision, Floats, Velocities
 from count_video.signals import Errors
 
@@ -24,11 +26,6 @@ SETTLED_FRAMES = 0.02
 """The fit is repeated with rows chosen by its times until these move by less than this."""
 FLOOR_SHARE = 0.1
 """In the first round frames count as no surer than this share of the fastest body's step."""
-EVALUATIONS = 40
-DAMPING, DAMPING_RISES, DAMPING_FALLS, DAMPING_AT_MOST = 1e-4, 10.0, 0.1, 1e8
-"""Of the steps, as a share of the diagonal of the normal equations."""
-CONVERGED = 1e-5
-"""Relative fall of the loss that is not worth another step."""
 
 
 @dataclass(frozen=True)
@@ -114,45 +111,44 @@ def fit_together(
     return _contacts(model, values, origin)
 
 
-def _solved(model: Model, floor_share: float) -> Floats:
-    """Least squares from the rough times, by Levenberg's and Marquardt's method, shape (columns,).
+class _Fit:
+    """The model at one set of parameters.
 
-    Residuals of less than a share of the fastest body's step count alike: rough times must not
-    be taken for frames that mislead. The normal equations are put together piece by piece, which
-    a general solver for dense equations cannot.
+    Residuals of less than the floor count alike: rough times must not be taken for frames that
+    mislead. The normal equations are put together piece by piece, which a solver for dense
+    equations cannot.
     """
-    mean, weight = model.prior[0], model.weight
+
+    def __init__(self, model: Model, floor_px: float, values: Floats) -> None:
+        self.model, self.values = model, values
+        self.found, self.jacobian = model.residuals(values, floor_px)
+        self.away = (values - model.prior[0]) * model.weight
+        self.loss = loss_of(self.found) + float(self.away @ self.away) / 2
+
+    @cached_property
+    def weighted(self) -> Floats:
+        """Derivatives of the residuals, those of large ones count less."""
+        return np.asarray(self.jacobian * weights_of(self.found)[:, None])
+
+    @cached_property
+    def gradient(self) -> Floats:
+        """Of the loss, shape (columns,)."""
+        return self.model.sums(self.weighted, self.found) + self.away * self.model.weight
+
+    @cached_property
+    def hessian(self) -> Floats:
+        """Of the loss, shape (columns, columns)."""
+        hessian = self.model.products(self.weighted, self.jacobian)
+        hessian[np.diag_indices(self.model.columns)] += self.model.weight**2
+        return hessian
+
+
+def _solved(model: Model, floor_share: float) -> Floats:
+    """Least squares from the rough times, shape (columns,).
+
+    The floor is a share of the fastest body's step. Times keep their order.
+    """
     floor_px = floor_share * model.fastest
-    low, high = _reach(model)
-    values = _start(model, floor_px)
-    found, jacobian = model.residuals(values, floor_px)
-    loss, damping = _loss(model, found, values), DAMPING
-    for _ in range(EVALUATIONS):
-        robust, slope = _robust(found)
-        scaled = jacobian * slope[:, None]
-        gradient = model.sums(scaled, robust) + (values - mean) * weight**2
-        hessian = model.products(scaled, scaled)
-        hessian[np.diag_indices(model.columns)] += weight**2
-        kept = ~(((values <= low) & (gradient > 0)) | ((values >= high) & (gradient < 0)))
-        before = loss
-        while damping < DAMPING_AT_MOST:
-            step = np.zeros(model.columns)
-            step[kept] = _step(hessian[np.ix_(kept, kept)], gradient[kept], damping)
-            trial = np.clip(values - step, low, high)
-            found_there, jacobian_there = model.residuals(trial, floor_px)
-            loss_there = _loss(model, found_there, trial)
-            if loss_there <= loss:
-                values, found, jacobian, loss = trial, found_there, jacobian_there, loss_there
-                damping *= DAMPING_FALLS
-                break
-            damping *= DAMPING_RISES
-        if before - loss <= CONVERGED * before:
-            break
-    return values
-
-
-def _reach(model: Model) -> tuple[Floats, Floats]:
-    """Bounds of the parameters: times keep their order; shape (columns,) each."""
     reach = np.full(len(model.times), TIME_MOVES_FRAMES)
     if len(model.times) > 1:
         between = 0.45 * np.diff(model.times)
@@ -160,46 +156,23 @@ def _reach(model: Model) -> tuple[Floats, Floats]:
         reach = np.minimum(reach, np.append(np.inf, between))
     low, high = np.full(model.columns, -np.inf), np.full(model.columns, np.inf)
     low[: model.stray], high[: model.stray] = model.times - reach, model.times + reach
-    return low, high
-
-
-def _start(model: Model, floor_px: float) -> Floats:
-    """Parameters at the rough times, in all of which the paths are linear; shape (columns,)."""
-    values, free = model.prior[0].copy(), slice(model.stray, None)
-    found, jacobian = model.residuals(values, floor_px)
-    hessian = model.products(jacobian, jacobian)
-    hessian[np.diag_indices(model.columns)] += model.weight**2
-    gradient = model.sums(jacobian, found)
-    values[free] -= _step(hessian[free, free], gradient[free], 0.0)
-    return values
-
-
-def _step(hessian: Floats, gradient: Floats, damping: float) -> Floats:
-    """Solve damped normal equations, scaled to a diagonal of ones."""
-    scale = 1 / np.sqrt(np.diag(hessian))
-    scaled = hessian * scale[:, None] * scale
-    scaled[np.diag_indices(len(scaled))] += damping
-    return np.asarray(scale * np.linalg.solve(scaled, scale * gradient))
-
-
-def _loss(model: Model, found: Floats, values: Floats) -> float:
-    """Sum of squares of residuals in sigmas, robust, with the priors."""
-    away = (values - model.prior[0]) * model.weight
-    return float(CAUCHY_SIGMAS**2 * np.log1p((found / CAUCHY_SIGMAS) ** 2).sum() + away @ away)
+    at = partial(_Fit, model, floor_px)
+    # At the rough times the paths are linear in all parameters.
+    start = model.prior[0].copy()
+    free = np.arange(model.columns) >= model.stray
+    start -= step(at(start), 0.0, np.zeros(model.columns), free)
+    return descend(at, start, (low, high)).values
 
 
 def _covariance(model: Model, values: Floats) -> Floats:
     """Covariance of the parameters, shape (columns, columns)."""
-    found, jacobian = model.residuals(values)
-    weight = model.weight
-    weighted = jacobian / (1 + (found / CAUCHY_SIGMAS) ** 2)[:, None]
-    hessian = model.products(weighted, jacobian)
-    hessian[np.diag_indices(model.columns)] += weight**2
+    fit = _Fit(model, 0.0, values)
+    hessian = fit.hessian
     scale = 1 / np.sqrt(np.diag(hessian))
     inverse = np.linalg.inv(hessian * scale[:, None] * scale) * scale[:, None] * scale
-    total = np.diag(weight**2)
+    total = np.diag(model.weight**2)
     for body in range(len(model.errors)):
-        total += model.covariance(weighted, body)
+        total += model.covariance(fit.weighted, body)
     return np.asarray(inverse @ total @ inverse)
 
 
@@ -247,14 +220,6 @@ def _motion(model: Model, values: Floats, covariance: Floats, body: int) -> Moti
     sigma = np.sqrt(np.einsum("cp,cp->c", flat @ covariance, flat)).reshape(count, 2)
     jump_sigma = np.sqrt(np.einsum("cp,cp->c", jump @ covariance, jump))
     return Motion(rate, sigma, jump_sigma, rows)
-
-
-def _robust(residuals: Floats) -> tuple[Floats, Floats]:
-    """Residuals whose squares are Cauchy's losses, and their derivatives by the residuals."""
-    unit = residuals / CAUCHY_SIGMAS
-    loss = np.sqrt(np.log1p(unit**2))
-    slope = np.divide(unit, (1 + unit**2) * loss, out=np.ones_like(unit), where=loss > 1e-6)
-    return CAUCHY_SIGMAS * np.copysign(loss, unit), np.abs(slope)
 
 
 def collisions_of(fitted: Contacts, sign: int = 1) -> list[Collision]:

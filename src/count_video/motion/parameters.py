@@ -98,12 +98,17 @@ class Prior:
         return Prior(means, sigmas)
 
 
+def limits_of(columns: int) -> tuple[Floats, Floats]:
+    """Lowest and highest values for which the model is defined, shape (columns,) each."""
+    low, high = np.full(columns, -np.inf), np.full(columns, np.inf)
+    for column, least, most in _LIMITS:
+        low[column], high[column] = least, most
+    return low, high
+
+
 def within_limits(sets: Floats) -> Floats:
-    """Parameter sets, shape (sets, columns), brought back to where the model is defined."""
-    limited = sets.copy()
-    for column, low, high in _LIMITS:
-        limited[:, column] = np.clip(limited[:, column], low, high)
-    return limited
+    """Parameter sets, shape (..., columns), brought back to where the model is defined."""
+    return np.asarray(np.clip(sets, *limits_of(sets.shape[-1])))
 
 
 _LIMITS = (

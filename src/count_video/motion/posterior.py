@@ -25,25 +25,20 @@ from count_video.motion.rivals import (
     log_evidence,
     recounted,
     refloored,
-    with_deviations,
 )
 from count_video.motion.solving import Noise, Solution, noise_of, scaled
 from count_video.records import Floats
 
 Weighed = dict[tuple[int, float], tuple[float, Solution]]
 """Logarithm of the evidence and the fit, for each count and scatter."""
-IMPROBABLE = 10.0
-"""Nor do those beyond a count whose evidence is smaller by so much, as a logarithm."""
+IMPROBABLE, IMPROBABLE_AT_LEAST = 10.0, 2
+"""Counts beyond so many in a row whose evidence is smaller by so much, as a logarithm, are none."""
 MOST_RIVALS = 16
 """Counts on either side of the best that are looked at: where so many are likely, none is known."""
-PASSES = 4
-"""So often at most the counts are weighed from another best one on."""
-CORRELATED_AT_MOST = 40
-"""Lag in frames up to which residuals may hang together."""
 RESIDUALS_AT_LEAST = 20
-"""Fewer do not tell how they hang together."""
-LEAST_FREE_SHARE = 0.2
-"""Of fewer degrees of freedom the residuals tell the noise to no better than the track."""
+"""Fewer do not tell how large they are."""
+CLIPPED_SIGMAS = 6.0
+"""Larger residuals count as this: the tracker was misled."""
 
 
 def fine_fits(
@@ -62,41 +57,19 @@ def fine_fits(
     fits.sort(key=lambda solution: solution.loss)
     best = fits[0]
     noise = noise_of(observed, best.values, best.count)
-    free = _free_share(best, with_deviations(prior, best.count, scatter))
     return fits, scaled(
         noise,
-        _spread(best.ball_residuals / noise.ball, free),
-        _spread(best.heavy_residuals / noise.heavy, free),
+        _spread(best.ball_residuals / noise.ball),
+        _spread(best.heavy_residuals / noise.heavy),
     )
 
 
-def _free_share(fit: Solution, prior: Prior) -> float:
-    """Share of the residuals' degrees of freedom that a fit leaves.
-
-    It takes as many as it has columns, less what the prior knows of them: a column's precision by
-    the prior is a part of that by all, tr(H^-1 P) of all columns together.
-    """
-    known = prior.sigma > 0
-    covariance = np.linalg.pinv(fit.hessian, hermitian=True)
-    taken = known.sum() - np.diag(covariance)[known] @ prior.sigma[known] ** -2.0
-    shown = sum(int(np.isfinite(one).sum()) for one in (fit.ball_residuals, fit.heavy_residuals))
-    return max(1.0 - float(taken) / shown, LEAST_FREE_SHARE)
-
-
-def _spread(residuals: np.ndarray, free: float) -> float:
-    """Factor on the noise for residuals that are larger or smaller than it, or hang together."""
+def _spread(residuals: np.ndarray) -> float:
+    """Factor on the noise for residuals that are larger or smaller than it."""
     kept = residuals[np.isfinite(residuals)]
     if len(kept) < RESIDUALS_AT_LEAST:
         return 1.0
-    spread = float(np.sqrt(np.mean(np.clip(kept, -6, 6) ** 2)))
-    centred = np.clip(kept, -6, 6) / max(spread, 1e-9)
-    together = 1.0
-    for lag in range(1, min(CORRELATED_AT_MOST, len(kept) // 4)):
-        correlation = float(np.mean(centred[lag:] * centred[:-lag]))
-        if correlation < 2 / np.sqrt(len(kept)):
-            break
-        together += 2 * correlation
-    return spread * float(np.sqrt(together / free))
+    return float(np.sqrt(np.mean(np.clip(kept, -CLIPPED_SIGMAS, CLIPPED_SIGMAS) ** 2)))
 
 
 def weigh(
@@ -106,86 +79,56 @@ def weigh(
     rivals: list[Solution],
     coarse: list[Solution],
 ) -> Weighed:
-    """Fit each count that comes into question with each scatter; ``rivals`` begin with the best.
+    """Fit each count that comes into question, for each scatter; ``rivals`` begin with the best.
 
     From the best count it goes up and down, each count from its coarse fit where there is one, or
     from the fit of its neighbour or, as the kind of the last collision is mostly seen, of the one a
     pair away, until on either side two in a row are out of the question.
     """
-    best = rivals[0]
-    weighed: Weighed = {}
-    _weigh_count(weighed, observed, noise, prior, best)
-    for rival in rivals[1:]:
-        if rival.loss < best.loss + HOPELESS:
-            _weigh_count(weighed, observed, noise, prior, rival)
-    best = _best(weighed)
-    starts = {fit.count: fit for fit in coarse}
-    for _ in range(PASSES):
-        impossible: set[int] = set()
-        for side in (-1, 1):
-            lost = 0
-            for count in range(best.count + side, best.count + side * (MOST_RIVALS + 1), side):
-                if lost == 2 or count < 1:
-                    break
-                if abs(count - best.count) > 1 and count % 2 in impossible:
-                    continue
-                if (count, SCATTERS[0]) not in weighed or not starts:
-                    start = starts.get(count) or _from_neighbour(weighed, observed, prior, count)
-                    _weigh_count(weighed, observed, noise, prior, start)
-                evidence = _evidence_of(weighed, count)
-                lost = lost + 1 if evidence < -IMPROBABLE else 0
-                if (count - best.count) % 2 and evidence < -HOPELESS:
-                    impossible.add(count % 2)  # the last collision was seen to be of the other kind
-        before, best = best, _best(weighed)
-        if best.count == before.count:
-            break
-        starts = {}  # They led to a worse one: the others are fitted anew, from this one on.
+    starts = {fit.count: fit for fit in (*coarse, *rivals)}
+    weighed = scattered(observed, noise, prior, rivals[0])
+    best = rivals[0].count
+    for side in (-1, 1):
+        lost = 0
+        for count in range(best + side, best + side * (MOST_RIVALS + 1), side):
+            if lost == IMPROBABLE_AT_LEAST or count < 1:
+                break
+            start = starts.get(count) or _from_neighbour(weighed, observed, prior, count)
+            bearable = min(fit.loss for _, fit in weighed.values()) + HOPELESS
+            weighed |= scattered(observed, noise, prior, start, bearable)
+            lost = 0 if _evidence_of(weighed, count) > -IMPROBABLE else lost + 1
     return {key: fit for key, fit in weighed.items() if np.isfinite(fit[0])}
 
 
-def scattered(observed: Observations, noise: Noise, prior: Prior, fit: Solution) -> Weighed:
-    """Weigh the scatters of the restitution for the count of one fit."""
-    weighed: Weighed = {}
-    _weigh_count(weighed, observed, noise, prior, fit)
+def scattered(
+    observed: Observations,
+    noise: Noise,
+    prior: Prior,
+    start: Solution,
+    bearable: float = np.inf,
+) -> Weighed:
+    """Weigh the scatters of the restitution for the count of one fit, from which a finer starts."""
+    weighed, fit = {}, start
+    for scatter in SCATTERS[::-1]:
+        fit = fine_fit(observed, noise, prior, fit, scatter, bearable)
+        weighed[start.count, scatter] = log_evidence(fit, scatter), fit
+        if fit.loss > bearable:
+            break
     return weighed
 
 
-def _best(weighed: Weighed) -> Solution:
-    return max(weighed.values(), key=lambda fit: fit[0])[1]
-
-
 def _from_neighbour(weighed: Weighed, observed: Observations, prior: Prior, count: int) -> Solution:
-    """Fit a count coarsely, from the nearest one that was weighed.
+    """Fit a count coarsely, from the nearest one that was weighed, with the least scatter.
 
-    Of that one's fits the one with the least scatter is taken: its deviations are left behind.
+    One collision fewer or more is its end cut or gone on.
     """
     bearable = min(fit.loss for _, fit in weighed.values()) + HOPELESS
     near = [(n, s) for (n, s), (_, fit) in weighed.items() if fit.loss < bearable]
-    near = [key for key in near if key[0] != count] or near
     nearest = min(near, key=lambda key: ((key[0] - count) % 2, abs(key[0] - count), key[1]))
-    return refloored(observed, prior, _start(weighed[nearest][1], count), count)
-
-
-def _start(neighbour: Solution, count: int) -> Floats:
-    """Begin with a neighbour's motion: one collision fewer or more is its end cut or gone on."""
-    if (count - neighbour.count) % 2:
-        return neighbour.values[:FIRST_DEVIATION]
-    return recounted(neighbour, count)
-
-
-def _weigh_count(
-    weighed: Weighed, observed: Observations, noise: Noise, prior: Prior, start: Solution
-) -> None:
-    """Add the fits of a count from a start, where they are better than those that are there."""
-    solution = start
-    bearable = min((fit.loss for _, fit in weighed.values()), default=np.inf) + HOPELESS
-    for scatter in SCATTERS[::-1]:
-        solution = fine_fit(observed, noise, prior, solution, scatter, bearable)
-        evidence = log_evidence(solution, scatter)
-        if evidence > weighed.get((start.count, scatter), (-np.inf, solution))[0]:
-            weighed[start.count, scatter] = evidence, solution
-        if solution.loss > bearable:
-            return
+    fit = weighed[nearest][1]
+    apart = (count - fit.count) % 2
+    start = fit.values[:FIRST_DEVIATION] if apart else recounted(fit, count)
+    return refloored(observed, prior, start, count)
 
 
 def _evidence_of(weighed: Weighed, count: int) -> float:

@@ -39,29 +39,30 @@ from count_video.motion.priors import (
     USUAL_RATE_PER_S,
 )
 from count_video.motion.seen import SeenCollisions
-from count_video.motion.solving import Noise, Solution, modelled, noise_of, solve
+from count_video.motion.solving import Noise, Question, Solution, modelled, noise_of, solve
 from count_video.motion.starting import MOST_COLLISIONS, scan
 from count_video.motion.swing import Swing
 from count_video.records import Collision, Floats
 
 FLOORS_PX = (6.0, 0.6)
-"""The fit begins coarsely: far from the solution only large residuals should pull."""
-UNEVEN = 0.015
-"""Starts differ if the difference of their restitutions does by so much."""
+"""Until all counts are compared, anything nearer than this is as good; the first far from the
+solution, where only large residuals should pull."""
+FORWARD_FLOOR_PX = 0.3
+"""The same until all collisions that are seen are in."""
 STARTS = 5
 """Numbers of collisions that are fitted from the first scan."""
 SEEN_SHARE = 0.5
 """The number seen is tried if it is more than this share of the scan's best count."""
 HOPELESS = 150.0
 """A count whose loss exceeds the best by so much needs no further look."""
-SKIPS_FITTED = 6
-"""Numbers of frames left out that are fitted from the scan."""
+SKIPS = (1.0, 3.0, 8.0)
+"""Numbers of frames left out from which fits begin, besides the likeliest by first order."""
 ROUNDS = 40
 """The best count's neighbours are tried at most so often."""
 PAIR = 2
 """A pair more or less: single ones are settled where the burst ends, which is seen."""
 LONG_STEPS = 32
-"""The first neighbours of a count are this part of it away, if that is more than a pair."""
+"""The first neighbours of a count are this part of it away, in pairs, if that is more than one."""
 
 
 @dataclass(frozen=True)
@@ -132,28 +133,30 @@ def coarse_fits(
         # Of two bodies in n frames noise alone makes a loss of n, half its chi-square.
         if fitted[start.count].loss < len(observed.frame):
             return _from(observed, prior, fitted)
+    if start is not None and prior.sigma[Column.SKIP]:
+        return _from(observed, prior, {start.count: _skipping(observed, prior, start)})
     rows = scan(observed, rough, prior)
-    if prior.sigma[Column.SKIP]:
-        starts = rows if start is None else np.vstack([[*start.values, start.count, 0.0], rows])
-        best = _likeliest_skip(observed, prior, starts)
-        return _from(observed, prior, {best.count: best})
     likeliest = _likeliest(rows, STARTS)
     wanted = [seen] if not likeliest or seen > SEEN_SHARE * likeliest[0] else []
     for count in dict.fromkeys(wanted + likeliest):
-        best = _best_start(observed, prior, rows, count, _bearable(fitted))
+        away = np.abs(rows[:, -2] - count)
+        nearest = rows[int(np.argmin(away)), :FIRST_DEVIATION]
+        best = _coarse_fit(observed, prior, nearest, count, _bearable(fitted))
         fitted[count] = min(best, fitted.get(count, best), key=_loss_of)
     return _from(observed, prior, fitted)
 
 
-def _likeliest_skip(observed: Observations, prior: Prior, rows: Floats) -> Solution:
-    """Fit a scan's best places with different numbers of frames left out, and keep the best."""
-    _, first = np.unique(rows[:, Column.SKIP], return_index=True)
-    fits: list[Solution] = []
-    for row in np.sort(first)[:SKIPS_FITTED]:
-        bearable = min((fit.loss for fit in fits), default=np.inf) + HOPELESS
-        count = int(np.clip(rows[row, -2], 1, MOST_COLLISIONS))
-        fits.append(_coarse_fit(observed, prior, rows[row, :FIRST_DEVIATION], count, bearable))
-    return min(fits, key=_loss_of)
+def _skipping(observed: Observations, prior: Prior, start: Solution) -> Solution:
+    """Fit with frames left out, from different numbers of them, and keep the best."""
+    best = None
+    for skip in (start.values[Column.SKIP], *SKIPS):
+        values = start.values[:FIRST_DEVIATION].copy()
+        values[Column.SKIP] = skip
+        bearable = np.inf if best is None else best.loss + HOPELESS
+        fit = _coarse_fit(observed, prior, values, start.count, bearable)
+        best = fit if best is None else min(best, fit, key=_loss_of)
+    assert best is not None
+    return best
 
 
 def _from(observed: Observations, prior: Prior, fitted: dict[int, Solution]) -> list[Solution]:
@@ -161,8 +164,7 @@ def _from(observed: Observations, prior: Prior, fitted: dict[int, Solution]) -> 
     best = min(fitted.values(), key=_loss_of)
     pairs = max(1, best.count // LONG_STEPS)
     for _ in range(ROUNDS):
-        near = (best.count - PAIR * pairs, best.count + PAIR * pairs)
-        for count in near:
+        for count in (best.count - PAIR * pairs, best.count + PAIR * pairs):
             if 0 < count <= MOST_COLLISIONS and count not in fitted:
                 start = recounted(best, count)
                 fitted[count] = _coarse_fit(observed, prior, start, count, _bearable(fitted))
@@ -192,38 +194,21 @@ def _likeliest(rows: Floats, number: int) -> list[int]:
     return list(dict.fromkeys(counts))[:number]
 
 
-def _best_start(
-    observed: Observations, prior: Prior, rows: Floats, count: int, bearable: float
-) -> Solution:
-    """Fit a count from the scan's best places with it, and keep the best fit.
-
-    Two starts: the second favours the other contact's losses, as these trade off in the scan.
-    """
-    nearest = rows[np.abs(rows[:, -2] - count) == np.abs(rows[:, -2] - count).min()]
-    uneven = nearest[:, Column.BODIES] - nearest[:, Column.BOUNCE]
-    others = np.flatnonzero(np.abs(uneven - uneven[0]) > UNEVEN)
-    starts = [nearest[0], *(nearest[others[:1]])]
-    fits = [
-        _coarse_fit(observed, prior, start[:FIRST_DEVIATION], count, bearable) for start in starts
-    ]
-    return min(fits, key=_loss_of)
-
-
 def _coarse_fit(
     observed: Observations, prior: Prior, start: Floats, count: int, bearable: float
 ) -> Solution:
     noise = noise_of(observed, start, count, FLOORS_PX[0])
-    coarsest = solve(observed, noise, prior, start, count)
+    coarsest = solve(Question(observed, noise, prior, count), start)
     return refloored(observed, prior, coarsest.values, count, bearable)
 
 
 def refloored(
     observed: Observations, prior: Prior, start: Floats, count: int, bearable: float = np.inf
 ) -> Solution:
-    """Fit a count with the last of the floors, without scatter."""
+    """Fit a count coarsely, without scatter."""
     start = _led_to_the_last(observed, prior, start, count)
     noise = noise_of(observed, start, count, FLOORS_PX[-1])
-    return solve(observed, noise, prior, start, count, bearable)
+    return solve(Question(observed, noise, prior, count), start, bearable)
 
 
 def _led_to_the_last(observed: Observations, prior: Prior, start: Floats, count: int) -> Floats:
@@ -241,7 +226,7 @@ def _led_to_the_last(observed: Observations, prior: Prior, start: Floats, count:
     ):
         return start
     noise = noise_of(before, start, count - 1, FLOORS_PX[-1])
-    return solve(before, noise, prior, start, count - 1).values
+    return solve(Question(before, noise, prior, count - 1), start).values
 
 
 def fine_fit(
@@ -258,7 +243,7 @@ def fine_fit(
     start = start[:columns]  # a fine fit brings deviations of its own
     start[Column.SKIP] = round(start[Column.SKIP])
     full = with_deviations(prior, coarse.count, scatter).with_value(Column.SKIP, 0.0, 0.0)
-    return solve(observed, noise, full, start, coarse.count, bearable)
+    return solve(Question(observed, noise, full, coarse.count), start, bearable)
 
 
 def recounted(solution: Solution, count: int) -> Floats:
@@ -272,7 +257,7 @@ def recounted(solution: Solution, count: int) -> Floats:
     values[Column.LIGHTNESS] -= 2 * np.log(count / solution.count)
     contacts = [Column.BODIES, Column.BOUNCE]
     values[contacts] = 1 - (1 - values[contacts]) * solution.count / count
-    return np.asarray(within_limits(values[None])[0])
+    return within_limits(values)
 
 
 def log_evidence(solution: Solution, scatter: float) -> float:
@@ -290,8 +275,6 @@ def log_evidence(solution: Solution, scatter: float) -> float:
 FIRST_COLLISIONS = 4
 GROWTH = 4
 """Each fit spans so many times the collisions of the one before."""
-FLOOR_PX = 0.3
-"""Until all are in, anything nearer than this is as good."""
 CALM_FRAMES = 3.0
 """Collisions further apart than this are all seen."""
 SCATTER = 0.006
@@ -314,13 +297,11 @@ def forward_fit(
             part = until(observed, burst[count].frame - observed.origin - CLEAR_FRAMES)
         missing = FIRST_DEVIATION + deviations_of(count) - len(values)
         values = np.concatenate([values, np.zeros(max(missing, 0))])
-        solution = solve(
-            part,
-            noise_of(part, values, count, FLOOR_PX),
+        noise, full = (
+            noise_of(part, values, count, FORWARD_FLOOR_PX),
             with_deviations(prior, count, SCATTER),
-            values,
-            count,
         )
+        solution = solve(Question(part, noise, full, count), values)
         values = solution.values
     return solution
 
@@ -339,7 +320,7 @@ def _with_swing(rough: Floats, swing: Swing) -> Floats:
         values[Column.LIGHTNESS] = -np.log(swing.mass_ratio)
     if swing.rate_squared > SWING_SIGMAS * swing.rate_squared_sigma:
         values[Column.SWING] = np.log(swing.rate_squared) / 2
-    return np.asarray(within_limits(values[None])[0])
+    return within_limits(values)
 
 
 def stages(count: int) -> list[int]:

@@ -90,7 +90,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     apart = contacts.distance_px - gaps.near_edge_px
     if len(inside) <= FEW_TO_BELIEVE and apart > APART_SHARE * track.ball_diameter_px:
         shortcomings = (Reason(Cause.NEVER_TOUCH), *shortcomings)
-    doubts = tuple(unresolved(inside, gaps, pace))
+    doubts = tuple(unresolved(inside, pace))
     if right is False and not doubts:
         shortcomings = (*shortcomings, Reason(Cause.STRAYS))
     return SeenCollisions(

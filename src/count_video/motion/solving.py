@@ -1,16 +1,17 @@
-"""Least squares: the model's parameters from what was observed, for a given number of collisions.
+"""The model's parameters from what was observed, for a given number of collisions.
 
-Levenberg (1944) and Marquardt (1963), with exact derivatives. Large residuals count like Cauchy
-errors: a frame in which the tracker was misled, or which blends two paths, must not bend the fit.
+Least squares with a Cauchy loss (see ``descent``) and exact derivatives.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.motion.descent import descend, loss_of, weights_of
 from count_video.motion.exposures import Sampled, blur_of, sample, sampled_tangents
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import (
@@ -18,27 +19,18 @@ from count_video.motion.parameters import (
     FIRST_DRIFT,
     Column,
     Prior,
-    within_limits,
+    limits_of,
 )
 from count_video.motion.pendulums import Paths, follow, follow_one
-from count_video.motion.priors import CAUCHY_SIGMAS
 from count_video.motion.tangents import tangents_of
 from count_video.records import Floats
 
 BLUR_SHARE = 0.06
 """Where a tracker sees a smeared ball is uncertain by this share of the standard deviation of its
 places during the exposure: measured on rendered clips, of which the truth is known."""
-FIRST_DAMPING = 1e-3
-"""Of the normal equations, scaled to a unit diagonal: nearly a Gauss-Newton step ..."""
-MOST_DAMPING = 1e4
-"""... up to a short one downhill."""
-DAMPING_FACTOR = 8.0
 LATE_COSTS = 10.0
 """Sigmas that each frame costs by which the last collision lies beyond the observations."""
 LATE_AT_MOST = 1e4
-CONVERGED = 0.01
-"""Fall of the loss in an iteration that is not worth another one."""
-ITERATIONS = 30
 
 
 @dataclass(frozen=True)
@@ -90,94 +82,6 @@ def modelled(observed: Observations, sets: Floats, count: int) -> tuple[Paths, S
 
 
 @dataclass(frozen=True)
-class _Fit:
-    """The model at one set of parameters, against what was observed."""
-
-    values: Floats
-    paths: Paths
-    sampled: Sampled
-    data: Floats
-    """Residuals of ball and heavy body in sigmas, shape (2 frames,); not finite where it fails."""
-    away: Floats
-    """Departures from the prior in sigmas, shape (columns,)."""
-    late: float
-    """What a last collision beyond the observations costs: it would prove nothing."""
-    loss: float
-
-
-def solve(
-    observed: Observations,
-    noise: Noise,
-    prior: Prior,
-    start: Floats,
-    count: int,
-    bearable: float = np.inf,
-) -> Solution:
-    """Fit the parameters from a start, shape (columns,).
-
-    A column of the prior with sigma 0 stays at the start. A fit that at its pace will not come
-    down to the bearable loss is given up.
-    """
-    fit = _fit(observed, noise, prior, start, count)
-    damping = FIRST_DAMPING
-    gradient, hessian = _normal_equations(observed, noise, prior, fit)
-    for left in range(ITERATIONS, 0, -1):
-        before = fit.loss
-        while True:
-            trial = _stepped(fit.values, hessian, gradient, damping)
-            tried = _fit(observed, noise, prior, trial, count)
-            if tried.loss < before or damping > MOST_DAMPING:
-                break
-            damping *= DAMPING_FACTOR
-        if not tried.loss < before:
-            break
-        fit, damping = tried, damping / DAMPING_FACTOR
-        gradient, hessian = _normal_equations(observed, noise, prior, fit)
-        fallen = before - fit.loss
-        if fallen < CONVERGED or fit.loss - left * fallen > bearable:
-            break
-    return Solution(
-        count=count,
-        values=fit.values,
-        loss=fit.loss,
-        hessian=hessian,
-        ball_residuals=observed.ball_px - fit.sampled.ball[0],
-        heavy_residuals=observed.heavy_px - fit.sampled.heavy[0] - _drift(observed, fit.values),
-    )
-
-
-def _fit(observed: Observations, noise: Noise, prior: Prior, values: Floats, count: int) -> _Fit:
-    """Follow the model and compare; a loss of inf where it fails."""
-    paths, sampled = modelled(observed, values[None], count)
-    ball = (sampled.ball[0] - observed.ball_px) / noise.ball
-    heavy = (sampled.heavy[0] + _drift(observed, values) - observed.heavy_px) / noise.heavy
-    ball[np.isnan(observed.ball_px)] = 0.0
-    heavy[np.isnan(observed.heavy_px)] = 0.0
-    away = np.where(_known(prior), (values - prior.mean) * _weight(prior), 0.0)
-    beyond = float(paths.time[0, -1] - observed.times(values[None])[0, -1])
-    late = min(max(beyond, 0.0), LATE_AT_MOST) * LATE_COSTS
-    data = np.concatenate([ball, heavy])
-    with np.errstate(invalid="ignore", over="ignore"):
-        robust = CAUCHY_SIGMAS**2 / 2 * np.log1p((data / CAUCHY_SIGMAS) ** 2).sum()
-        loss = float(robust + 0.5 * (away @ away + late**2))
-    loss = loss if np.isfinite(loss) else np.inf
-    return _Fit(values, paths, sampled, data, away, late, loss)
-
-
-def _drift(observed: Observations, values: Floats) -> Floats:
-    """Drift of the heavy body's outline, px, shape (frames,)."""
-    return np.asarray(observed.drift @ values[FIRST_DRIFT:FIRST_DEVIATION])
-
-
-def _known(prior: Prior) -> np.ndarray:
-    return np.isfinite(prior.sigma) & (prior.sigma > 0)
-
-
-def _weight(prior: Prior) -> Floats:
-    return np.where(_known(prior), 1 / np.where(_known(prior), prior.sigma, 1.0), 0.0)
-
-
-@dataclass(frozen=True)
 class Linearised:
     """A fit in first order: what was observed, in sigmas, by the parameters; shape (n,) each."""
 
@@ -194,82 +98,103 @@ class Linearised:
     gradient: Floats
     """Of the loss, shape (columns,)."""
     hessian: Floats
-    """Shape (columns, columns)."""
+    """Shape (columns, columns); zero for columns without freedom."""
 
 
-def linearised(
-    observed: Observations, noise: Noise, prior: Prior, solution: Solution
-) -> Linearised:
-    """Linearise the model about a solution."""
-    fit = _fit(observed, noise, prior, solution.values, solution.count)
-    return _linearised(observed, noise, prior, fit)
+@dataclass(frozen=True)
+class Question:
+    """What was observed and how sure it is, and what is known before."""
+
+    observed: Observations
+    noise: Noise
+    prior: Prior
+    """A column with sigma 0 stays at the start."""
+    count: int
 
 
-def loss_of(observed: Observations, noise: Noise, prior: Prior, solution: Solution) -> float:
-    """Loss of a solution for other observations."""
-    return _fit(observed, noise, prior, solution.values, solution.count).loss
+class Fit:
+    """The model at one set of parameters, against what was observed."""
+
+    def __init__(self, question: Question, values: Floats) -> None:
+        self.question, self.values = question, values
+        observed, noise = question.observed, question.noise
+        self.paths, self.sampled = modelled(observed, values[None], question.count)
+        ball = (self.sampled.ball[0] - observed.ball_px) / noise.ball
+        heavy = (self.sampled.heavy[0] + self.drift_px - observed.heavy_px) / noise.heavy
+        ball[np.isnan(observed.ball_px)] = 0.0
+        heavy[np.isnan(observed.heavy_px)] = 0.0
+        self.data = np.concatenate([ball, heavy])
+        """Residuals of ball and heavy body in sigmas, shape (2 frames,); not finite if it fails."""
+        prior = question.prior
+        known = np.isfinite(prior.sigma) & (prior.sigma > 0)
+        self.weight = np.where(known, 1 / np.where(known, prior.sigma, 1.0), 0.0)
+        self.away = np.where(known, (values - prior.mean) * self.weight, 0.0)
+        """Departures from the prior in sigmas, shape (columns,)."""
+        beyond = float(self.paths.time[0, -1] - observed.times(values[None])[0, -1])
+        self.late = min(max(beyond, 0.0), LATE_AT_MOST) * LATE_COSTS
+        """What a last collision beyond the observations costs: it would prove nothing."""
+        with np.errstate(invalid="ignore", over="ignore"):
+            loss = loss_of(self.data) + 0.5 * float(self.away @ self.away + self.late**2)
+        self.loss = loss if np.isfinite(loss) else np.inf
+
+    @property
+    def drift_px(self) -> Floats:
+        """Drift of the heavy body's outline, shape (frames,)."""
+        drift = self.question.observed.drift
+        return np.asarray(drift @ self.values[FIRST_DRIFT:FIRST_DEVIATION])
+
+    @property
+    def gradient(self) -> Floats:
+        """Of the loss, shape (columns,)."""
+        return self.linearised.gradient
+
+    @property
+    def hessian(self) -> Floats:
+        """Of the loss, shape (columns, columns)."""
+        return self.linearised.hessian
+
+    @cached_property
+    def linearised(self) -> Linearised:
+        """The model in first order about these parameters."""
+        observed, noise, prior = self.question.observed, self.question.noise, self.question.prior
+        tangents = tangents_of(self.paths, self.values)
+        with np.errstate(invalid="ignore", over="ignore"):
+            time = observed.times(self.values[None])[0]
+            ball, heavy = sampled_tangents(self.paths, self.sampled, tangents, self.values, time)
+            heavy[:, FIRST_DRIFT:FIRST_DEVIATION] = observed.drift
+            jacobian = np.concatenate([ball / noise.ball[:, None], heavy / noise.heavy])
+            velocity = jacobian[:, Column.SKIP].copy()
+            jacobian[:, Column.SKIP] *= np.tile(observed.after, 2)
+            weights = weights_of(self.data)
+            usable = np.isfinite(self.data) & np.isfinite(jacobian).all(axis=1)
+        usable &= np.isfinite(np.concatenate([observed.ball_px, observed.heavy_px]))
+        jacobian, data, weights = jacobian[usable], self.data[usable], weights[usable]
+        weighted = jacobian * weights[:, None]
+        gradient, hessian = weighted.T @ data, weighted.T @ jacobian
+        gradient += self.weight * self.away
+        hessian[np.diag_indices_from(hessian)] += self.weight**2
+        if self.late > 0 and np.isfinite(tangents.time[-1]).all():
+            last = LATE_COSTS * tangents.time[-1]
+            gradient += self.late * last
+            hessian += np.outer(last, last)
+        fixed = prior.sigma == 0
+        gradient[fixed], hessian[fixed], hessian[:, fixed] = 0.0, 0.0, 0.0
+        row = np.tile(np.arange(len(time)), 2)[usable]
+        return Linearised(row, data, jacobian, velocity[usable], weights, gradient, hessian)
 
 
-def _linearised(observed: Observations, noise: Noise, prior: Prior, fit: _Fit) -> Linearised:
-    """Gradient and Gauss-Newton Hessian of the loss; columns without freedom have zeros."""
-    tangents = tangents_of(fit.paths, fit.values)
-    with np.errstate(invalid="ignore", over="ignore"):
-        time = observed.times(fit.values[None])[0]
-        ball, heavy = sampled_tangents(fit.paths, fit.sampled, tangents, fit.values, time)
-        heavy[:, FIRST_DRIFT:FIRST_DEVIATION] = observed.drift
-        jacobian = np.concatenate([ball / noise.ball[:, None], heavy / noise.heavy])
-        velocity = jacobian[:, Column.SKIP].copy()
-        jacobian[:, Column.SKIP] *= np.tile(observed.after, 2)
-        weights = 1 / (1 + (fit.data / CAUCHY_SIGMAS) ** 2)
-        usable = np.isfinite(fit.data) & np.isfinite(jacobian).all(axis=1)
-    usable &= np.isfinite(np.concatenate([observed.ball_px, observed.heavy_px]))
-    jacobian, data, weights = jacobian[usable], fit.data[usable], weights[usable]
-    weighted = jacobian * weights[:, None]
-    gradient, hessian = weighted.T @ data, weighted.T @ jacobian
-    weight = _weight(prior)
-    gradient += weight * fit.away
-    hessian[np.diag_indices_from(hessian)] += weight**2
-    if fit.late > 0 and np.isfinite(tangents.time[-1]).all():
-        last = LATE_COSTS * tangents.time[-1]
-        gradient += fit.late * last
-        hessian += np.outer(last, last)
-    fixed = prior.sigma == 0
-    gradient[fixed], hessian[fixed], hessian[:, fixed] = 0.0, 0.0, 0.0
-    row = np.tile(np.arange(len(time)), 2)[usable]
-    return Linearised(row, data, jacobian, velocity[usable], weights, gradient, hessian)
+def solve(question: Question, start: Floats, bearable: float = np.inf) -> Solution:
+    """Fit the parameters from a start, shape (columns,).
 
-
-def _normal_equations(
-    observed: Observations, noise: Noise, prior: Prior, fit: _Fit
-) -> tuple[Floats, Floats]:
-    """Gradient and Hessian of the loss."""
-    whole = _linearised(observed, noise, prior, fit)
-    return whole.gradient, whole.hessian
-
-
-def _stepped(values: Floats, hessian: Floats, gradient: Floats, damping: float) -> Floats:
-    """Step within the limits: a column that would leave them goes to its limit and stays there."""
-    free = np.ones(len(values), dtype=bool)
-    trial = values.copy()
-    while True:
-        trial[free] = (values - _step(hessian, gradient, damping, values - trial, free))[free]
-        limited = within_limits(trial[None])[0]
-        outside = free & (limited != trial)
-        trial[outside] = limited[outside]
-        free &= ~outside
-        if not outside.any():
-            return trial
-
-
-def _step(
-    hessian: Floats, gradient: Floats, damping: float, taken: Floats, free: np.ndarray
-) -> Floats:
-    """Step of the damped normal equations, shape (columns,), where some columns have theirs."""
-    # Scaled to a unit diagonal first: the columns' units differ by ten orders of magnitude.
-    scale = 1 / np.sqrt(np.maximum(np.diag(hessian)[free], 1e-300))
-    fixed = ~free
-    right = gradient[free] - hessian[np.ix_(free, fixed)] @ taken[fixed]
-    unit = hessian[np.ix_(free, free)] * scale[:, None] * scale
-    step = taken.copy()
-    step[free] = np.linalg.solve(unit + damping * np.eye(len(unit)), right * scale) * scale
-    return step
+    A fit that at its pace will not come down to the bearable loss is given up.
+    """
+    fit = descend(lambda values: Fit(question, values), start, limits_of(len(start)), bearable)
+    observed = question.observed
+    return Solution(
+        count=question.count,
+        values=fit.values,
+        loss=fit.loss,
+        hessian=fit.hessian,
+        ball_residuals=observed.ball_px - fit.sampled.ball[0],
+        heavy_residuals=observed.heavy_px - fit.sampled.heavy[0] - fit.drift_px,
+    )

@@ -13,11 +13,8 @@ bad as what is far from one. The best places of each count are where fits may st
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from count_video.motion.exposures import sample
 from count_video.motion.observations import Observations, at_rows
 from count_video.motion.parameters import FIRST_DEVIATION, Column, Prior, within_limits
 from count_video.motion.priors import CLEAR_FRAMES
@@ -87,10 +84,6 @@ PHASE_STEP = 0.25
 """Collisions by which neighbours of the scan differ at most through their lightness."""
 RESTITUTIONS = np.linspace(-0.03, 0.03, 7)
 """Added to the rough restitution of both contacts."""
-ASYMMETRIES = (-0.02, 0.0, 0.02)
-"""Added to that of the bodies and taken from that of the wall."""
-SKIPS = (0.0, 1.0, 2.0, 3.0, 4.5, 6.0, 8.0, 10.0, 12.5, 15.0, 18.0, 22.0)
-"""Frames that may be left out, where that is in question."""
 MOST_COLLISIONS = 600
 """More are not looked for: no track tells them from one another."""
 LIGHTEST = float(np.log(2.0))
@@ -111,18 +104,17 @@ def scan(observed: Observations, rough: Floats, prior: Prior) -> Floats:
     """
     steps = _lightness_steps(rough, prior)
     finer = min(1.0, LONG_BURST / expected_count(float(np.median(steps))))
-    grid = np.meshgrid(steps, finer * RESTITUTIONS, finer * np.array(ASYMMETRIES))
-    lightness, restitution, asymmetry = (axis.ravel() for axis in grid)
+    grid = np.meshgrid(steps, finer * RESTITUTIONS)
+    lightness, restitution = (axis.ravel() for axis in grid)
     sets = np.repeat(rough[None], len(lightness), axis=0)
     sets[:, Column.LIGHTNESS] = lightness
     # Above 1 neither restitution can lie; the fit may stray there, its start should not.
-    sets[:, Column.BODIES] = np.minimum(rough[Column.BODIES] + restitution + asymmetry, 1.0)
-    sets[:, Column.BOUNCE] = np.minimum(rough[Column.BOUNCE] + restitution - asymmetry, 1.0)
+    sets[:, Column.BODIES] = np.minimum(rough[Column.BODIES] + restitution, 1.0)
+    sets[:, Column.BOUNCE] = np.minimum(rough[Column.BOUNCE] + restitution, 1.0)
     sets = within_limits(sets)
     most = round(1.5 * expected_count(float(steps.min()))) + 4
-    skips = SKIPS if prior.sigma[Column.SKIP] else SKIPS[:1]
     parts = np.array_split(sets, _parts(len(sets)))
-    rows = np.concatenate([_scanned(observed, part, most, skips) for part in parts])
+    rows = np.concatenate([_scanned(observed, part, most) for part in parts])
     return np.asarray(rows[np.argsort(rows[:, -1])])
 
 
@@ -140,21 +132,14 @@ def _parts(sets: int) -> int:
     return -(-sets // SETS_AT_ONCE)
 
 
-def _scanned(observed: Observations, sets: Floats, most: int, skips: Sequence[float]) -> Floats:
+def _scanned(observed: Observations, sets: Floats, most: int) -> Floats:
     """Give the sets with their numbers of collisions and their losses in two more columns."""
     thin = _thinned(observed)
-    paths, _ = modelled(thin, sets, most)
-    found = []
-    for skip in skips:
-        skipped = sets.copy()
-        skipped[:, Column.SKIP] += skip
-        times = observed.times(skipped)[:, -1:]
-        with np.errstate(invalid="ignore", over="ignore"):
-            sampled = sample(paths, skipped, thin.times(skipped))
-            loss = _capped(sampled.ball - thin.ball_px) + _capped(sampled.heavy - thin.heavy_px)
-        counts = (paths.time[:, 1:] <= times).sum(axis=1)
-        found.append(np.column_stack([skipped, counts, loss]))
-    return np.concatenate(found)
+    paths, sampled = modelled(thin, sets, most)
+    with np.errstate(invalid="ignore", over="ignore"):
+        loss = _capped(sampled.ball - thin.ball_px) + _capped(sampled.heavy - thin.heavy_px)
+    counts = (paths.time[:, 1:] <= observed.times(sets)[:, -1:]).sum(axis=1)
+    return np.column_stack([sets, counts, loss])
 
 
 def _lightness_steps(rough: Floats, prior: Prior) -> Floats:

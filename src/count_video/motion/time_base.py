@@ -28,7 +28,7 @@ from count_video.motion.rivals import (
     recounted,
     with_deviations,
 )
-from count_video.motion.solving import Linearised, Noise, Solution, linearised, loss_of, noise_of
+from count_video.motion.solving import Fit, Linearised, Noise, Question, Solution, noise_of
 from count_video.records import Floats
 
 MOST_FRAMES = 24
@@ -68,12 +68,15 @@ def with_frames_left_out(
         return other, likelier.coarse
     tried: set[float] = set()
     for _ in range(ROUNDS):
-        places = [p for p in (*_beside(best, prior), *_suspected(best, prior)) if p not in tried]
-        tried |= set(places)
         before = best
-        for frame in places:
-            other = left_out_after(observed, frame)
-            some = _hypothesis(other, rough, free, seen, best.coarse[0])
+        for frame, skip in (*_beside(best, prior), *_suspected(best, prior)):
+            if frame in tried:
+                continue
+            tried.add(frame)
+            start = before.coarse[0].values.copy()
+            start[Column.SKIP] = skip
+            begin = replace(before.coarse[0], values=start)
+            some = _hypothesis(left_out_after(observed, frame), rough, free, seen, begin)
             dearer = 0.0 if best.observed.after.any() else price
             if some.best.values[Column.SKIP] > 0 and some.loss + dearer < best.loss:
                 best = some
@@ -85,7 +88,9 @@ def with_frames_left_out(
 def lacks_frames(observed: Observations, noise: Noise, prior: Prior, fit: Solution) -> bool:
     """Whether frames left out somewhere would explain the track better, in first order."""
     full = with_deviations(prior, fit.count, SCATTERS[-1])
-    skip, gain = _scores(observed, linearised(observed, noise, full, fit))
+    skip, gain = _scores(
+        observed, Fit(Question(observed, noise, full, fit.count), fit.values).linearised
+    )
     return float(gain[skip > 0].max(initial=0.0)) > _price(observed)
 
 
@@ -133,33 +138,38 @@ def _scattering(observed: Observations, prior: Prior, coarse: list[Solution]) ->
             fits[count] = fine_fit(observed, noise, prior, start, SCATTERS[-1])
 
 
-def _beside(hypothesis: _Hypothesis, prior: Prior) -> list[float]:
-    """Where near their place the frames that are left out explain the track best."""
+def _beside(hypothesis: _Hypothesis, prior: Prior) -> list[tuple[float, float]]:
+    """Where near their place the frames that are left out explain the track best, and how many."""
     observed, best = hypothesis.observed, hypothesis.coarse[0]
     if not observed.after.any():
         return []
     noise = noise_of(observed, best.values, best.count, FLOORS_PX[-1])
     frames = observed.origin + observed.frame
     near = frames[np.abs(frames - frames[observed.after == 0][-1]) <= SIDE_FRAMES].tolist()
-    losses = [loss_of(left_out_after(observed, frame), noise, prior, best) for frame in near]
-    return [near[int(np.argmin(losses))]]
+    losses = [
+        Fit(Question(left_out_after(observed, frame), noise, prior, best.count), best.values).loss
+        for frame in near
+    ]
+    return [(near[int(np.argmin(losses))], float(best.values[Column.SKIP]))]
 
 
-def _suspected(hypothesis: _Hypothesis, prior: Prior) -> list[float]:
-    """Frames after which time seems to be missing, the clearest first.
+def _suspected(hypothesis: _Hypothesis, prior: Prior) -> list[tuple[float, float]]:
+    """Frames after which time seems to be missing and how much, the clearest first.
 
     By chance the largest of n such gains is about log n.
     """
     observed, best = hypothesis.observed, hypothesis.coarse[0]
     noise = noise_of(observed, best.values, best.count, FLOORS_PX[-1])
-    skip, gain = _scores(observed, linearised(observed, noise, prior, best))
+    skip, gain = _scores(
+        observed, Fit(Question(observed, noise, prior, best.count), best.values).linearised
+    )
     frames = observed.origin + observed.frame
-    found: list[float] = []
+    found: list[tuple[float, float]] = []
     for row in np.argsort(-gain):
         if gain[row] < np.log(len(gain)) or len(found) == PLACES:
             break
-        if skip[row] > 0 and all(abs(frames[row] - other) > APART_FRAMES for other in found):
-            found.append(float(frames[row]))
+        if skip[row] > 0 and all(abs(frames[row] - f) > APART_FRAMES for f, _ in found):
+            found.append((float(frames[row]), float(skip[row])))
     return found
 
 

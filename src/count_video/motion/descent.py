@@ -1,0 +1,108 @@
+"""Least squares within limits, by Levenberg's and Marquardt's method; the losses are Cauchy's.
+
+Large residuals count less than their squares: a frame in which the tracker was misled, or which
+blends two paths, must not bend the fit. Levenberg (1944), Marquardt (1963), Cauchy's loss as in
+Holland and Welsch (1977).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from count_video.motion.priors import CAUCHY_SIGMAS
+from count_video.records import Floats
+
+FIRST_DAMPING = 1e-3
+"""Of the normal equations, scaled to a unit diagonal: nearly a Gauss-Newton step ..."""
+MOST_DAMPING = 1e4
+"""... up to a short one downhill."""
+DAMPING_FACTOR = 8.0
+CONVERGED = 0.01
+"""Fall of the loss in an iteration that is not worth another one."""
+ITERATIONS = 30
+
+
+class Point(Protocol):
+    """A model at one set of parameters, against what was observed."""
+
+    @property
+    def values(self) -> Floats:
+        """Parameters, shape (columns,)."""
+
+    @property
+    def loss(self) -> float:
+        """Half the sum of squares, robust, with the prior; inf where the model fails."""
+
+    @property
+    def gradient(self) -> Floats:
+        """Of the loss, shape (columns,)."""
+
+    @property
+    def hessian(self) -> Floats:
+        """Gauss-Newton's, shape (columns, columns); zero for columns without freedom."""
+
+
+P = TypeVar("P", bound=Point)
+
+
+def loss_of(residuals: Floats) -> float:
+    """Sum the losses of residuals in standard deviations."""
+    return float(CAUCHY_SIGMAS**2 / 2 * np.log1p((residuals / CAUCHY_SIGMAS) ** 2).sum())
+
+
+def weights_of(residuals: Floats) -> Floats:
+    """Weights by which squares of residuals have the slopes of their losses."""
+    return np.asarray(1 / (1 + (residuals / CAUCHY_SIGMAS) ** 2))
+
+
+def descend(
+    at: Callable[[Floats], P],
+    start: Floats,
+    limits: tuple[Floats, Floats],
+    bearable: float = np.inf,
+) -> P:
+    """Descend to the least loss from a start, shape (columns,), within limits of that shape.
+
+    What at its pace will not come down to the bearable loss is given up.
+    """
+    point, damping = at(start), FIRST_DAMPING
+    for left in range(ITERATIONS, 0, -1):
+        tried = at(_stepped(point, damping, limits))
+        while not tried.loss < point.loss and damping <= MOST_DAMPING:
+            damping *= DAMPING_FACTOR
+            tried = at(_stepped(point, damping, limits))
+        fallen = point.loss - tried.loss
+        if not fallen > 0:
+            break
+        point, damping = tried, damping / DAMPING_FACTOR
+        if fallen < CONVERGED or point.loss - left * fallen > bearable:
+            break
+    return point
+
+
+def _stepped(point: Point, damping: float, limits: tuple[Floats, Floats]) -> Floats:
+    """Step within the limits: a column that would leave them goes to its limit and stays there."""
+    free, trial = np.ones(len(point.values), dtype=bool), point.values.copy()
+    while True:
+        trial[free] = (point.values - step(point, damping, point.values - trial, free))[free]
+        limited = np.clip(trial, *limits)
+        outside = free & (limited != trial)
+        trial[outside] = limited[outside]
+        free &= ~outside
+        if not outside.any():
+            return trial
+
+
+def step(point: Point, damping: float, taken: Floats, free: np.ndarray) -> Floats:
+    """Step of the damped normal equations, shape (columns,), where some columns have theirs."""
+    # Scaled to a unit diagonal first: the columns' units differ by ten orders of magnitude.
+    hessian, fixed = point.hessian, ~free
+    scale = 1 / np.sqrt(np.maximum(np.diag(hessian)[free], 1e-300))
+    right = point.gradient[free] - hessian[np.ix_(free, fixed)] @ taken[fixed]
+    unit = hessian[np.ix_(free, free)] * scale[:, None] * scale
+    whole = taken.copy()
+    whole[free] = np.linalg.solve(unit + damping * np.eye(len(unit)), right * scale) * scale
+    return whole
