@@ -87,8 +87,8 @@ last flight is shorter than this, these are the chances of one more, and each af
 
 MODEL_WRONG: Final = 0.002
 """Share of counts that turn out wrong for reasons outside the model, one for all clips. Of
-758 counts of random trials with claims above 0.95 one was wrong (255 rendered clips, 503 tracks;
-docs/accuracy.md), which by Jeffreys' prior is (1 + 1/2) / (758 + 1). Real clips with a known truth
+756 counts of random trials with claims above 0.95 one was wrong (253 rendered clips, 503 tracks;
+docs/accuracy.md), which by Jeffreys' prior is (1 + 1/2) / (756 + 1). Real clips with a known truth
 are too few to measure it by."""
 STRAYING_WRONG: Final = 0.15
 """Probability that a count of resolved collisions is wrong where a fitted model of the whole motion
