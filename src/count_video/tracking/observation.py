@@ -31,8 +31,6 @@ OPPOSITE_AT_LEAST = 0.05
 """Where contacts follow each other faster than the frames, opposite jumps do not show: pairs are
 then ranked by what else they do, behind most that show some."""
 PROGRESS_STEP = 16
-OVERLAP_SHARE = 0.25
-"""Outlines may overlap by this share of the left one's width: bodies are round, views oblique."""
 ORDERED_SHARE = 0.75
 """Share of the common sightings in which the order of two neighbours holds."""
 MIRROR_SHARE = 0.05
@@ -153,8 +151,8 @@ def _side_by_side(left: Followed, right: Followed) -> bool:
         return False
     a, b = left.edges_px[1], right.edges_px[0]
     both = np.isfinite(a) & np.isfinite(b)
-    overlap = OVERLAP_SHARE * (left.body.right_edge_px - left.body.left_edge_px)
-    if np.count_nonzero(both) < 4 or np.mean(b[both] - a[both] > -overlap) < ORDERED_SHARE:
+    apart = right.middle_px - left.middle_px
+    if np.count_nonzero(both) < 4 or np.mean(apart[both] > 0) < ORDERED_SHARE:
         return False
     tops = [float(np.median(one.y_px[both])) for one in (left, right)]
     heights = [one.body.sprite.shape[0] for one in (left, right)]
