@@ -22,8 +22,8 @@ STEADY_AT_LEAST = 6
 MOVES_PX = 2.0
 """A body moves by so much at least."""
 NEIGHBOURS, JUMP_STEPS, JUMP_PX, JUMPS_SHARE = 11, 5.0, 3.0, 0.5
-"""A step that is so many times as long as the median of so many neighbours, and so many px, is a
-jump; those of a body make up less than this share of its way in between."""
+"""A step that is so many times as long as the median of so many neighbours, per picture, and so many
+px, is a jump; those of a body make up less than this share of its way in between."""
 SAME_BODY_PX = 1.0
 """Two templates whose distance varies by less than this are parts of one body."""
 BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
@@ -161,13 +161,14 @@ def _without(seen: Followed, rows: NDArray[np.bool_]) -> Followed:
 
 def _jumps(seen: Followed) -> NDArray[np.bool_]:
     """Which steps from one sighting to the next are too long for a body, shape (sightings - 1,)."""
-    x, y = (place[np.isfinite(place)] for place in (seen.x_px, seen.y_px))
-    steps = np.hypot(np.diff(x), np.diff(y))
+    known = np.flatnonzero(np.isfinite(seen.x_px))
+    steps = np.hypot(np.diff(seen.x_px[known]), np.diff(seen.y_px[known]))
     if len(steps) == 0:
         return np.zeros(0, np.bool_)
-    around = np.pad(steps, NEIGHBOURS // 2, mode="edge")
+    apart = np.diff(known)
+    around = np.pad(steps / apart, NEIGHBOURS // 2, mode="edge")
     usual = np.median(np.lib.stride_tricks.sliding_window_view(around, NEIGHBOURS), axis=1)
-    return np.asarray(steps > JUMP_STEPS * usual + JUMP_PX)
+    return np.asarray(steps > JUMP_STEPS * usual * apart + JUMP_PX)
 
 
 def _moves(seen: Followed) -> bool:
