@@ -22,8 +22,8 @@ STEADY_AT_LEAST = 6
 MOVES_PX = 2.0
 """A body moves by so much at least."""
 NEIGHBOURS, JUMP_STEPS, JUMP_PX, JUMPS_SHARE = 11, 5.0, 3.0, 0.5
-"""A step that is so many times as long as the median of so many neighbours, per picture, and so many
-px, is a jump; those of a body make up less than this share of its way in between."""
+"""A step that is so many times as long as the median of so many neighbours, picture by picture, and
+so many px, is a jump; those of a body make up less than this share of its way in between."""
 SAME_BODY_PX = 1.0
 """Two templates whose distance varies by less than this are parts of one body."""
 BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
