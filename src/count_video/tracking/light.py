@@ -24,6 +24,10 @@ Place = tuple[float, float]
 
 CHANGE_AT_LEAST = 0.01
 """Smaller changes of brightness, as a share of it, are left as they are."""
+ROUNDING = 0.001
+"""Of bytes, in the logarithm of a block's mean."""
+OUTLIER = 4.5
+"""What is left open is limited to so many times its scale: three standard deviations."""
 BLOCKS = 24
 """Blocks to the longer side of a picture by whose means the light is told."""
 HALF_WAVES = 5
@@ -96,8 +100,10 @@ class Light:
 def lights_of(pictures: Sequence[Luma], gains: Floats, median: Luma) -> list[Light]:
     """Tell the light of small pictures, given that their mean brightness is already alike.
 
-    It varies over a picture where that is worth its parameters, by the Bayesian information
-    criterion with normal noise and outliers.
+    It varies over the pictures of a clip if that is worth its parameters, by the Bayesian
+    information criterion. What it leaves open has Laplace's law, whose scale is the median: bodies
+    have no say in it while they fill less than half of a picture. Where it leaves open what hangs
+    together (a body, an edge too sharp for waves), few blocks tell something of their own.
 
     Parameters
     ----------
@@ -113,19 +119,33 @@ def lights_of(pictures: Sequence[Luma], gains: Floats, median: Luma) -> list[Lig
     before = _logarithms(median, shape)
     ratio = np.array([_logarithms(one, shape) - before for one in pictures])
     basis = [_cosines((np.arange(side) + 0.5) / side, _waves(side, shape)) for side in shape]
-    waves, noise = _fitted(ratio, basis)
+    waves = _fitted(ratio, basis)
     field = np.einsum("ai,nij,bj->nab", basis[0], waves, basis[1], optimize=True)
     even = np.median(ratio, axis=(1, 2), keepdims=True)
-    misfits = [
-        np.minimum(((ratio - one) / noise[:, None, None]) ** 2, TUKEY**2).sum(axis=(1, 2)) / 2
-        for one in (even, field)
-    ]
-    worth = misfits[0] - misfits[1] > waves[0].size / 2 * np.log(ratio[0].size)
-    varies = np.ptp(field, axis=(1, 2)) / 2 > CHANGE_AT_LEAST
-    return [
-        Light(gain, one if good else None)
-        for gain, one, good in zip(gains.tolist(), waves, worth & varies, strict=True)
-    ]
+    scales = [np.median(np.abs(ratio - one), axis=(1, 2)) + ROUNDING for one in (even, field)]
+    gain = float(np.log(scales[0] / scales[1]).mean())
+    count = _independent((ratio - field) / scales[1][:, None, None])
+    varies = float(np.median(np.ptp(field, axis=(1, 2)))) / 2 > CHANGE_AT_LEAST
+    if not varies or count * gain < waves[0].size / 2 * np.log(count):
+        return [Light(gain) for gain in gains.tolist()]
+    return [Light(gain, one) for gain, one in zip(gains.tolist(), waves, strict=True)]
+
+
+def _independent(left: Floats) -> float:
+    """How many blocks of a picture tell as much as all do, whose neighbours are correlated.
+
+    Of n values in a row with a correlation r of neighbours, n (1 - r) / (1 + r) are independent
+    (Bayley and Hammersley 1946); here rows and columns have the same.
+
+    Parameters
+    ----------
+    left
+        What is left open over its scale, shape (pictures, rows, columns).
+    """
+    left = left.clip(-OUTLIER, OUTLIER)
+    beside = [(left[:, 1:] * left[:, :-1]).mean(), (left[:, :, 1:] * left[:, :, :-1]).mean()]
+    shared = max(0.0, float(np.mean(beside) / (left**2).mean()))
+    return float(left[0].size * ((1 - shared) / (1 + shared)) ** 2)
 
 
 def _share(side: int, other: int) -> int:
@@ -148,10 +168,10 @@ def _logarithms(picture: Luma, shape: tuple[int, int]) -> Floats:
     return np.asarray(np.log(means + DARK_LEVELS), np.float64)
 
 
-def _fitted(ratio: Floats, basis: Sequence[Floats]) -> tuple[Floats, Floats]:
+def _fitted(ratio: Floats, basis: Sequence[Floats]) -> Floats:
     """Fit waves to logarithms of n pictures over their median, shape (n, rows, columns) of blocks.
 
-    Returns amplitudes, shape (n, waves down, waves across), and the noise, shape (n,).
+    Returns amplitudes, shape (n, waves down, waves across).
     """
     count = len(ratio)
     waves = np.einsum("ai,bj->abij", *basis)
@@ -170,7 +190,7 @@ def _fitted(ratio: Floats, basis: Sequence[Floats]) -> tuple[Floats, Floats]:
         noise = 1.4826 * np.median(np.abs(values - found @ flat.T), axis=1)
         noise = np.maximum(noise, NOISE_AT_LEAST)
         found = _m_estimates(flat, values, TUKEY * noise, found)
-    return found.reshape(count, *waves.shape[2:]), noise
+    return found.reshape(count, *waves.shape[2:])
 
 
 def _m_estimates(design: Floats, values: Floats, limit: Floats, start: Floats) -> Floats:
