@@ -195,6 +195,16 @@ def check_memory(wanted_bytes: int = _PICTURE_BYTES) -> None:
     bytes(wanted_bytes)  # taken by calloc: never touched, and free again at once
 
 
+def give_memory_back() -> None:
+    """Return to the system what was freed, as a decoder's pictures: glibc would hold on to it."""
+    import ctypes  # noqa: PLC0415 - only where pictures were decoded
+
+    if sys.platform == "linux":
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+        if trim is not None:
+            trim(0)
+
+
 @cache
 def take_buffer() -> None:
     """Have OpenBLAS take its buffer while there is memory, for it ends the process if not.

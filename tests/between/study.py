@@ -1,6 +1,6 @@
 """Count random trials between the frames and write the tables of docs/accuracy.md.
 
-``python tests/between/study.py 60`` films 60 random trials near 1:100 at each of four rates (no
+``python tests/between/study.py 60`` films 60 random trials near 1:100 at each of five rates (no
 pictures: tracks as a good tracker gives them), counts them and prints the tables. It takes about
 a second a trial; ``--first-seed`` draws others. With ``--long`` the trials are near 1:10 000, each
 counted with its masses known and without; they take ten seconds each.
@@ -24,7 +24,7 @@ from count_video.motion.seen import SeenCollisions, seen_collisions
 from count_video.verdict import leaves_doubt, sure_enough
 from count_video.verdict.trials import MASS_RELATIVE_SIGMA
 
-RATES = (960.0, 480.0, 240.0, 120.0)
+RATES = (960.0, 480.0, 240.0, 120.0, 60.0)
 LONG_RATES = (1000.0, 4000.0)
 BINS = (0.0, 0.5, 0.8, 0.95, 1.0001)
 

@@ -1,4 +1,4 @@
-"""Open footage and stream its frames: the door through which every picture comes."""
+"""Open footage and stream its frames: every picture is read here."""
 
 from __future__ import annotations
 
@@ -34,8 +34,9 @@ class Footage:
     def __init__(self, info: FootageInfo, promise: Promise, reading: Reading) -> None:
         self.info = info
         self._promise = promise
-        self._reading = reading
-        self._fresh = True
+        self._opened: Reading | None = reading
+        """For the first pass, which shows the picture that was decoded at once too."""
+        self._tally = reading.tally
         self._stream: Generator[Frame, None, None] | None = None
         self._repeats = _RepeatCount()
 
@@ -54,7 +55,8 @@ class Footage:
         """End the stream of frames, if there is one, and release the file."""
         if self._stream is not None:
             self._stream.close()
-        self._reading.close()
+        if self._opened is not None:
+            self._opened.close()
 
     def frames(self, start: int = 0, end: int | None = None) -> Iterator[Frame]:
         """Stream frames ``start`` to ``end`` (exclusive), each as soon as the next is decoded.
@@ -72,17 +74,15 @@ class Footage:
             raise UsageError(f"frames {start} to {end}: frames count from 0; give no negative one")
         if self._stream is not None:
             self._stream.close()
-        if not self._fresh:
-            self._reading.close()
-            self._reading = Reading(self.info.path)
-        self._fresh = False
-        self._repeats = _RepeatCount()
-        self._stream = self._frames(self._reading, self._repeats, start, end)
+        # A pass alone holds what it reads: a decoder keeps its pictures until it is forgotten.
+        reading, self._opened = self._opened or Reading(self.info.path), None
+        self._tally, self._repeats = reading.tally, _RepeatCount()
+        self._stream = self._frames(reading, self._repeats, start, end)
         return self._stream
 
     def report(self) -> FootageReport:
         """Return what became of the file, as far as it was decoded."""
-        tally = self._reading.tally
+        tally = self._tally
         warnings = [*complaints(self._promise, tally), *self._repeats.complaints(tally.pictures)]
         return FootageReport(
             frames_decoded=tally.pictures,

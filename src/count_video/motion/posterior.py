@@ -16,14 +16,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from count_video.motion.observations import Observations
-from count_video.motion.parameters import FIRST_DEVIATION, Column, Prior, within_limits
+from count_video.motion.parameters import Column, Prior, within_limits
 from count_video.motion.pendulums import follow
 from count_video.motion.priors import BELIEVED, MODEL_WRONG, SCATTERS
 from count_video.motion.rivals import (
     HOPELESS,
     fine_fit,
     log_evidence,
-    recounted,
+    neighbouring,
     refloored,
 )
 from count_video.motion.solving import Noise, Solution, noise_of, scaled
@@ -81,11 +81,13 @@ def weigh(
 ) -> Weighed:
     """Fit each count that comes into question, for each scatter; ``rivals`` begin with the best.
 
-    From the best count it goes up and down, each count from its coarse fit where there is one, or
+    From the best count it goes up and down, each count from its coarse fit where that is of use, or
     from the fit of its neighbour or, as the kind of the last collision is mostly seen, of the one a
     pair away, until on either side two in a row are out of the question.
     """
-    starts = {fit.count: fit for fit in (*coarse, *rivals)}
+    bearable = coarse[0].loss + HOPELESS
+    starts = {fit.count: fit for fit in coarse if fit.loss < bearable}
+    starts |= {fit.count: fit for fit in rivals}
     weighed = scattered(observed, noise, prior, rivals[0])
     best = rivals[0].count
     for side in (-1, 1):
@@ -118,17 +120,11 @@ def scattered(
 
 
 def _from_neighbour(weighed: Weighed, observed: Observations, prior: Prior, count: int) -> Solution:
-    """Fit a count coarsely, from the nearest one that was weighed, with the least scatter.
-
-    One collision fewer or more is its end cut or gone on.
-    """
+    """Fit a count coarsely, from the nearest one that was weighed, with the least scatter."""
     bearable = min(fit.loss for _, fit in weighed.values()) + HOPELESS
     near = [(n, s) for (n, s), (_, fit) in weighed.items() if fit.loss < bearable]
     nearest = min(near, key=lambda key: ((key[0] - count) % 2, abs(key[0] - count), key[1]))
-    fit = weighed[nearest][1]
-    apart = (count - fit.count) % 2
-    start = fit.values[:FIRST_DEVIATION] if apart else recounted(fit, count)
-    return refloored(observed, prior, start, count)
+    return refloored(observed, prior, neighbouring(weighed[nearest][1], count), count)
 
 
 def _evidence_of(weighed: Weighed, count: int) -> float:

@@ -57,10 +57,10 @@ HOPELESS = 150.0
 """A count whose loss exceeds the best by so much needs no further look."""
 SKIPS = (1.0, 3.0, 8.0)
 """Numbers of frames left out from which fits begin, besides the likeliest by first order."""
-ROUNDS = 40
-"""The best count's neighbours are tried at most so often."""
+MOST_TRIED = 80
+"""Neighbours of the best count are tried at most so often."""
 PAIR = 2
-"""A pair more or less: single ones are settled where the burst ends, which is seen."""
+"""A pair more or less changes little of how the burst ends; single ones come last."""
 LONG_STEPS = 32
 """The first neighbours of a count are this part of it away, in pairs, if that is more than one."""
 
@@ -160,22 +160,28 @@ def _skipping(observed: Observations, prior: Prior, start: Solution) -> Solution
 
 
 def _from(observed: Observations, prior: Prior, fitted: dict[int, Solution]) -> list[Solution]:
-    """Fit the neighbours of the best count as long as they are better; by rising loss."""
+    """Fit the neighbours of the best count as long as they are better; by rising loss.
+
+    A neighbour that was fitted from elsewhere to no avail is fitted again from the best.
+    """
     best = min(fitted.values(), key=_loss_of)
-    pairs = max(1, best.count // LONG_STEPS)
-    for _ in range(ROUNDS):
-        for count in (best.count - PAIR * pairs, best.count + PAIR * pairs):
-            if 0 < count <= MOST_COLLISIONS and count not in fitted:
-                start = recounted(best, count)
-                fitted[count] = _coarse_fit(observed, prior, start, count, _bearable(fitted))
+    step = PAIR * max(1, best.count // LONG_STEPS)
+    tried: set[tuple[int, int]] = set()
+    while step > 0 and len(tried) < MOST_TRIED:
+        for count in (best.count - step, best.count + step):
+            if (best.count, count) in tried or not 0 < count <= MOST_COLLISIONS:
+                continue
+            tried.add((best.count, count))
+            bearable = _bearable(fitted)
+            if count not in fitted or fitted[count].loss > bearable:
+                again = _coarse_fit(observed, prior, neighbouring(best, count), count, bearable)
+                fitted[count] = min(again, fitted.get(count, again), key=_loss_of)
         better = min(fitted.values(), key=_loss_of)
-        if better is not best:
-            # In long bursts the way may be long: step further as long as it goes downhill.
-            best, pairs = better, 2 * pairs if best.count > 2 * LONG_STEPS else pairs
-        elif pairs == 1:
-            break
+        if better is best:
+            step = step // 4 * PAIR if step > PAIR else step - 1
         else:
-            pairs //= 2
+            # In long bursts the way may be long: step further as long as it goes downhill.
+            best, step = better, 2 * step if best.count > 2 * LONG_STEPS else max(step, PAIR)
     return sorted(fitted.values(), key=_loss_of)
 
 
@@ -246,14 +252,16 @@ def fine_fit(
     return solve(Question(observed, noise, full, coarse.count), start, bearable)
 
 
-def recounted(solution: Solution, count: int) -> Floats:
+def neighbouring(solution: Solution, count: int) -> Floats:
     """Turn a fit into a start, shape (columns without deviations,), for another count.
 
-    The number of collisions grows as the root of the mass ratio. With that changed, and each loss
-    so that their sum stays, what goes before and what comes after the thick of it is still where
-    it was seen.
+    One collision fewer or more is the burst's end cut or gone on. For pairs, the number of
+    collisions grows as the root of the mass ratio. With that changed, and each loss so that their
+    sum stays, what goes before and what comes after the thick of it is still where it was seen.
     """
     values = solution.values[:FIRST_DEVIATION].copy()
+    if (count - solution.count) % PAIR:
+        return values
     values[Column.LIGHTNESS] -= 2 * np.log(count / solution.count)
     contacts = [Column.BODIES, Column.BOUNCE]
     values[contacts] = 1 - (1 - values[contacts]) * solution.count / count

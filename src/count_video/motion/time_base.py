@@ -25,7 +25,7 @@ from count_video.motion.rivals import (
     PAIR,
     coarse_fits,
     fine_fit,
-    recounted,
+    neighbouring,
     with_deviations,
 )
 from count_video.motion.solving import Fit, Linearised, Noise, Question, Solution, noise_of
@@ -134,7 +134,7 @@ def _scattering(observed: Observations, prior: Prior, coarse: list[Solution]) ->
         if not near:
             return best
         for count in near:
-            start = replace(best, count=count, values=recounted(best, count))
+            start = replace(best, count=count, values=neighbouring(best, count))
             fits[count] = fine_fit(observed, noise, prior, start, SCATTERS[-1])
 
 

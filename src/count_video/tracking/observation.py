@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from count_video.errors import TrackingError
 from count_video.footage.reader import Footage
 from count_video.footage.store import PictureStore
+from count_video.process import give_memory_back
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Floats, Track, WallSide
 from count_video.signals import NOISE_AT_LEAST_PX, low_points, sigma_of
@@ -86,6 +87,8 @@ def observe(
                 frames.append(frame.index)
             if frame.index % PROGRESS_STEP == PROGRESS_STEP - 1:
                 progress.advance(PROGRESS_STEP)
+            del frame  # one picture of the decoder holds the memory of all
+        give_memory_back()
         indices = np.array(frames, dtype=np.intp)
         return Observation(
             view, indices, pictures, find_movers(pictures, indices, thumbnails.kept, _has_pair)
