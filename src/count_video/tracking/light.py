@@ -104,6 +104,8 @@ def lights_of(pictures: Sequence[Luma], gains: Floats, median: Luma) -> list[Lig
     information criterion. What it leaves open has Laplace's law, whose scale is the median: bodies
     have no say in it while they fill less than half of a picture. Where it leaves open what hangs
     together (a body, an edge too sharp for waves), few blocks tell something of their own.
+    Where it leaves open more than the smallest change of light, as where a camera pans, the
+    pictures are not those of one scene in another light.
 
     Parameters
     ----------
@@ -126,7 +128,8 @@ def lights_of(pictures: Sequence[Luma], gains: Floats, median: Luma) -> list[Lig
     gain = float(np.log(scales[0] / scales[1]).mean())
     count = _independent((ratio - field) / scales[1][:, None, None])
     varies = float(np.median(np.ptp(field, axis=(1, 2)))) / 2 > CHANGE_AT_LEAST
-    if not varies or count * gain < waves[0].size / 2 * np.log(count):
+    still = float(np.median(scales[1])) < CHANGE_AT_LEAST
+    if not (varies and still) or count * gain < waves[0].size / 2 * np.log(count):
         return [Light(gain) for gain in gains.tolist()]
     return [Light(gain, one) for gain, one in zip(gains.tolist(), waves, strict=True)]
 
