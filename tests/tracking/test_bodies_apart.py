@@ -11,6 +11,7 @@ from count_video.records import Floats
 from count_video.tracking.background import background_of
 from count_video.tracking.following import Followed
 from count_video.tracking.layers import apart
+from count_video.tracking.light import Light
 from count_video.tracking.shape import Shape
 from count_video.tracking.sprite import Sprite, look, make_sprite
 from count_video.tracking.template import Body, Rough, learn
@@ -61,7 +62,7 @@ def test_a_neighbour_that_touches_most_of_the_time_is_no_part_of_a_body() -> Non
     known = [Shape(path, (0.0, 0.0, SIDE - 1.0, SIDE - 1.0)), right]
     still = dict.fromkeys(FRAMES, (0.0, 0.0))
     seen = pictures()
-    background = background_of(seen, still, dict.fromkeys(FRAMES, 1.0), known)
+    background = background_of(seen, still, dict.fromkeys(FRAMES, Light()), known)
     rough = Rough(path, (0.0, 0.0, float(SIDE), float(SIDE)), (-np.inf, np.inf))
 
     body = learn(seen, background, rough, [right.places], [right])

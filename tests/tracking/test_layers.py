@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.tracking.background import background_of, camera_moved
+from count_video.tracking.light import Light
 from count_video.tracking.shape import MARGIN_PX, Shape, hidden
 
 FRAMES = range(20)
@@ -38,7 +39,7 @@ def with_body(body: Shape) -> dict[int, NDArray[np.uint8]]:
 def background(known: list[Shape]) -> NDArray[np.uint8]:
     still = dict.fromkeys(FRAMES, (0.0, 0.0))
     return background_of(
-        with_body(resting_then_moving()), still, dict.fromkeys(FRAMES, 1.0), known
+        with_body(resting_then_moving()), still, dict.fromkeys(FRAMES, Light()), known
     ).luma
 
 
@@ -55,7 +56,7 @@ def test_a_known_body_is_no_background_where_it_ever_leaves_it_free() -> None:
 def test_the_camera_moves_the_background_and_not_what_stands_in_it() -> None:
     moved = {k: np.roll(scene(), k % 3, axis=1) for k in FRAMES}
     shifts = {k: (float(k % 3), 0.0) for k in FRAMES}
-    seen = background_of(moved, shifts, dict.fromkeys(FRAMES, 1.0))
+    seen = background_of(moved, shifts, dict.fromkeys(FRAMES, Light()))
     assert np.array_equal(seen.luma[:, 4:-4], scene()[:, 4:-4])
     piece = seen.behind(1, (50.0, 10.0), (20, 30))
     assert piece.shape == (20, 30)
@@ -92,8 +93,8 @@ def test_a_knock_of_few_pictures_counts() -> None:
 
 
 def test_flicker_is_taken_out() -> None:
-    lamps = {k: 1.0 + 0.1 * (k % 2) for k in FRAMES}
-    flickering = {k: np.asarray(np.rint(scene() * lamps[k]), np.uint8) for k in FRAMES}
+    lamps = {k: Light(1.0 + 0.1 * (k % 2)) for k in FRAMES}
+    flickering = {k: np.asarray(np.rint(scene() * lamps[k].gain), np.uint8) for k in FRAMES}
     seen = background_of(flickering, dict.fromkeys(FRAMES, (0.0, 0.0)), lamps)
     assert np.abs(seen.luma.astype(int) - scene()).max() <= 1  # rounded twice
 

@@ -7,6 +7,7 @@ import pytest
 
 from count_video.tracking.background import Background
 from count_video.tracking.composite import STEPS, Source, cut_pieces
+from count_video.tracking.light import Light
 
 SIZE = 60, 80
 DIM = 0.3
@@ -15,7 +16,7 @@ DIM = 0.3
 
 @pytest.mark.parametrize("luma", [30, 255])
 def test_a_dim_picture_is_brightened_up_to_white_at_most(luma: int) -> None:
-    behind = Background(np.full(SIZE, 100, np.uint8), {}, {0: DIM})
+    behind = Background(np.full(SIZE, 100, np.uint8), {}, {0: Light(DIM)})
     source = Source({0: np.full(SIZE, luma, np.uint8)}, behind, ())
 
     seen = cut_pieces(source, {0: (20.0, 20.0)}, ((16, 24), (2, 2))).seen

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.tracking.light import Light
 from count_video.tracking.samples import THUMBNAIL_PX, median_picture, reduced, scale_to
 from count_video.tracking.sequences import moved_back
 from count_video.tracking.shape import Place, Shape, hidden
@@ -36,14 +37,14 @@ class Background:
     """Of the mean brightness, freed of the camera's motion, shape (height, width)."""
     shift_px: Mapping[int, Place]
     """Frame index -> how far the camera has moved the picture, by x and y."""
-    gains: Mapping[int, float]
-    """Frame index -> factor by which lamps that flicker brighten the picture."""
+    lights: Mapping[int, Light]
+    """Frame index -> how lamps that flicker and soft shadows change the picture."""
 
     def reduced(self, scale: int, frames: Sequence[int]) -> Background:
         """Reduce it, for pictures with these frame indices that are reduced alike."""
         shifts = {k: self.shift_px.get(k, (0.0, 0.0)) for k in frames}
         small = {k: (x / scale, y / scale) for k, (x, y) in shifts.items()}
-        return Background(reduced(self.luma, scale), small, self.gains)
+        return Background(reduced(self.luma, scale), small, self.lights)
 
     def behind(self, frame: int, place: Place, shape: tuple[int, int]) -> Pixels:
         """Cut out what lies behind a piece of a picture."""
@@ -52,13 +53,14 @@ class Background:
 
     def levelled(self, picture: Luma, frame: int, place: Place, shape: tuple[int, int]) -> Pixels:
         """Cut out a piece of a picture and bring it to the background's brightness."""
-        return look(picture, *place, shape) / np.float32(self.gains.get(frame, 1.0))
+        light = self.lights.get(frame, Light())
+        return look(picture, *place, shape) / light.over(place, shape, picture.shape)
 
 
 def background_of(
     pictures: Mapping[int, Luma],
     shift_px: Mapping[int, Place],
-    gains: Mapping[int, float],
+    lights: Mapping[int, Light],
     known: Sequence[Shape] = (),
 ) -> Background:
     """Take the median of pictures of one scene.
@@ -67,13 +69,13 @@ def background_of(
     ----------
     pictures
         Frame index -> luma, shape (height, width).
-    shift_px, gains
+    shift_px, lights
         As those of the background, by frame index.
     known
         What hides it in some pictures.
     """
     level = {
-        frame: _moved_back(picture, 1 / gains[frame], shift_px[frame])
+        frame: _moved_back(lights[frame].levelled(picture), shift_px[frame])
         for frame, picture in pictures.items()
     }
     marked = {}
@@ -81,8 +83,8 @@ def background_of(
         size = next(iter(level.values())).shape
         for frame in level:
             mark = hidden(known, frame, (0.0, 0.0), (size[0], size[1]))
-            marked[frame] = _moved_back(mark, 1.0, shift_px[frame])
-    return Background(median_picture(list(level.values()), list(marked.values())), shift_px, gains)
+            marked[frame] = _moved_back(mark, shift_px[frame])
+    return Background(median_picture(list(level.values()), list(marked.values())), shift_px, lights)
 
 
 def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
@@ -129,9 +131,5 @@ def _shown(shape: tuple[int, ...], shift_px: Floats) -> NDArray[np.bool_]:
     return np.asarray(whole > WHOLLY_SHOWN)
 
 
-def _moved_back(picture: Luma, gain: float, shift_px: Place) -> Luma:
-    """Bring a picture to another brightness and to where the camera was; its border goes on."""
-    level = cv2.convertScaleAbs(picture, alpha=gain) if gain != 1.0 else picture
-    if shift_px == (0.0, 0.0):
-        return np.asarray(level, np.uint8)
-    return moved_back(np.asarray(level, np.uint8), shift_px)
+def _moved_back(picture: Luma, shift_px: Place) -> Luma:
+    return picture if shift_px == (0.0, 0.0) else moved_back(picture, shift_px)

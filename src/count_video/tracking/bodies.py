@@ -213,7 +213,8 @@ class _Scene:
         frames = list(sampled)
         shift = self.scale * (self.shift_px[:, ::-1] if upright else self.shift_px)
         shifts = {frame: (x, y) for frame, (x, y) in zip(frames, shift.tolist(), strict=True)}
-        lamps = dict(zip(frames, (1 / self.samples.gains).tolist(), strict=True))
+        lights = [one.turned() if upright else one for one in self.samples.lights]
+        lamps = dict(zip(frames, lights, strict=True))
         some = np.linspace(0, len(frames) - 1, BACKGROUND_OF).astype(int)
         return background_of({frames[k]: sampled[frames[k]] for k in some}, shifts, lamps, known)
 

@@ -154,10 +154,12 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
     size = round(NEIGHBOURHOOD_PX / scale) | 1, round(NEIGHBOURHOOD_PX / scale) | 1
     moving = cv2.blur(still, size) > COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
     shown = (~pieces.covered).sum(axis=0) > pieces.least
+    behind = np.asarray(pieces.behind.mean(axis=0, dtype=np.float32) / STEPS, np.float32)
     return Mean(
         np.pad(typical, pieces.around),
         np.pad(variance, pieces.around, constant_values=NOISE_FLOOR),
         np.pad(moving & shown, pieces.around),
+        np.pad(behind, pieces.around),
     )
 
 

@@ -121,7 +121,8 @@ def _cut(
     begin = left - margin[1]
     ends = [side / stage.scale - stage.corner[0] - begin for side in fence]
     outline = find_outline(
-        Mean(mean.appearance[part], mean.variance[part], own[part]), (ends[0], ends[1])
+        Mean(mean.appearance[part], mean.variance[part], own[part], mean.behind[part]),
+        (ends[0], ends[1]),
     )
     if outline is None:
         return None

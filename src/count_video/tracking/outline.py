@@ -27,7 +27,11 @@ PIECE_HEIGHT = 0.2
 BEYOND_OUTLINE_PX = 2
 """Pixels kept beyond the outline: the blurred edge reaches that far."""
 OUTSIDE_SHARE = 0.35
-"""A circle is the outline if no larger share of what moves lies outside of it."""
+"""A circle is the outline if no larger share of what moves lies outside of it. More may be its
+shadow, if of the squared slopes, too, no larger share lies outside, and no larger share of that
+is brighter than what lies behind, or darker than a shadow."""
+SHADOW_SHARE, DEEPEST = 0.5, 0.5
+"""A shadow is as large as its body at most, and takes no more than half of the light."""
 ROWS_AT_LEAST = 8
 FAINT_SHARE = 0.5
 """Edges in a smaller share of the rows are no outline."""
@@ -45,6 +49,8 @@ class Mean:
     variance: Pixels
     moving: NDArray[np.bool_]
     """Where the pictures agree with each other better than with the background."""
+    behind: Pixels
+    """What lies behind the body."""
 
 
 @dataclass(frozen=True)
@@ -107,9 +113,38 @@ def _ends(mean: Mean, slope: Pixels, fence: tuple[float, float]) -> tuple[Floats
 
 
 def _holds(circle: Circle, mean: Mean) -> bool:
-    """Whether a circle holds most of what moves."""
+    """Whether a circle holds most of what moves, but for a shadow that moves with it.
+
+    A shadow darkens what lies behind it, and its edges are soft: squared slopes tell them from the
+    circle's, which are sharp.
+    """
     outside = mean.moving & ~_within(circle, mean.moving.shape)
-    return bool(outside.sum() <= OUTSIDE_SHARE * mean.moving.sum())
+    if outside.sum() <= OUTSIDE_SHARE * mean.moving.sum():
+        return True
+    light = mean.appearance[outside] / np.maximum(mean.behind[outside], 1.0)
+    strange = (light > 1) | (light < DEEPEST)
+    too_large = outside.sum() > SHADOW_SHARE * mean.moving.sum()
+    if too_large or strange.sum() > OUTSIDE_SHARE * len(strange):
+        return False
+    slopes = np.where(mean.moving, _own_slopes(mean), 0)
+    circular = float(slopes[~outside & _near(circle, outside.shape)].sum())
+    return bool(slopes[outside].sum() <= OUTSIDE_SHARE * (circular + slopes[outside].sum()))
+
+
+def _own_slopes(mean: Mean) -> Pixels:
+    """Squared slopes that what lies behind the body has not as well."""
+    own, changed = (
+        sum(slope**2 for slope in np.gradient(one))
+        for one in (mean.appearance, mean.appearance - mean.behind)
+    )
+    return np.asarray(np.minimum(own, changed), np.float32)
+
+
+def _near(circle: Circle, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Mark a circle's blurred edge, shape (height, width)."""
+    y, x = np.indices(shape)
+    away = np.hypot(x - circle.x_px, y - circle.y_px)
+    return np.asarray(np.abs(away - circle.radius_px) < BEYOND_OUTLINE_PX)
 
 
 def _within(circle: Circle, shape: tuple[int, ...]) -> NDArray[np.bool_]:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.tracking.light import Light, lights_of
 
 Luma = NDArray[np.uint8]
 Depth = TypeVar("Depth", np.uint8, np.float32)
@@ -50,8 +51,8 @@ class Samples:
 
     chosen: NDArray[np.intp]
     """Which of the thumbnails' pictures, in order of time; empty where nothing moves."""
-    gains: Floats
-    """By which the brightness of each is brought to the mean one, shape (len(chosen),)."""
+    lights: list[Light]
+    """By how much each is brighter than the mean one."""
     active: NDArray[np.bool_]
     """Blocks of the picture in which anything moves, shape (rows, columns)."""
     width_px: int
@@ -113,7 +114,7 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     noise, largest, active = _changes(level)
     if not active.any():
         none = np.empty((0, 1, 1), np.bool_)
-        return Samples(np.empty(0, np.intp), np.empty(0), active, 0, none)
+        return Samples(np.empty(0, np.intp), [], active, 0, none)
     share = CHANGE_SHARE
     chosen = _walk(level, noise, largest, share)
     while len(chosen) > SAMPLES_AT_MOST:
@@ -121,16 +122,23 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
         chosen = _walk(level, noise, largest, share)
     even = np.linspace(0, len(level) - 1, min(SAMPLES_AT_LEAST, len(level))).astype(np.intp)
     together = np.union1d(chosen, even)
-    some = [level[k] for k in together]
+    alike = [level[k] for k in together]
+    lights = lights_of(alike, 1 / gains[together], _middle(alike))
+    some = [one.levelled(thumbnails[k]) for k, one in zip(together, lights, strict=True)]
     width = thumbnails[0].shape[1]
-    return Samples(rows[together], gains[together], active, width, _moved(some))
+    return Samples(rows[together], lights, active, width, _moved(some))
 
 
 def differences(pictures: Sequence[Luma]) -> list[Luma]:
     """Take absolute differences of pictures of one brightness from the median of some of them."""
-    some = np.linspace(0, len(pictures) - 1, min(MEDIAN_OF, len(pictures))).astype(int)
-    middle = median_picture([pictures[k] for k in some])
+    middle = _middle(pictures)
     return [np.asarray(cv2.absdiff(one, middle), np.uint8) for one in pictures]
+
+
+def _middle(pictures: Sequence[Luma]) -> Luma:
+    """Take the median of some pictures, evenly spread."""
+    some = np.linspace(0, len(pictures) - 1, min(MEDIAN_OF, len(pictures))).astype(int)
+    return median_picture([pictures[k] for k in some])
 
 
 def median_picture(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Luma:

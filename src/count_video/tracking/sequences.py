@@ -19,8 +19,6 @@ Depth = TypeVar("Depth", np.uint8, np.float32)
 CORNERS_WIDTH_PX = 960
 """Corners are followed in pictures no wider than this."""
 SMOOTHING_PX = 0.8
-FLICKER_AT_LEAST = 0.01
-"""Smaller changes of brightness are left as they are."""
 BRIGHT_SHARE, BRIGHTEST_LEVEL, STRETCH_AT_MOST = 0.995, 200.0, 8.0
 """All but few pixels of dark pictures are made as bright as this level, by so much at most."""
 BRIGHTNESS_OF = 4
@@ -98,10 +96,9 @@ def levelled(pictures: Sequence[Luma], samples: Samples) -> tuple[list[Luma], in
     some = small[:: len(small) // BRIGHTNESS_OF + 1]
     brightest = max(float(np.quantile(one, BRIGHT_SHARE)) for one in some)
     stretch = float(np.clip(BRIGHTEST_LEVEL / max(brightest, 1.0), 1.0, STRETCH_AT_MOST))
-    for place, gain in enumerate(samples.gains.tolist()):
-        lamp = stretch * (gain if abs(gain - 1) > FLICKER_AT_LEAST else 1.0)
+    for place, light in enumerate(samples.lights):
         # Smoothed after it, so that the levels between those of a dark picture are not lost.
-        bright = cv2.convertScaleAbs(small[place], alpha=lamp) if lamp != 1.0 else small[place]
+        bright = light.unless_faint().levelled(small[place], stretch)
         small[place] = np.asarray(cv2.GaussianBlur(bright, (0, 0), SMOOTHING_PX), np.uint8)
     return small, scale
 

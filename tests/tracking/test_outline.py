@@ -1,0 +1,55 @@
+"""The outline of a body that its own shadow goes with."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from count_video.tracking.outline import Mean, find_outline
+from count_video.tracking.sprite import Pixels
+
+SIZE = 120, 150
+WALL, BODY, PRINT = 150.0, 90.0, 190.0
+RADIUS_PX, SOFT_PX, DEPTH = 30.0, 6.0, 0.25
+EVERYWHERE = -np.inf, np.inf
+
+
+def disc(x_px: float, y_px: float, radius_px: float, blur_px: float) -> Pixels:
+    """Share of each pixel that a blurred disc covers."""
+    y, x = np.indices(SIZE)
+    plain = (np.hypot(x - x_px, y - y_px) < radius_px).astype(np.float32)
+    return np.asarray(cv2.GaussianBlur(plain, (0, 0), blur_px), np.float32)
+
+
+def mean_of(appearance: Pixels) -> Mean:
+    behind = np.full(SIZE, WALL, np.float32)
+    moving = np.abs(appearance - behind) > 3
+    return Mean(appearance, np.ones(SIZE, np.float32), moving, behind)
+
+
+def test_a_soft_shadow_beside_a_ball_is_no_part_of_its_outline() -> None:
+    shade = 1 - DEPTH * disc(85, 70, RADIUS_PX, SOFT_PX)
+    ball = disc(55, 55, RADIUS_PX, 1.0)
+    mean = mean_of(np.asarray(WALL * shade * (1 - ball) + BODY * ball, np.float32))
+    outside = mean.moving & (disc(55, 55, RADIUS_PX + 2, 0.3) < 0.5)
+    assert outside.sum() > 0.35 * mean.moving.sum()  # most of a ball alone would be within
+
+    outline = find_outline(mean, EVERYWHERE)
+
+    assert outline is not None
+    assert outline.round_
+    assert outline.right_px - outline.left_px == pytest.approx(2 * RADIUS_PX, abs=1.5)
+
+
+def test_a_disc_printed_on_a_dark_box_is_not_its_outline() -> None:
+    box = np.zeros(SIZE, np.float32)
+    box[20:100, 25:125] = 1
+    box = np.asarray(cv2.GaussianBlur(box, (0, 0), 1.0), np.float32)
+    mark = disc(75, 60, 25, 1.0)
+    appearance = WALL * (1 - box) + box * (BODY * (1 - mark) + PRINT * mark)
+
+    outline = find_outline(mean_of(np.asarray(appearance, np.float32)), EVERYWHERE)
+
+    assert outline is not None
+    assert outline.right_px - outline.left_px == pytest.approx(100, abs=1.5)
