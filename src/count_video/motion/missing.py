@@ -9,6 +9,7 @@ import numpy as np
 from count_video.motion.flight import POINTS_AT_LEAST, Motion, flies_freely
 from count_video.motion.impacts import Impact, find_turns, stop_of, stop_tolerance, unseen_around
 from count_video.motion.priors import CHANCE_LEAVING, CHANCE_UNSEEN
+from count_video.records import Floats
 
 UNSEEN_SHARE = 0.3
 """An impact may lie before the first one, in pictures of which this share do not show the body."""
@@ -18,6 +19,11 @@ SHORTER_AT_MOST = 1.6
 an impact are hardly said to bounce."""
 FALLEN_BACK = 1.3
 TAIL_PICTURES = 4.0
+"""A flight shorter than this holds too few pictures clear of its ends to show its impacts."""
+LOG2_APART = 0.5
+"""Half way, in binary logarithms, between a flight as expected and one of twice its length."""
+FLIGHTS_AT_LEAST = 3
+"""Fewer flights do not tell that they shrink by a constant share."""
 SAME_TURN_PICTURES = 2.0
 """A turn this near to an impact is that impact, pictures that do not show the body apart."""
 END_PICTURES = 2.0
@@ -63,18 +69,16 @@ def _flight_time(motion: Motion, impacts: Sequence[Impact]) -> float:
     return float(min(back, SHORTER_AT_MOST * flights.max())) if len(flights) else float(back)
 
 
-def in_a_tail(motion: Motion, impacts: Sequence[Impact]) -> bool:
-    """Whether impacts follow each other faster and faster until pictures no longer show them.
+def lost_after(motion: Motion, impacts: Sequence[Impact]) -> bool:
+    """Whether the body must have fallen back to the stop after the last impact that was found.
 
-    So it is too where the body must have fallen back to the stop while the clip went on, by the
-    velocity with which it left, and no impact was found. Under a constant pull flights last as long
-    as they begin fast, those of a pendulum longer: the one before tells how long.
+    It did, by the velocity with which it left, if the clip goes on for long enough. Under a
+    constant pull flights last as long as they begin fast, those of a pendulum longer: the one
+    before tells how long.
     """
     if len(impacts) < 2:
         return False
     last = impacts[-1]
-    if last.frame - impacts[-2].frame < TAIL_PICTURES:
-        return True
     pull = last.side * motion.acceleration
     if pull <= 0 or not np.isfinite(last.velocity_after):
         return False
@@ -84,6 +88,40 @@ def in_a_tail(motion: Motion, impacts: Sequence[Impact]) -> bool:
     else:
         back = -2 * last.side * last.velocity_after / pull
     return bool(last.frame + FALLEN_BACK * back < motion.frame[-1])
+
+
+def dies_out(impacts: Sequence[Impact]) -> bool:
+    """Whether the flights shrink by a nearly constant share until pictures show none any more.
+
+    A body that bounces on one stop keeps the same share e of its speed at every impact, so its
+    flights under a constant pull form a geometric series: endlessly many within a finite time, of
+    which pictures show the first ones. ``e`` is the median ratio of neighbours, which most must be
+    near; each flight tells by it how long the next one after the last would be, and the median of
+    them is taken.
+    """
+    flights = np.diff([impact.frame for impact in impacts])
+    if len({impact.side for impact in impacts}) != 1 or len(flights) < FLIGHTS_AT_LEAST:
+        return False
+    share = _share_kept(flights)
+    if 2 * sum(in_series(impacts)[2:]) <= len(flights) - 1:
+        return False
+    following = flights * share ** np.arange(len(flights), 0, -1)
+    return share < 1.0 and float(np.median(following)) < TAIL_PICTURES
+
+
+def in_series(impacts: Sequence[Impact]) -> list[bool]:
+    """Whether each impact ends a flight that continues the geometric series of those before it.
+
+    An impact that is missed doubles a flight, one too many halves one: the ratio of neighbours is
+    nearer to ``e`` than to either. The first impact begins the series.
+    """
+    flights = np.diff([impact.frame for impact in impacts])
+    strays = np.abs(np.log2(flights[1:] / flights[:-1] / _share_kept(flights)))
+    return [True, True, *(strays < LOG2_APART).tolist()]
+
+
+def _share_kept(flights: Floats) -> float:
+    return float(np.median(flights[1:] / flights[:-1]))
 
 
 def passed_over(motion: Motion, impacts: Sequence[Impact]) -> list[float]:

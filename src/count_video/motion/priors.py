@@ -80,8 +80,14 @@ into sight as it moves away from the stop, or toward it."""
 CHANCE_STRAYING: Final = 0.4
 """Chance that a flight which strays from free flight hides one more."""
 CHANCES_TAIL: Final = (0.5, 0.25, 0.15)
-"""A body that bounces lower and lower goes on to do so below what the pictures show: where its
-last flight is shorter than this, these are the chances of one more, and each after it."""
+"""Where impacts follow each other faster than pictures resolve them, the chances of one more, and
+of each after it."""
+CHANCE_DYING: Final = 0.25
+"""Where the flights shrink below what pictures show, the chance that these show one more impact:
+where that limit lies is known to about one flight."""
+CHANCES_LOST: Final = (0.8, 0.25, 0.15)
+"""The same where the body must have fallen back to its stop while the clip went on: something may
+have caught it meanwhile."""
 
 # What no model knows.
 

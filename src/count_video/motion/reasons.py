@@ -51,6 +51,8 @@ class Cause(Enum):
     """Turns at a stop may be impacts [all frames]."""
     CUT_AT_STOP = auto()
     TOO_FREQUENT = auto()
+    DIES_OUT = auto()
+    """The body bounces lower and lower, at last below what the pictures show."""
     WALL_AHEAD = auto()
     SEVERAL_BOUNCE = auto()
     """Bodies that each bounce by themselves [how many]."""

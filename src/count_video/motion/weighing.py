@@ -13,15 +13,24 @@ from itertools import pairwise
 
 from count_video.motion.flight import Motion, straying
 from count_video.motion.impacts import Impact
-from count_video.motion.missing import chance_before, ends_at_stop, in_a_tail, passed_over
+from count_video.motion.missing import (
+    chance_before,
+    dies_out,
+    ends_at_stop,
+    in_series,
+    lost_after,
+    passed_over,
+)
 from count_video.motion.priors import (
     CHANCE_CLEAR,
     CHANCE_CUT_OFF,
+    CHANCE_DYING,
     CHANCE_HARDLY_SHOWN,
     CHANCE_PASSED_OVER,
     CHANCE_SINGLE,
     CHANCE_STRAYING,
     CHANCE_WEAK,
+    CHANCES_LOST,
     CHANCES_TAIL,
 )
 from count_video.motion.reasons import Cause, Reason
@@ -65,6 +74,13 @@ def weighed(
     strays = straying(motion, frames, contact)
     told = zip(impacts, collisions, strict=True)
     chances = [_chance(impact, impacts, collision.kind) for impact, collision in told]
+    out = dies_out(impacts)
+    if out:  # an impact where the series has one is no chance turn
+        expected = in_series(impacts)
+        chances = [
+            max(chance, CHANCE_CLEAR) if known else chance
+            for chance, known in zip(chances, expected, strict=True)
+        ]
     doubts: list[Reason] = []
     if strays:
         spans = tuple(frame * pace for span in strays for frame in span)
@@ -73,15 +89,20 @@ def weighed(
     if impacts and (unseen := chance_before(motion, impacts)) > 0:
         doubts.append(Reason(Cause.BEFORE_UNSEEN))
         chances.append(unseen)
-    if over := passed_over(motion, impacts):
+    over = [turn for turn in passed_over(motion, impacts) if not (out and turn > frames[-1])]
+    if over:
         doubts.append(Reason(Cause.TURNS_OPEN, tuple(frame * pace for frame in over)))
         chances += [CHANCE_PASSED_OVER] * len(over)
-    if cut_off := ends_at_stop(motion, impacts):
+    if out:  # what follows is not counted, and comes to rest at the stop
+        doubts.append(Reason(Cause.DIES_OUT))
+        chances.append(CHANCE_DYING)
+    elif cut_off := ends_at_stop(motion, impacts):
         doubts.append(Reason(Cause.CUT_AT_STOP))
         chances += [CHANCE_CUT_OFF] * cut_off
-    if any(b - a < RESOLVED_FRAMES for a, b in pairwise(frames)) or in_a_tail(motion, impacts):
+    crowded = any(b - a < RESOLVED_FRAMES for a, b in pairwise(frames))
+    if not out and (crowded or lost_after(motion, impacts)):
         doubts.append(Reason(Cause.TOO_FREQUENT))
-        chances += CHANCES_TAIL
+        chances += CHANCES_TAIL if crowded else CHANCES_LOST
     shortcomings = tuple(_shortcomings(impacts, len(strays)))
     return SeenImpacts(tuple(collisions), shortcomings, tuple(doubts), chances_of_sum(chances))
 

@@ -47,6 +47,7 @@ SENTENCES: Final = {
     Cause.CUT_AT_STOP: "the clip is cut off where the body is at its stop: one may be missing",
     Cause.TOO_FREQUENT: "the last impacts follow each other faster than the pictures show: some "
     "may be missed",
+    Cause.DIES_OUT: "the last bounces are lower than the pictures show: they are not counted",
     Cause.WALL_AHEAD: "the clip ends while a body moves towards something that stands in its way: "
     "if that is a wall, let the clip run until the last collision",
     Cause.SEVERAL_BOUNCE: "{:.0f} bodies each bounce by themselves, and which of them is meant is "
