@@ -190,7 +190,7 @@ class _Scene:
     """The samples, made alike and small, and what moves in them."""
 
     def __init__(self, samples: Samples, small: Sequence[Luma], scale: int) -> None:
-        self.samples, self.small, self.scale = samples, small, scale
+        self.samples, self.scale, self.shape = samples, scale, small[0].shape
         self._corners = follow_corners(small, samples.moved)
         self.shift_px: Floats = scene_path(self._corners)
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
@@ -222,7 +222,7 @@ class _Scene:
         self, clip: Clip, found: Sequence[Followed], upright: bool
     ) -> list[NDArray[np.bool_]]:
         """Mark where each sample shows known bodies, shape (height, width) of a sample."""
-        shape = self.small[0].shape[::-1] if upright else self.small[0].shape
+        shape = self.shape[::-1] if upright else self.shape
         shapes = [clip.shape(seen) for seen in found]
         marks = []
         for frame in clip.samples:

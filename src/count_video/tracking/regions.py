@@ -76,8 +76,10 @@ class Regions:
     def beside(self, known: Sequence[NDArray[np.bool_]]) -> Regions:
         """Leave out where each sample shows what is known, marked in shape (height, width)."""
         size, way = self.changes[0].shape[::-1], cv2.INTER_NEAREST
-        marks = [cv2.resize(mark.astype(np.uint8), size, interpolation=way) for mark in known]
-        left = [one * (mark == 0) for one, mark in zip(self.changes, marks, strict=True)]
+        left = [
+            one * (cv2.resize(mark.view(np.uint8), size, interpolation=way) == 0)
+            for one, mark in zip(self.changes, known, strict=True)
+        ]
         return _regions_of(left, self.scale)
 
     def change(self, path_px: Floats, box_px: Sequence[float]) -> float:
