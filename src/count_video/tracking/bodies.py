@@ -37,7 +37,7 @@ from count_video.tracking.proposals import (
 )
 from count_video.tracking.regions import find_regions
 from count_video.tracking.rigid import scene_path
-from count_video.tracking.samples import Samples, choose_samples
+from count_video.tracking.samples import Samples, Thumbnails, choose_samples
 from count_video.tracking.sequences import ByFrame, Turned, levelled
 from count_video.tracking.shape import Box, Shape, size_of
 from count_video.tracking.standing import landmarks_of
@@ -78,7 +78,7 @@ NOTHING_MOVES = Movers([], 0.0, upright=False, motion=None)
 def find_movers(
     pictures: Sequence[Luma],
     frames: NDArray[np.intp],
-    thumbnails: Mapping[int, Luma],
+    thumbnails: Thumbnails,
     enough: Callable[[Sequence[Followed]], bool],
 ) -> Movers:
     """Find and follow all bodies that move in a clip.
@@ -90,13 +90,13 @@ def find_movers(
     frames
         Frame index of each, shape (n,).
     thumbnails
-        Some of the pictures by their place, reduced by ``samples.thumbnail``.
+        Some of the pictures, reduced; they are taken out of it.
     enough
         Whether no more bodies need be looked for beside these.
     """
     if len(pictures) < PICTURES_AT_LEAST or min(pictures[0].shape) < PICTURE_AT_LEAST_PX:
         return NOTHING_MOVES
-    samples = choose_samples(thumbnails)
+    samples = choose_samples(thumbnails.taken())
     if len(samples.chosen) < 2:
         return NOTHING_MOVES
     scene = _Scene(samples, *levelled(pictures, samples))

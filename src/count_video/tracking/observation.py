@@ -91,7 +91,7 @@ def observe(
         give_memory_back()
         indices = np.array(frames, dtype=np.intp)
         return Observation(
-            view, indices, pictures, find_movers(pictures, indices, thumbnails.kept, _has_pair)
+            view, indices, pictures, find_movers(pictures, indices, thumbnails, _has_pair)
         )
     except BaseException:
         pictures.close()

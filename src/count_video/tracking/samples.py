@@ -66,17 +66,22 @@ class Thumbnails:
     """Reduced pictures of a clip by their place in it: of long ones not of all."""
 
     def __init__(self) -> None:
-        self.kept: dict[int, Luma] = {}
+        self._kept: dict[int, Luma] = {}
         self._stride = 1
 
     def add(self, row: int, luma: Luma) -> None:
         """Take the next picture of the clip."""
         if row % self._stride:
             return
-        self.kept[row] = thumbnail(luma)
-        if len(self.kept) > THUMBNAILS_AT_MOST:
+        self._kept[row] = thumbnail(luma)
+        if len(self._kept) > THUMBNAILS_AT_MOST:
             self._stride *= 2
-            self.kept = {k: one for k, one in self.kept.items() if k % self._stride == 0}
+            self._kept = {k: one for k, one in self._kept.items() if k % self._stride == 0}
+
+    def taken(self) -> dict[int, Luma]:
+        """Hand the pictures over, and keep none."""
+        kept, self._kept = self._kept, {}
+        return kept
 
 
 def thumbnail(luma: Luma) -> Luma:
