@@ -284,6 +284,9 @@ class TrialResult:
     frames_decoded: int | None = None
     frames_promised: int | None = None
     wall_side: WallSide | None = None
+    """Along the line of motion; of bodies that move up and down "left" is above."""
+    upright: bool | None = None
+    """Whether the bodies move up and down; None where none is followed."""
     ball_diameter_px: float | None = None
     millimetres_per_px: float | None = None
     """Scale from the ball's diameter."""

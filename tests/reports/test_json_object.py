@@ -28,6 +28,7 @@ KEYS = [
     "frames_decoded",
     "frames_promised",
     "wall_side",
+    "upright",
     "ball_diameter_px",
     "millimetres_per_px",
     "pi_low",

@@ -163,6 +163,15 @@ def test_a_clip_with_one_body_has_no_columns_for_another() -> None:
     assert "nan" not in text
 
 
+@pytest.mark.parametrize(
+    ("side", "upright", "words"),
+    [("left", False, "wall on the left"), ("right", None, "wall on the right")]
+    + [("left", True, "wall above"), ("right", True, "wall below")],
+)
+def test_the_wall_is_where_one_sees_it(side: str, upright: bool | None, words: str) -> None:
+    assert words in result_text(made_result(3, wall_side=side, upright=upright))
+
+
 def test_a_single_velocity_that_was_not_seen_is_a_dash() -> None:
     half = (made_collision(1), made_collision(2, velocity_after=Velocities(math.nan, 1.0)))
     assert rows(result_text(made_result(2, collisions=half)))[1][-3] == "-"

@@ -41,6 +41,13 @@ _ENDING_IN_WORDS = {
     "dissipative": "dissipative: the energy is used up",
 }
 _KIND_IN_WORDS = {"bodies": "between the bodies", "wall": "with the wall"}
+_WALL_IN_WORDS = {
+    (False, "left"): "wall on the left",
+    (False, "right"): "wall on the right",
+    (True, "left"): "wall above",
+    (True, "right"): "wall below",
+}
+"""By whether the bodies move up and down, and the side that the wall is on."""
 
 
 def result_text(result: TrialResult, width: int = WIDTH) -> str:
@@ -223,7 +230,7 @@ def _ending(ending: Ending | None) -> str:
 def _scene(result: TrialResult) -> str:
     parts = []
     if result.wall_side is not None:
-        parts.append(f"wall on the {result.wall_side}")
+        parts.append(_WALL_IN_WORDS[bool(result.upright), result.wall_side])
     if result.ball_diameter_px is not None:
         parts.append(f"ball {result.ball_diameter_px:.1f} px across")
     if result.millimetres_per_px is not None:

@@ -153,6 +153,7 @@ def impacts_counted(
         count_after_burst=0,
         collisions=collisions,
         wall_side=track.wall_side if track.heavy is None else None,
+        upright=track.line.upright,
         ball_diameter_px=track.ball_diameter_px,
         warnings=(*report.warnings, *track.warnings),
     )

@@ -59,6 +59,7 @@ def counted(
         count_after_burst=len(collisions) - found.burst,
         collisions=collisions,
         wall_side=track.wall_side,
+        upright=track.line.upright,
         ball_diameter_px=track.ball_diameter_px,
         millimetres_per_px=None if vague else ball_diameter_mm / track.ball_diameter_px,
         warnings=(*report.warnings, *track.warnings, *vague),
