@@ -165,8 +165,12 @@ def test_a_clip_with_one_body_has_no_columns_for_another() -> None:
 
 @pytest.mark.parametrize(
     ("side", "upright", "words"),
-    [("left", False, "wall on the left"), ("right", None, "wall on the right")]
-    + [("left", True, "wall above"), ("right", True, "wall below")],
+    [
+        ("left", False, "wall on the left"),
+        ("right", None, "wall on the right"),
+        ("left", True, "wall above"),
+        ("right", True, "wall below"),
+    ],
 )
 def test_the_wall_is_where_one_sees_it(side: str, upright: bool | None, words: str) -> None:
     assert words in result_text(made_result(3, wall_side=side, upright=upright))
