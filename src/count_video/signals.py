@@ -12,6 +12,9 @@ from count_video.records import Floats
 
 Values = NDArray[np.float32] | Floats
 
+MEDIAN_TO_SIGMA = 1.4826
+"""Standard deviation over the median of absolute values, of normal noise."""
+
 # ---- low points and noise ------------------------------------------------------------------------
 # Low points of a gap that closes and opens again:
 #
@@ -73,7 +76,7 @@ def noise_px(signal: Floats) -> float:
     third = np.diff(signal[np.isfinite(signal)], n=3)
     if len(third) == 0:
         return 0.0
-    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
+    return float(MEDIAN_TO_SIGMA * np.median(np.abs(third)) / np.sqrt(20.0))
 
 
 def sigma_of(signal: Floats) -> float:

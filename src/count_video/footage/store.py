@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.errors import FootageError
+from count_video.signals import MEDIAN_TO_SIGMA
 
 Luma = NDArray[np.uint8]
 
@@ -32,7 +33,6 @@ NOISE_SIGMAS, LEVELS = 5.0, (0.5, 1.5)
 these grey levels: what may be more than noise goes to the file."""
 MARGIN = 2
 """Kept around it, in px of a thumbnail."""
-MEDIAN_TO_SIGMA = 1.4826
 
 
 @dataclass(frozen=True)

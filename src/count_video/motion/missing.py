@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.motion.flight import POINTS_AT_LEAST, Motion, flies_freely
 from count_video.motion.impacts import Impact, find_turns, stop_of, stop_tolerance, unseen_around
@@ -103,10 +104,10 @@ def dies_out(impacts: Sequence[Impact]) -> bool:
     if len({impact.side for impact in impacts}) != 1 or len(flights) < FLIGHTS_AT_LEAST:
         return False
     share = _share_kept(flights)
-    if 2 * sum(in_series(impacts)[2:]) <= len(flights) - 1:
+    if share >= 1.0 or _continue(flights).mean() <= 0.5:
         return False
     following = flights * share ** np.arange(len(flights), 0, -1)
-    return share < 1.0 and float(np.median(following)) < TAIL_PICTURES
+    return float(np.median(following)) < TAIL_PICTURES
 
 
 def in_series(impacts: Sequence[Impact]) -> list[bool]:
@@ -115,9 +116,13 @@ def in_series(impacts: Sequence[Impact]) -> list[bool]:
     An impact that is missed doubles a flight, one too many halves one: the ratio of neighbours is
     nearer to ``e`` than to either. The first impact begins the series.
     """
-    flights = np.diff([impact.frame for impact in impacts])
+    return [True, True, *_continue(np.diff([impact.frame for impact in impacts])).tolist()]
+
+
+def _continue(flights: Floats) -> NDArray[np.bool_]:
+    """Whether each flight but the first is as long as the one before lets expect."""
     strays = np.abs(np.log2(flights[1:] / flights[:-1] / _share_kept(flights)))
-    return [True, True, *(strays < LOG2_APART).tolist()]
+    return np.asarray(strays < LOG2_APART)
 
 
 def _share_kept(flights: Floats) -> float:

@@ -178,7 +178,8 @@ def _from(observed: Observations, prior: Prior, fitted: dict[int, Solution]) -> 
                 fitted[count] = min(again, fitted.get(count, again), key=_loss_of)
         better = min(fitted.values(), key=_loss_of)
         if better is best:
-            step = step // 4 * PAIR if step > PAIR else step - 1
+            # Half as far, in whole pairs; at last a single one.
+            step = step // 2 // PAIR * PAIR if step > PAIR else step - 1
         else:
             # In long bursts the way may be long: step further as long as it goes downhill.
             best, step = better, 2 * step if best.count > 2 * LONG_STEPS else max(step, PAIR)
@@ -305,10 +306,8 @@ def forward_fit(
             part = until(observed, burst[count].frame - observed.origin - CLEAR_FRAMES)
         missing = FIRST_DEVIATION + deviations_of(count) - len(values)
         values = np.concatenate([values, np.zeros(max(missing, 0))])
-        noise, full = (
-            noise_of(part, values, count, FORWARD_FLOOR_PX),
-            with_deviations(prior, count, SCATTER),
-        )
+        noise = noise_of(part, values, count, FORWARD_FLOOR_PX)
+        full = with_deviations(prior, count, SCATTER)
         solution = solve(Question(part, noise, full, count), values)
         values = solution.values
     return solution

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light
 from count_video.tracking.samples import THUMBNAIL_PX, median_picture, reduced, scale_to
 from count_video.tracking.sequences import moved_back
@@ -111,7 +112,7 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
         back[k] = moved_back(small[k], shift_px[k] / scale)
     shown = np.array([_shown(small[k].shape, shift_px[k] / scale) for k in most.tolist()])
     stands, moves = (_differences(one, even, most) for one in (small, back))
-    limit = NOISE_SIGMAS * (1.4826 * float(np.median(stands)) + ROUNDING)
+    limit = NOISE_SIGMAS * (MEDIAN_TO_SIGMA * float(np.median(stands)) + ROUNDING)
     means = [np.minimum(one[shown], limit).mean() for one in (stands, moves)]
     return bool(means[1] < means[0])
 

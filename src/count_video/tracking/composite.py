@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.background import Background
 from count_video.tracking.outline import Mean
 from count_video.tracking.samples import reduced
@@ -38,7 +39,6 @@ MOST, MOST_SIGMAS = 0.65, 0.935
 not in most. Of normal noise, that share lies within so many standard deviations."""
 NOISE_STRIDE = 4
 """Noise is told by every fourth pixel of every fourth row."""
-MEDIAN_TO_SIGMA = 1.4826
 CUT_SIGMAS, CUT_LEVELS = 6.0, 10.0
 """Mistakes larger than so many standard deviations and grey levels count as such ones."""
 NEIGHBOURHOOD_PX, COVERED_RATIO = 5, 1.25

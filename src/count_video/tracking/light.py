@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.signals import MEDIAN_TO_SIGMA
 
 Luma = NDArray[np.uint8]
 Pixels = NDArray[np.float32]
@@ -190,7 +191,7 @@ def _fitted(ratio: Floats, basis: Sequence[Floats]) -> Floats:
     found[:, 1:] = _m_estimates(slopes[:, 1:], steps, np.full(count, EDGE_STEP), found[:, 1:])
     found[:, 0] = np.median(values - found @ flat.T, axis=1)
     for _ in range(FITS):
-        noise = 1.4826 * np.median(np.abs(values - found @ flat.T), axis=1)
+        noise = MEDIAN_TO_SIGMA * np.median(np.abs(values - found @ flat.T), axis=1)
         noise = np.maximum(noise, NOISE_AT_LEAST)
         found = _m_estimates(flat, values, TUKEY * noise, found)
     return found.reshape(count, *waves.shape[2:])

@@ -84,7 +84,7 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
         if circle is not None and (circle.radius_px < LARGE_PX or not _holds(circle, mean)):
             circle = None
     if circle is not None:
-        body = mean.moving & _within(circle, body.shape)
+        body = mean.moving & (_away(circle, body.shape) < BEYOND_OUTLINE_PX)
     elif body.any(axis=1).sum() < FAINT_SHARE * body.shape[0]:
         # Too faint for edges of its own: what moves together, less the blur of the decision.
         body = cv2.erode(mean.moving.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
@@ -118,7 +118,8 @@ def _holds(circle: Circle, mean: Mean) -> bool:
     A shadow darkens what lies behind it, and its edges are soft: squared slopes tell them from the
     circle's, which are sharp.
     """
-    outside = mean.moving & ~_within(circle, mean.moving.shape)
+    away = _away(circle, mean.moving.shape)
+    outside = mean.moving & (away >= BEYOND_OUTLINE_PX)
     if outside.sum() <= OUTSIDE_SHARE * mean.moving.sum():
         return True
     light = mean.appearance[outside] / np.maximum(mean.behind[outside], 1.0)
@@ -127,8 +128,8 @@ def _holds(circle: Circle, mean: Mean) -> bool:
     if too_large or strange.sum() > OUTSIDE_SHARE * len(strange):
         return False
     slopes = np.where(mean.moving, _own_slopes(mean), 0)
-    circular = float(slopes[~outside & _near(circle, outside.shape)].sum())
-    return bool(slopes[outside].sum() <= OUTSIDE_SHARE * (circular + slopes[outside].sum()))
+    circular, beside = slopes[np.abs(away) < BEYOND_OUTLINE_PX].sum(), slopes[outside].sum()
+    return bool(beside <= OUTSIDE_SHARE * (circular + beside))
 
 
 def _own_slopes(mean: Mean) -> Pixels:
@@ -140,18 +141,10 @@ def _own_slopes(mean: Mean) -> Pixels:
     return np.asarray(np.minimum(own, changed), np.float32)
 
 
-def _near(circle: Circle, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Mark a circle's blurred edge, shape (height, width)."""
+def _away(circle: Circle, shape: tuple[int, ...]) -> Floats:
+    """How far pixels lie outside of a circle, shape (height, width); inside it is negative."""
     y, x = np.indices(shape)
-    away = np.hypot(x - circle.x_px, y - circle.y_px)
-    return np.asarray(np.abs(away - circle.radius_px) < BEYOND_OUTLINE_PX)
-
-
-def _within(circle: Circle, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Mark a circle with its blurred edge, shape (height, width)."""
-    y, x = np.indices(shape)
-    away = np.hypot(x - circle.x_px, y - circle.y_px)
-    return np.asarray(away < circle.radius_px + BEYOND_OUTLINE_PX)
+    return np.asarray(np.hypot(x - circle.x_px, y - circle.y_px) - circle.radius_px)
 
 
 def _cut_out(

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.rigid import RigidGroup
 from count_video.tracking.samples import differences, reduced, scale_to
 
@@ -111,7 +112,7 @@ def _changes(pictures: Sequence[Luma]) -> tuple[list[Luma], int]:
     scale = scale_to(pictures[0].shape[1], WIDTH_PX)
     away = differences([reduced(one, scale) for one in pictures])
     spread = np.median(np.array(away[:: max(1, len(away) // NOISE_OF)]))
-    least = max(NOISE_SIGMAS * 1.4826 * float(spread), NOISE_LEVELS)
+    least = max(NOISE_SIGMAS * MEDIAN_TO_SIGMA * float(spread), NOISE_LEVELS)
     for one in away:
         one[one <= least] = 0
     return away, scale

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.sprite import (
     Model,
     Picture,
@@ -185,7 +186,7 @@ def _robust(model: Model, left_over: Pixels) -> tuple[Pixels, float]:
     if len(some) == 0:
         return model.weight, 1e-6
     middle = len(some) // 2
-    spread = 1.4826 * float(np.partition(some, middle)[middle]) + 1e-6
+    spread = MEDIAN_TO_SIGMA * float(np.partition(some, middle)[middle]) + 1e-6
     ratio = scaled * (1 / (BIWEIGHT * spread))
     keep = np.maximum(1 - ratio * ratio, 0)
     return model.weight * keep * keep, spread

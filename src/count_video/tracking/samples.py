@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light, lights_of
 
 Luma = NDArray[np.uint8]
@@ -175,7 +176,7 @@ def median_picture(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Lum
 def _moved(level: Sequence[Luma]) -> NDArray[np.bool_]:
     """Mark where thumbnails differ from their median by more than noise, (n, height, width)."""
     away = np.array(differences(level))
-    noise = 1.4826 * float(np.median(away)) + 0.5
+    noise = MEDIAN_TO_SIGMA * float(np.median(away)) + 0.5
     moved = (away > MOVED_SIGMAS * noise).astype(np.uint8)
     # Single pixels are noise.
     return np.array([cv2.medianBlur(one, 3) for one in moved], dtype=bool)
@@ -198,7 +199,7 @@ def _changes(level: Sequence[Luma]) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         nothing = np.zeros(distant.shape[1:])
         return nothing, nothing + np.inf, nothing > 0
     noise = np.quantile(neighbours, 0.2, axis=0)
-    scatter = 1.4826 * float(np.median(np.abs(neighbours - np.median(neighbours, axis=0))))
+    scatter = MEDIAN_TO_SIGMA * float(np.median(np.abs(neighbours - np.median(neighbours, axis=0))))
     largest = np.quantile(distant, 0.97, axis=0) - noise
     active = largest > max(MOVES_SIGMAS * scatter, MOVES_LEVELS)
     return noise, np.where(active, largest, np.inf), active
