@@ -26,6 +26,10 @@ settings.load_profile("reproducible")
 # NumPy is loaded, and holds for the processes that tests start.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+SLOW_TIMEOUT_S = 3600.0
+RESTARTS = 1
+"""A test whose process was ended is begun again in a new one, and fails all the same."""
+
 # A shell that starts the tests in the background lets them, and all that they start, ignore Ctrl-C.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -37,6 +41,15 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
     options = config.option
     if getattr(options, "numprocesses", None) and options.dist == "no":
         options.dist, options.loadscopereorder = "loadfile", False
+    if hasattr(options, "maxworkerrestart") and options.maxworkerrestart is None:
+        options.maxworkerrestart = str(RESTARTS)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give the tests that take minutes an hour."""
+    for item in items:
+        if item.get_closest_marker("slow"):
+            item.add_marker(pytest.mark.timeout(SLOW_TIMEOUT_S))
 
 
 _DESCRIPTORS = Path("/proc/self/fd")

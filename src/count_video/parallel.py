@@ -136,21 +136,28 @@ class Processes:
     def _do(self, work: Callable[[_Job], _Done], job: _Job) -> _Done:
         """Do a job in this thread's process; one that dies is replaced once."""
         for attempt in range(1, ATTEMPTS + 1):
-            if not hasattr(self._own, "process"):
-                with self._starting:
-                    check_threads()
-                context = multiprocessing.get_context("spawn")
-                self._own.process = ProcessPoolExecutor(1, context, _follow_the_parent)
-                self._pools.append(self._own.process)
             try:
-                done: _Done = self._own.process.submit(work, job).result()
+                # A process starts with its first job, under the lock: none escapes a kill.
+                with self._starting:
+                    if self._ended:
+                        raise BrokenExecutor("the processes were ended")
+                    future = self._pool().submit(work, job)
+                return future.result()
             except BrokenExecutor:
-                del self._own.process
+                vars(self._own).pop("process", None)
                 if self._ended or attempt == ATTEMPTS:
                     raise
-            else:
-                return done
         raise AssertionError("the last attempt returns or raises")
+
+    def _pool(self) -> ProcessPoolExecutor:
+        """Return the pool of this thread's one process."""
+        if not hasattr(self._own, "process"):
+            check_threads()
+            context = multiprocessing.get_context("spawn")
+            self._own.process = ProcessPoolExecutor(1, context, _follow_the_parent)
+            self._pools.append(self._own.process)
+        pool: ProcessPoolExecutor = self._own.process
+        return pool
 
     def lost(self) -> bool:
         """Return False: dead processes are replaced."""
@@ -170,7 +177,8 @@ class Processes:
 
     def kill(self) -> None:
         """End the processes at once and wait until they are gone."""
-        self._ended = True
+        with self._starting:
+            self._ended = True
         processes = set(multiprocessing.active_children()) - self._others
         for process in processes:
             process.kill()

@@ -6,10 +6,11 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor
 
 import pytest
 
-from count_video.parallel import in_parallel
+from count_video.parallel import Processes, in_parallel
 
 DYING = -1
 
@@ -61,3 +62,11 @@ def test_a_loop_that_is_left_begins_no_more_jobs() -> None:
     results = slept_in_parallel([0.0] * 3 + [600.0] * 5, workers=1)
     assert next(results) == 0.0
     results.close()  # type: ignore[attr-defined] - a generator; waits for what has begun
+
+
+def test_workers_that_were_ended_begin_nothing_more() -> None:
+    workers = Processes(1)
+    workers.kill()
+    with pytest.raises(BrokenExecutor):
+        workers.submit(slept, 600.0).result(timeout=60.0)
+    workers.close(at_once=True)
