@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.tracking.composite import NEIGHBOURHOOD_PX, Source, cut_pieces, median_of
-from count_video.tracking.outline import Mean, Outline, find_outline
+from count_video.tracking.outline import Mean, Outline, find_outline, own_slopes
 from count_video.tracking.shape import Place
+from count_video.tracking.sprite import Pixels
 
 EDGE_PX = 3
 """So far around what moves with a body its blurred edges reach."""
@@ -111,7 +112,7 @@ def _cut(
         source, {frames[k]: stage.places[frames[k]] for k in some}, (stage.shape, margin)
     )
     mean = median_of(pieces, stage.scale)
-    own = _connected(mean.moving, stage, margin)
+    own = _connected(mean, stage, margin)
     if own is None:
         return None
     edge = -(-EDGE_PX // stage.scale)
@@ -134,12 +135,11 @@ def _cut(
     return Stage(stage.scale, corner, shape, places, held), outline
 
 
-def _connected(
-    moving: NDArray[np.bool_], stage: Stage, margin: tuple[int, int]
-) -> NDArray[np.bool_] | None:
+def _connected(mean: Mean, stage: Stage, margin: tuple[int, int]) -> NDArray[np.bool_] | None:
     """Part of what moves with a body that hangs together with its box; None if nothing does."""
+    moving = mean.moving
     if stage.own is None:
-        return _hanging_together(moving, stage, margin)
+        return _hanging_together(mean, stage, margin)
     reach = 2 * stage.unsure_px + 1
     around = np.pad(stage.own, [(size, size) for size in margin]).astype(np.uint8)
     near = cv2.dilate(around, np.ones((reach, reach), np.uint8)) > 0
@@ -148,9 +148,10 @@ def _connected(
 
 
 def _hanging_together(
-    moving: NDArray[np.bool_], stage: Stage, margin: tuple[int, int]
+    mean: Mean, stage: Stage, margin: tuple[int, int]
 ) -> NDArray[np.bool_] | None:
     """Part of what moves with a body that hangs together with its box, without threads."""
+    moving = mean.moving
     shape, scale = stage.shape, stage.scale
     side = scale * min(shape)
     width = _reduced(max(THREAD_PX, round(THREAD_SHARE * side)), scale)
@@ -171,7 +172,7 @@ def _hanging_together(
         rows, columns = main.any(axis=1), main.any(axis=0)
         beside = np.setdiff1d(labels[rows], np.append(labels[:, columns], 0)).tolist()
         parts += [k for k in beside if (labels[rows] == k).any(axis=1).mean() > AS_HIGH_SHARE]
-    own = _without_threads(np.isin(labels, parts), box)
+    own = _without_threads(np.isin(labels, parts), own_slopes(mean), box)
     return np.asarray((cv2.dilate(own.astype(np.uint8), kernel) > 0) & moving)
 
 
@@ -180,15 +181,19 @@ def _reduced(width_px: int, scale: int) -> int:
     return ((width_px | 1) - 1) // (2 * scale) * 2 + 1
 
 
-def _without_threads(own: NDArray[np.bool_], box: tuple[slice, ...]) -> NDArray[np.bool_]:
-    """Keep the rows about the widest one of the box that are nearly as wide."""
+def _without_threads(
+    own: NDArray[np.bool_], slopes: Pixels, box: tuple[slice, ...]
+) -> NDArray[np.bool_]:
+    """Keep rows one below the other that are nearly as wide as the widest one of the box.
+
+    Where there are several such rows, with narrow ones in between, those with the sharpest edges
+    are kept: the edges of a shadow are soft.
+    """
     last = own.shape[1] - np.argmax(own[:, ::-1], axis=1)
     wide = np.where(own.any(axis=1), last - np.argmax(own, axis=1), 0)
-    inner = wide[box[0]]
-    middle = box[0].start + int(np.argmax(inner))
-    narrow = np.flatnonzero(wide < WIDE_ROWS * inner.max())
-    begin = int(narrow[narrow < middle].max(initial=-1)) + 1
-    end = int(narrow[narrow > middle].min(initial=len(wide)))
-    kept = np.zeros_like(own)
-    kept[begin:end] = own[begin:end]
-    return kept
+    broad = wide >= WIDE_ROWS * max(1, wide[box[0]].max())
+    runs = np.cumsum(np.diff(broad, prepend=False)) * broad
+    sharp = np.where(own, slopes, 0)[box].sum(axis=1)
+    worth = np.bincount(runs[box[0]], weights=sharp, minlength=2)
+    worth[0] = -1.0  # the narrow rows
+    return np.asarray(own & (runs == np.argmax(worth))[:, None])

@@ -127,12 +127,12 @@ def _holds(circle: Circle, mean: Mean) -> bool:
     too_large = outside.sum() > SHADOW_SHARE * mean.moving.sum()
     if too_large or strange.sum() > OUTSIDE_SHARE * len(strange):
         return False
-    slopes = np.where(mean.moving, _own_slopes(mean), 0)
+    slopes = np.where(mean.moving, own_slopes(mean), 0)
     circular, beside = slopes[np.abs(away) < BEYOND_OUTLINE_PX].sum(), slopes[outside].sum()
     return bool(beside <= OUTSIDE_SHARE * (circular + beside))
 
 
-def _own_slopes(mean: Mean) -> Pixels:
+def own_slopes(mean: Mean) -> Pixels:
     """Squared slopes that what lies behind the body has not as well."""
     own, changed = (
         sum(slope**2 for slope in np.gradient(one))
