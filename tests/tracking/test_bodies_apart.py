@@ -115,3 +115,13 @@ def test_what_never_moves_or_only_jumps_is_no_body() -> None:
     jumps = 20.0 + 200.0 * (frame // 12 % 2)
 
     assert apart([followed(rests), followed(jumps)]) == []
+
+
+def test_of_two_templates_of_a_body_the_one_that_was_followed_is_kept() -> None:
+    path = 100.0 + 0.5 * np.arange(60.0)
+    strays = path.copy()
+    strays[20:24] += 200.0
+
+    (kept,) = apart([followed(strays), followed(path)])
+
+    np.testing.assert_array_equal(kept.x_px, path)

@@ -103,9 +103,10 @@ def _travel_px(seen: Followed) -> float:
 def apart(followed: Sequence[Followed]) -> list[Followed]:
     """Bodies that move, each only once and each in a place of its own."""
     once: list[Followed] = []
-    for seen in followed:
+    for seen in sorted(followed, key=lambda one: not _moves(one)):
         if _moves_on(seen) and not any(same_body(seen, other) for other in once):
             once.append(seen)
+    once = [seen for seen in followed if any(seen is one for one in once)]
     paths = [_unbroken(seen) for seen in once]
     lost = [np.zeros(len(path), np.bool_) for path in paths]
     for one, other in permutations(range(len(once)), 2):

@@ -37,6 +37,8 @@ ORDERED_SHARE = 0.75
 MIRROR_SHARE = 0.05
 """Places whose sum varies by less than this share of their difference are mirror images; where it
 is the difference that hardly varies, they are parts of one body."""
+NEAR_SHARE = 0.5
+"""Outlines of bodies that touch overlap or leave a gap, but none of this share of their size."""
 CONTACT_SPREAD_PX = 2.0
 """Two bodies touch at one distance: by so much it scatters between contacts."""
 
@@ -133,10 +135,22 @@ def _has_pair(found: Sequence[Followed]) -> bool:
     """Whether two of the bodies move as ball and heavy body do."""
     pairs = [_ordered(*pair) for pair in combinations(found, 2)]
     return any(
-        (pair[0].body.round_ or pair[1].body.round_) and _score(*pair) > 0
+        (pair[0].body.round_ or pair[1].body.round_) and _meet(*pair) and _score(*pair) > 0
         for pair in pairs
         if _side_by_side(*pair)
     )
+
+
+def _meet(left: Followed, right: Followed) -> bool:
+    """Whether two bodies come so near to each other that they may touch."""
+    gap = right.edges_px[0] - left.edges_px[1]
+    return float(np.nanmin(gap)) < NEAR_SHARE * _least_size_px(left, right)
+
+
+def _least_size_px(left: Followed, right: Followed) -> float:
+    """Width or height of two bodies, whichever is the least."""
+    widths = (one.body.right_edge_px - one.body.left_edge_px for one in (left, right))
+    return float(min(*widths, *(one.body.sprite.shape[0] for one in (left, right))))
 
 
 def _ordered(one: Followed, other: Followed) -> tuple[Followed, Followed]:
@@ -180,10 +194,7 @@ def _score(left: Followed, right: Followed, opposite_at_least: float = 0.0) -> f
     lows = low_points(gap, 6.0 * sigma_of(gap))
     spread = float(np.median(np.abs(gap[lows] - np.median(gap[lows])))) if len(lows) else 0.0
     walls = max(far_side_jump(left.edges_px[0]), far_side_jump(-right.edges_px[1]))
-    size = min(
-        min(one.body.sprite.shape[0], one.body.right_edge_px - one.body.left_edge_px)
-        for one in (left, right)
-    )
+    size = _least_size_px(left, right)
     noise = max(float(np.nanmedian(np.hypot(left.sigma_px, right.sigma_px))), NOISE_AT_LEAST_PX)
     jumps = max(_opposite(left.x_px, right.x_px, lows), opposite_at_least)
     whole = (far_side_jump(gap) + walls) * size / noise
