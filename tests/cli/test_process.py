@@ -70,9 +70,7 @@ def test_the_module_is_the_command() -> None:
 def test_an_interruption_from_outside_ends_in_one_line() -> None:
     with started("first.mp4", "wait.mp4") as process:
         assert process.stdout is not None
-        line = ""
-        while line != "begun\n":
-            line = process.stdout.readline()
+        assert "begun\n" in iter(process.stdout.readline, "")
         process.send_signal(signal.SIGINT)
         _, complaint = process.communicate()
     assert process.returncode == 130

@@ -18,7 +18,8 @@ EXAMPLES = [
     for path in PAGES
     for number, code in enumerate(blocks(path.read_text("utf-8"), "python"), 1)
 ]
-
+CELL_S = 240
+"""No cell of a notebook takes so long."""
 
 work_once = cache(pipeline.work_through)
 
@@ -82,7 +83,8 @@ def test_the_notebook_runs_from_top_to_bottom() -> None:
     client = pytest.importorskip("nbclient", reason="comes with the extra 'notebook'")
     pytest.importorskip("ipykernel", reason="comes with the extra 'notebook'")
     notebook = nbformat.read(TOP / "examples/one_clip.ipynb", as_version=4)
-    client.NotebookClient(notebook, resources={"metadata": {"path": TOP / "examples"}}).execute()
+    where = {"metadata": {"path": TOP / "examples"}}
+    client.NotebookClient(notebook, resources=where, timeout=CELL_S).execute()
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
     shown = "".join(str(output.get("data", "")) for output in outputs)
     assert "12 collisions" in shown

@@ -22,6 +22,7 @@ from count_video.motion.parameters import Column, Prior
 from count_video.motion.priors import LEFT_OUT, SCATTERS
 from count_video.motion.rivals import (
     FLOORS_PX,
+    MOST_TRIED,
     PAIR,
     coarse_fits,
     fine_fit,
@@ -29,6 +30,7 @@ from count_video.motion.rivals import (
     with_deviations,
 )
 from count_video.motion.solving import Fit, Linearised, Noise, Question, Solution, noise_of
+from count_video.motion.starting import MOST_COLLISIONS
 from count_video.records import Floats
 
 MOST_FRAMES = 24
@@ -130,8 +132,9 @@ def _scattering(observed: Observations, prior: Prior, coarse: list[Solution]) ->
     }
     while True:
         best = min(fits.values(), key=lambda fit: fit.loss)
-        near = [n for n in (best.count - PAIR, best.count + PAIR) if n > 0 and n not in fits]
-        if not near:
+        pairs = best.count - PAIR, best.count + PAIR
+        near = [n for n in pairs if 0 < n <= MOST_COLLISIONS and n not in fits]
+        if not near or len(fits) > MOST_TRIED:
             return best
         for count in near:
             start = replace(best, count=count, values=neighbouring(best, count))
