@@ -242,3 +242,18 @@ def test_outlines_that_stay_apart_speak_against_a_few_collisions_only(
 
 def never_touch(track: Track) -> bool:
     return any(reason.cause is Cause.NEVER_TOUCH for reason in seen_collisions(track).shortcomings)
+
+
+@pytest.mark.parametrize("noise_px", [0.05, 0.5, 2.0])
+@pytest.mark.parametrize("lead_frames", [1, 2, 3, 6])
+def test_as_many_frames_as_the_noise_asks_for_show_the_ball_at_rest(
+    lead_frames: int, noise_px: float
+) -> None:
+    motion = simulate(Setup(heavy_mass_kg=16 * LIGHT_KG))
+    rate = resolving_fps(motion, RESOLVED_FRAMES + 1.5)
+    filming = Filming(rate, noise_px, lead_frames=lead_frames)
+    found = seen_collisions(film_motion(motion, filming).track)
+
+    whole = found.burst == motion.count and not found.shortcomings
+    assert whole or found.shortcomings
+    assert whole is (noise_px < 0.1 or (lead_frames > 2 and noise_px < 1.0))

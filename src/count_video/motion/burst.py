@@ -26,11 +26,12 @@ from count_video.motion.reasons import Cause, Reason
 from count_video.records import Collision
 from count_video.signals import low_points, sigma_of
 
-FRAMES_TO_JUDGE = 4
-"""Fewer frames before the first or after the last collision do not tell how the bodies move."""
 AT_REST_SHARE = 0.3
 """A ball slower than this share of the approach speed is at rest before the first collision; in
-the midst of a burst it is never slower than the heavy body itself."""
+the midst of a burst it is never slower than the heavy body itself, ..."""
+REST_SIGMAS = 3.0
+"""... so that it has half the approach speed at least: rest is told from that by so many standard
+uncertainties, a likelihood ratio of 90."""
 SIGMAS = 4.0
 """A velocity or a change of it counts from this many standard uncertainties on."""
 TURN_SIGMAS = 12.0
@@ -97,7 +98,7 @@ def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
     if first.kind == "wall":
         return Cause.STARTS_MOVING
     speed, sigma = abs(ball.rate[0, 0]), ball.sigma[0, 0]
-    if ball.rows[0, 0] < FRAMES_TO_JUDGE or sigma > _approach(first):
+    if not REST_SIGMAS * sigma < _approach(first) / 2:
         return Cause.STARTS_CLOSE
     late = speed - SIGMAS * sigma > AT_REST_SHARE * _approach(first)
     return Cause.STARTS_LATE if late else None

@@ -83,7 +83,7 @@ def circle_through(
     low, high = (share * shape[0] for share in radius_share)
     circles = _sized(_through_three(_triples(voters, rng)), low, high)[:PROPOSALS]
     best = np.argsort(-_votes(voters, circles), kind="stable")[:REFINED]
-    circles = _sized(np.array([_refined(points, circle) for circle in circles[best]]), low, high)
+    circles = _sized(_refined(points, circles[best]), low, high)
     if len(circles) == 0:
         return None
     votes = _votes(voters, circles)
@@ -132,13 +132,23 @@ def _through_three(triples: Floats) -> Floats:
 def _votes(points: Floats, circles: Floats) -> NDArray[np.intp]:
     """How many sectors of each circle hold points: many points of one arc count once."""
     shown = np.zeros((len(circles), SECTORS), dtype=bool)
-    away_x = points[:, 0] - circles[:, :1]
-    away_y = points[:, 1] - circles[:, 1:2]
-    # The same as a distance within NEAR_PX of the radius, without roots.
-    square, radius = away_x**2 + away_y**2, circles[:, 2:]
-    circle, point = np.nonzero(np.abs(square - radius**2 - NEAR_PX**2) < 2 * NEAR_PX * radius)
-    shown[circle, _sector(away_x[circle, point], away_y[circle, point])] = True
+    circle, point = np.nonzero(_near(points, circles, NEAR_PX))
+    away = points[point] - circles[circle, :2]
+    shown[circle, _sector(away[:, 0], away[:, 1])] = True
     return np.asarray(shown.sum(axis=1), dtype=np.intp)
+
+
+def _near(points: Floats, circles: Floats, reach_px: float) -> NDArray[np.bool_]:
+    """Which points lie within a distance of which circles, shape (circles, points).
+
+    A distance d from the centre is within e of the radius r if d^2 - r^2 - e^2 is within 2 r e of 0,
+    which takes one product of matrices and no roots.
+    """
+    x, y, radius = circles.T
+    rest = x**2 + y**2 - radius**2 - reach_px**2
+    of_circles = np.stack([-2 * x, -2 * y, np.ones(len(x)), rest], axis=1)
+    of_points = np.stack([*points.T, (points**2).sum(axis=1), np.ones(len(points))])
+    return np.asarray(np.abs(of_circles @ of_points) < 2 * reach_px * radius[:, None])
 
 
 def _sector(x: Floats, y: Floats) -> NDArray[np.intp]:
@@ -147,17 +157,26 @@ def _sector(x: Floats, y: Floats) -> NDArray[np.intp]:
     return np.floor(turn * SECTORS).astype(np.intp) % SECTORS
 
 
-def _refined(points: Floats, circle: Floats) -> Floats:
-    """Least squares circle through the points near one (Kasa 1976, linear in its unknowns)."""
+def _refined(points: Floats, circles: Floats) -> Floats:
+    """Least squares circles through the points near each (Kasa 1976, linear in its unknowns).
+
+    A circle near which there are few points stays as it is.
+    """
+    middle = np.append(points.mean(axis=0), 0.0)  # so that the normal equations keep their digits
+    points, circles = points - middle[:2], circles - middle
+    unknowns = np.column_stack([2 * points, np.ones(len(points))])
+    square = (points**2).sum(axis=1)
+    products = (unknowns[:, :, None] * unknowns[:, None]).reshape(len(points), -1)
     for _ in range(REFINEMENTS):
-        away = points - circle[:2]
-        near = points[np.abs(np.hypot(away[:, 0], away[:, 1]) - circle[2]) < 2 * NEAR_PX]
-        if len(near) < POINTS_AT_LEAST:
-            return circle
-        design = np.column_stack([2 * near, np.ones(len(near))])
-        (x, y, rest), *_ = np.linalg.lstsq(design, (near**2).sum(axis=1), rcond=None)
-        circle = np.array([x, y, np.sqrt(max(rest + x * x + y * y, 0.0))])
-    return circle
+        near = _near(points, circles, 2 * NEAR_PX)
+        held = near.astype(np.float64)
+        powers = (held @ products).reshape(-1, 3, 3)
+        right = held @ (unknowns * square[:, None])
+        x, y, rest = (np.linalg.pinv(powers, hermitian=True) @ right[:, :, None])[:, :, 0].T
+        fitted = np.stack([x, y, np.sqrt(np.maximum(rest + x * x + y * y, 0.0))], axis=1)
+        many = near.sum(axis=1) >= POINTS_AT_LEAST
+        circles = np.where(many[:, None], fitted, circles)
+    return np.asarray(circles + middle)
 
 
 def _shown(points: Floats, circle: Floats) -> bool:

@@ -135,7 +135,7 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
     does. Mistakes beyond what noise makes count alike, so that what passes by in a few pictures
     decides nothing.
     """
-    often = (~(pieces.covered | pieces.others)).sum(axis=0) > pieces.least
+    often = len(pieces.seen) - _count(pieces.covered | pieces.others) > pieces.least
     free = pieces.covered | (pieces.others & often)
     height, width = often.shape
     typical, variance, own, still = (np.empty((height, width), np.float32) for _ in range(4))
@@ -153,7 +153,7 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
         variance[rows] = (_quantile(inner, free[:, rows], MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
     size = round(NEIGHBOURHOOD_PX / scale) | 1, round(NEIGHBOURHOOD_PX / scale) | 1
     moving = cv2.blur(still, size) > COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
-    shown = (~pieces.covered).sum(axis=0) > pieces.least
+    shown = len(pieces.seen) - _count(pieces.covered) > pieces.least
     behind = np.asarray(pieces.behind.mean(axis=0, dtype=np.float32) / STEPS, np.float32)
     return Mean(
         np.pad(typical, pieces.around),
@@ -184,18 +184,27 @@ def _outside(place: Place, shape: tuple[int, int], picture: tuple[int, ...]) -> 
     return np.asarray(beyond_y[:, None] | beyond_x[None, :])
 
 
+def _count(marked: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Count in how many pieces a pixel is marked, shape (height, width)."""
+    # Pieces are fewer than 256; sums of bytes take numpy a tenth of those of truth values.
+    return marked.view(np.uint8).sum(axis=0, dtype=np.uint8).astype(np.intp)
+
+
 def _mean(values: Levels, covered: NDArray[np.bool_]) -> Pixels:
     """Mean where a pixel is not covered, shape (height, width), in grey levels; else 0."""
-    values[covered] = 0
-    count = STEPS * np.maximum((~covered).sum(axis=0), 1)
+    hidden = _count(covered)
+    if hidden.any():
+        values[covered] = 0
+    count = STEPS * np.maximum(len(values) - hidden, 1)
     return np.asarray(values.sum(axis=0, dtype=np.int32) / count, np.float32)
 
 
 def _quantile(values: Levels, covered: NDArray[np.bool_], share: float) -> Pixels:
     """Quantile where a pixel is not covered, shape (height, width), in grey levels; else 0."""
-    count = len(values) - covered.sum(axis=0)
+    count = len(values) - _count(covered)
     # Covered ones come last.
-    ordered = np.sort(np.where(covered, LAST, values), axis=0)
+    some = bool((count < len(values)).any())
+    ordered = np.sort(np.where(covered, LAST, values) if some else values, axis=0)
     place = np.minimum((share * count).astype(np.intp), len(values) - 1)
     found = np.take_along_axis(ordered, place[None], axis=0)[0]
     return np.where(count > 0, found, 0).astype(np.float32) / np.float32(STEPS)

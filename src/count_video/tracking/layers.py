@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.background import Background
+from count_video.tracking.cutting import EDGE_PX
 from count_video.tracking.following import Again, Followed, Surroundings, follow, was_followed
+from count_video.tracking.outline import BEYOND_OUTLINE_PX
 from count_video.tracking.sequences import Chosen
 from count_video.tracking.shape import Place, Shape
 from count_video.tracking.template import Body, Rough, learn
@@ -24,6 +26,8 @@ MOVES_PX = 2.0
 NEIGHBOURS, JUMP_STEPS, JUMP_PX, JUMPS_SHARE = 11, 5.0, 3.0, 0.5
 """A step that is so many times as long as the median of so many neighbours, picture by picture, and
 so many px, is a jump; those of a body make up less than this share of its way in between."""
+BLUR_PX = EDGE_PX + BEYOND_OUTLINE_PX
+"""So far beyond its outline a body is cut out."""
 SAME_BODY_PX = 1.0
 """Two templates whose distance varies by less than this are parts of one body."""
 BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
@@ -198,10 +202,12 @@ def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | 
     """Learn a body from all samples in which it was found, without what others hide of it."""
     others, own = [other for other in found if other is not seen], few.shape(seen)
     sure = replace(seen, x_px=seen.sure_x_px)
+    left, top, right, bottom = seen.body.box
+    box = left - BLUR_PX, top - BLUR_PX, right + BLUR_PX, bottom + BLUR_PX
     return learn(
         few.samples,
         few.background,
-        Rough(few.sightings(sure), seen.body.box, (-np.inf, np.inf)),
+        Rough(few.sightings(sure), box, (-np.inf, np.inf)),
         [few.sightings(other) for other in others][:2],
         [shape for shape in (few.shape(other) for other in others) if not shape.holds(own)],
     )
