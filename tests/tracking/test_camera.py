@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from drawn import (
@@ -13,30 +15,22 @@ from drawn import (
 )
 
 from count_video.records import Floats
-from count_video.tracking.camera import Camera
-from count_video.tracking.displacement import measure
-from count_video.tracking.landmarks import (
-    WINDOW_PX,
-    Landmarks,
-    agreement,
-    clear_of,
-    correlations_of,
-    evidence,
-)
-from count_video.tracking.standing import landmarks_of
+from count_video.tracking.background import background_of
+from count_video.tracking.camera import Motion, camera_motion
+from count_video.tracking.light import Light
+from count_video.tracking.shape import Box
 
 FRAMES = 96
 SAMPLES = 32
 SHIFT_PX = 0.05
-"""Two dozen windows with slopes of some grey levels a px, noise of 0.8: 0.01 px, and what the
-displacing of a picture adds."""
-SIGMAS = 3.0
+"""Five windows of some hundred px with slopes of some grey levels a px, noise of 0.8: 0.01 px, and
+what the displacing of a picture adds."""
 NORMAL_ERROR = (0.6, 1.6)
 KNOCK_PX = 8.0
 FAINT_SHARE = 0.3
 """Of the backdrop's usual contrast."""
-ALONG_SHARE = 0.02
-"""Of what all landmarks say of the shift along."""
+SWEPT: list[Box] = [(40.0, 30.0, 270.0, 80.0)]
+"""What ball and cylinder pass over."""
 
 
 def scene() -> Scene:
@@ -47,11 +41,17 @@ def scene() -> Scene:
     return Scene(ball_px=ball, face_px=face)
 
 
-def seen_in(pictures: list[Luma], shifts_px: Floats | None = None) -> Landmarks | None:
-    """What stands still in pictures whose shifts are known to a px; without shifts, at rest."""
-    some = np.linspace(0, len(pictures) - 1, SAMPLES).astype(int)
-    rough = np.zeros((SAMPLES, 2)) if shifts_px is None else np.round(shifts_px[some])
-    return landmarks_of([pictures[k] for k in some], rough)
+def measured(
+    pictures: Sequence[Luma], shifts_px: Floats | None = None, swept: Sequence[Box] = ()
+) -> Motion | None:
+    """Measure the camera's motion, known to a px in some pictures; without shifts, none there."""
+    frames = np.arange(len(pictures))
+    some = np.linspace(0, len(pictures) - 1, SAMPLES).astype(int).tolist()
+    rough = np.zeros((len(pictures), 2)) if shifts_px is None else np.round(shifts_px)
+    shifts = {k: (float(rough[k, 0]), float(rough[k, 1])) for k in some}
+    lights = {k: Light() for k in some}
+    behind = background_of({k: pictures[k] for k in some[::2]}, shifts, lights)
+    return camera_motion(pictures, frames, behind, swept)
 
 
 def shake(count: int = FRAMES) -> Floats:
@@ -62,72 +62,82 @@ def shake(count: int = FRAMES) -> Floats:
     return tremble
 
 
+def shaken(pictures: Sequence[Luma], shifts_px: Floats) -> list[Luma]:
+    return [displaced(p, (x, y)) for p, (x, y) in zip(pictures, shifts_px, strict=True)]
+
+
+def errors(motion: Motion | None, shifts_px: Floats) -> Floats:
+    assert motion is not None
+    away = motion.shift_px - shifts_px
+    return np.asarray(away - np.median(away, axis=0))
+
+
 @pytest.fixture(scope="module")
 def still() -> list[Luma]:
     return scene().frames()
 
 
-@pytest.fixture(scope="module")
-def landmarks(still: list[Luma]) -> Landmarks:
-    found = seen_in(still)
-    assert found is not None
-    return found
-
-
-@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.4, -0.3), (-2.6, 1.2), (KNOCK_PX, 2.0)])
-def test_the_shift_of_a_displaced_picture_is_measured(
-    still: list[Luma], landmarks: Landmarks, shift: tuple[float, float]
+@pytest.mark.parametrize("swept", [SWEPT, []], ids=["bodies known", "bodies not known"])
+def test_a_shaken_camera_is_followed_from_its_first_frame_on(
+    still: list[Luma], swept: list[Box]
 ) -> None:
-    found = measure(displaced(still[5], shift), landmarks, (0.0, 0.0))
+    shifts = shake()
+    motion = measured(shaken(still, shifts), shifts, swept)
 
-    assert found is not None
-    assert max(found.sigma_x_px, found.sigma_y_px) < 2 * SHIFT_PX
-    assert abs(found.x_px - shift[0]) <= SIGMAS * found.sigma_x_px
-    assert abs(found.y_px - shift[1]) <= SIGMAS * found.sigma_y_px
+    assert float(np.std(errors(motion, shifts), axis=0).max()) <= SHIFT_PX
 
 
-def test_brightness_and_contrast_do_not_move_the_picture(
-    still: list[Luma], landmarks: Landmarks
-) -> None:
-    dimmed = to_luma(0.75 * still[5].astype(float) + 10.0)
+def test_brightness_and_contrast_do_not_move_the_picture(still: list[Luma]) -> None:
+    shifts = shake()
+    lamp = 0.85 + 0.15 * np.sin(np.arange(FRAMES))
+    dimmed = [
+        to_luma(share * one + 10.0)
+        for one, share in zip(shaken(still, shifts), lamp.tolist(), strict=True)
+    ]
+    motion = measured(dimmed, shifts, SWEPT)
 
-    found = measure(dimmed, landmarks, (0.0, 0.0))
-
-    assert found is not None
-    assert found.place == pytest.approx((0.0, 0.0), abs=SHIFT_PX)
-
-
-def test_the_stated_uncertainty_is_that_of_the_shifts(landmarks: Landmarks) -> None:
-    drawn = scene()
-    behind = Scene(drawn.ball_px, drawn.face_px).frames(noise=5.0, seed=0)
-    found = [measure(picture, landmarks, (0.0, 0.0)) for picture in behind]
-
-    errors = [shift.x_px / shift.sigma_x_px for shift in found if shift is not None]
-    assert len(errors) == FRAMES
-    assert NORMAL_ERROR[0] < float(np.sqrt(np.mean(np.square(errors)))) < NORMAL_ERROR[1]
+    assert float(np.std(errors(motion, shifts), axis=0).max()) <= 2 * SHIFT_PX
 
 
-def test_what_moves_has_no_part_in_the_motion_along(landmarks: Landmarks) -> None:
-    """The cylinder, 70 px long, sweeps the rows about the middle; its stripes may stand out."""
-    drawn = scene()
-    first, last = float(drawn.face_px.min()), float(drawn.face_px.max()) + 70.0
-    middle = np.array(landmarks.left) + 5, np.array(landmarks.top) + 5
-    swept = (first < middle[0]) & (middle[0] < last)
-    swept &= np.abs(middle[1] - 55.5) < drawn.radius_px - 5
-    stated = landmarks.normal[:, 0, 0]
-    assert stated[swept].sum() <= ALONG_SHARE * stated.sum()
+def test_the_stated_uncertainty_is_that_of_the_shifts() -> None:
+    shifts = shake()
+    motion = measured(shaken(scene().frames(noise=5.0), shifts), shifts, SWEPT)
+
+    assert motion is not None
+    scaled = errors(motion, shifts) / motion.sigma_px
+    rms = np.sqrt(np.mean(scaled**2, axis=0))
+    assert NORMAL_ERROR[0] < rms.min()
+    assert rms.max() < NORMAL_ERROR[1]
 
 
-def test_another_picture_does_not_show_the_landmarks(landmarks: Landmarks) -> None:
-    other = to_luma(background((112, 320), seed=77))
+def test_a_knock_in_a_still_clip_is_noticed_without_delay(still: list[Luma]) -> None:
+    knocked = np.zeros((FRAMES, 2))
+    knocked[50:58, 0] = KNOCK_PX * np.sin(np.pi * (np.arange(8) + 1) / 9)
+    motion = measured(shaken(still, knocked), knocked, SWEPT)
 
-    assert measure(other, landmarks, (0.0, 0.0)) is None
+    assert motion is not None
+    assert motion.shift_px[:, 0] == pytest.approx(knocked[:, 0], abs=3 * SHIFT_PX)
 
 
-def test_a_picture_without_texture_has_no_landmarks() -> None:
+def test_a_picture_of_something_else_has_no_shift(still: list[Luma]) -> None:
+    shifts = shake()
+    pictures = shaken(still, shifts)
+    pictures[41] = to_luma(background((112, 320), seed=77))
+    motion = measured(pictures, shifts, SWEPT)
+
+    assert motion is not None
+    assert np.flatnonzero(np.isnan(motion.shift_px[:, 0])).tolist() == [41]
+
+
+def test_a_camera_at_rest_is_left_alone(still: list[Luma]) -> None:
+    assert measured(still, swept=SWEPT) is None
+    assert measured(still) is None
+
+
+def test_a_picture_without_texture_shows_no_motion() -> None:
     plain = [np.full((112, 320), 90, dtype=np.uint8) for _ in range(2 * SAMPLES)]
 
-    assert seen_in(plain) is None
+    assert measured(plain) is None
 
 
 def test_a_few_windows_that_move_each_its_own_way_are_no_scenery() -> None:
@@ -141,7 +151,7 @@ def test_a_few_windows_that_move_each_its_own_way_are_no_scenery() -> None:
             picture[40:54, 30 + 64 * column : 44 + 64 * column] = there
         pictures.append(to_luma(picture))
 
-    assert seen_in(pictures) is None
+    assert measured(pictures) is None
 
 
 def test_a_body_before_a_plain_wall_is_no_scenery() -> None:
@@ -155,55 +165,7 @@ def test_a_body_before_a_plain_wall_is_no_scenery() -> None:
         picture[30:66, left : left + 40] = body
         pictures.append(to_luma(picture))
 
-    camera = Camera(seen_in(pictures))
-    for picture in pictures:
-        camera.see(picture)
-
-    assert camera.motion() is None
-
-
-def test_a_camera_at_rest_is_left_alone(still: list[Luma]) -> None:
-    camera = Camera(seen_in(still))
-
-    heeded = [camera.see(picture) for picture in still]
-
-    assert camera.motion() is None
-    assert set(heeded) == {(0.0, 0.0)}
-
-
-def test_without_landmarks_the_camera_is_taken_to_stand(still: list[Luma]) -> None:
-    camera = Camera(None)
-
-    assert camera.see(still[0]) == (0.0, 0.0)
-    assert camera.motion() is None
-
-
-def test_a_shaken_camera_is_followed_from_its_first_frame_on(still: list[Luma]) -> None:
-    shifts = shake()
-    shaken = [displaced(p, (x, y)) for p, (x, y) in zip(still, shifts, strict=True)]
-
-    camera = Camera(seen_in(shaken, shifts))
-    for picture in shaken:
-        camera.see(picture)
-    motion = camera.motion()
-
-    assert motion is not None
-    error = motion.shift_px - shifts
-    assert float(np.std(error, axis=0).max()) <= SHIFT_PX
-
-
-def test_a_knock_in_a_still_clip_is_noticed_without_delay(still: list[Luma]) -> None:
-    knocked = np.zeros((FRAMES, 2))
-    knocked[50:58, 0] = KNOCK_PX * np.sin(np.pi * (np.arange(8) + 1) / 9)
-    shaken = [displaced(p, (x, y)) for p, (x, y) in zip(still, knocked, strict=True)]
-    camera = Camera(seen_in(still))
-
-    for picture in shaken:
-        camera.see(picture)
-    motion = camera.motion()
-
-    assert motion is not None
-    assert motion.shift_px[:, 0] == pytest.approx(knocked[:, 0], abs=3 * SHIFT_PX)
+    assert measured(pictures, swept=[(115.0, 30.0, 165.0, 66.0)]) is None
 
 
 def test_a_bright_body_that_all_but_rests_is_no_scenery() -> None:
@@ -217,33 +179,4 @@ def test_a_bright_body_that_all_but_rests_is_no_scenery() -> None:
         paint_cylinder(canvas, float(face), 56.0, (70.0, 43.0))
         pictures.append(to_luma(canvas, 0.8, rng))
 
-    camera = Camera(seen_in(pictures))
-    for picture in pictures:
-        camera.see(picture)
-
-    assert camera.motion() is None
-
-
-def test_windows_seen_surely_outweigh_more_that_are_a_little_alike() -> None:
-    """Half of them hidden and half exact, against all of them at a correlation of 0.8."""
-    rng = np.random.default_rng(4)
-    appearance = rng.normal(size=(12, 121))
-    appearance -= appearance.mean(axis=1, keepdims=True)
-    other = rng.normal(size=appearance.shape)
-    half = np.where(np.arange(12)[:, None] % 2 == 0, appearance, other)
-    hidden = correlations_of(half, appearance)
-    alike = correlations_of(0.8 * appearance + 0.6 * other, appearance)
-
-    assert agreement(hidden) < agreement(alike)
-    assert evidence(hidden) > evidence(alike)
-
-
-def test_what_bodies_sweep_is_left_out_unless_too_little_is_left(landmarks: Landmarks) -> None:
-    middle = sorted(landmarks.left)[len(landmarks.left) // 2]
-
-    half = clear_of(landmarks, [(middle, 0.0, 320.0, 112.0)])
-    everything = clear_of(landmarks, [(0.0, 0.0, 320.0, 112.0)])
-
-    assert max(half.left) + WINDOW_PX <= middle
-    assert half.normal.shape == (len(half.left), 2, 2)
-    assert everything is landmarks
+    assert measured(pictures, swept=[(125.0, 34.0, 230.0, 78.0)]) is None

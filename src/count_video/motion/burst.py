@@ -29,9 +29,9 @@ from count_video.signals import low_points, sigma_of
 AT_REST_SHARE = 0.3
 """A ball slower than this share of the approach speed is at rest before the first collision; in
 the midst of a burst it is never slower than the heavy body itself, ..."""
-REST_SIGMAS = 3.0
+REST_SIGMAS = 1.5
 """... so that it has half the approach speed at least: rest is told from that by so many standard
-uncertainties, a likelihood ratio of 90."""
+uncertainties, a likelihood ratio of 3; and one clip of thirty, at most, begins that late."""
 SIGMAS = 4.0
 """A velocity or a change of it counts from this many standard uncertainties on."""
 TURN_SIGMAS = 12.0

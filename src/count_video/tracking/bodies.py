@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.background import Background, background_of, camera_moved
-from count_video.tracking.camera import Camera, Motion
+from count_video.tracking.camera import Motion, camera_motion
 from count_video.tracking.corners import follow_corners
 from count_video.tracking.following import Followed
-from count_video.tracking.landmarks import clear_of
 from count_video.tracking.layers import (
     BODIES_AT_MOST,
     Clip,
@@ -40,7 +39,6 @@ from count_video.tracking.rigid import scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
 from count_video.tracking.sequences import ByFrame, Turned, levelled
 from count_video.tracking.shape import Box, Shape, size_of
-from count_video.tracking.standing import landmarks_of
 from count_video.tracking.template import Body, Rough, line_tilt_deg
 
 Luma = NDArray[np.uint8]
@@ -48,8 +46,8 @@ Luma = NDArray[np.uint8]
 PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
 """Shorter clips and smaller pictures show no motion to speak of."""
 UPRIGHT_DEG = 45.0
-LANDMARKS_OF = 16
-"""What stands still is learnt from so many samples."""
+SWEEPING = 2
+"""What the camera's motion is measured by is free of what so many bodies pass over."""
 BACKGROUND_OF = 15
 """The background is the median of so many samples."""
 TIMES_LEARNT, SETTLED_PX = 2, 2.0
@@ -109,17 +107,22 @@ def find_movers(
         proposals = [turned(one) for one in proposals]
         tilt = line_tilt_deg([one.path_px for one in proposals[:2]])
     roughs = roughly(proposals, frames[samples.chosen])
-    motion = _camera_motion(pictures, scene, roughs, upright) if scene.shift_px.any() else None
-    shift = np.zeros((len(frames), 2)) if motion is None else np.nan_to_num(motion.shift_px)
     views = Turned(pictures) if upright else pictures
     rows = dict(zip(frames[samples.chosen].tolist(), samples.chosen.tolist(), strict=True))
-    shift = shift[:, ::-1] if upright else shift
     sampled = ByFrame(views, rows)
-    clip = Clip(views, frames, sampled, scene.background(sampled, upright, []), shift)
-    followed = _followed(clip, scene, roughs, (upright, enough))
+    background = scene.background(sampled, upright, [])
+    motion, shift = None, np.zeros((len(frames), 2))
+    if scene.shift_px.any():
+        swept = [_swept(rough) for rough in roughs[:SWEEPING]]
+        motion = camera_motion(views, frames, background, swept)
     if motion is not None:
-        followed = [_less_sure(seen, motion, upright) for seen in followed]
-    return Movers(followed, tilt, upright, motion)
+        shift = np.nan_to_num(motion.shift_px)
+    clip = Clip(views, frames, sampled, background, shift)
+    followed = _followed(clip, scene, roughs, (upright, enough))
+    if motion is None:
+        return Movers(followed, tilt, upright, None)
+    followed = [_less_sure(seen, motion) for seen in followed]
+    return Movers(followed, tilt, upright, motion.turned() if upright else motion)
 
 
 def _followed(
@@ -233,37 +236,21 @@ class _Scene:
         return marks
 
 
-def _less_sure(seen: Followed, motion: Motion, upright: bool) -> Followed:
+def _less_sure(seen: Followed, motion: Motion) -> Followed:
     """Add the camera's uncertainty; where its shift is not known, no body has a place."""
-    sigma = np.hypot(seen.sigma_px, motion.sigma_px[:, 1 if upright else 0])
+    sigma = np.hypot(seen.sigma_px, motion.sigma_px[:, 0])
     known = np.isfinite(sigma)
     x, y = (np.where(known, place, np.nan) for place in (seen.x_px, seen.y_px))
     return replace(seen, x_px=x, y_px=y, sigma_px=sigma)
 
 
-def _camera_motion(
-    pictures: Sequence[Luma], scene: _Scene, roughs: Sequence[Rough], upright: bool
-) -> Motion | None:
-    chosen = scene.samples.chosen
-    some = np.linspace(0, len(chosen) - 1, LANDMARKS_OF).astype(int)
-    shifts = scene.scale * scene.shift_px[some]
-    landmarks = landmarks_of([pictures[chosen[k]] for k in some], shifts)
-    if landmarks is None:
-        return None
-    camera = Camera(clear_of(landmarks, [_swept(rough, upright) for rough in roughs[:2]]))
-    for picture in pictures:
-        camera.see(picture)
-    return camera.motion()
-
-
-def _swept(rough: Rough, upright: bool) -> Box:
-    """Box that a body passes over, in the pictures as they are."""
+def _swept(rough: Rough) -> Box:
+    """Box that a body passes over."""
     x, y = np.array(list(rough.path_px.values())).T
     left, top, right, bottom = rough.box
-    box = (
+    return (
         float(x.min()) + left,
         float(y.min()) + top,
         float(x.max()) + right,
         float(y.max()) + bottom,
     )
-    return (box[1], box[0], box[3], box[2]) if upright else box

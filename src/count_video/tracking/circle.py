@@ -141,7 +141,7 @@ def _votes(points: Floats, circles: Floats) -> NDArray[np.intp]:
 def _near(points: Floats, circles: Floats, reach_px: float) -> NDArray[np.bool_]:
     """Which points lie within a distance of which circles, shape (circles, points).
 
-    A distance d from the centre is within e of the radius r if d^2 - r^2 - e^2 is within 2 r e of 0,
+    A distance d from a centre is within e of a radius r if d^2 - r^2 - e^2 is within 2 r e of 0,
     which takes one product of matrices and no roots.
     """
     x, y, radius = circles.T

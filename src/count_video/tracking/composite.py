@@ -187,7 +187,7 @@ def _outside(place: Place, shape: tuple[int, int], picture: tuple[int, ...]) -> 
 def _count(marked: NDArray[np.bool_]) -> NDArray[np.intp]:
     """Count in how many pieces a pixel is marked, shape (height, width)."""
     # Pieces are fewer than 256; sums of bytes take numpy a tenth of those of truth values.
-    return marked.view(np.uint8).sum(axis=0, dtype=np.uint8).astype(np.intp)
+    return np.asarray(marked.view(np.uint8).sum(axis=0, dtype=np.uint8), np.intp)
 
 
 def _mean(values: Levels, covered: NDArray[np.bool_]) -> Pixels:
