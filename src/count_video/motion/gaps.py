@@ -25,8 +25,6 @@ class Gaps:
     """The heavy body's face turned to the ball, from the same origin."""
     gap_px: Floats
     """From the ball's outline to the heavy body's face, by the outlines; about 0 at contact."""
-    ball_sigma_px: Floats
-    heavy_sigma_px: Floats
     sign: int
     """+1 where distances grow with the position in the picture, -1 where they fall."""
 
@@ -53,7 +51,5 @@ def gaps_of(track: Track) -> Gaps:
         ball_px=ball,
         heavy_px=heavy,
         gap_px=heavy - ball - near_edge,
-        ball_sigma_px=track.ball.sigma_px,
-        heavy_sigma_px=track.heavy.sigma_px,
         sign=sign,
     )
