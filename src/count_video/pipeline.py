@@ -24,6 +24,7 @@ from count_video.motion.frame_times import as_shown, seen_by_clock
 from count_video.motion.left_out import LeftOut
 from count_video.motion.meeting import only_turns, seen_impacts, without_wall
 from count_video.motion.reasons import Cause, Reason
+from count_video.motion.seen import with_errors
 from count_video.motion.weighing import SeenImpacts, with_wall_ahead
 from count_video.process import take_buffer
 from count_video.progress import NO_PROGRESS, Progress
@@ -99,13 +100,14 @@ def _with_pair(seen: Observation, track: Track, settings: TrialSettings) -> Tria
     result = verdict.impacts_counted(info, report, track, found)
     if track.wall_seen and result.status != "counted" and trial.result.status != "counted":
         return trial
-    return Trial(result, info, track, None)
+    errors = found.errors if track.wall_side == "left" else found.errors[::-1]
+    return Trial(result, info, with_errors(track, errors), None)
 
 
 def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
     """Work through a clip in which a ball and a heavy body at a wall can be followed."""
     info, report = footage.info, footage.report()
-    shown = track
+    followed = track
     clock, track, found = seen_by_clock(track)
     result = verdict.counted(info, report, track, found, settings.masses, settings.ball_diameter_mm)
     between = None
@@ -122,6 +124,7 @@ def _at_wall(footage: Footage, track: Track, settings: TrialSettings) -> Trial:
         )
     result = verdict.doubted_for_missing(result, report)
     left_out = between.left_out if isinstance(between, Between) else None
+    shown = with_errors(followed, found.errors)
     return Trial(as_shown(result, clock, left_out), info, shown, found, between)
 
 
@@ -140,7 +143,7 @@ def _alone(footage: Footage, track: Track) -> Trial:
     cadence, report = cadence_of(track), footage.report()
     found = seen_impacts(cadence.evened(track) if cadence else track)
     result = verdict.impacts_counted(footage.info, report, track, found)
-    return Trial(as_shown(result, cadence), footage.info, track, None)
+    return Trial(as_shown(result, cadence), footage.info, with_errors(track, found.errors), None)
 
 
 def _doubted(found: SeenImpacts, seen: Observation, track: Track) -> SeenImpacts:

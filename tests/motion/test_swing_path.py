@@ -56,7 +56,7 @@ def collisions(hidden: int | None, steps: tuple[float, ...] = STEPS) -> list[Col
 
 def gaps_with(heavy: Floats) -> Gaps:
     none = np.zeros_like(FRAME)
-    return Gaps(FRAME, none, heavy, none, none, none, sign=1)
+    return Gaps(FRAME, none, heavy, none, sign=1)
 
 
 @pytest.mark.parametrize("hidden", [None, 0, 1, 2])

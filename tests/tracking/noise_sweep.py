@@ -20,12 +20,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from pixel_bound import bounds_px
 
-from count_video.footage.reader import open_footage
+from count_video.pipeline import work_through
 from count_video.records import BodyTrack, Floats, Track
 from count_video.reports import drawing
 from count_video.reports.drawing import picture_bytes, styled
-from count_video.tracking.observation import observe, pair_tracks
-from count_video.tracking.view import TrackSettings
+from count_video.settings import TrialSettings
 from synth_video.film import render_clip
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene
@@ -93,11 +92,11 @@ def points(scene: Scene, seeds: Sequence[int], folder: Path) -> tuple[Point, Poi
 def _errors(scene: Scene, seed: int, clip: Path) -> tuple[list[Floats], list[Floats]]:
     """Errors of both bodies about their mean, and their stated uncertainties."""
     truth = render_clip(scene, seed, clip)
-    with open_footage(clip) as footage, observe(footage, TrackSettings()) as seen:
-        track = pair_tracks(seen, None)[0]
+    track = work_through(clip, TrialSettings()).track
+    assert track is not None
+    assert track.heavy is not None
     clear = _clear(truth, track)
     errors, sigmas = [], []
-    assert track.heavy is not None
     ball_px = (truth.ball_near.x_px + truth.ball_far.x_px) / 2
     for body, true_px in ((track.ball, ball_px), (track.heavy, truth.cylinder.x_px)):
         error = _error(body, true_px, track)[clear]

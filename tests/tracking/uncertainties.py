@@ -1,6 +1,6 @@
 """Are stated uncertainties true? docs/accuracy.md's figures, on clips with their truth.
 
-``python tests/tracking/uncertainties.py suite/clean-*.mp4`` tracks clips that ``synth-video suite``
+``python tests/tracking/uncertainties.py suite/clean-*.mp4`` counts clips that ``synth-video suite``
 has rendered, as the command would, and prints for each condition how many bodies there were, how
 many have normalised errors (errors about their mean, over the stated uncertainties, in frames whose
 exposure holds no collision) with an RMS between 0.8 and 1.3, and between 0.7 and 1.5, and the
@@ -22,10 +22,9 @@ from pathlib import Path
 import numpy as np
 
 from count_video.errors import CountVideoError
-from count_video.footage.reader import open_footage
+from count_video.pipeline import work_through
 from count_video.records import BodyTrack, Floats, Track
-from count_video.tracking.observation import observe, pair_tracks
-from count_video.tracking.view import TrackSettings
+from count_video.settings import TrialSettings
 
 TRUTHFUL = (0.8, 1.3)
 NEARLY = (0.7, 1.5)
@@ -51,11 +50,10 @@ def bodies_of(clip: Path) -> list[Body]:
     """Track a clip and compare both bodies with its truth; none where it cannot be tracked."""
     truth = json.loads(clip.with_suffix(".truth.json").read_text())
     try:
-        with open_footage(clip) as footage, observe(footage, TrackSettings()) as seen:
-            track = pair_tracks(seen, None)[0]
+        track = work_through(clip, TrialSettings()).track
     except CountVideoError:
         return []
-    if track.heavy is None:
+    if track is None or track.heavy is None:
         return []
     clear = _clear(truth, track)
     shown = [truth["frames"][frame] for frame in track.frame.astype(int)]

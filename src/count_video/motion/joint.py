@@ -21,6 +21,9 @@ from count_video.motion.priors import STRAY_SIGMAS, TIME_MOVES_FRAMES
 from count_video.records import Collision, Floats, Velocities
 from count_video.signals import Errors
 
+BodyErrors = tuple[Errors | None, ...]
+"""How the places of each body vary together; None where its flights say too little."""
+
 ROUNDS = 4
 SETTLED_FRAMES = 0.02
 """The fit is repeated with rows chosen by its times until these move by less than this."""
@@ -62,7 +65,7 @@ class Contacts:
     """Of the ball, then of the heavy body, where there is one."""
     distance_px: float
     """Between the bodies' reference points where they touch; NaN where they do not."""
-    errors: tuple[Errors | None, ...]
+    errors: BodyErrors
     """Of the places of each body."""
 
 
@@ -76,7 +79,7 @@ class Fitting:
     touching: float = HALF_EXPOSURE
     """Frames on either side of a contact that may show it; more of them for soft bodies."""
     rounds: int = ROUNDS
-    errors: tuple[Errors | None, ...] | None = None
+    errors: BodyErrors | None = None
     """Of the places of each body, where they are known from a fit before, whose times are good."""
 
 

@@ -42,7 +42,8 @@ def seen_impacts(track: Track) -> SeenImpacts:
         Fitting(touching=contact),
     )
     collisions = [in_frames(collision, pace) for collision in collisions_of(fitted)]
-    return weighed(motion, impacts, (contact, pace), collisions)
+    found = weighed(motion, impacts, (contact, pace), collisions)
+    return replace(found, errors=fitted.errors)
 
 
 SAME_CONTACT_PICTURES = 2.5
@@ -80,7 +81,8 @@ def seen_meetings(track: Track, heavy: BodyTrack, pace: float) -> SeenImpacts:
         *_cut_off(gap),
         *_unlike(collisions, track, heavy),
     )
-    return replace(judged, shortcomings=reasons if impacts else judged.shortcomings)
+    shortcomings = reasons if impacts else judged.shortcomings
+    return replace(judged, shortcomings=shortcomings, errors=fitted.errors)
 
 
 def without_wall(track: Track) -> Track:

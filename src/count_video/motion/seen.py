@@ -16,11 +16,12 @@ from count_video.motion.cadence import (
 )
 from count_video.motion.finding import find_contacts
 from count_video.motion.gaps import gaps_of
-from count_video.motion.joint import collisions_of
+from count_video.motion.joint import BodyErrors, collisions_of
 from count_video.motion.reasons import Cause, Reason
 from count_video.motion.resolution import shortest_interval, unresolved
 from count_video.motion.swing import Swing, fit_path, path_fits, swing_of
-from count_video.records import Collision, Track
+from count_video.records import BodyTrack, Collision, Track
+from count_video.signals import Errors, sigma_of
 
 FEW_TO_BELIEVE = 2
 """Outlines can be learnt wrongly: against more collisions than this in a row they have no say."""
@@ -54,6 +55,8 @@ class SeenCollisions:
     path_fits: bool
     """Whether the heavy body's whole path follows from its swing and the collisions: then both
     bodies were followed rightly."""
+    errors: BodyErrors
+    """Of the places of ball and heavy body."""
 
     @property
     def shown(self) -> int:
@@ -61,7 +64,7 @@ class SeenCollisions:
         return sum(collision.seen for collision in self.collisions[: self.burst])
 
 
-NOTHING_SEEN = SeenCollisions((), 0, (), (), np.inf, None, np.nan, False)
+NOTHING_SEEN = SeenCollisions((), 0, (), (), np.inf, None, np.nan, False, (None, None))
 """Of a track that shows no motion of two bodies."""
 
 
@@ -70,6 +73,28 @@ def shows_motion(track: Track) -> bool:
     bodies = [track.ball] if track.heavy is None else [track.ball, track.heavy]
     seen = min(int(np.isfinite(body.position_px).sum()) for body in bodies)
     return seen > 1 and bool(np.all(np.diff(track.frame) > 0))
+
+
+def with_errors(track: Track, errors: BodyErrors) -> Track:
+    """Enlarge the uncertainties of places until they cover how these scatter about the flights.
+
+    The registration takes the noise of a picture for white. Encoders leave errors that neighbouring
+    pixels share and that last for many frames: whole blocks are moved by quarters of a pixel, or
+    stay where they were until it is worth the bits to move them. Such an error looks like motion in
+    every single picture; the law of motion tells it. To the variance of every place of a body the
+    same is added, never less than nothing. ``errors`` are those of the ball, then of the heavy
+    body; where none are known, third differences tell.
+    """
+    of_ball, of_heavy, *_ = (*errors, None, None)
+    heavy = None if track.heavy is None else _with_error(track.heavy, of_heavy)
+    return replace(track, ball=_with_error(track.ball, of_ball), heavy=heavy)
+
+
+def _with_error(body: BodyTrack, error: Errors | None) -> BodyTrack:
+    sigma_px = error.sigma_px if error else sigma_of(body.position_px)
+    seen = np.isfinite(body.sigma_px)
+    hidden = sigma_px**2 - float(np.mean(body.sigma_px[seen] ** 2)) if seen.any() else 0.0
+    return replace(body, sigma_px=np.sqrt(body.sigma_px**2 + max(hidden, 0.0)))
 
 
 def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
@@ -102,6 +127,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
         swing=swing_in_frames(swing_of(fit_path(gaps, inside)), pace),
         outlines_apart_px=apart,
         path_fits=bool(right),
+        errors=contacts.errors,
     )
 
 

@@ -13,6 +13,7 @@ from itertools import pairwise
 
 from count_video.motion.flight import Motion, straying
 from count_video.motion.impacts import Impact
+from count_video.motion.joint import BodyErrors
 from count_video.motion.missing import (
     chance_before,
     dies_out,
@@ -56,6 +57,8 @@ class SeenImpacts:
     """What lowers the probability."""
     probability: dict[int, float]
     """Of each count."""
+    errors: BodyErrors = ()
+    """Of the places of each body, the first one of two that at smaller positions."""
 
 
 def weighed(

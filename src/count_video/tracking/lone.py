@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, MotionLine, Track
-from count_video.signals import sigma_of
 from count_video.tracking.following import Followed, was_followed
 from count_video.tracking.observation import Observation
 from count_video.tracking.pairing import (
@@ -197,5 +196,4 @@ def _body_track(body: Places, line: MotionLine) -> BodyTrack:
     anchor = line.anchor_y_px if line.upright else line.anchor_x_px
     position = anchor + along * (along * forward + across * sideways)
     half = along * (body.height_px if line.upright else body.width_px) / 2
-    sigma = np.maximum(body.sigma_px, sigma_of(position))
-    return BodyTrack(position, sigma, -half, half)
+    return BodyTrack(position, body.sigma_px, -half, half)

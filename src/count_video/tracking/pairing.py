@@ -12,7 +12,6 @@ from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, MotionLine, Track, WallSide
 from count_video.signals import low_points, noise_px
 from count_video.tracking.bodies import Movers
-from count_video.tracking.certainty import stated_sigmas
 from count_video.tracking.following import FRAMES_AT_LEAST, Followed, was_followed
 from count_video.tracking.view import View
 
@@ -52,7 +51,7 @@ def pair_track(
     places = [view.in_picture(seen.sure_x_px, upright=movers.upright) for seen in pair]
     if not all(was_followed(x_px) for x_px in places):
         raise TrackingError("the bodies cannot be followed through the clip: they are lost")
-    sigmas = stated_sigmas(frames, places, [view.factor * seen.sigma_px for seen in pair])
+    sigmas = [view.factor * seen.sigma_px for seen in pair]
     edges = [
         (view.factor * seen.body.left_edge_px, view.factor * seen.body.right_edge_px)
         for seen in pair
