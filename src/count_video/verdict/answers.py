@@ -124,8 +124,8 @@ def doubted_for_missing(result: TrialResult, report: FootageReport) -> TrialResu
     )
 
 
-IMPACTS_PROBABILITY_AT_LEAST = 0.25
-"""A smaller number of impacts is a lower bound, no count: more of them are likely not seen."""
+PROBABILITY_AT_LEAST = 0.5
+"""A count of which anything is in doubt must be as probable as all others together."""
 
 
 def impacts_counted(
@@ -135,12 +135,11 @@ def impacts_counted(
     collisions = tuple(timed(collision, info.capture_fps) for collision in found.collisions)
     probability = with_missing(found.probability, len(collisions), report)
     chance = probability.get(len(collisions), 0.0)
-    likely = chance >= max(IMPACTS_PROBABILITY_AT_LEAST, *probability.values(), 0.0)
+    likely = chance >= PROBABILITY_AT_LEAST
     counts = likely and not found.shortcomings
     reason = sentences(found.shortcomings or found.doubts)
     if not (likely or found.shortcomings):
-        likelier = max(probability, key=probability.__getitem__)
-        more = f"{len(collisions)} impacts are seen, but {likelier} are likelier"
+        more = f"that the impacts seen ({len(collisions)}) are all of them is {chance:.0%} probable"
         reason = f"{reason}; {more}" if reason else more
     return replace(
         nothing_to_count(info, report, ""),

@@ -20,6 +20,7 @@ from count_video.motion.seen import SeenCollisions
 from count_video.motion.swing import Swing
 from count_video.records import Estimate, FootageInfo, FootageReport, Track, TrialResult
 from count_video.verdict.answers import (
+    PROBABILITY_AT_LEAST,
     contradiction,
     nothing_to_count,
     timed,
@@ -105,8 +106,6 @@ def _weighed(
     return result if measured is None else with_mass_ratio(result, measured)
 
 
-PROBABILITY_AT_LEAST = 0.5
-"""A count that is inferred must be more probable than all others together."""
 LISTED_AT_MOST = 4
 """Of more likely counts than so many only the range is named, ..."""
 RANGED_AT_MOST = 10

@@ -1,0 +1,56 @@
+"""The answer for one body alone: a count only where it is as probable as all others together."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from count_video.motion.meeting import seen_impacts
+from count_video.records import (
+    BodyTrack,
+    FootageInfo,
+    FootageReport,
+    MotionLine,
+    Track,
+    TrialResult,
+)
+from count_video.verdict import impacts_counted
+
+FRAMES, SPEED_PX, WIDTH_PX = 200, 3.0, 150.0
+INFO = FootageInfo(
+    *(Path("clip"), "h264", "yuv420p", 640, 240, 0), *(FRAMES, 30.0, None, "unknown")
+)
+REPORT = FootageReport(FRAMES, FRAMES, 0, 0, ())
+
+
+def track() -> Track:
+    """A body that goes to and fro between two stops."""
+    way = SPEED_PX * np.arange(float(FRAMES)) + WIDTH_PX / 3
+    place = WIDTH_PX - np.abs(way % (2 * WIDTH_PX) - WIDTH_PX)
+    body = BodyTrack(place, np.full(FRAMES, 0.1), -20.0, 20.0)
+    line = MotionLine(0.0, 0.0, 0.0, upright=False)
+    return Track(np.arange(float(FRAMES)), body, None, "left", 40.0, line, ())
+
+
+def answer(shares: dict[int, float]) -> TrialResult:
+    found = replace(seen_impacts(track()), probability=shares)
+    return impacts_counted(INFO, REPORT, track(), found)
+
+
+def test_a_count_is_given_where_it_is_probable() -> None:
+    result = answer({3: 0.4, 4: 0.6})
+
+    assert (result.status, result.count) == ("counted", 4)
+
+
+@pytest.mark.parametrize("others", [{3: 0.26, 5: 0.26}, {5: 0.52}])
+def test_none_is_given_where_others_are_together_more_probable(others: dict[int, float]) -> None:
+    result = answer({4: 0.48, **others})
+
+    assert (result.status, result.count, result.seen) == ("not_counted", None, 4)
+    assert result.reason is not None
+    assert "(4)" in result.reason
+    assert "48%" in result.reason
