@@ -17,8 +17,9 @@ from count_video.records import Floats
 
 FIRST_DAMPING = 1e-3
 """Of the normal equations, scaled to a unit diagonal: nearly a Gauss-Newton step ..."""
-MOST_DAMPING = 1e4
-"""... up to a short one downhill."""
+MOST_DAMPING, LEAST_DAMPING = 1e4, 1e-12
+"""... up to a short one downhill. The least is above the rounding of the equations, which without
+any are singular where a parameter changes nothing."""
 DAMPING_FACTOR = 8.0
 CONVERGED = 0.01
 """Fall of the loss in an iteration that is not worth another one."""
@@ -77,7 +78,7 @@ def descend(
         fallen = point.loss - tried.loss
         if not fallen > 0:
             break
-        point, damping = tried, damping / DAMPING_FACTOR
+        point, damping = tried, max(damping / DAMPING_FACTOR, LEAST_DAMPING)
         if fallen < CONVERGED or point.loss - left * fallen > bearable:
             break
     return point

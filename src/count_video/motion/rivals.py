@@ -38,6 +38,7 @@ from count_video.motion.priors import (
     RESTITUTION,
     USUAL_RATE_PER_S,
 )
+from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Noise, Question, Solution, modelled, noise_of, solve
 from count_video.motion.starting import MOST_COLLISIONS, scan
@@ -282,10 +283,9 @@ def log_evidence(solution: Solution, scatter: float) -> float:
 
 
 FIRST_COLLISIONS = 4
-GROWTH = 4
-"""Each fit spans so many times the collisions of the one before."""
-CALM_FRAMES = 3.0
-"""Collisions further apart than this are all seen."""
+GROWTH = 2
+"""Each fit spans so many times the collisions of the one before: they foresee the others' times to
+a small part of a collision."""
 SCATTER = 0.006
 """Of the restitution from collision to collision, to begin with."""
 SWING_SIGMAS = 4.0
@@ -300,13 +300,15 @@ def forward_fit(
     values = rough
     if seen == len(burst) and found.swing is not None:
         values = _with_swing(rough, found.swing)
-    for count in stages(seen):
+    counts = stages(seen)
+    # The rough values may be px off: the first few are fitted coarsely before.
+    for count, floor_px in [(counts[0], FLOORS_PX[0]), *((n, FORWARD_FLOOR_PX) for n in counts)]:
         part = observed
         if count < len(burst):
             part = until(observed, burst[count].frame - observed.origin - CLEAR_FRAMES)
         missing = FIRST_DEVIATION + deviations_of(count) - len(values)
         values = np.concatenate([values, np.zeros(max(missing, 0))])
-        noise = noise_of(part, values, count, FORWARD_FLOOR_PX)
+        noise = noise_of(part, values, count, floor_px)
         full = with_deviations(prior, count, SCATTER)
         solution = solve(Question(part, noise, full, count), values)
         values = solution.values
@@ -316,7 +318,7 @@ def forward_fit(
 def calm_beginning(burst: Sequence[Collision]) -> int:
     """Count the collisions up to the first two between which some may be missing."""
     flights = np.diff([collision.frame for collision in burst])
-    crowded = np.flatnonzero(flights < CALM_FRAMES)
+    crowded = np.flatnonzero(flights < RESOLVED_FRAMES)
     return int(crowded[0]) + 1 if len(crowded) else len(burst)
 
 

@@ -24,7 +24,8 @@ from count_video.records import BodyTrack, Collision, Track
 from count_video.signals import Errors, sigma_of
 
 FEW_TO_BELIEVE = 2
-"""Outlines can be learnt wrongly: against more collisions than this in a row they have no say."""
+"""Outlines can be learnt wrongly: against more collisions than this in a row they have a say only
+if they would be wrong by more than all that they cover."""
 SHOWN_SHARE = 0.25
 """The frames show a collision if they tell its time to this share of the way to its neighbours: of
 those that crowd they show a zigzag whose corners lie where the frames are."""
@@ -113,7 +114,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     inside = collisions[: burst.count]
     shortcomings = burst.shortcomings
     apart = contacts.distance_px - gaps.near_edge_px
-    if len(inside) <= FEW_TO_BELIEVE and apart > APART_SHARE * track.ball_diameter_px:
+    if apart > _apart_at_most(track, len(inside)):
         shortcomings = (Reason(Cause.NEVER_TOUCH), *shortcomings)
     doubts = tuple(unresolved(inside, pace))
     if right is False and not doubts:
@@ -129,6 +130,13 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
         path_fits=bool(right),
         errors=contacts.errors,
     )
+
+
+def _apart_at_most(track: Track, collisions: int) -> float:
+    """How far apart outlines may be where bodies touch, in px."""
+    if collisions <= FEW_TO_BELIEVE or track.heavy is None:
+        return APART_SHARE * track.ball_diameter_px
+    return track.ball_diameter_px + track.heavy.high_edge_px - track.heavy.low_edge_px
 
 
 def _shown(collisions: Sequence[Collision]) -> list[Collision]:
