@@ -1,10 +1,19 @@
 """Bounces get lower and lower: those that pictures show are counted, the endless tail is not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from free_paths import bouncing, lone, noisy
 
-from count_video.motion.impacts import Impact
-from count_video.motion.missing import dies_out, in_series
+from count_video.motion.flight import Motion
+from count_video.motion.impacts import HYSTERESIS_SIGMAS, Impact
+from count_video.motion.meeting import seen_impacts
+from count_video.motion.missing import TAIL_PICTURES, dies_out, in_series
+from count_video.motion.reasons import Cause
+
+FALLING = Motion(np.arange(2.0), np.zeros(2), 0.5, 0.01, 0.01)
+"""A body that falls, seen with hardly any noise."""
 
 
 def _impacts(frames: np.ndarray) -> list[Impact]:
@@ -18,22 +27,28 @@ def _series(first: float, share: float, number: int) -> np.ndarray:
 
 
 def test_a_geometric_series_down_to_few_pictures_dies_out() -> None:
-    assert dies_out(_impacts(_series(20.0, 0.8, 9)))
+    assert dies_out(FALLING, _impacts(_series(20.0, 0.8, 9)))
 
 
 def test_flights_that_are_still_long_do_not() -> None:
     """Of a body that is lost while it bounces high, impacts are missing."""
-    assert not dies_out(_impacts(_series(20.0, 0.8, 4)))
+    assert not dies_out(FALLING, _impacts(_series(20.0, 0.8, 4)))
+
+
+def test_with_noise_bounces_are_lost_that_are_lower() -> None:
+    loud = replace(FALLING, sigma_px=1.0)  # turns show from flights of 10 pictures on
+    assert dies_out(loud, _impacts(_series(20.0, 0.8, 5)))
+    assert not dies_out(replace(loud, acceleration_spread=1.0), _impacts(_series(20.0, 0.8, 5)))
 
 
 def test_nor_do_equal_flights() -> None:
-    assert not dies_out(_impacts(3.0 * np.arange(8)))
+    assert not dies_out(FALLING, _impacts(3.0 * np.arange(8)))
 
 
 def test_a_last_impact_at_a_wrong_time_does_not_make_a_series_die_out() -> None:
     frames = _series(40.0, 0.8, 6)
     frames[-1] -= 13.0
-    assert not dies_out(_impacts(frames))
+    assert not dies_out(FALLING, _impacts(frames))
 
 
 @pytest.mark.parametrize("share", [0.6, 0.75, 0.9])
@@ -47,3 +62,29 @@ def test_a_missed_impact_and_one_too_many_are_not_in_the_series() -> None:
     assert [number for number, known in enumerate(missed) if not known] == [5, 6]
     more = in_series(_impacts(np.insert(frames, 5, frames[4:6].mean())))
     assert not more[5]
+
+
+REST_FRAMES = 30
+SHORTEST = 1.0
+"""Shorter flights, in pictures, are within one exposure."""
+
+
+@pytest.mark.parametrize("noise_px", [0.1, 0.5])
+@pytest.mark.parametrize("share", [0.76, 0.8, 0.84])
+@pytest.mark.parametrize("first", [24.0, 50.0])
+def test_a_ball_that_bounces_until_it_rests_is_counted_down_to_what_pictures_show(
+    first: float, share: float, noise_px: float
+) -> None:
+    flights = first * share ** np.arange(60)
+    pull = 1600.0 / first**2  # the first flight rises by 200 px
+    place, _ = bouncing(flights.tolist(), pull, first / 2)
+    place = np.concatenate([place, np.full(REST_FRAMES, 300.0)])
+
+    found = seen_impacts(lone(noisy(place, noise_px)))
+
+    assert not found.shortcomings
+    assert Cause.DIES_OUT in [doubt.cause for doubt in found.doubts]
+    # The last flights are lower than turns must be deep in the noise.
+    lost = np.sqrt(8 * 2 * HYSTERESIS_SIGMAS * noise_px / pull)
+    certain = 1 + sum(flights > max(TAIL_PICTURES, lost))
+    assert certain - 1 <= len(found.collisions) <= 1 + sum(flights > SHORTEST)

@@ -42,6 +42,9 @@ BEND_PICTURES = (1, 2)
 PULL_AT_MOST, TURN_SIGMAS = 1.5, 3.0
 """At the highest point of a throw the path bends by no more than this factor of what the usual
 acceleration does, and the noise."""
+OPEN = -1.0
+"""Clarity of what is no impact for all that is seen, but no smooth turn either: what follows it is
+another flight."""
 GAP_PICTURES = 2.0
 """Pictures that do not show the body come between samples that are so many apart."""
 PICTURES_AT_LEAST = 2
@@ -191,9 +194,11 @@ def _sharp(turns: Sequence[Turn], motion: Motion, contact: float) -> list[Impact
         how = replace(how, rounds=1, errors=fitted.errors)
         found = [_impact(turn, fitted, number) for number, turn in enumerate(kept)]
         clear = _clarity(found, kept, motion, contact)
-        clear[smoothness_of(fitted) > TURN_LOG_RATIO] = np.nan
+        # Jumps are expected to be large: small ones are left open.
+        clear[(smoothness_of(fitted) > TURN_LOG_RATIO) & (clear <= JUMP_SIGMAS)] = OPEN
         if np.isfinite(clear).all():
-            return [replace(i, clarity=one) for i, one in zip(found, clear.tolist(), strict=True)]
+            told = zip(found, clear.tolist(), strict=True)
+            return [replace(i, clarity=one) for i, one in told if one != OPEN]
         smooth = [-i.clarity if np.isnan(c) else -np.inf for i, c in zip(found, clear, strict=True)]
         worst = peaks(np.array(smooth), -np.inf)
         left = [
@@ -247,10 +252,10 @@ def _told(
         return 0.0
     speeds = turn.side * impact.velocity_before, -turn.side * impact.velocity_after
     if impact.clarity < JUMP_SIGMAS:
-        return impact.clarity if min(speeds) > 0 else np.nan
+        return impact.clarity if min(speeds) > 0 else OPEN
     moves = MOVES_AT_MOST + contact + unseen_around(motion, turn.outermost)
     if abs(impact.frame - turn.outermost) > moves:
-        return np.nan
+        return OPEN
     return max(impact.clarity, left.share / left.sigma) if left and is_sharp(left) else 0.0
 
 

@@ -16,6 +16,7 @@ from count_video.motion.finding import JUMP_SIGMAS
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import Impact, find_impacts
 from count_video.motion.joint import Fitting, collisions_of
+from count_video.motion.missing import until_rest
 from count_video.motion.model import Paths
 from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.reasons import Cause, Reason
@@ -34,7 +35,8 @@ def seen_impacts(track: Track) -> SeenImpacts:
     if slow.heavy is not None:
         return seen_meetings(slow, slow.heavy, pace)
     motion = motion_of(slow.frame, slow.ball.position_px)
-    impacts, contact = find_impacts(motion)
+    every, contact = find_impacts(motion)
+    impacts = until_rest(every)
     fitted = fit_contacts(
         Paths(slow.frame, slow.ball.position_px, None),
         ["wall" if impact.side < 0 else "far" for impact in impacts],

@@ -7,8 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.motion.finding import JUMP_SIGMAS
 from count_video.motion.flight import POINTS_AT_LEAST, Motion, flies_freely
-from count_video.motion.impacts import Impact, find_turns, stop_of, stop_tolerance, unseen_around
+from count_video.motion.impacts import (
+    HYSTERESIS_SIGMAS,
+    Impact,
+    find_turns,
+    stop_of,
+    stop_tolerance,
+    unseen_around,
+)
 from count_video.motion.priors import CHANCE_LEAVING, CHANCE_UNSEEN
 from count_video.records import Floats
 
@@ -20,7 +28,8 @@ SHORTER_AT_MOST = 1.6
 an impact are hardly said to bounce."""
 FALLEN_BACK = 1.3
 TAIL_PICTURES = 4.0
-"""A flight shorter than this holds too few pictures clear of its ends to show its impacts."""
+"""A flight shorter than this holds too few pictures clear of its ends to show its impacts, as does
+one lower than the noise of both its ends."""
 LOG2_APART = 0.5
 """Half way, in binary logarithms, between a flight as expected and one of twice its length."""
 FLIGHTS_AT_LEAST = 3
@@ -91,7 +100,7 @@ def lost_after(motion: Motion, impacts: Sequence[Impact]) -> bool:
     return bool(last.frame + FALLEN_BACK * back < motion.frame[-1])
 
 
-def dies_out(impacts: Sequence[Impact]) -> bool:
+def dies_out(motion: Motion, impacts: Sequence[Impact]) -> bool:
     """Whether the flights shrink by a nearly constant share until pictures show none any more.
 
     A body that bounces on one stop keeps the same share e of its speed at every impact, so its
@@ -107,7 +116,25 @@ def dies_out(impacts: Sequence[Impact]) -> bool:
     if share >= 1.0 or _continue(flights).mean() <= 0.5:
         return False
     following = flights * share ** np.arange(len(flights), 0, -1)
-    return float(np.median(following)) < TAIL_PICTURES
+    # A flight of t pictures rises by pull t^2 / 8.
+    pull = abs(motion.acceleration)
+    told = pull > motion.acceleration_spread
+    noisy = np.sqrt(8 * 2 * HYSTERESIS_SIGMAS * motion.sigma_px / pull) if told else 0.0
+    return float(np.median(following)) < max(TAIL_PICTURES, noisy)
+
+
+def until_rest(impacts: Sequence[Impact]) -> Sequence[Impact]:
+    """Leave out what noise makes of a body that lies at rest after its bounces have died out.
+
+    There, nothing clear comes after a flight longer than all that the series has left to last.
+    """
+    flights = np.diff([impact.frame for impact in impacts])
+    for last in range(FLIGHTS_AT_LEAST, len(flights)):
+        share, later = _share_kept(flights[:last]), impacts[last + 1 :]
+        left = flights[last - 1] * share / (1 - share) if share < 1.0 else np.inf
+        if flights[last] > left and all(impact.clarity < JUMP_SIGMAS for impact in later):
+            return impacts[: last + 1]
+    return impacts
 
 
 def in_series(impacts: Sequence[Impact]) -> list[bool]:

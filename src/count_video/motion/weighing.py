@@ -77,7 +77,7 @@ def weighed(
     strays = straying(motion, frames, contact)
     told = zip(impacts, collisions, strict=True)
     chances = [_chance(impact, impacts, collision.kind) for impact, collision in told]
-    out = dies_out(impacts)
+    out = dies_out(motion, impacts)
     if out:  # an impact where the series has one is no chance turn
         expected = in_series(impacts)
         chances = [
