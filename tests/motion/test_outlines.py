@@ -9,6 +9,7 @@ import pytest
 from filmed_trials import Filming, film
 
 from count_video import verdict
+from count_video.motion.reasons import Cause
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.records import FootageInfo, FootageReport, Track, TrialResult
@@ -52,3 +53,19 @@ def test_a_ball_of_the_wrong_width_gives_no_scale_but_its_count(track: Track, sh
     assert result.count == answer(track).count
     assert result.millimetres_per_px is None
     assert any("millimetres" in warning for warning in result.warnings)
+
+
+def test_outlines_further_apart_than_the_bodies_are_long_leave_a_count_to_the_model(
+    track: Track,
+) -> None:
+    assert track.heavy is not None
+    small = narrowed(track, 0.6)  # 0.4 of the ball, and as much of the cylinder, further away
+    length, off = 0.4 * track.ball_diameter_px, 0.6 * track.ball_diameter_px
+    heavy = replace(
+        track.heavy, position_px=track.heavy.position_px + off, low_edge_px=0.0, high_edge_px=length
+    )
+    found = seen_collisions(replace(small, heavy=heavy))
+
+    assert found.outlines_apart_px > 2 * length
+    assert Cause.NEVER_TOUCH in [doubt.cause for doubt in found.doubts]
+    assert verdict.leaves_doubt(found)

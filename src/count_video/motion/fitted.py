@@ -51,8 +51,9 @@ from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats
 FRAMES_AT_LEAST = 20
 MISFIT_SIGMAS = 8.0
 """The model does not describe a track from which it strays by more than so many sigmas, ..."""
-MISFIT_SHARE = 0.005
-"""... or by this share of the ball's diameter, as a root mean square."""
+MISFIT_SHARE, MISFIT_AT_MOST = 0.005, 0.5
+"""... or by the first share of the ball's diameter, as a root mean square; but never by its radius,
+however unsteady the track."""
 RIVALS = 5
 """Counts that are fitted finely, ..."""
 COARSELY_LOST = 40.0
@@ -140,10 +141,8 @@ def count_between(
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     promising = [fit for fit in coarse[:RIVALS] if fit.loss < coarse[0].loss + COARSELY_LOST]
     fits, noise = fine_fits(observed, prior, promising)
-    strayed = _strayed(fits[0], observed, track)
-    if strayed is not None:
-        return strayed
-    return _answer(found, observed, weigh(observed, noise, prior, fits, coarse))
+    answer = _answer(found, observed, weigh(observed, noise, prior, fits, coarse))
+    return _strayed(answer.misfit_px, observed, track) or answer
 
 
 def measure_burst(
@@ -163,7 +162,7 @@ def measure_burst(
     if not np.isfinite(coarse.loss):
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     fits, noise = fine_fits(observed, prior, [coarse])
-    strayed = _strayed(fits[0], observed, track)
+    strayed = _strayed(_root_mean_square(fits[0]), observed, track)
     if strayed is None and not lacks_frames(observed, noise, prior, fits[0]):
         measured = _answer(found, observed, scattered(observed, noise, prior, fits[0]))
         seen = sum(collision.seen for collision in measured.collisions)
@@ -193,10 +192,10 @@ def _start(
     return rough, prior_of(rough, known)
 
 
-def _strayed(solution: Solution, observed: Observations, track: Track) -> Misfit | None:
+def _strayed(misfit_px: float, observed: Observations, track: Track) -> Misfit | None:
     """Say so if the model does not describe the track."""
-    misfit_px = _root_mean_square(solution)
-    limit = max(MISFIT_SIGMAS * observed.ball_sigma_px, MISFIT_SHARE * track.ball_diameter_px)
+    least, most = (share * track.ball_diameter_px for share in (MISFIT_SHARE, MISFIT_AT_MOST))
+    limit = min(max(MISFIT_SIGMAS * observed.ball_sigma_px, least), most)
     if misfit_px <= limit:
         return None
     return Misfit(Reason(Cause.MODEL_STRAYS, (misfit_px, limit)))

@@ -24,8 +24,9 @@ from count_video.records import BodyTrack, Collision, Track
 from count_video.signals import Errors, sigma_of
 
 FEW_TO_BELIEVE = 2
-"""Outlines can be learnt wrongly: against more collisions than this in a row they have a say only
-if they would be wrong by more than all that they cover."""
+"""Outlines can be learnt wrongly: against more collisions than this in a row they have no say. If
+they were wrong by more than all that they cover, the fit of the whole burst has to bear these out.
+"""
 SHOWN_SHARE = 0.25
 """The frames show a collision if they tell its time to this share of the way to its neighbours: of
 those that crowd they show a zigzag whose corners lie where the frames are."""
@@ -45,7 +46,7 @@ class SeenCollisions:
     shortcomings: tuple[Reason, ...]
     """Why the clip does not show the whole burst; empty if it does."""
     doubts: tuple[Reason, ...]
-    """Why collisions may be missing between the frames; empty if all are resolved."""
+    """Why the fit of the whole burst has to bear out what is seen; empty if all is resolved."""
     shortest_interval_frames: float
     """Between neighbours of the first burst; inf for fewer than two."""
     swing: Swing | None
@@ -112,11 +113,12 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     right = path_fits(path, gaps)
     burst = find_burst(collisions, contacts, gaps)
     inside = collisions[: burst.count]
-    shortcomings = burst.shortcomings
+    shortcomings, doubts = burst.shortcomings, tuple(unresolved(inside, pace))
     apart = contacts.distance_px - gaps.near_edge_px
-    if apart > _apart_at_most(track, len(inside)):
+    if len(inside) <= FEW_TO_BELIEVE and apart > APART_SHARE * track.ball_diameter_px:
         shortcomings = (Reason(Cause.NEVER_TOUCH), *shortcomings)
-    doubts = tuple(unresolved(inside, pace))
+    elif apart > _lengths_px(track):
+        doubts = (Reason(Cause.NEVER_TOUCH), *doubts)
     if right is False and not doubts:
         shortcomings = (*shortcomings, Reason(Cause.STRAYS))
     return SeenCollisions(
@@ -132,11 +134,10 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     )
 
 
-def _apart_at_most(track: Track, collisions: int) -> float:
-    """How far apart outlines may be where bodies touch, in px."""
-    if collisions <= FEW_TO_BELIEVE or track.heavy is None:
-        return APART_SHARE * track.ball_diameter_px
-    return track.ball_diameter_px + track.heavy.high_edge_px - track.heavy.low_edge_px
+def _lengths_px(track: Track) -> float:
+    """Lengths of all bodies together."""
+    bodies = [track.ball] if track.heavy is None else [track.ball, track.heavy]
+    return sum(body.high_edge_px - body.low_edge_px for body in bodies)
 
 
 def _shown(collisions: Sequence[Collision]) -> list[Collision]:
