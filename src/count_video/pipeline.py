@@ -81,7 +81,7 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
                 return alone
             if whole:
                 return alone if is_better(alone, trial, len(one_by_one)) else trial
-            if alone.result.count is not None or trial.result.count is None:
+            if alone.result.count is not None or (alone.result.seen and trial.result.count is None):
                 return alone
             why = verdict.sentence(Reason(Cause.PARTS_OF_BODIES))
             nothing = verdict.nothing_to_count(footage.info, footage.report(), why)

@@ -55,6 +55,8 @@ class Point:
     """Errors of one body at one noise."""
 
     noise: float
+    trials: int
+    """So many were followed; in the others noise hides a body."""
     bound_px: float
     rms_px: float
     """Of the places about their mean error."""
@@ -74,12 +76,14 @@ def quiet_scene(noise: float, *settings: str) -> Scene:
 
 def points(scene: Scene, seeds: Sequence[int], folder: Path) -> tuple[Point, Point]:
     """Film and track trials of a scene; the points of ball and heavy body."""
-    found = [_errors(scene, seed, folder / f"{seed}.mp4") for seed in seeds]
+    every = [_errors(scene, seed, folder / f"{seed}.mp4") for seed in seeds]
+    found = [one for one in every if one is not None]
     noise = scene.camera.read_noise
     bounds = bounds_px(scene, seeds[0])
     ball, heavy = (
         Point(
             noise,
+            len(found),
             bounds[body] * float(np.sqrt(noise**2 + ROUNDED)),
             _rms(np.concatenate([errors[body] for errors, _ in found])),
             _rms(np.concatenate([errors[body] / sigmas[body] for errors, sigmas in found])),
@@ -89,12 +93,12 @@ def points(scene: Scene, seeds: Sequence[int], folder: Path) -> tuple[Point, Poi
     return ball, heavy
 
 
-def _errors(scene: Scene, seed: int, clip: Path) -> tuple[list[Floats], list[Floats]]:
-    """Errors of both bodies about their mean, and their stated uncertainties."""
+def _errors(scene: Scene, seed: int, clip: Path) -> tuple[list[Floats], list[Floats]] | None:
+    """Errors of both bodies about their mean, and their stated uncertainties; None if not found."""
     truth = render_clip(scene, seed, clip)
     track = work_through(clip, TrialSettings()).track
-    assert track is not None
-    assert track.heavy is not None
+    if track is None or track.heavy is None:
+        return None
     clear = _clear(truth, track)
     errors, sigmas = [], []
     ball_px = (truth.ball_near.x_px + truth.ball_far.x_px) / 2
@@ -122,12 +126,12 @@ def _rms(values: Floats) -> float:
 def table(rows: Sequence[tuple[Point, Point]]) -> str:
     """Write the sweep as a Markdown table."""
     lines = [
-        "| noise, grey levels | ball: bound, px | error, px | ratio "
+        "| noise, grey levels | trials | ball: bound, px | error, px | ratio "
         "| heavy body: bound, px | error, px | ratio |",
-        "|---:|---:|---:|---:|---:|---:|---:|",
+        "|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for row in rows:
-        cells = [f"{row[0].noise:g}"]
+        cells = [f"{row[0].noise:g}", str(row[0].trials)]
         for point in row:
             cells += [f"{point.bound_px:.4f}", f"{point.rms_px:.4f}", f"{point.ratio:.2f}"]
         lines.append(f"| {' | '.join(cells)} |")

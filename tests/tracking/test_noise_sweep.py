@@ -38,7 +38,7 @@ def test_twice_the_contrast_halves_the_bound() -> None:
 
 
 def test_the_table_and_the_picture_show_every_point() -> None:
-    rows = [(Point(1.0, 0.002, 0.003, 1.0), Point(1.0, 0.002, 0.004, 1.1))]
+    rows = [(Point(1.0, 3, 0.002, 0.003, 1.0), Point(1.0, 3, 0.002, 0.004, 1.1))]
 
-    assert table(rows).splitlines()[2].split(" | ")[2:4] == ["0.0030", "1.50"]
+    assert table(rows).splitlines()[2].split(" | ")[1:5] == ["3", "0.0020", "0.0030", "1.50"]
     assert len(figure_of(rows).axes) == 2

@@ -36,8 +36,8 @@ SENTENCES: Final = {
     "show each for certain; film at a higher rate",
     Cause.LEFT_OUT: "about {1:.0f} frames are left out after frame {0:.0f}, in which collisions "
     "may have happened",
-    Cause.NO_IMPACT: "no impact is seen: what moves turns round smoothly, if at all, and jumps "
-    "nowhere",
+    Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at all, "
+    "and jumps nowhere",
     Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to tell impacts by",
     Cause.NO_FLIGHTS: "the body's path between its turns is not that of one that bounces: impacts "
     "and smooth turns cannot be told apart",
