@@ -17,9 +17,11 @@ SWING = 30.0 * np.sin(np.arange(SAMPLES) / 25)
 STILL = np.zeros((SAMPLES, 2))
 
 
-def moved(path: np.ndarray, corners: int, rng: np.random.Generator) -> np.ndarray:
-    """Corners of a body that moves along image x, shape (corners, SAMPLES, 2)."""
-    places = rng.uniform(0, 60, (corners, 1, 2)) + np.stack([path, 0 * path], axis=1)
+def moved(
+    path: np.ndarray, corners: int, rng: np.random.Generator, left: float = 0.0
+) -> np.ndarray:
+    """Corners of a body 60 px wide that moves along image x, shape (corners, SAMPLES, 2)."""
+    places = rng.uniform(0, 60, (corners, 1, 2)) + np.stack([left + path, 0 * path], axis=1)
     return places + rng.normal(0, NOISE_PX, (corners, SAMPLES, 2))
 
 
@@ -32,7 +34,9 @@ def trajectories(*bodies: np.ndarray, anywhere: int = 0) -> Trajectories:
 def test_corners_that_move_together_make_one_body_each() -> None:
     rng = np.random.default_rng(1)
     still = moved(0 * SWING, 30, rng)
-    groups = rigid_groups(trajectories(moved(ZIGZAG, 20, rng), moved(SWING, 12, rng), still), STILL)
+    groups = rigid_groups(
+        trajectories(moved(ZIGZAG, 20, rng), moved(SWING, 12, rng, 100), still), STILL
+    )
     assert [len(group.corners_px) for group in groups] == [20, 12]
     for group, path in zip(groups, (ZIGZAG, SWING), strict=True):
         away = group.path_px[:, 0] - path
@@ -53,9 +57,20 @@ def test_corners_that_are_lost_and_strays_cost_nothing_but_themselves() -> None:
 
 def test_a_thread_that_moves_less_than_its_body_is_no_part_of_it() -> None:
     rng = np.random.default_rng(3)
-    thread = moved(0.8 * SWING, 8, rng)
+    thread = moved(0.8 * SWING, 8, rng, 70)
     groups = rigid_groups(trajectories(moved(SWING, 20, rng), thread), STILL)
     assert [len(group.corners_px) for group in groups] == [20, 8]
+
+
+def test_corners_around_a_body_that_hardly_move_are_none() -> None:
+    rng = np.random.default_rng(6)
+    around = np.array([[[x, y]] for x in (-150, 0, 150) for y in (-80, 60, 140)])
+    drift = np.stack([np.linspace(0, 3, SAMPLES), np.zeros(SAMPLES)], axis=1)
+    chance = around + drift + rng.normal(0, NOISE_PX, (len(around), SAMPLES, 2))
+    body = moved(SWING, 20, rng)
+    assert [len(g.corners_px) for g in rigid_groups(trajectories(chance), STILL)] == [len(chance)]
+    groups = rigid_groups(trajectories(body, chance), STILL)
+    assert [len(group.corners_px) for group in groups] == [len(body)]
 
 
 @pytest.mark.parametrize("shake_px", [0.0, 3.0])

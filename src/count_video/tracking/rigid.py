@@ -2,7 +2,8 @@
 
 Two corners belong to one body if their distance stays the same, within the noise of following
 them, while both move. The corner with most such partners begins a body; its members are those that
-keep their distance from the common path. The rest begins the next body.
+keep their distance from the common path. The rest begins the next body. Bodies are solid: what
+surrounds one that moves otherwise is none.
 
 All sums over samples run over those in which a corner was followed: with the indicator M, shape
 (corners, samples), and places x that are 0 elsewhere, the sums over the samples that two corners
@@ -78,7 +79,30 @@ def rigid_groups(trajectories: Trajectories, scene_px: Floats) -> list[RigidGrou
         else:
             left = np.delete(left, centre)
     groups = [_group(places, seen, members, scene_px) for members in _merged(places, seen, found)]
-    return sorted(groups, key=lambda group: -len(group.corners_px))
+    return sorted(_solid(groups), key=lambda group: -len(group.corners_px))
+
+
+def _solid(groups: list[RigidGroup]) -> list[RigidGroup]:
+    """Leave out groups whose corners surround another one that moves otherwise, and further.
+
+    Corners of what hardly moves keep their distances by chance, wherever in the picture they are.
+    """
+    return [one for one in groups if not any(_surrounds(one, other) for other in groups)]
+
+
+def _surrounds(one: RigidGroup, other: RigidGroup) -> bool:
+    apart = other.path_px - one.path_px
+    apart = apart[np.isfinite(apart[:, 0])]
+    here, there = (float(np.ptp(_known(group.path_px), axis=0).max()) for group in (one, other))
+    if there <= here or len(apart) == 0 or apart.std(axis=0).max() < MOVED_PX:
+        return False
+    middle = apart + other.corners_px.mean(axis=0)
+    inside = (middle > one.corners_px.min(axis=0)) & (middle < one.corners_px.max(axis=0))
+    return bool(inside.all(axis=1).mean() > 0.5)
+
+
+def _known(path_px: Floats) -> Floats:
+    return np.asarray(path_px[np.isfinite(path_px[:, 0])])
 
 
 def scene_path(trajectories: Trajectories) -> Floats:
