@@ -117,6 +117,33 @@ def test_the_ball_at_rest_says_nothing_against_a_change() -> None:
     assert changes[0].frame == pytest.approx(begin / 4, abs=1)
 
 
+def test_a_collision_that_is_half_shown_hides_no_change() -> None:
+    track, _ = ramped(trial(), 4)
+    found = seen_collisions(track)
+    first = found.collisions[0]
+    unknown = replace(first.velocity_after, ball_px_frame=float("nan"))
+    collisions = [replace(first, velocity_after=unknown), *found.collisions[1:]]
+
+    changes = rate_changes(gaps_of(track), collisions)
+
+    assert [change.factor < 1 for change in changes] == [True, False]
+
+
+def test_a_ball_on_its_way_to_the_wall_at_the_end_hides_no_change() -> None:
+    """The fitted motion knows what follows; the clock is another question."""
+    setup = Setup(
+        heavy_mass_kg=76.68 * LIGHT_KG, wall_gap_m=0.0253, bodies_gap_m=0.0015, release_m=0.0504
+    )
+    whole = film_motion(simulate(setup), Filming(CAPTURE_FPS, NOISE_PX, tail_frames=40))
+    track, _ = ramped(whole, 2)
+
+    ramp, _, found = seen_by_clock(track)
+
+    assert [reason.cause for reason in found.shortcomings] == [Cause.ENDS_RETURNING]
+    assert isinstance(ramp, Ramp)
+    assert found.burst == len(whole.frames)
+
+
 @pytest.mark.parametrize("end", [2, 4])
 def test_no_other_clock_makes_up_for_collisions_that_are_missed(end: int) -> None:
     """Every eighth picture of a burst shows too few: that is no reason to change the rate."""

@@ -15,7 +15,7 @@ from count_video.motion.cadence import Cadence, cadence_of
 from count_video.motion.gaps import gaps_of
 from count_video.motion.left_out import LeftOut, left_out
 from count_video.motion.ramps import Ramp, ramps_of, sharpened, stray_px
-from count_video.motion.reasons import Cause
+from count_video.motion.reasons import ENDS_EARLY, Cause
 from count_video.motion.seen import (
     NOTHING_SEEN,
     SeenCollisions,
@@ -58,7 +58,8 @@ def seen_by_clock(track: Track) -> tuple[Clock | None, Track, SeenCollisions]:
     if ramp is not None:
         steady = ramp.evened(track)
         other = _judged_by_burst(seen_collisions(steady, pace=1.0), steady)
-        sure = other.path_fits and not other.doubts and not other.shortcomings
+        ahead = all(reason.cause in ENDS_EARLY for reason in other.shortcomings)
+        sure = other.path_fits and not other.doubts and ahead
         likelier = gap is None or (
             not gap.flown
             and min(abs(change - gap.after) for change in ramp.changes) > STEP_FRAMES

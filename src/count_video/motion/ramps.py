@@ -117,7 +117,7 @@ def _mass_share(collisions: Sequence[Collision]) -> float:
     for one in collisions:
         gained = one.velocity_after.ball_px_frame - one.velocity_before.ball_px_frame
         given = one.velocity_before.heavy_px_frame - one.velocity_after.heavy_px_frame
-        if one.kind == "bodies" and np.isfinite(given) and gained:
+        if one.kind == "bodies" and np.isfinite([given, gained]).all() and gained:
             shares.append(given / gained)
     return float(np.clip(np.median(shares), 0.0, 1.0)) if shares else 0.0
 
