@@ -31,8 +31,8 @@ from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Track, TrialResult
 from count_video.settings import TrialSettings
 from count_video.tracking.ahead import stands_ahead
-from count_video.tracking.lone import lone_tracks
 from count_video.tracking.observation import Observation, observe, pair_tracks
+from count_video.tracking.single import single_tracks
 from count_video.tracking.view import TrackSettings
 from count_video.verdict.choosing import (
     Trial,
@@ -132,7 +132,7 @@ def _without_pair(seen: Observation) -> list[Trial]:
     """Work through the bodies that move on their own, one by one."""
     footage = seen.view.footage
     try:
-        return [_alone(footage, track) for track in lone_tracks(seen)]
+        return [_alone(footage, track) for track in single_tracks(seen)]
     except TrackingError as error:
         nothing = verdict.nothing_to_count(footage.info, footage.report(), str(error))
         return [Trial(nothing, footage.info, None, None)]

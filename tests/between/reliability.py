@@ -152,7 +152,7 @@ def counted(trial: HardTrial) -> Outcome:
         "observe": lambda *_, **__: nullcontext(seen),
         "stands_ahead": lambda *_: True,
         **dict.fromkeys(("pair_tracks", "tracks"), lambda *_, **__: [trial.track]),
-        **dict.fromkeys(("lone_tracks", "lone_track", "track_free_bodies"), nothing),
+        **dict.fromkeys(("single_tracks", "single_track", "track_free_bodies"), nothing),
     }
     present = {name: new for name, new in replaced.items() if hasattr(pipeline, name)}
     with patch.multiple(pipeline, **present):

@@ -76,7 +76,7 @@ def _tracking_gives(stored: StoredClip) -> Iterator[None]:
         "observe": lambda *_, **__: nullcontext(seen),
         "stands_ahead": lambda *_: False,
         "pair_tracks": pairs,
-        "lone_tracks": without_pair,
+        "single_tracks": without_pair,
     }
     with patch.multiple(pipeline, **replaced):
         yield

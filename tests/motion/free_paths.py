@@ -43,7 +43,7 @@ def body(place: Floats) -> BodyTrack:
     return BodyTrack(place, np.full(len(place), 0.1), -SIZE_PX / 2, SIZE_PX / 2)
 
 
-def lone(place: Floats, pace: float = 1.0) -> Track:
+def alone(place: Floats, pace: float = 1.0) -> Track:
     """Track of one body alone."""
     line = MotionLine(0.0, 0.0, 0.0, upright=False)
     frame = pace * np.arange(len(place), dtype=np.float64)
@@ -52,6 +52,6 @@ def lone(place: Floats, pace: float = 1.0) -> Track:
 
 def pair(left: Floats, right: Floats) -> Track:
     """Track of two bodies; the second's reference point is its face turned to the first."""
-    one = lone(left)
+    one = alone(left)
     heavy = BodyTrack(right - SIZE_PX / 2, one.ball.sigma_px, 0.0, SIZE_PX)
     return Track(one.frame, one.ball, heavy, "left", SIZE_PX, one.line, ())

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from free_paths import between_stops, lone, noisy
+from free_paths import alone, between_stops, noisy
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -25,7 +25,7 @@ TIME_WITHIN = 0.1
 def filmed() -> tuple[Track, list[float]]:
     """A body between two stops, and its impacts, by pictures; none is just at a picture."""
     place, impacts = between_stops(4.13, 90.0, PICTURES)
-    return lone(noisy(place, NOISE_PX)), impacts
+    return alone(noisy(place, NOISE_PX)), impacts
 
 
 @cache
@@ -88,7 +88,7 @@ def test_frames_without_copies_are_even() -> None:
 
 
 def test_a_body_at_rest_shows_no_cadence() -> None:
-    still = lone(noisy(np.full(PICTURES, 50.0), NOISE_PX))
+    still = alone(noisy(np.full(PICTURES, 50.0), NOISE_PX))
     assert cadence_of(replace(still, frame=first_shown(5))) is None
 
 

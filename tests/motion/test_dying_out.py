@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from free_paths import bouncing, lone, noisy
+from free_paths import alone, bouncing, noisy
 
 from count_video.motion.flight import Motion
 from count_video.motion.impacts import HYSTERESIS_SIGMAS, Impact
@@ -80,7 +80,7 @@ def test_a_ball_that_bounces_until_it_rests_is_counted_down_to_what_pictures_sho
     place, _ = bouncing(flights.tolist(), pull, first / 2)
     place = np.concatenate([place, np.full(REST_FRAMES, 300.0)])
 
-    found = seen_impacts(lone(noisy(place, noise_px)))
+    found = seen_impacts(alone(noisy(place, noise_px)))
 
     assert not found.shortcomings
     assert Cause.DIES_OUT in [doubt.cause for doubt in found.doubts]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from filmed_trials import Filming, film
-from free_paths import between_stops, body, lone, noisy
+from free_paths import alone, between_stops, body, noisy
 
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.seen import seen_collisions, with_errors
@@ -97,7 +97,7 @@ def test_what_was_not_seen_stays_unknown() -> None:
 
 def test_one_body_alone_has_its_own() -> None:
     place, _ = between_stops(3.0, 150.0, 400)
-    track = lone(noisy(place, NOISE_PX))
+    track = alone(noisy(place, NOISE_PX))
     track = replace(track, ball=replace(track.ball, sigma_px=np.full(400, STATED_PX)))
 
     shown = with_errors(track, seen_impacts(track).errors)
@@ -108,7 +108,7 @@ def test_one_body_alone_has_its_own() -> None:
 
 def test_where_flights_tell_nothing_third_differences_do() -> None:
     place = noisy(np.zeros(400), NOISE_PX)
-    track = replace(lone(place), ball=replace(body(place), sigma_px=np.full(400, STATED_PX)))
+    track = replace(alone(place), ball=replace(body(place), sigma_px=np.full(400, STATED_PX)))
 
     shown = with_errors(track, ())
 

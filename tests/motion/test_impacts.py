@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from free_paths import SIZE_PX, between_stops, bouncing, lone, noisy, pair
+from free_paths import SIZE_PX, alone, between_stops, bouncing, noisy, pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -40,7 +40,7 @@ def assert_found(found: SeenImpacts, impacts: list[float]) -> None:
 def test_every_bounce_of_a_dropped_ball_is_an_impact_whichever_side_is_down(sign: int) -> None:
     place, impacts = bouncing(DYING, PULL, drop=20.3)
 
-    found = seen_impacts(lone(sign * noisy(place, NOISE_PX)))
+    found = seen_impacts(alone(sign * noisy(place, NOISE_PX)))
 
     assert_found(found, impacts)
     assert {collision.kind for collision in found.collisions} == {"wall"}
@@ -50,13 +50,13 @@ def test_every_bounce_of_a_dropped_ball_is_an_impact_whichever_side_is_down(sign
 def test_bounces_between_two_stops_count_at_both() -> None:
     place, impacts = between_stops(speed=6.5, width=210.0, frames=160)
 
-    assert_found(seen_impacts(lone(noisy(place, NOISE_PX))), impacts)
+    assert_found(seen_impacts(alone(noisy(place, NOISE_PX))), impacts)
 
 
 def test_impacts_are_the_same_in_frames_where_every_picture_comes_twice() -> None:
     place, impacts = bouncing(DYING, PULL, drop=20.3)
 
-    found = seen_impacts(lone(noisy(place, NOISE_PX), pace=2.0))
+    found = seen_impacts(alone(noisy(place, NOISE_PX), pace=2.0))
 
     assert frames(found) == pytest.approx([2 * i for i in impacts], abs=2 * TIME_FRAMES)
 
@@ -66,7 +66,7 @@ def test_impacts_are_the_same_in_frames_where_every_picture_comes_twice() -> Non
 def test_a_swing_has_no_impacts(period: float, phase: float, reach: float, seed: int) -> None:
     swing = reach * np.cos(2 * np.pi * np.arange(200) / period + phase)
 
-    assert not counts(seen_impacts(lone(noisy(swing, NOISE_PX, seed))))
+    assert not counts(seen_impacts(alone(noisy(swing, NOISE_PX, seed))))
 
 
 @given(st.floats(0.2, 2.0), st.floats(10.0, 40.0), st.integers(0, 9))
@@ -74,11 +74,11 @@ def test_a_swing_has_no_impacts(period: float, phase: float, reach: float, seed:
 def test_a_throw_has_no_impacts(pull: float, half: float, seed: int) -> None:
     frame = np.arange(int(2 * half))
 
-    assert not counts(seen_impacts(lone(noisy(pull / 2 * (frame - half) ** 2, NOISE_PX, seed))))
+    assert not counts(seen_impacts(alone(noisy(pull / 2 * (frame - half) ** 2, NOISE_PX, seed))))
 
 
 def test_a_body_at_rest_has_no_impacts() -> None:
-    assert not counts(seen_impacts(lone(noisy(np.full(90, 50.0), NOISE_PX))))
+    assert not counts(seen_impacts(alone(noisy(np.full(90, 50.0), NOISE_PX))))
 
 
 def test_pictures_without_the_body_within_a_flight_hide_nothing() -> None:
@@ -86,7 +86,7 @@ def test_pictures_without_the_body_within_a_flight_hide_nothing() -> None:
     place = noisy(place, NOISE_PX)
     place[28:36] = np.nan
 
-    assert_found(seen_impacts(lone(place)), impacts)
+    assert_found(seen_impacts(alone(place)), impacts)
 
 
 @pytest.mark.parametrize("hidden", [4, 8, 12])
@@ -96,7 +96,7 @@ def test_an_impact_that_no_picture_shows_is_where_the_flights_meet(hidden: int) 
     first = int(impacts[1]) - hidden // 2
     place[first : first + hidden] = np.nan
 
-    found = seen_impacts(lone(place))
+    found = seen_impacts(alone(place))
 
     assert counts(found)
     errors = [collision.frame_sigma for collision in found.collisions]
@@ -110,14 +110,14 @@ def test_one_misplaced_picture_is_no_impact() -> None:
     place = noisy(place, NOISE_PX)
     place[int(impacts[1]) + 4] += 12.0
 
-    assert frames(seen_impacts(lone(place))) == pytest.approx(impacts, abs=TIME_FRAMES)
+    assert frames(seen_impacts(alone(place))) == pytest.approx(impacts, abs=TIME_FRAMES)
 
 
 def test_a_body_that_turns_against_its_weight_bounced_however_few_pictures_show_it() -> None:
     flights = [20.0, 14.0, 9.8, 6.9, 4.8, 3.4]
     place, impacts = bouncing(flights, PULL, drop=14.3)
 
-    found = seen_impacts(lone(noisy(place, NOISE_PX)))
+    found = seen_impacts(alone(noisy(place, NOISE_PX)))
 
     assert len(found.collisions) == len(impacts)
     # Below what the pictures show more may follow, but none of those seen is in doubt.
@@ -130,7 +130,7 @@ def test_a_ball_that_falls_back_unseen_leaves_a_doubt() -> None:
     place[int(impacts[-1]) + 8 :] = np.nan
     place = np.append(noisy(place, NOISE_PX), np.full(30, np.nan))
 
-    found = seen_impacts(lone(place))
+    found = seen_impacts(alone(place))
 
     assert found.doubts
     assert found.probability[len(impacts)] < 0.9
@@ -142,7 +142,7 @@ def test_a_hidden_beginning_never_makes_a_smaller_count_a_sure_one(hidden: int) 
     place = noisy(place, NOISE_PX)
     place[:hidden] = np.nan
 
-    found = seen_impacts(lone(place))
+    found = seen_impacts(alone(place))
 
     if len(found.collisions) < len(impacts):
         assert not counts(found) or found.probability[len(found.collisions)] < 0.9
@@ -153,7 +153,7 @@ def test_bounces_too_frequent_for_the_pictures_are_said_to_be_so() -> None:
     place, _ = bouncing([*flights, 30.0], PULL, drop=24.0)
     place[int(24 + sum(flights)) :] = 300.0
 
-    found = seen_impacts(lone(noisy(place, 0.05)))
+    found = seen_impacts(alone(noisy(place, 0.05)))
 
     assert found.doubts
     assert max(found.probability.values()) < 0.9
@@ -166,7 +166,7 @@ def test_a_pendulum_that_strikes_ever_more_gently_has_no_tail_of_unseen_impacts(
     flight = np.floor(frame / half)
     place = 110.0 * 0.75**flight * np.abs(np.sin(np.pi * frame / half))
 
-    found = seen_impacts(lone(noisy(place, 0.05)))
+    found = seen_impacts(alone(noisy(place, 0.05)))
 
     assert len(found.collisions) == count
     assert not found.doubts

@@ -87,14 +87,14 @@ def test_a_collision_in_frames_left_out_leaves_the_times_of_others_right(
     frames, at = 2, float(np.floor(whole.frames[number]))
     track = without(whole.track, at, frames)
 
-    told = measure_burst(track, seen_collisions(track))
+    measured = measure_burst(track, seen_collisions(track))
 
-    assert isinstance(told, Between)
-    assert told.left_out is not None
-    assert told.left_out.frames == frames
+    assert isinstance(measured, Between)
+    assert measured.left_out is not None
+    assert measured.left_out.frames == frames
     shown = np.where(whole.frames > at + frames, whole.frames - frames, whole.frames)
-    errors = [c.frame - true for c, true in zip(told.collisions, shown, strict=True)]
-    sigmas = [collision.frame_sigma for collision in told.collisions]
+    errors = [c.frame - true for c, true in zip(measured.collisions, shown, strict=True)]
+    sigmas = [collision.frame_sigma for collision in measured.collisions]
     assert np.abs(np.divide(errors, sigmas)).max() < SIGMAS
 
 

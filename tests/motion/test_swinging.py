@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from free_paths import between_stops, bouncing, lone, noisy, pair
+from free_paths import alone, between_stops, bouncing, noisy, pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -33,7 +33,7 @@ def swing(period: float, phase: float, reach: float, damping: float = 0.0) -> Fl
 
 
 def counted(place: Floats) -> bool:
-    return not seen_impacts(lone(place)).shortcomings
+    return not seen_impacts(alone(place)).shortcomings
 
 
 @given(any_sampling, phases, reaches, seeds)
@@ -74,7 +74,7 @@ def test_bounces_between_stops_are_counted_at_the_sampling_of_swings(
     flight: float, width: float, seed: int
 ) -> None:
     place, impacts = between_stops(width / flight, width, int(6.5 * flight))
-    found = seen_impacts(lone(noisy(place, NOISE_PX, seed)))
+    found = seen_impacts(alone(noisy(place, NOISE_PX, seed)))
 
     # An impact in the clip's last pictures shows no turn: it may be missed, with its doubt.
     number = len(found.collisions)
@@ -87,7 +87,7 @@ def test_bounces_that_lose_much_are_impacts(kept: float) -> None:
     flights = [36.0, 36.0 * kept, 36.0 * kept**2, 36.0 * kept**3]
     place, impacts = bouncing(flights, 0.6, drop=18.0 / kept)
 
-    found = seen_impacts(lone(noisy(place, NOISE_PX)))
+    found = seen_impacts(alone(noisy(place, NOISE_PX)))
 
     assert not found.shortcomings
     assert len(found.collisions) == len(impacts)
@@ -131,7 +131,7 @@ def test_a_clip_that_is_cut_off_at_the_stop_leaves_a_doubt() -> None:
     place, impacts = between_stops(6.0, 180.0, 200)
     cut = int(impacts[-1]) + 2
 
-    found = seen_impacts(lone(noisy(place[:cut], NOISE_PX)))
+    found = seen_impacts(alone(noisy(place[:cut], NOISE_PX)))
 
     number = len(found.collisions)
     assert number == len(impacts) or found.probability[number] < SURE

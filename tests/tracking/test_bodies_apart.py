@@ -11,10 +11,10 @@ from count_video.records import Floats
 from count_video.tracking.background import background_of
 from count_video.tracking.following import Followed
 from count_video.tracking.layers import apart
+from count_video.tracking.learning import Body, Rough, learn
 from count_video.tracking.light import Light
 from count_video.tracking.shape import Shape
-from count_video.tracking.sprite import Sprite, look, make_sprite
-from count_video.tracking.template import Body, Rough, learn
+from count_video.tracking.template import Template, make_template, piece_at
 
 Luma = NDArray[np.uint8]
 
@@ -50,10 +50,10 @@ def pictures() -> dict[int, Luma]:
 
 
 def shape_of_right() -> Shape:
-    whole = look(texture(3, (SIDE, SIDE), 20, 230, BLOCK_PX), 0.0, 0.0, (SIDE, SIDE))
-    sprite = make_sprite(whole, np.ones((SIDE, SIDE), np.float32))
+    whole = piece_at(texture(3, (SIDE, SIDE), 20, 230, BLOCK_PX), 0.0, 0.0, (SIDE, SIDE))
+    template = make_template(whole, np.ones((SIDE, SIDE), np.float32))
     places = {frame: (right_at(frame), float(TOP)) for frame in FRAMES}
-    return Shape(places, (0.0, 0.0, SIDE - 1.0, SIDE - 1.0), sprite)
+    return Shape(places, (0.0, 0.0, SIDE - 1.0, SIDE - 1.0), template)
 
 
 def test_a_neighbour_that_touches_most_of_the_time_is_no_part_of_a_body() -> None:
@@ -80,19 +80,19 @@ def test_a_body_is_painted_where_it_is() -> None:
 
     painted = right.paint(piece, 0, corner)
 
-    assert right.sprite is not None
+    assert right.template is not None
     inside = slice(10, 10 + SIDE)
-    assert np.array_equal(piece[inside, inside], right.sprite.appearance)
+    assert np.array_equal(piece[inside, inside], right.template.appearance)
     assert painted.sum() == SIDE * SIDE
     assert not right.paint(piece, len(FRAMES), corner).any()  # not seen in that frame
 
 
-def sprite() -> Sprite:
-    return make_sprite(np.ones((SIDE, SIDE), np.float32), np.ones((SIDE, SIDE), np.float32))
+def template() -> Template:
+    return make_template(np.ones((SIDE, SIDE), np.float32), np.ones((SIDE, SIDE), np.float32))
 
 
 def followed(x_px: Floats) -> Followed:
-    body = Body(sprite(), 0.0, float(SIDE), False, {}, (), 1.0)
+    body = Body(template(), 0.0, float(SIDE), False, {}, (), 1.0)
     known = np.where(np.isfinite(x_px), 1.0, np.nan)
     return Followed(body, x_px, TOP * known, 0.01 * known)
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from count_video.tracking import following
 from count_video.tracking.following import Followed, Surroundings, follow
-from count_video.tracking.sprite import look, make_sprite
-from count_video.tracking.template import Body
+from count_video.tracking.learning import Body
+from count_video.tracking.template import make_template, piece_at
 
 Luma = NDArray[np.uint8]
 
@@ -54,11 +54,11 @@ def pictures(behind: Luma) -> list[Luma]:
 
 
 def followed(behind: Luma, shown: list[Luma]) -> Followed:
-    whole = look(BODY, 0.0, 0.0, (SIDE, SIDE))
-    sprite = make_sprite(whole, np.ones((SIDE, SIDE), np.float32))
+    whole = piece_at(BODY, 0.0, 0.0, (SIDE, SIDE))
+    template = make_template(whole, np.ones((SIDE, SIDE), np.float32))
     sightings = {frame: (round(body_x(frame)), TOP) for frame in range(0, LEAVES, 4)}
     places = {frame: (float(x), float(y)) for frame, (x, y) in sightings.items()}
-    body = Body(sprite, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
+    body = Body(template, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
     return follow(shown, FRAMES, body, Surroundings(behind, np.zeros((len(FRAMES), 2))))
 
 
@@ -112,9 +112,11 @@ def followed_falling(
             other = decoy[1][frame - sighted]
             picture[other : other + SIDE, SIDE : 2 * SIDE] = decoy[0]
         shown.append(picture)
-    sprite = make_sprite(look(BODY, 0.0, 0.0, (SIDE, SIDE)), np.ones((SIDE, SIDE), np.float32))
+    template = make_template(
+        piece_at(BODY, 0.0, 0.0, (SIDE, SIDE)), np.ones((SIDE, SIDE), np.float32)
+    )
     places = {frame: (float(SIDE), float(tops[frame])) for frame in range(sighted)}
-    body = Body(sprite, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
+    body = Body(template, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
     frames = np.arange(len(tops))
     return follow(shown, frames, body, Surroundings(behind, np.zeros((len(tops), 2))))
 

@@ -1,4 +1,4 @@
-"""Light that varies over the picture, told from bodies, and levelled away."""
+"""Light that varies over the picture, distinguished from bodies, and levelled away."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ def pictures(lights: list[Floats], body_px: tuple[int, int] = (24, 20)) -> list[
     return seen
 
 
-def told(seen: list[Luma]) -> list[Light]:
+def lights_in(seen: list[Luma]) -> list[Light]:
     return lights_of(seen, np.ones(len(seen)), np.median(seen, axis=0).astype(np.uint8))
 
 
 def test_a_soft_shadow_is_levelled_away_and_the_body_stays() -> None:
     seen = pictures(shadows())
-    lights = told(seen)
+    lights = lights_in(seen)
     before, after = ([one.astype(float) for one in some] for some in (seen, _levelled(seen)))
     middle = np.median(after, axis=0)
     free = slice(0, 60)  # rows above the body
@@ -65,13 +65,13 @@ def test_a_soft_shadow_is_levelled_away_and_the_body_stays() -> None:
 
 
 def _levelled(seen: list[Luma]) -> list[Luma]:
-    return [light.levelled(one) for light, one in zip(told(seen), seen, strict=True)]
+    return [light.levelled(one) for light, one in zip(lights_in(seen), seen, strict=True)]
 
 
 @pytest.mark.parametrize("body_px", [(40, 30), (120, 70)])
 def test_a_body_in_even_light_is_no_light(body_px: tuple[int, int]) -> None:
     even = [np.ones(SIZE) for _ in range(PICTURES)]
-    assert all(one.waves is None for one in told(pictures(even, body_px)))
+    assert all(one.waves is None for one in lights_in(pictures(even, body_px)))
 
 
 def test_light_over_a_piece_is_that_of_the_picture_there() -> None:

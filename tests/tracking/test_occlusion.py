@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from count_video.tracking.background import Background
 from count_video.tracking.following import Followed
 from count_video.tracking.layers import Clip
+from count_video.tracking.learning import Body
 from count_video.tracking.occlusion import unhidden
-from count_video.tracking.sprite import look, make_sprite
-from count_video.tracking.template import Body
+from count_video.tracking.template import make_template, piece_at
 
 Luma = NDArray[np.uint8]
 
@@ -52,9 +52,9 @@ def pictures(front: int) -> list[Luma]:
 def body(which: int) -> Body:
     pattern = PATTERNS[which]
     shape = pattern.shape[0], pattern.shape[1]
-    sprite = make_sprite(look(pattern, 0.0, 0.0, shape), np.ones(shape, np.float32))
+    template = make_template(piece_at(pattern, 0.0, 0.0, shape), np.ones(shape, np.float32))
     sightings = {k: (float(x), float(TOP)) for k, x in enumerate(places()[which].tolist())}
-    return Body(sprite, 0.0, shape[1] - 1.0, False, sightings, tuple(sightings), 1.0)
+    return Body(template, 0.0, shape[1] - 1.0, False, sightings, tuple(sightings), 1.0)
 
 
 @pytest.mark.parametrize("front", [0, 1])

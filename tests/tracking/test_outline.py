@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from count_video.tracking.outline import Mean, find_outline
-from count_video.tracking.sprite import Pixels
+from count_video.tracking.template import Pixels
 
 SIZE = 120, 150
 WALL, BODY, PRINT = 150.0, 90.0, 190.0

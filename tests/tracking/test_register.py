@@ -5,11 +5,11 @@ import pytest
 from drawn import background, paint_ball, paint_box, paint_disc, to_luma
 
 from count_video.tracking.registration import GAIN_AT_LEAST, Fit, register
-from count_video.tracking.sprite import SMOOTHING_PX, Picture, Sprite, look, make_sprite
+from count_video.tracking.template import SMOOTHING_PX, Picture, Template, make_template, piece_at
 
 SHAPE = (80, 160)
 HOME = (80.0, 40.0)
-"""Centre of the ball in the picture that the sprite is cut from."""
+"""Centre of the ball in the picture that the template is cut from."""
 SHIFTED_PX = 1e-3
 REGISTERED_PX = 0.02
 HIDDEN_PX = 0.05
@@ -38,7 +38,7 @@ def test_a_sample_between_pixels_is_shifted_exactly(fraction: tuple[float, float
     rows, columns = np.indices((80, 150), dtype=np.float64)
     x_px, y_px = 20 + fraction[0], 15 + fraction[1]
 
-    seen = look(picture, x_px, y_px, (80, 150))
+    seen = piece_at(picture, x_px, y_px, (80, 150))
 
     expected = waves(columns + x_px, rows + y_px, smoothed=True)
     slope_y, slope_x = np.gradient(expected)
@@ -53,7 +53,7 @@ def test_beyond_the_border_the_last_row_and_column_go_on() -> None:
     picture = np.arange(20 * 30, dtype=np.uint16).reshape(20, 30) // 3
     picture = picture.astype(np.uint8)
 
-    seen = look(picture, -30.0, -40.0, (10, 10))
+    seen = piece_at(picture, -30.0, -40.0, (10, 10))
 
     assert seen == pytest.approx(float(picture[0, 0]), abs=1e-3)
 
@@ -67,18 +67,18 @@ def ball_picture(
     return gain * canvas + offset
 
 
-def ball_sprite(radius: float) -> Sprite:
+def ball_sprite(radius: float) -> Template:
     picture = to_luma(ball_picture(*HOME, radius))
     half = int(radius) + 6
     left, top = HOME[0] - half, HOME[1] - half
-    appearance = look(picture, left, top, (2 * half + 1, 2 * half + 1))
+    appearance = piece_at(picture, left, top, (2 * half + 1, 2 * half + 1))
     y, x = np.indices(appearance.shape)
     weight = np.hypot(x - half, y - half) < radius + 3
-    return make_sprite(appearance, weight.astype(np.float32))
+    return make_template(appearance, weight.astype(np.float32))
 
 
 def corner(radius: float) -> tuple[float, float]:
-    """Top left pixel of the sprite when the ball is at home."""
+    """Top left pixel of the template when the ball is at home."""
     half = int(radius) + 6
     return HOME[0] - half, HOME[1] - half
 
@@ -118,14 +118,14 @@ def test_gain_and_offset_of_the_light_do_not_move_the_body(light: tuple[float, f
 @pytest.mark.parametrize("noise", [2.0, 6.0])
 def test_the_stated_uncertainty_is_true_for_white_noise(radius: float, noise: float) -> None:
     rng = np.random.default_rng(17)
-    sprite, home = ball_sprite(radius), corner(radius)
+    template, home = ball_sprite(radius), corner(radius)
     normalised = []
     # A few places serve for all draws: what is tested is the noise, and drawing takes long.
     shifts = rng.uniform(-0.5, 0.5, (10, 2))
     canvases = [ball_picture(HOME[0] + x, HOME[1] + y, radius) for x, y in shifts]
     for draw in range(DRAWS):
         (x, _), canvas = shifts[draw % 10], canvases[draw % 10]
-        fit = register(to_luma(canvas, noise, rng), sprite, home)
+        fit = register(to_luma(canvas, noise, rng), template, home)
         assert fit is not None
         normalised.append((fit.x_px - home[0] - x) / fit.sigma_x_px)
 

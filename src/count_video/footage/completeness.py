@@ -46,7 +46,7 @@ def promise_of(path: Path, reading: Reading) -> Promise:
     """Ask a container how many frames there should be, and when the last of them should end.
 
     MP4, MOV and AVI count their frames. Matroska and WebM do not: there the packets are counted,
-    which tells of packets that give no picture, and a cut shows in the duration.
+    which knows of packets that give no picture, and a cut shows in the duration.
     """
     counted = _frames_counted(reading)
     if counted:
@@ -110,7 +110,7 @@ def _shortfalls(promise: Promise, tally: Tally) -> Iterator[str]:
 
 
 def _is_gap(tally: Tally) -> bool:
-    """Tell jumps over lost pictures from the uneven steps of a variable rate."""
+    """Distinguish jumps over lost pictures from the uneven steps of a variable rate."""
     if tally.widest_jump_share >= _GAP_SHARE:
         return True
     return 0 < tally.jumps <= max(1.0, _FEW_JUMPS * tally.pictures)
@@ -164,6 +164,6 @@ def _packets_shown(path: Path) -> int:
 
 
 def _is_hidden(packet: av.Packet[av.VideoStream]) -> bool:
-    """Tell whether a packet holds a picture for the decoder's eyes only, as VP8 knows them."""
+    """Whether a packet holds a picture for the decoder's eyes only, as VP8 knows them."""
     # RFC 6386, section 9.1: bit 4 of a frame's first byte says whether it is shown.
     return packet.stream.codec_context.name == "vp8" and not bytes(packet)[0] >> 4 & 1

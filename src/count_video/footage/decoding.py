@@ -100,7 +100,7 @@ class Tally:
             self.first_error = self.pictures
 
     def add(self, picture: av.VideoFrame) -> None:
-        """Count a picture and look at its time stamp."""
+        """Count a picture and check its time stamp."""
         if picture.is_corrupt:
             self.damaged += 1
             if self.first_damaged is None:
@@ -131,7 +131,7 @@ class Reading:
         except FootageError:
             self.container.close()
             raise
-        # With threads several large pictures are decoded at once, while the caller looks at one.
+        # With threads several large pictures are decoded at once, while the caller uses one.
         context = self.stream.codec_context
         pixels = max(1, context.width * context.height)
         at_most = max(1, min(at_most, PIXELS_HELD // pixels))

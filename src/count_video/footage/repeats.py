@@ -1,16 +1,16 @@
 """Find duplicated frames: pictures that are copies of the picture before them.
 
 A copy can be exact, or it went through an encoder once more and differs by a little. The second
-sort is told from real frames by how much the picture changes, frame after frame::
+sort is distinguished from real frames by how much the picture changes, frame after frame::
 
-    change   9  8  9  0.7  9  8  9        a copy among moving pictures: a lone dip
+    change   9  8  9  0.7  9  8  9        a copy among moving pictures: a single dip
              9  8  9  0.7  0.6  0.7       the motion ends: low, and stays low
              9  9  9  0.7  9  9  9        a bounce that two frames straddle evenly: a dip as well,
                                           but the pictures before and after it retrace each other
              9  1  9  1  9  1  9  1       every picture twice: dips that keep time
 
 Change is the largest mean difference over small blocks of the picture, so one small body that
-moves is as telling as a noisy background. Where the evidence is thin a frame is not called a copy:
+moves says as much as a noisy background. Where the evidence is thin a frame is not called a copy:
 a copy that stays costs a blurred speed, a real frame left out costs a collision.
 """
 
@@ -34,19 +34,19 @@ SUBLEVELS = 4
 """Block means are kept in quarters of a grey level (and saturate at 64 levels)."""
 DIP_SHARE, LONE_DIP_SHARE = 0.5, 0.3
 """A copy changes less than this share of what real frames change: re-encoded copies of filmed and
-rendered clips show 0.02 to 0.15 at high quality, 0.2 to 0.5 at low. A lone dip must be deeper."""
+rendered clips show 0.02 to 0.15 at high quality, 0.2 to 0.5 at low. A single dip must be deeper."""
 MOVING_LEVEL = 4.0
-"""Below this change (grey levels) nothing moves or rustles enough to tell a copy by."""
+"""Below this change (grey levels) nothing moves or rustles enough for a copy to be recognised."""
 FLICKER_SHARE = 0.25
 """If the mean brightness takes this share in the change, lamps flicker, and a dip is no copy."""
 RETRACE_SHARE = 0.8
 HISTORY = 64
-"""Real frames whose smallest change a lone dip has to undercut clearly."""
+"""Real frames whose smallest change a single dip has to undercut clearly."""
 HISTORY_AT_LEAST = 12
 LONGEST_RUN = 8
 """More dips in a row than this are no copies but calm."""
 PERIODS = range(2, 13)
-"""Cadences looked for: 2 is every picture twice, 5 is 24 pictures shown as 30 with one copy."""
+"""Cadences that are tried: 2 is every picture twice, 5 is 24 pictures shown as 30 with one copy."""
 PERIODS_SEEN = 4
 """A cadence counts after so many periods without an exception."""
 
@@ -105,7 +105,7 @@ def _change(picture: Luma, before: Luma) -> float:
 
 
 class _Judge:
-    """Tells copies from real frames by the changes so far and the one that follows."""
+    """Distinguishes copies from real frames by the changes so far and the one that follows."""
 
     def __init__(self) -> None:
         self._real: deque[float] = deque(maxlen=HISTORY)
@@ -116,7 +116,7 @@ class _Judge:
         self._index = 0
 
     def is_copy(self, samples: tuple[_Sample, ...], after: _Sample | None) -> bool:
-        """Tell whether the last of up to three pictures in a row is a copy of the one before."""
+        """Whether the last of up to three pictures in a row is a copy of the one before."""
         sample = samples[-1]
         dip = sample.identical or self._is_dip(sample)
         self._dips.append(dip)
@@ -146,7 +146,7 @@ class _Judge:
             self._cadence = _Cadence(1, frozenset())  # a copy was due, and none came
 
     def _keeps_time(self) -> bool:
-        """Tell whether a copy is due now, by the cadence of the dips up to this one."""
+        """Whether a copy is due now, by the cadence of the dips up to this one."""
         dips = tuple(self._dips)
         for period in PERIODS:
             recent = dips[-PERIODS_SEEN * period :]
@@ -159,13 +159,13 @@ class _Judge:
         return self._cadence.has(self._index)
 
     def _is_lone(self, samples: tuple[_Sample, ...], after: _Sample | None) -> bool:
-        """Tell whether a dip stands alone among moving pictures that do not retrace each other."""
+        """Whether a dip stands alone among moving pictures that do not retrace each other."""
         if after is None or self._run or len(self._real) < HISTORY_AT_LEAST:
             return False
         earlier, before, sample = samples
         if sample.change > LONE_DIP_SHARE * min(*self._real, after.change):
             return False
-        # Where a body came back between the two frames, the pictures around them look alike.
+        # Where a body came back between the two frames, the pictures around them are alike.
         retrace = _change(after.rows, earlier.rows)
         return retrace > RETRACE_SHARE * max(before.change, after.change)
 

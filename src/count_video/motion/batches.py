@@ -1,7 +1,7 @@
 """Long clips in batches of contacts: the fit of many contacts at once costs their number cubed.
 
 Contacts far apart have in common only where they happen and how large the errors of places are,
-and some dozens tell both. Each batch also fits some contacts of its neighbours, whose flights its
+and some dozens give both. Each batch also fits some contacts of its neighbours, whose flights its
 outermost contacts need, and leaves them to these.
 """
 
@@ -95,7 +95,7 @@ def _motion(parts: Sequence[Motion]) -> Motion:
 
 
 def _mean(errors: Sequence[Errors | None]) -> Errors | None:
-    """Take the mean errors of those batches that tell theirs."""
+    """Take the mean errors of those batches that have any."""
     known = [one for one in errors if one is not None]
     if not known:
         return None

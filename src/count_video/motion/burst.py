@@ -4,10 +4,10 @@ It begins with the first contact of the heavy body with the ball at rest. It end
 body, driven back, turns round again. A clip supports a count if it shows the ball at rest before,
 and either that turn or, at its end, bodies that part and no wall that the ball could reach before.
 
-The turn is told by the heavy body's fitted velocities. Of two collisions shortly before and after
-the turn, the first belongs to the burst and the second does not; its places hardly tell, for near
-the turn it stands still. Its velocities at the collisions do. Where even they leave it open, the
-fit of the whole burst gives the chance of either.
+The turn is found by the heavy body's fitted velocities. Of two collisions shortly before and after
+the turn, the first belongs to the burst and the second does not; its places hardly show which,
+for near the turn it stands still. Its velocities at the collisions do. Where even they leave it
+open, the fit of the whole burst gives the chance of either.
 
 What follows the clip's last frame is left to the fit of the whole burst, which knows the threads:
 here a clip ends too early if the velocities after the last collision lead to another one.
@@ -30,7 +30,7 @@ AT_REST_SHARE = 0.3
 """A ball slower than this share of the approach speed is at rest before the first collision; in
 the midst of a burst it is never slower than the heavy body itself, ..."""
 REST_SIGMAS = 1.5
-"""... so that it has half the approach speed at least: rest is told from that by so many standard
+"""... so that it has half the approach speed at least: rest differs from that by so many standard
 uncertainties, a likelihood ratio of 3; and one clip of thirty, at most, begins that late."""
 SIGMAS = 4.0
 """A velocity or a change of it counts from this many standard uncertainties on."""

@@ -7,10 +7,10 @@ A clip of 25 pictures a second that is shown at 30 holds a copy after every fift
 
 By the frames' numbers a body would stand still during each copy and all collisions would lie up to
 a picture off. Where a camera lost a picture and repeated the one before, it is the other way round:
-the frames are even, and the body moves two steps in one. The bodies' own paths tell which it is.
+the frames are even, and the body moves two steps in one. The bodies' own paths show which it is.
 
 Where every picture comes twice, the camera's exposure and the shortest interval that it resolves
-span two frames. The search for collisions therefore counts in pictures, and what it finds is told
+span two frames. The search for collisions therefore counts in pictures, and what it finds is given
 in frames.
 """
 
@@ -59,7 +59,7 @@ class Cadence:
         )
 
     def shown(self, collision: Collision) -> Collision:
-        """Tell a collision that was found between evened pictures by the frames that show it.
+        """Place a collision that was found between evened pictures among the frames that show it.
 
         It lies between the last frame that shows the picture before it and the first that shows
         the picture after it.
@@ -70,7 +70,7 @@ class Cadence:
 
 
 def cadence_of(track: Track) -> Cadence | None:
-    """Tell whether copies were put between evenly taken pictures; None where the frames are even.
+    """Find copies that were put between evenly taken pictures; None where the frames are even.
 
     Both clocks are tried on the bodies' steps wherever the step between frames changes.
     """
@@ -85,9 +85,9 @@ def cadence_of(track: Track) -> Cadence | None:
         moved = np.diff(body.position_px[rows])
         least = MOVES_SIGMAS * sigma_of(body.position_px[rows])
         lesser = np.minimum(np.abs(moved[1:]), np.abs(moved[:-1]))
-        telling = (np.diff(steps) != 0) & (lesser > least)
-        by_frame.append(np.abs(np.diff(step * moved / steps))[telling])
-        by_picture.append(np.abs(np.diff(moved))[telling])
+        decisive = (np.diff(steps) != 0) & (lesser > least)
+        by_frame.append(np.abs(np.diff(step * moved / steps))[decisive])
+        by_picture.append(np.abs(np.diff(moved))[decisive])
     rough, smooth = np.concatenate(by_frame), np.concatenate(by_picture)
     if len(rough) < STEPS_AT_LEAST or np.median(smooth) > SMOOTHER * np.median(rough):
         return None
@@ -98,7 +98,7 @@ def _missed_copies(track: Track) -> NDArray[np.bool_]:
     """Which rows are copies that were not noticed, shape (rows,).
 
     A converter's copies keep time. Where nearly all that were noticed do, a frame that is due to be
-    a copy is one if no body moved: at a clip's start little is known yet by which to tell them.
+    a copy is one if no body moved: at a clip's start little is known yet that would show them.
     """
     none = np.zeros(len(track.frame), dtype=bool)
     if len(track.frame) == 0:
@@ -136,7 +136,7 @@ def in_pictures(track: Track, pace: float) -> Track:
 
 
 def in_frames(collision: Collision, pace: float) -> Collision:
-    """Tell a collision that was found in pictures in frames."""
+    """Convert a collision that was found in pictures to frames."""
     return replace(
         collision,
         frame=collision.frame * pace,
@@ -151,7 +151,7 @@ def _slowed(velocities: Velocities, pace: float) -> Velocities:
 
 
 def swing_in_frames(swing: Swing | None, pace: float) -> Swing | None:
-    """Tell a swing that was fitted in pictures in frames."""
+    """Convert a swing that was fitted in pictures to frames."""
     if swing is None:
         return None
     return replace(

@@ -1,4 +1,4 @@
-"""What fits tell: parameters, the set-up, energies and the collisions themselves.
+"""What fits give: parameters, the set-up, energies and the collisions themselves.
 
 Parameters are means over all fits that come into question, not of one alone. The scatter of the
 restitution from collision to collision is not known, and in long bursts neither is the count. Each
@@ -125,7 +125,7 @@ def _energy(paths: Paths, values: Floats, states: Floats) -> Floats:
 
 
 def ending_of(paths: Paths, values: Floats) -> Ending:
-    """Tell how the burst ended from its state after the last collision."""
+    """How the burst ended, by its state after the last collision."""
     kept = float(energy_kept(paths, values)[-1])
     first = abs(float(paths.before[1, 0, 1]))
     heavy, ball = float(paths.states[1, 0, -1]) / first, float(paths.states[3, 0, -1]) / first
@@ -222,10 +222,10 @@ def _sigmas(solution: Solution, paths: Paths) -> list[Floats]:
 def _partners(frames: Floats, sigmas: Floats, seen: Sequence[Collision]) -> dict[int, Collision]:
     """Find the collision seen for each modelled one, as far as there is one; nearest first."""
     # What never happens lies at infinity, and may do so more than once.
-    room = np.diff(np.minimum(frames, np.finfo(np.float64).max), prepend=-np.inf, append=np.inf)
-    share = SAME_SHARE * np.minimum(room[:-1], room[1:])
+    apart = np.diff(np.minimum(frames, np.finfo(np.float64).max), prepend=-np.inf, append=np.inf)
+    share = SAME_SHARE * np.minimum(apart[:-1], apart[1:])
     # No frame is clear of its neighbours on either side of it: the exposures hold them all.
-    hidden = np.maximum(room[:-1], room[1:]) < 2 * HALF_EXPOSURE
+    hidden = np.maximum(apart[:-1], apart[1:]) < 2 * HALF_EXPOSURE
     pairs = []
     for event, frame in enumerate(frames):
         if hidden[event]:

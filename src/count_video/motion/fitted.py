@@ -60,7 +60,7 @@ COARSELY_LOST = 40.0
 """... if their coarse fits are not worse than the best one's by so much."""
 LIKELY = 0.5
 """The last fitted collision is left to what follows the burst if this is more likely than not; and
-more collisions than were seen are told if they are."""
+more collisions than were seen are given if they are."""
 MOST_OVER_SEEN = 2
 """Where the frames show all collisions of a burst, more that are hidden than shown are no
 explanation."""
@@ -88,7 +88,7 @@ class Between:
     following: dict[int, float]
     """Probability that so many collisions of the burst follow after the clip's end; sums to 1."""
     left_out: LeftOut | None = None
-    """Frames that the track does not allow for yet; these collisions are told without them."""
+    """Frames that the track does not allow for yet; these collisions are placed without them."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def count_between(
 def measure_burst(
     track: Track, found: SeenCollisions, known: Knowledge = NOTHING_KNOWN
 ) -> Between | Misfit:
-    """Fit the model to a burst whose collisions are all seen, for what it tells of the physics.
+    """Fit the model to a burst whose collisions are all seen, for what it says of the physics.
 
     Parameters as for ``count_between``. The count is the number seen, unless by that number the
     model does not describe the track, or only with frames left out, and another describes it.

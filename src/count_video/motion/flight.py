@@ -27,9 +27,9 @@ STRAY_SIGMAS = 3.0
 QUARTILE = 0.3186
 """Lower quartile of a standard normal value without its sign."""
 NOISE_AT_LEAST_PX = 0.1
-"""The centre of a patch is told no better than this."""
+"""The centre of a patch is known no better than this."""
 STEP_SHARE = 0.2
-"""Step of the differences that tell the acceleration, as a share of the time between turns."""
+"""Step of the differences that give the acceleration, as a share of the time between turns."""
 TURN_SIGMAS = 3.0
 POINTS_FOR_BEND = 5
 POINTS_AT_LEAST = 3
@@ -65,7 +65,7 @@ def motion_of(frame: Floats, place_px: Floats) -> Motion:
 def _noise_px(place_px: Floats) -> float:
     """Estimate the noise of one place from third differences, as ``signals.noise_px`` does.
 
-    The lower quartile tells it: short flights leave fewer than half of them clear of corners.
+    The lower quartile gives it: short flights leave fewer than half of them clear of corners.
     """
     third = np.diff(place_px, n=3)
     third = third[np.isfinite(third)]
@@ -104,7 +104,7 @@ def _between_turns(frame: Floats, place_px: Floats) -> float:
 
 
 def flies_freely(motion: Motion, rows: Rows) -> bool:
-    """Whether one parabola tells the places in these rows, as far as they can tell."""
+    """Whether one parabola describes the places in these rows within their errors."""
     if len(rows) <= POINTS_AT_LEAST:
         return True
     time, places = motion.frame[rows], motion.levelled_px[rows]

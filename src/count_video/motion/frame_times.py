@@ -2,7 +2,7 @@
 
 Frames are usually as even as the camera took them. Converters put copies between them, and
 slow-motion exports leave pictures out in a part of the clip; what is then found by an even clock
-has to be told by the frames that show it.
+has to be placed among the frames that show it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ STRAYS_LESS = 0.6
 together over some ten pictures: of a hundred that is worth ten numbers, and by chance, at three
 standard deviations, two parameters take up to two thirds of their squares."""
 SHARPENED_AT_MOST = 3
-"""So many clocks are looked at closely, those by which the cylinder strays least: first by the
+"""So many clocks are fitted closely, those by which the cylinder strays least: first by the
 collisions that an even clock shows, then by their own."""
 
 STEP_FRAMES = 3.0
@@ -79,7 +79,7 @@ def _stray_px(track: Track, found: SeenCollisions) -> float:
 
 
 def _judged_by_burst(found: SeenCollisions, track: Track) -> SeenCollisions:
-    """Let the cylinder's path bear out the burst alone.
+    """Let the cylinder's path confirm the burst alone.
 
     A clip that leaves pictures out after it may not show each collision that follows.
     """
@@ -94,7 +94,7 @@ def likeliest_ramp(track: Track, found: SeenCollisions) -> Ramp | None:
     """Find the clock by which the cylinder strays least from its path; None if it is even.
 
     ``found`` is what the clip shows by an even clock. Whether the collisions by the clock leave
-    doubts has no say: the count must not choose the clock that it is told by.
+    doubts has no say: the count must not choose its own clock.
     """
     even = found.collisions[: found.burst]
     nearest = sorted(ramps_of(track, even), key=lambda ramps: stray_px(ramps[0], track, even))
@@ -113,13 +113,13 @@ def likeliest_ramp(track: Track, found: SeenCollisions) -> Ramp | None:
 def as_shown(
     result: TrialResult, clock: Clock | None, left_out: LeftOut | None = None
 ) -> TrialResult:
-    """Tell collisions by the frames that show them, where these were not taken evenly.
+    """Place collisions among the frames that show them, where these were not taken evenly.
 
-    ``left_out`` are frames besides, by which the collisions are not told yet.
+    ``left_out`` are frames besides, which the collisions do not allow for yet.
     """
     collisions = result.collisions if clock is None else map(clock.shown, result.collisions)
-    told = clock
+    unusual = clock
     if left_out is not None:
-        told = left_out.joined(clock if isinstance(clock, LeftOut) else None)
-    warnings = () if told is None or isinstance(told, Cadence) else (told.warning,)
+        unusual = left_out.joined(clock if isinstance(clock, LeftOut) else None)
+    warnings = () if unusual is None or isinstance(unusual, Cadence) else (unusual.warning,)
     return replace(result, collisions=tuple(collisions), warnings=(*result.warnings, *warnings))

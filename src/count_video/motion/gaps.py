@@ -1,6 +1,6 @@
 """The turn-over: positions in the picture become distances from the wall, and gaps.
 
-Everything that looks for collisions works in these terms: distances grow away from the wall,
+Everything that finds collisions works in these terms: distances grow away from the wall,
 whichever side of the picture it stands on, and a contact is a gap that closes.
 """
 

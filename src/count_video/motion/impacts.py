@@ -7,7 +7,7 @@ r"""Impacts of one body alone: where its velocity turns round by a jump, at a st
      |   \  /      \  /    \  /  \  /\              |        `-'       `-
      +----1----------2------3-----4----> frame      +-------------------> frame
 
-Every turn of the path is looked at, on both sides. A thrown ball, a pendulum or a cart on a spring
+Every turn of the path is judged, on both sides. A thrown ball, a pendulum or a cart on a spring
 comes to rest before it goes back; at an impact (1 to 4) the body arrives at speed and leaves at
 speed: its velocity jumps. The places of all impacts on a side lie at one stop.
 """
@@ -76,7 +76,7 @@ class Impact:
     velocity_after: float
     clarity: float
     """Jump of the velocity, by the flights next to it or by the law of a swing through both, over
-    its standard uncertainty; 0 where too few pictures show it, or tell it from a swing's turn."""
+    its standard uncertainty; 0 where too few pictures show it, or that it is no swing's turn."""
     pictures: int
     """How many show the body flying freely, on the side where fewer do."""
 
@@ -167,7 +167,7 @@ def _bends(motion: Motion, row: int, side: int) -> list[float]:
 
 
 def _bend_sigma(motion: Motion) -> float:
-    """Tell the standard uncertainty of such a bend over one picture."""
+    """Return the standard uncertainty of such a bend over one picture."""
     return float(np.sqrt(SECOND_DIFFERENCE)) * motion.sigma_px
 
 
@@ -197,8 +197,8 @@ def _sharp(turns: Sequence[Turn], motion: Motion, contact: float) -> list[Impact
         # Jumps are expected to be large: small ones are left open.
         clear[(smoothness_of(fitted) > TURN_LOG_RATIO) & (clear <= JUMP_SIGMAS)] = OPEN
         if np.isfinite(clear).all():
-            told = zip(found, clear.tolist(), strict=True)
-            return [replace(i, clarity=one) for i, one in told if one != OPEN]
+            paired = zip(found, clear.tolist(), strict=True)
+            return [replace(i, clarity=one) for i, one in paired if one != OPEN]
         smooth = [-i.clarity if np.isnan(c) else -np.inf for i, c in zip(found, clear, strict=True)]
         worst = peaks(np.array(smooth), -np.inf)
         left = [
@@ -216,7 +216,7 @@ def _clarity(
     limits = zip(ends[:-2], ends[2:], strict=True)
     return np.array(
         [
-            _told(impact, turn, motion, limit, contact)
+            _clarity_of(impact, turn, motion, limit, contact)
             for impact, turn, limit in zip(found, turns, limits, strict=True)
         ]
     )
@@ -238,10 +238,10 @@ def _impact(turn: Turn, fitted: Contacts, number: int) -> Impact:
     )
 
 
-def _told(
+def _clarity_of(
     impact: Impact, turn: Turn, motion: Motion, limits: tuple[float, float], contact: float
 ) -> float:
-    """Clarity of an impact; 0 where too few pictures tell it from a turn, NaN where it is one."""
+    """Clarity of an impact; 0 where too few pictures show it to be none, NaN for a turn."""
     left = excess(motion, impact.frame, limits, contact)
     if left is not None and is_smooth(left):
         return np.nan

@@ -180,7 +180,7 @@ def _covariance(model: Model, values: Floats) -> Floats:
 
 
 def _contacts(model: Model, values: Floats, origin: float) -> Contacts:
-    """Tell the contacts of a solution, with places from an origin."""
+    """Contacts of a solution, with places from an origin."""
     covariance = _covariance(model, values)
     sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     count = len(model.times)
@@ -226,7 +226,7 @@ def _motion(model: Model, values: Floats, covariance: Floats, body: int) -> Moti
 
 
 def collisions_of(fitted: Contacts, sign: int = 1) -> list[Collision]:
-    """Tell contacts as collisions, all of them seen, at places and velocities times a sign."""
+    """Contacts as collisions, all of them seen, at places and velocities times a sign."""
     rates, sigmas = (np.full((len(fitted.kinds), 2, 2), np.nan) for _ in range(2))
     for place, body in enumerate(fitted.bodies):
         rates[:, :, place], sigmas[:, :, place] = sign * body.rate, body.sigma

@@ -10,11 +10,11 @@ r"""Frames left out of a clip without a trace in its time stamps: a hypothesis a
 No collision makes a place step. For each step from picture to picture that holds no contact of a
 body, the places on both sides are fitted by two lines with one slope v. The step s between them,
 over its uncertainty, is the likelihood ratio of frames left out against none, and s / v is their
-number. The heavy body tells it best, as it turns round but once; the ball tells that there is a
+number. The heavy body shows it best, as it turns round but once; the ball shows that there is a
 step, but may have collided in what is left out.
 
-Where collisions crowd no flight is long enough for a line: there the fit of the whole burst seeks
-them (see ``time_base``).
+Where collisions are close no flight is long enough for a line: there the fit of the whole burst
+seeks them (see ``time_base``).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
 
 SIDE_FRAMES = 8.0
-"""So many frames on either side tell a step; threads and slopes hardly bend a path in them."""
+"""So many frames on either side show a step; threads and slopes hardly bend a path in them."""
 SIDE_ROWS = 3
 STEP_SIGMAS = 8.0
 """Of all steps of a thousand clips none is so large by noise that lasts for some frames."""
@@ -39,7 +39,7 @@ FRAMES_AT_LEAST = 0.75
 """What moves a body by less than this part of a frame's way is an uneven clock, no frame."""
 FRAMES_AT_MOST = 500
 SAME_FRAMES = 0.5
-"""Both bodies tell the same number to this part of a frame."""
+"""Both bodies give the same number to this part of a frame."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class LeftOut:
         return replace(track, frame=track.frame + self.frames * late)
 
     def shown(self, collision: Collision) -> Collision:
-        """Tell a collision by the frames that are there."""
+        """Place a collision among the frames that are there."""
         since = collision.frame - self.after
         if since <= 0:
             return collision
@@ -140,7 +140,7 @@ def _steps(gaps: Gaps, collisions: Sequence[Collision], end: float) -> list[_Ste
 
 
 def _step(time: Floats, place: Floats, sigma: float) -> tuple[float, float] | None:
-    """Clarity of a step at time 0 and the frames that it is worth; None if too few places tell."""
+    """Clarity of a step at time 0 and the frames that it is worth; None if places are too few."""
     after = time > 0
     if min(after.sum(), (~after).sum()) < SIDE_ROWS:
         return None

@@ -88,7 +88,7 @@ def seen_meetings(track: Track, heavy: BodyTrack, pace: float) -> SeenImpacts:
 
 
 def without_wall(track: Track) -> Track:
-    """Call the body at smaller positions the ball, as where there is no wall to tell."""
+    """Call the body at smaller positions the ball, as where no wall decides."""
     if track.heavy is None or track.wall_side == "left":
         return replace(track, wall_seen=False)
     left, right = track.heavy, track.ball
@@ -98,7 +98,7 @@ def without_wall(track: Track) -> Track:
 
 
 def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:
-    """Whether all that look like the ball's collisions with a wall are smooth turns of a swing."""
+    """Whether all that seem to be the ball's collisions with a wall are smooth turns of a swing."""
     motion = motion_of(track.frame, track.ball.position_px)
     ends = [-np.inf, *(collision.frame for collision in collisions), np.inf]
     walls = [

@@ -33,7 +33,7 @@ one lower than the noise of both its ends."""
 LOG2_APART = 0.5
 """Half way, in binary logarithms, between a flight as expected and one of twice its length."""
 FLIGHTS_AT_LEAST = 3
-"""Fewer flights do not tell that they shrink by a constant share."""
+"""Fewer flights do not show that they shrink by a constant share."""
 SAME_TURN_PICTURES = 2.0
 """A turn this near to an impact is that impact, pictures that do not show the body apart."""
 END_PICTURES = 2.0
@@ -84,7 +84,7 @@ def lost_after(motion: Motion, impacts: Sequence[Impact]) -> bool:
 
     It did, by the velocity with which it left, if the clip goes on for long enough. Under a
     constant pull flights last as long as they begin fast, those of a pendulum longer: the one
-    before tells how long.
+    before says how long.
     """
     if len(impacts) < 2:
         return False
@@ -106,7 +106,7 @@ def dies_out(motion: Motion, impacts: Sequence[Impact]) -> bool:
     A body that bounces on one stop keeps the same share e of its speed at every impact, so its
     flights under a constant pull form a geometric series: endlessly many within a finite time, of
     which pictures show the first ones. ``e`` is the median ratio of neighbours, which most must be
-    near; each flight tells by it how long the next one after the last would be, and the median of
+    near; by it each flight says how long the next one after the last would be, and the median of
     them is taken.
     """
     flights = np.diff([impact.frame for impact in impacts])
@@ -118,8 +118,8 @@ def dies_out(motion: Motion, impacts: Sequence[Impact]) -> bool:
     following = flights * share ** np.arange(len(flights), 0, -1)
     # A flight of t pictures rises by pull t^2 / 8.
     pull = abs(motion.acceleration)
-    told = pull > motion.acceleration_spread
-    noisy = np.sqrt(8 * 2 * HYSTERESIS_SIGMAS * motion.sigma_px / pull) if told else 0.0
+    known = pull > motion.acceleration_spread
+    noisy = np.sqrt(8 * 2 * HYSTERESIS_SIGMAS * motion.sigma_px / pull) if known else 0.0
     return float(np.median(following)) < max(TAIL_PICTURES, noisy)
 
 
@@ -157,7 +157,7 @@ def _share_kept(flights: Floats) -> float:
 
 
 def passed_over(motion: Motion, impacts: Sequence[Impact]) -> list[float]:
-    """Frames of turns at a stop that are not told to be impacts, between the first and the end."""
+    """Frames of turns at a stop that are not known for impacts, between the first and the end."""
     if not impacts:
         return []
     tolerance = stop_tolerance(motion)

@@ -51,13 +51,13 @@ BEND_SHOWN_ROWS = 5
 """So many rows of a piece show its acceleration; where none do, ..."""
 
 ENOUGH_ROWS = 3000
-"""So many rows tell the standard deviation of errors to 1.5 %."""
+"""So many rows give the standard deviation of errors to 1.5 %."""
 
 FIRST, LAST, BEND, SWING, SLOPE = range(5)
 NODE_SLOTS = 4
 BEFORE, AFTER = slice(5, 5 + NODE_SLOTS), slice(5 + NODE_SLOTS, 5 + 2 * NODE_SLOTS)
 """Slots of a piece: times of its first and last contact, its acceleration, the body's w^2, its
-velocity where one end is open, and what tells the places at these contacts."""
+velocity where one end is open, and what gives the places at these contacts."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ class Model:
         first_heavy = self.bends + pieces + int((~self.spans).sum())
         self.heavy = first_heavy + np.cumsum(self.meets) - 1
         self.columns = none = first_heavy + int(self.meets.sum())
-        # Which columns tell the place at a contact of the ball, and of the heavy body.
+        # Which columns give the place at a contact of the ball, and of the heavy body.
         nodes = np.full((2, count, NODE_SLOTS), none)
         nodes[0, :, 0] = [self.far if kind == "far" else self.wall for kind in self.kinds]
         nodes[0, :, 1] = self.stray + np.arange(count)
@@ -207,7 +207,7 @@ class Model:
 
     @cached_property
     def about(self) -> float:
-        """Mean place of the heavy body at its contacts: the distance is told there."""
+        """Mean place of the heavy body at its contacts: the distance is measured there."""
         return float(self.prior[0][self.heavy[self.meets]].mean()) if self.meets.any() else 0.0
 
     @cached_property
@@ -434,9 +434,9 @@ class Model:
 
 def _enough(flights: Sequence[Flight | None]) -> list[Flight]:
     """Flights that say something, of very many rows only every so many of them."""
-    telling = [flight for flight in flights if flight]
-    rows = sum(len(flight.clock) for flight in telling)
-    return telling[:: max(1, rows // ENOUGH_ROWS)]
+    shown = [flight for flight in flights if flight]
+    rows = sum(len(flight.clock) for flight in shown)
+    return shown[:: max(1, rows // ENOUGH_ROWS)]
 
 
 def weighted_median(values: Floats, weights: Floats) -> float:

@@ -21,10 +21,10 @@ CLEAR_FRAMES = 1.0
 BURSTS_BEYOND = 2.0
 """The last collision may follow the one before it only after so many times the burst until then."""
 FRAMES_A_FLIGHT = 16
-"""A long flight between two collisions is thinned out to so many frames: neighbouring ones tell
+"""A long flight between two collisions is thinned out to so many frames: neighbouring ones say
 the same."""
 MOST_BUSY_FRAMES = 500
-"""Where the collisions crowd all frames are kept, up to this number."""
+"""Where collisions lie close together all frames are kept, up to this number."""
 
 
 @dataclass(frozen=True)

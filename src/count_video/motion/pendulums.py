@@ -121,7 +121,7 @@ def follow(sets: Floats, count: int, first_time: float) -> Paths:
     count
         Number of collisions.
     first_time
-        No collision is looked for before this time (the model's time 0 may lie after the first).
+        No collision is sought before this time (the model's time 0 may lie after the first).
     """
     times = np.full((len(sets), count + 1), np.inf)
     states = np.full((4, len(sets), count + 1), np.nan)

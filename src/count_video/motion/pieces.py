@@ -1,6 +1,6 @@
 r"""Flights between contacts, cut into pieces that a fit can take.
 
-Between contacts a body at x obeys x'' = g - w^2 (x - x0). Of a flight that is short, both ends tell
+Between contacts a body at x obeys x'' = g - w^2 (x - x0). Of a flight that is short, both ends give
 of each other: one piece from contact to contact. Of a long one each end has a piece of its own, for
 what a hand, a slope or a lens does in the middle of it says nothing of its ends.
 
@@ -113,7 +113,7 @@ def pieces_of(
 
 
 def _near(frame: Floats, signal: Floats, rows: Rows, contact: float, sigma: float) -> Rows:
-    """Rows of a flight that tell of a contact at one of its ends."""
+    """Rows of a flight that know of a contact at one of its ends."""
     window = WINDOW_FRAMES
     while True:
         near = rows[np.abs(frame[rows] - contact) < window]

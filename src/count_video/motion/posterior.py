@@ -1,9 +1,9 @@
 """Weigh the counts against each other: fine fits, their noise, and the probability of each count.
 
 What the fit leaves unexplained is larger than the noise of single frames and hangs together over
-several: compression, shading and a model that is not the world see to that. Where collisions crowd,
-a track's own estimate of its noise is too large. So the noise is that of the residuals about the
-best fit, and only then are its rivals judged.
+several: compression, shading and a model that is not the world see to that. Where collisions are
+close, a track's own estimate of its noise is too large. So the noise is that of the residuals about
+the best fit, and only then are its rivals judged.
 
 Where the burst ends has a probability as well: whether the last collision comes before the heavy
 body's turn, and whether one more follows after the clip's end.
@@ -34,9 +34,9 @@ Weighed = dict[tuple[int, float], tuple[float, Solution]]
 IMPROBABLE, IMPROBABLE_AT_LEAST = 10.0, 2
 """Counts beyond so many in a row whose evidence is smaller by so much, as a logarithm, are none."""
 MOST_RIVALS = 16
-"""Counts on either side of the best that are looked at: where so many are likely, none is known."""
+"""Counts on either side of the best that are weighed: where so many are likely, none is known."""
 RESIDUALS_AT_LEAST = 20
-"""Fewer do not tell how large they are."""
+"""Fewer do not show how large they are."""
 CLIPPED_SIGMAS = 6.0
 """Larger residuals count as this: the tracker was misled."""
 
@@ -162,7 +162,7 @@ def with_more(chances: Mapping[int, float], more: Mapping[int, float]) -> dict[i
 
 
 def doubted(chances: Mapping[int, float]) -> dict[int, float]:
-    """Leave room for what the model does not know: one collision more or fewer."""
+    """Leave some probability to what the model does not know: one collision more or fewer."""
     near = {-1: MODEL_WRONG / 2, 0: 1 - MODEL_WRONG, 1: MODEL_WRONG / 2}
     return {number: chance for number, chance in with_more(chances, near).items() if chance >= 1e-6}
 

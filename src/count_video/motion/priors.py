@@ -13,7 +13,7 @@ from typing import Final
 PARALLAX_SIGMA: Final = 0.05
 """Growth of the distance at contact with the place, px per px: cameras some metres away."""
 TIME_MOVES_FRAMES: Final = 1.5
-"""A contact lies in one of the steps next to the frame where it is looked for."""
+"""A contact lies in one of the steps next to the frame where it is sought."""
 RATE_SQUARED_SIGMA: Final = 0.01
 """Of w^2 in (radians per frame) squared: a swing of some sixty frames."""
 BEND_FRAMES: Final = 100.0
@@ -67,8 +67,8 @@ CHANCE_HARDLY_SHOWN: Final = 0.6
 """Chances that an impact is one: its jump exceeds its uncertainty by far or not, or too few
 pictures show the body before or after it."""
 CHANCE_SINGLE: Final = 0.8
-"""And where it is the only one at its stop, so that nothing else tells where the stop is; two
-bodies that touch tell it by their outlines."""
+"""And where it is the only one at its stop, so that nothing else shows where the stop is; two
+bodies that touch show it by their outlines."""
 CHANCE_PASSED_OVER: Final = 0.5
 CHANCE_CUT_OFF: Final = 0.5
 """Chances that a turn at the stop which is no clear impact is one, and that a clip which begins or

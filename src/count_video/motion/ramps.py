@@ -36,7 +36,7 @@ from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
 
 SIDE_STEPS = 4
-"""So many steps on either side tell the energy: farther away the threads have changed it."""
+"""So many steps on either side give the energy: farther away the threads have changed it."""
 FACTOR_AT_LEAST = 1.4
 """Exports play at half the rate or less; smaller changes are left to the bodies."""
 CLEAR_SIGMAS = 6.0
@@ -45,12 +45,12 @@ STANDS_OUT = 2.0
 """It changes by so much more than it goes on changing by itself: threads speed bodies up and slow
 them down from step to step."""
 FACTOR_SHARE = 0.3
-"""Few pictures tell a factor to about this share."""
+"""Few pictures give a factor to about this share."""
 FACTOR_AT_MOST = 16
 CHANGES_AT_MOST = 3
 """So many changes of each sort are tried, the greatest first."""
 MOVED_AT_MOST_FRAMES = 1.5
-"""Changes are moved to where the path fits best, but no farther than that: the steps tell on which
+"""Changes are moved to where the path fits best, but no farther than that: the steps show on which
 side of it a picture was taken."""
 SHARP_FRAMES = 0.05
 """And to this part of a picture."""
@@ -76,8 +76,8 @@ class RateChange:
 def rate_changes(gaps: Gaps, collisions: Sequence[Collision]) -> list[RateChange]:
     """Find places at which the rate may change, in order of time.
 
-    The energy is told by the mean velocity of the heavy body and the median speed of the ball over
-    some steps, of which a collision spoils one. ``collisions`` tell how the masses compare.
+    The mean velocity of the heavy body and the median speed of the ball over some steps, of which a
+    collision spoils one, give the energy; ``collisions`` give the ratio of the masses.
     """
     frame, share = gaps.frame, _mass_share(collisions)
     ball, heavy = (_steps(frame, signal) for signal in (gaps.ball_px, gaps.heavy_px))
@@ -159,12 +159,12 @@ class Ramp:
         return replace(track, frame=self.steady)
 
     def shown(self, collision: Collision) -> Collision:
-        """Tell a collision that was found by the steady clock in frames."""
+        """Convert a collision that was found by the steady clock to frames."""
         frame = float(np.interp(collision.frame, self.steady, self.frame))
         return replace(in_frames(collision, 1 / self._pace(frame)), frame=frame)
 
     def timed(self, collision: Collision) -> Collision:
-        """Tell a collision that is told in frames by the steady clock."""
+        """Convert a collision from frames to the steady clock."""
         time = float(self.time_of(np.array([collision.frame]))[0])
         return replace(in_frames(collision, self._pace(collision.frame)), frame=time)
 
@@ -175,7 +175,7 @@ class Ramp:
         return float(np.diff(self.time_of(ends))[0])
 
     def slows(self, collisions: Sequence[Collision]) -> bool:
-        """Whether a collision, told in frames, lies where no pictures are left out.
+        """Whether a collision, given in frames, lies where no pictures are left out.
 
         Where none does, no count hangs on the change, and it may be none: bodies that are let go
         speed up as well.
@@ -190,9 +190,9 @@ class Ramp:
 
 
 def ramps_of(track: Track, collisions: Sequence[Collision]) -> Iterator[list[Ramp]]:
-    """Clocks that the clip may have been made by; none where nothing tells.
+    """Clocks that the clip may have been made by; none where nothing shows any.
 
-    The rate rises where collisions crowd and falls again later, by the same factor; or the clip
+    The rate rises where collisions are close and falls again later, by the same factor; or the clip
     shows one of both changes. Exports leave out pictures, so the factor is a whole number. Clocks
     of the same changes, by the factors that come into question, come together, the likeliest first.
     """

@@ -18,7 +18,7 @@ class Cause(Enum):
     STARTS_MOVING = auto()
     """The ball moves to the wall when the clip starts."""
     STARTS_CLOSE = auto()
-    """Too few frames before the first collision tell whether the ball was at rest."""
+    """Too few frames before the first collision show whether the ball was at rest."""
     STARTS_LATE = auto()
     """The ball is not at rest before the first collision that is seen."""
     ENDS_AT_CONTACT = auto()

@@ -4,8 +4,8 @@ The evidence for a count is its likelihood integrated over all parameters (Lapla
 about the best fit), so that a count that needs unlikely scatter of the restitution pays for it.
 
 A burst is fitted from its beginning on: the first few collisions, then more and more of them. Where
-the first collisions are seen, they tell wall, contact and losses well enough to foresee the next
-few, and these tell them better. So no fit ever starts more than a small part of a collision from
+the first collisions are seen, they give wall, contact and losses well enough to foresee the next
+few, and these give them better. So no fit ever starts more than a small part of a collision from
 where it ends, and nothing has to be searched for.
 """
 
@@ -55,7 +55,7 @@ STARTS = 5
 SEEN_SHARE = 0.5
 """The number seen is tried if it is more than this share of the scan's best count."""
 HOPELESS = 150.0
-"""A count whose loss exceeds the best by so much needs no further look."""
+"""A count whose loss exceeds the best by so much needs no further fit."""
 SKIPS = (1.0, 3.0, 8.0)
 """Numbers of frames left out from which fits begin, besides the likeliest by first order."""
 MOST_TRIED = 80
@@ -318,12 +318,12 @@ def forward_fit(
 def calm_beginning(burst: Sequence[Collision]) -> int:
     """Count the collisions up to the first two between which some may be missing."""
     flights = np.diff([collision.frame for collision in burst])
-    crowded = np.flatnonzero(flights < RESOLVED_FRAMES)
-    return int(crowded[0]) + 1 if len(crowded) else len(burst)
+    close = np.flatnonzero(flights < RESOLVED_FRAMES)
+    return int(close[0]) + 1 if len(close) else len(burst)
 
 
 def _with_swing(rough: Floats, swing: Swing) -> Floats:
-    """Take from the heavy body's path what it tells better than the rough values do."""
+    """Take from the heavy body's path what it gives better than the rough values do."""
     values = rough.copy()
     if swing.mass_ratio_relative_sigma < 1 / SWING_SIGMAS:
         values[Column.LIGHTNESS] = -np.log(swing.mass_ratio)

@@ -25,14 +25,14 @@ from count_video.signals import Errors, sigma_of
 
 FEW_TO_BELIEVE = 2
 """Outlines can be learnt wrongly: against more collisions than this in a row they have no say. If
-they were wrong by more than all that they cover, the fit of the whole burst has to bear these out.
+they were wrong by more than all that they cover, the fit of the whole burst has to confirm these.
 """
 SHOWN_SHARE = 0.25
-"""The frames show a collision if they tell its time to this share of the way to its neighbours: of
-those that crowd they show a zigzag whose corners lie where the frames are."""
+"""The frames show a collision if they give its time to this share of the way to its neighbours: of
+those that are closer they show a zigzag whose corners lie where the frames are."""
 APART_SHARE = 0.5
 """Bodies whose outlines stay this share of the ball's diameter apart do not touch: a camera that
-looks obliquely shows a gap at contact, but one small beside the ball."""
+sees them obliquely shows a gap at contact, but one small beside the ball."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class SeenCollisions:
     shortcomings: tuple[Reason, ...]
     """Why the clip does not show the whole burst; empty if it does."""
     doubts: tuple[Reason, ...]
-    """Why the fit of the whole burst has to bear out what is seen; empty if all is resolved."""
+    """Why the fit of the whole burst has to confirm what is seen; empty if all is resolved."""
     shortest_interval_frames: float
     """Between neighbours of the first burst; inf for fewer than two."""
     swing: Swing | None
@@ -62,7 +62,7 @@ class SeenCollisions:
 
     @property
     def shown(self) -> int:
-        """How many of the burst the frames show; the others are told by alternation alone."""
+        """How many of the burst the frames show; the others follow from alternation alone."""
         return sum(collision.seen for collision in self.collisions[: self.burst])
 
 
@@ -82,10 +82,10 @@ def with_errors(track: Track, errors: BodyErrors) -> Track:
 
     The registration takes the noise of a picture for white. Encoders leave errors that neighbouring
     pixels share and that last for many frames: whole blocks are moved by quarters of a pixel, or
-    stay where they were until it is worth the bits to move them. Such an error looks like motion in
-    every single picture; the law of motion tells it. To the variance of every place of a body the
+    stay where they were until it is worth the bits to move them. Such an error is like motion in
+    every single picture; the law of motion reveals it. To the variance of every place of a body the
     same is added, never less than nothing. ``errors`` are those of the ball, then of the heavy
-    body; where none are known, third differences tell.
+    body; where none are known, third differences do.
     """
     of_ball, of_heavy, *_ = (*errors, None, None)
     heavy = None if track.heavy is None else _with_error(track.heavy, of_heavy)

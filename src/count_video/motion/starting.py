@@ -1,4 +1,4 @@
-"""Where the fit may start: what the calm frames tell.
+"""Where the fit may start: what the calm frames show.
 
 The heavy body's approach, the ball's place at rest and the wall are read off. The lightness of the
 ball follows roughly from how near the heavy body comes to the wall: with d the ball's way between
@@ -6,7 +6,7 @@ the two and V its speed, V d stays the same while both change slowly, and at the
 all the energy, m V^2 = M v^2. At first d is the way L to the wall and V is 2 v, of which half
 is the heavy body's own, so that V d is v L.
 
-What they do not tell, lightness and restitution and so the count, is scanned. Many sets of
+What they do not show, lightness and restitution and so the count, is scanned. Many sets of
 parameters are followed at once and compared with a few frames; what is far from all of them is as
 bad as what is far from one. The best places of each count are where fits may start.
 """
@@ -42,7 +42,7 @@ def rough_values(
     """Read the parameters off the calm frames; shape (columns without deviations,).
 
     ``expected_rate`` is the angular rate of usual threads in radians per frame, if it can be said;
-    ``swing`` what the heavy body's path through the burst tells, if it does.
+    ``swing`` what the heavy body's path through the burst gives, if it does.
     """
     values = np.zeros(FIRST_DEVIATION)
     before = observed.frame < -CLEAR_FRAMES
@@ -77,7 +77,7 @@ def _approach(frame: Floats, heavy: Floats, rate: float) -> tuple[float, float]:
 
 LIGHTNESS_SPAN = (-0.35, 1.1)
 """The scan reaches so far from the rough value, in its logarithm: losses let the heavy body come
-nearer, so that the ball looks lighter than it is. In long bursts it comes so near that the rough
+nearer, so that the ball seems lighter than it is. In long bursts it comes so near that the rough
 value says little, and the scan reaches further."""
 STEPS_AT_MOST = 121
 PHASE_STEP = 0.25
@@ -85,7 +85,7 @@ PHASE_STEP = 0.25
 RESTITUTIONS = np.linspace(-0.03, 0.03, 7)
 """Added to the rough restitution of both contacts."""
 MOST_COLLISIONS = 600
-"""More are not looked for: no track tells them from one another."""
+"""More are not sought: no track distinguishes them."""
 LIGHTEST = float(np.log(2.0))
 """Logarithm of the greatest lightness: a heavy body of half the ball's mass."""
 LONG_BURST = 60
@@ -119,7 +119,7 @@ def scan(observed: Observations, rough: Floats, prior: Prior) -> Floats:
 
 
 def expected_count(lightness: float) -> float:
-    """Tell the number of collisions of free bodies, for the logarithm of the lightness."""
+    """Return the number of collisions of free bodies, for the logarithm of the lightness."""
     return float(np.pi / np.exp(lightness / 2))
 
 

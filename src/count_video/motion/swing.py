@@ -39,7 +39,7 @@ REST_SIGMAS = 3.0
 """A body that stays this close to where it is first seen is still at rest."""
 MOVES_AT_LEAST_PX = 2.0
 """What moves less all along is scenery. The heavy body comes and goes by more than the ball hangs
-from it, which is more than can be told to be two bodies."""
+from it, which is more than two bodies can be distinguished by."""
 CORRELATED_FRAMES = 10
 """What is left over is not white (reflections creep over polished brass): so many neighbouring
 frames count as one."""
@@ -47,7 +47,7 @@ frames count as one."""
 
 @dataclass(frozen=True)
 class Swing:
-    """What the heavy body's path tells."""
+    """What the heavy body's path gives."""
 
     mass_ratio: float
     """Heavy over light mass, from the velocity steps."""
@@ -126,7 +126,7 @@ def _solved(
 
 
 def swing_of(path: HeavyPath | None) -> Swing | None:
-    """Tell the swing of a path; None where it is not known or gives no mass ratio."""
+    """Swing of a path; None where it is not known or gives no mass ratio."""
     if path is None or path.solution[4] <= 0:
         return None
     _, _, bend, rate_squared, share = path.solution
@@ -143,7 +143,7 @@ def path_fits(path: HeavyPath | None, gaps: Gaps) -> bool | None:
     """Whether the heavy body moves as one that swings and collides so.
 
     If it does not, a body was mistaken for another or for scenery, or collisions are missing. None
-    where the frames do not show enough to tell.
+    where the frames do not show enough to decide.
     """
     if path is None:
         return None

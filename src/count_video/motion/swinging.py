@@ -1,14 +1,14 @@
-r"""Tell an impact from the turn of a swing by the law that the swing's acceleration follows.
+r"""Distinguish an impact from the turn of a swing by the law that the swing's acceleration follows.
 
     acceleration                         acceleration
      |.                                   | |            the spike of an impact:
      | `.     a swing: linear in          | |            no law of the flights on
-     |   `.   the place, turns            |_|_________   both sides tells it
+     |   `.   the place, turns            |_|_________   both sides gives it
      |     `. included                    |
      +-------`--> place                   +-----------> place
 
 Of a pendulum, a spring and a throw the acceleration is linear in the place, so are the differences
-of places so far apart that they tell it above the noise,
+of places so far apart that they show it above the noise,
 
     x(t + m) - 2 x(t) + x(t - m) = a + b x(t),
 
@@ -36,7 +36,7 @@ EXCESS_SHARE = 0.4
 EXCESS_SIGMAS = 3.0
 EXCESS_SIGMA_AT_MOST = 0.2
 """At an impact the law of a swing leaves more than this share of the bend over, clear of the noise;
-where the share is known to less than the second, an impact's share of 1 is told from a swing's 0.
+where the share is known to less than the second, an impact's share of 1 differs from a swing's 0.
 """
 SECOND_DIFFERENCE = 6.0
 """Variance of a second difference of white noise, over that of the noise."""
@@ -66,7 +66,7 @@ def is_smooth(left: Excess) -> bool:
 def excess(
     motion: Motion, turn: float, limits: tuple[float, float], contact: float
 ) -> Excess | None:
-    """Measure how much sharper a turn is than that of a swing; None if too few pictures tell.
+    """Measure how much sharper a turn is than that of a swing; None if too few pictures show it.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """How a modelled motion changes with its parameters, exactly, in one pass over the events.
 
 A change of a parameter moves a body at a given time by d(t). Within a flight d(t) swings like the
-body itself, so that four numbers at its start tell it whole. At a contact the flight ends earlier
+body itself, so that four numbers at its start determine it. At a contact the flight ends earlier
 or later by dt = -(change of the gap) / (its closing speed), and what the two bodies then do is
 mapped to what they would have done at the old time. Both maps are matrices: the four numbers after
 an event are a matrix times those before it, and a term for what the parameters change there.

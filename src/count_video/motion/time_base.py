@@ -38,7 +38,7 @@ MOST_FRAMES = 24
 COUNTS = 3
 """Of each hypothesis so many counts are fitted with a scatter of the restitution."""
 PLACES = 2
-"""So many places are looked at closely, ..."""
+"""So many places are fitted closely, ..."""
 APART_FRAMES = 3.0
 """... which are so far apart, ..."""
 ROUNDS = 3

@@ -70,13 +70,13 @@ def weighed(
     """Weigh what was found.
 
     ``timing`` is half the time that a contact takes, in pictures, and the frames a picture;
-    ``collisions`` are the impacts as they will be told.
+    ``collisions`` are the impacts as they will be given.
     """
     contact, pace = timing
     frames = [impact.frame for impact in impacts]
     strays = straying(motion, frames, contact)
-    told = zip(impacts, collisions, strict=True)
-    chances = [_chance(impact, impacts, collision.kind) for impact, collision in told]
+    paired = zip(impacts, collisions, strict=True)
+    chances = [_chance(impact, impacts, collision.kind) for impact, collision in paired]
     out = dies_out(motion, impacts)
     if out:  # an impact where the series has one is no chance turn
         expected = in_series(impacts)
@@ -102,10 +102,10 @@ def weighed(
     elif cut_off := ends_at_stop(motion, impacts):
         doubts.append(Reason(Cause.CUT_AT_STOP))
         chances += [CHANCE_CUT_OFF] * cut_off
-    crowded = any(b - a < RESOLVED_FRAMES for a, b in pairwise(frames))
-    if not out and (crowded or lost_after(motion, impacts)):
+    close = any(b - a < RESOLVED_FRAMES for a, b in pairwise(frames))
+    if not out and (close or lost_after(motion, impacts)):
         doubts.append(Reason(Cause.TOO_FREQUENT))
-        chances += CHANCES_TAIL if crowded else CHANCES_LOST
+        chances += CHANCES_TAIL if close else CHANCES_LOST
     shortcomings = tuple(_shortcomings(impacts, len(strays)))
     return SeenImpacts(tuple(collisions), shortcomings, tuple(doubts), chances_of_sum(chances))
 

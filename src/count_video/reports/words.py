@@ -28,7 +28,7 @@ def printable(text: str) -> str:
 
 
 def storable(text: str) -> str:
-    """Replace what UTF-8 cannot hold: the lone surrogates of a file name that is not UTF-8."""
+    """Replace what UTF-8 cannot hold: the unpaired surrogates of a file name that is not UTF-8."""
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 

@@ -19,7 +19,7 @@ the last of them."""
 MOVES_SIZES = 0.02
 """A body that moves by less than this share of its size from picture to picture comes nowhere."""
 HEIGHT_SHARE = 0.3
-"""A face is looked for so far above and below the line, as a share of the body's size."""
+"""A face is sought so far above and below the line, as a share of the body's size."""
 FACE_LEVELS = 4.0
 ROWS_SHARE = 0.85
 """Grey levels from one side of an edge to the other, all along it, in this share of the rows."""

@@ -18,7 +18,7 @@ from count_video.tracking.light import Light
 from count_video.tracking.samples import THUMBNAIL_PX, median_picture, reduced, scale_to
 from count_video.tracking.sequences import moved_back
 from count_video.tracking.shape import Place, Shape, hidden
-from count_video.tracking.sprite import Pixels, look
+from count_video.tracking.template import Pixels, piece_at
 
 Luma = NDArray[np.uint8]
 
@@ -50,12 +50,12 @@ class Background:
     def behind(self, frame: int, place: Place, shape: tuple[int, int]) -> Pixels:
         """Cut out what lies behind a piece of a picture."""
         x, y = self.shift_px.get(frame, (0.0, 0.0))
-        return look(self.luma, place[0] - x, place[1] - y, shape)
+        return piece_at(self.luma, place[0] - x, place[1] - y, shape)
 
     def levelled(self, picture: Luma, frame: int, place: Place, shape: tuple[int, int]) -> Pixels:
         """Cut out a piece of a picture and bring it to the background's brightness."""
         light = self.lights.get(frame, Light())
-        return look(picture, *place, shape) / light.over(place, shape, picture.shape)
+        return piece_at(picture, *place, shape) / light.over(place, shape, picture.shape)
 
 
 def background_of(

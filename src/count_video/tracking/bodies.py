@@ -26,6 +26,7 @@ from count_video.tracking.layers import (
     apart,
     learn_again,
 )
+from count_video.tracking.learning import Body, Rough, line_tilt_deg
 from count_video.tracking.occlusion import unhidden
 from count_video.tracking.proposals import (
     Proposal,
@@ -39,7 +40,6 @@ from count_video.tracking.rigid import scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
 from count_video.tracking.sequences import ByFrame, Turned, levelled
 from count_video.tracking.shape import Box, Shape, size_of
-from count_video.tracking.template import Body, Rough, line_tilt_deg
 
 Luma = NDArray[np.uint8]
 
@@ -53,7 +53,7 @@ BACKGROUND_OF = 15
 TIMES_LEARNT, SETTLED_PX = 2, 2.0
 """Outlines are learnt at most so often more, until their sizes change by less than this."""
 ROUNDS = 4
-"""So often bodies are looked for in what those that are known leave unexplained."""
+"""So often bodies are sought in what those that are known leave unexplained."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def find_movers(
     thumbnails
         Some of the pictures, reduced; they are taken out of it.
     enough
-        Whether no more bodies need be looked for beside these.
+        Whether no more bodies need be sought beside these.
     """
     if len(pictures) < PICTURES_AT_LEAST or min(pictures[0].shape) < PICTURE_AT_LEAST_PX:
         return NOTHING_MOVES

@@ -18,10 +18,10 @@ from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.background import Background
 from count_video.tracking.following import Surroundings, follow, was_followed
+from count_video.tracking.learning import Body
 from count_video.tracking.registration import register
 from count_video.tracking.shape import Box
-from count_video.tracking.sprite import look, make_sprite
-from count_video.tracking.template import Body
+from count_video.tracking.template import make_template, piece_at
 
 Luma = NDArray[np.uint8]
 
@@ -30,7 +30,7 @@ WINDOWS, WINDOWS_AT_LEAST, WINDOW_PX = 5, 2, 24
 all directions."""
 CLEAR_SHARE = 0.1
 """A window's slopes in the direction that shows least are at least this share of the clearest."""
-TOLD_PX = 0.1
+KNOWN_PX = 0.1
 """By its noise a window shows the shift of one picture as well as this."""
 MEASURED_OF = 16
 """How well a window is found again is measured in so many pictures."""
@@ -135,18 +135,20 @@ def _window(
 ) -> Body | None:
     """Take a window of the background for a body; None if pictures hardly show its place."""
     side = min(WINDOW_PX, min(background.luma.shape) // 3)
-    appearance = look(background.luma, *place, (side, side))
-    sprite = make_sprite(appearance, np.ones_like(appearance))
+    appearance = piece_at(background.luma, *place, (side, side))
+    template = make_template(appearance, np.ones_like(appearance))
     roughly = {k: (place[0] + x, place[1] + y) for k, (x, y) in background.shift_px.items()}
     known = sorted(roughly)
     some = [known[k] for k in np.linspace(0, len(known) - 1, MEASURED_OF).astype(int)]
     rows = np.searchsorted(frames, some)
-    fits = [register(pictures[row], sprite, roughly[k]) for row, k in zip(rows, some, strict=True)]
+    fits = [
+        register(pictures[row], template, roughly[k]) for row, k in zip(rows, some, strict=True)
+    ]
     sigma = [np.inf if fit is None else fit.sigma_x_px for fit in fits]
-    if not np.median(sigma) < TOLD_PX:
+    if not np.median(sigma) < KNOWN_PX:
         return None
     typical = float(np.median([fit.agreement for fit in fits if fit is not None]))
-    return Body(sprite, 0.0, float(side), False, roughly, tuple(some), typical)
+    return Body(template, 0.0, float(side), False, roughly, tuple(some), typical)
 
 
 def _joint(paths: Floats, noise_px: float) -> tuple[Floats, Floats]:

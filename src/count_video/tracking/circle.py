@@ -152,7 +152,7 @@ def _near(points: Floats, circles: Floats, reach_px: float) -> NDArray[np.bool_]
 
 
 def _sector(x: Floats, y: Floats) -> NDArray[np.intp]:
-    """Tell the number of the sector in which a direction lies."""
+    """Return the number of the sector in which a direction lies."""
     turn = np.arctan2(y, x) / (2 * np.pi) + 0.5
     return np.floor(turn * SECTORS).astype(np.intp) % SECTORS
 

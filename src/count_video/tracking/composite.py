@@ -15,7 +15,7 @@ from count_video.tracking.background import Background
 from count_video.tracking.outline import Mean
 from count_video.tracking.samples import reduced
 from count_video.tracking.shape import Place, Shape, hidden
-from count_video.tracking.sprite import Pixels
+from count_video.tracking.template import Pixels
 
 Luma = NDArray[np.uint8]
 Levels = NDArray[np.int16]
@@ -38,7 +38,7 @@ MOST, MOST_SIGMAS = 0.65, 0.935
 """Pieces agree if this share of them does: a neighbour stands at one distance in many pictures, but
 not in most. Of normal noise, that share lies within so many standard deviations."""
 NOISE_STRIDE = 4
-"""Noise is told by every fourth pixel of every fourth row."""
+"""Noise is measured in every fourth pixel of every fourth row."""
 CUT_SIGMAS, CUT_LEVELS = 6.0, 10.0
 """Mistakes larger than so many standard deviations and grey levels count as such ones."""
 NEIGHBOURHOOD_PX, COVERED_RATIO = 5, 1.25
@@ -73,7 +73,7 @@ class Pieces:
     behind: Levels
     """What lies behind the body there: the background with the bodies that are known."""
     covered: NDArray[np.bool_]
-    """Where a piece shows nothing: beyond its picture, or where something of unknown look is."""
+    """Where a piece shows nothing: beyond its picture, or where something unknown is."""
     others: NDArray[np.bool_]
     """Where bodies that are known are."""
     around: tuple[tuple[int, int], tuple[int, int]]
@@ -100,8 +100,8 @@ def cut_pieces(
         for axis, length in enumerate((width, height))
     )
     shape = height + 2 * margin[0] - sum(rows), width + 2 * margin[1] - sum(columns)
-    boxes = [one for one in known if one.sprite is None]
-    bodies = [one for one in known if one.sprite is not None]
+    boxes = [one for one in known if one.template is None]
+    bodies = [one for one in known if one.template is not None]
     seen, behind = (np.empty((len(places), *shape), np.int16) for _ in range(2))
     covered, others = (np.zeros((len(places), *shape), np.bool_) for _ in range(2))
     for number, (frame, inner) in enumerate(places.items()):

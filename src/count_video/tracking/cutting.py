@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from count_video.tracking.composite import NEIGHBOURHOOD_PX, Source, cut_pieces, median_of
 from count_video.tracking.outline import Mean, Outline, find_outline, own_slopes
 from count_video.tracking.shape import Place
-from count_video.tracking.sprite import Pixels
+from count_video.tracking.template import Pixels
 
 EDGE_PX = 3
 """So far around what moves with a body its blurred edges reach."""
@@ -128,7 +128,7 @@ def _cut(
     if outline is None:
         return None
     x, y = begin + outline.begin_px, top - margin[0]
-    shape = outline.sprite.shape
+    shape = outline.template.shape
     places = {k: (place[0] + x, place[1] + y) for k, place in stage.places.items()}
     held = own[part][:, outline.begin_px : outline.begin_px + shape[1]]
     corner = stage.corner[0] + x, stage.corner[1] + y

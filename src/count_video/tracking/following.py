@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.tracking.learning import Body
 from count_video.tracking.registration import Fit, Hides, register
 from count_video.tracking.search import search
-from count_video.tracking.sprite import Pixels, Sprite, look_at
-from count_video.tracking.template import Body
+from count_video.tracking.template import Pixels, Template, pixels_at
 
 Luma = NDArray[np.uint8]
 Place = tuple[float, float]
@@ -142,7 +142,7 @@ def follow(
     first = int(rows[0])
     ways = range(first, len(frames)), range(min(first + BACK_FROM, len(frames)) - 1, -1, -1)
     for way in ways:
-        path = _Path(body.sprite, body.typical_agreement, around)
+        path = _Path(body.template, body.typical_agreement, around)
         for row in way:
             shift = (float(shift_px[row, 0]), float(shift_px[row, 1]))
             if np.isfinite(found[row, 0]):
@@ -172,8 +172,8 @@ def was_followed(x_px: Floats) -> bool:
 class _Path:
     """Where a body was last seen, and how it moves; places are those in a picture at rest."""
 
-    def __init__(self, sprite: Sprite, agreement: float, around: Surroundings) -> None:
-        self._sprite, self._typical = sprite, agreement
+    def __init__(self, template: Template, agreement: float, around: Surroundings) -> None:
+        self._sprite, self._typical = template, agreement
         self._background = around.background
         self._trail: deque[tuple[int, Place]] = deque(maxlen=max(ORDERS) + 1)
         self._fastest: Place = (0.0, 0.0)
@@ -266,8 +266,8 @@ class _Path:
         if fit.agreement < AGREEMENT_SHARE * self._typical:
             return None
         model = self._sprite.model
-        seen = look_at(picture, fit.x_px, fit.y_px, model.tiles)
-        behind = look_at(self._background, fit.x_px - shift[0], fit.y_px - shift[1], model.tiles)
+        seen = pixels_at(picture, fit.x_px, fit.y_px, model.tiles)
+        behind = pixels_at(self._background, fit.x_px - shift[0], fit.y_px - shift[1], model.tiles)
         like = _correlation(seen, behind, model.weight)
         return None if 1 - like < SCENERY_RATIO * (1 - fit.agreement) else fit
 

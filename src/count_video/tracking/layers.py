@@ -13,10 +13,10 @@ from count_video.records import Floats
 from count_video.tracking.background import Background
 from count_video.tracking.cutting import EDGE_PX
 from count_video.tracking.following import Again, Followed, Surroundings, follow, was_followed
+from count_video.tracking.learning import Body, Rough, learn
 from count_video.tracking.outline import BEYOND_OUTLINE_PX
 from count_video.tracking.sequences import Chosen
 from count_video.tracking.shape import Place, Shape
-from count_video.tracking.template import Body, Rough, learn
 
 Luma = NDArray[np.uint8]
 
@@ -75,7 +75,7 @@ class Clip:
 
     def shape(self, seen: Followed) -> Shape:
         """Describe what a body hides."""
-        return Shape(self.sightings(seen), seen.body.box, seen.body.sprite)
+        return Shape(self.sightings(seen), seen.body.box, seen.body.template)
 
 
 def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -> list[Followed]:
@@ -148,7 +148,7 @@ def _ways_px(seen: Followed) -> list[float]:
 def _overlap(one: Followed, other: Followed) -> NDArray[np.bool_]:
     """Where the middle of one of two bodies lies within the outline of the other, shape (n,)."""
     sizes = [
-        (seen.body.right_edge_px - seen.body.left_edge_px, seen.body.sprite.shape[0])
+        (seen.body.right_edge_px - seen.body.left_edge_px, seen.body.template.shape[0])
         for seen in (one, other)
     ]
     width, height = np.max(sizes, axis=0) / 2
@@ -218,7 +218,7 @@ def _holds(rough: Rough, other: Followed, frames: NDArray[np.intp]) -> bool:
     rows = np.searchsorted(frames, np.array(list(rough.path_px)))
     path = np.array(list(rough.path_px.values()))
     x = other.middle_px[rows] - path[:, 0]
-    y = other.y_px[rows] + other.body.sprite.shape[0] / 2 - path[:, 1]
+    y = other.y_px[rows] + other.body.template.shape[0] / 2 - path[:, 1]
     left, top, right, bottom = rough.box
     inside = (x > left) & (x < right) & (y > top) & (y < bottom)
     return bool(inside.mean() > 0.5)

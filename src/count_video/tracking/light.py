@@ -30,7 +30,7 @@ ROUNDING = 0.001
 OUTLIER = 4.5
 """What is left open is limited to so many times its scale: three standard deviations."""
 BLOCKS = 24
-"""Blocks to the longer side of a picture by whose means the light is told."""
+"""Blocks to the longer side of a picture by whose means the light is measured."""
 HALF_WAVES = 5
 """The light has at most so many half waves to the longer side: bodies are smaller."""
 DARK_LEVELS = 4.0
@@ -46,7 +46,7 @@ STEPS = 20
 FITS = 2
 """To the blocks themselves, after that to their steps; the second has the noise of the first."""
 RIDGE = 1e-6
-"""Amplitudes that no block tells are none, by so small a share of what the others weigh."""
+"""Amplitudes that no block shows are none, by so small a share of what the others weigh."""
 
 
 @dataclass(frozen=True)
@@ -99,12 +99,12 @@ class Light:
 
 
 def lights_of(pictures: Sequence[Luma], gains: Floats, median: Luma) -> list[Light]:
-    """Tell the light of small pictures, given that their mean brightness is already alike.
+    """Measure the light of small pictures, given that their mean brightness is already alike.
 
     It varies over the pictures of a clip if that is worth its parameters, by the Bayesian
     information criterion. What it leaves open has Laplace's law, whose scale is the median: bodies
     have no say in it while they fill less than half of a picture. Where it leaves open what hangs
-    together (a body, an edge too sharp for waves), few blocks tell something of their own.
+    together (a body, an edge too sharp for waves), few blocks say something of their own.
     Where it leaves open more than the smallest change of light, as where a camera pans, the
     pictures are not those of one scene in another light.
 
@@ -136,7 +136,7 @@ def lights_of(pictures: Sequence[Luma], gains: Floats, median: Luma) -> list[Lig
 
 
 def _independent(left: Floats) -> float:
-    """How many blocks of a picture tell as much as all do, whose neighbours are correlated.
+    """How many blocks of a picture say as much as all do, whose neighbours are correlated.
 
     Of n values in a row with a correlation r of neighbours, n (1 - r) / (1 + r) are independent
     (Bayley and Hammersley 1946); here rows and columns have the same.
@@ -153,7 +153,7 @@ def _independent(left: Floats) -> float:
 
 
 def _share(side: int, other: int) -> int:
-    """Tell how many blocks one side of a picture has."""
+    """How many blocks one side of a picture has."""
     return max(2, round(BLOCKS * side / max(side, other)))
 
 

@@ -150,7 +150,7 @@ def _meet(left: Followed, right: Followed) -> bool:
 def _least_size_px(left: Followed, right: Followed) -> float:
     """Width or height of two bodies, whichever is the least."""
     widths = (one.body.right_edge_px - one.body.left_edge_px for one in (left, right))
-    return float(min(*widths, *(one.body.sprite.shape[0] for one in (left, right))))
+    return float(min(*widths, *(one.body.template.shape[0] for one in (left, right))))
 
 
 def _ordered(one: Followed, other: Followed) -> tuple[Followed, Followed]:
@@ -172,7 +172,7 @@ def _side_by_side(left: Followed, right: Followed) -> bool:
     if np.count_nonzero(both) < 4 or np.mean(apart[both] > 0) < ORDERED_SHARE:
         return False
     tops = [float(np.median(one.y_px[both])) for one in (left, right)]
-    heights = [one.body.sprite.shape[0] for one in (left, right)]
+    heights = [one.body.template.shape[0] for one in (left, right)]
     if tops[0] > tops[1] + heights[1] or tops[1] > tops[0] + heights[0]:
         return False
     return on_their_own(a[both], b[both])

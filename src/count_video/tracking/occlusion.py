@@ -21,7 +21,7 @@ from count_video.tracking.cutting import EDGE_PX
 from count_video.tracking.following import Again, Followed
 from count_video.tracking.layers import Clip
 from count_video.tracking.registration import Hides
-from count_video.tracking.sprite import Pixels
+from count_video.tracking.template import Pixels
 
 COMPARED = 12
 """Who is in front is judged in so many of the pictures in which two bodies overlap."""
@@ -62,7 +62,7 @@ def unhidden(clip: Clip, followed: Sequence[Followed]) -> list[Followed]:
 
 
 def _solid(clip: Clip, seen: Followed) -> _Solid:
-    held = (seen.body.sprite.weight > 0).astype(np.uint8)
+    held = (seen.body.template.weight > 0).astype(np.uint8)
     kernel = np.ones((2 * EDGE_PX + 1, 2 * EDGE_PX + 1), np.uint8)
     inner = cv2.erode(held, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0) > 0
     known = np.isfinite(seen.x_px)
@@ -71,7 +71,7 @@ def _solid(clip: Clip, seen: Followed) -> _Solid:
         [np.interp(rows, rows[known], place[known]) for place in (seen.x_px, seen.y_px)], axis=1
     )
     return _Solid(
-        held > 0, np.asarray(inner), seen.body.sprite.appearance, corners + clip.shift_px, known
+        held > 0, np.asarray(inner), seen.body.template.appearance, corners + clip.shift_px, known
     )
 
 

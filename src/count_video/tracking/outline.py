@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.signals import beyond
 from count_video.tracking.circle import LARGE_PX, Circle, circle_through
-from count_video.tracking.sprite import Pixels, Sprite, make_sprite
+from count_video.tracking.template import Pixels, Template, make_template
 
 EDGE_POSSIBLE = 0.35
 """Slope per px over the standard deviation, from which on an edge can be the body's own."""
@@ -55,16 +55,16 @@ class Mean:
 
 @dataclass(frozen=True)
 class Outline:
-    """A body cut out of the mean; x is measured from the sprite's left column."""
+    """A body cut out of the mean; x is measured from the template's left column."""
 
-    sprite: Sprite
+    template: Template
     left_px: float
     right_px: float
     """Outermost points of the outline."""
     round_: bool
     """Whether the outline is a circle (a ball seen from the side)."""
     begin_px: int
-    """Column of the mean at which the sprite begins."""
+    """Column of the mean at which the template begins."""
 
 
 def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
@@ -115,8 +115,8 @@ def _ends(mean: Mean, slope: Pixels, fence: tuple[float, float]) -> tuple[Floats
 def _holds(circle: Circle, mean: Mean) -> bool:
     """Whether a circle holds most of what moves, but for a shadow that moves with it.
 
-    A shadow darkens what lies behind it, and its edges are soft: squared slopes tell them from the
-    circle's, which are sharp.
+    A shadow darkens what lies behind it, and its edges are soft: squared slopes separate them from
+    the circle's, which are sharp.
     """
     away = _away(circle, mean.moving.shape)
     outside = mean.moving & (away >= BEYOND_OUTLINE_PX)
@@ -153,7 +153,7 @@ def _cut_out(
     ends: tuple[float, float],
     round_: bool,
 ) -> Outline:
-    """Make the sprite of what lies between the outermost edge pixels of each row."""
+    """Make the template of what lies between the outermost edge pixels of each row."""
     mask = np.zeros(mean.appearance.shape, dtype=bool)
     for row, first, last in zip(*spans, strict=True):
         mask[row, max(0, first - BEYOND_OUTLINE_PX) : last + BEYOND_OUTLINE_PX + 1] = True
@@ -161,8 +161,8 @@ def _cut_out(
     begin, end = int(columns[0]), int(columns[-1]) + 1
     mask &= mean.moving
     weight = np.where(mask, 1 / mean.variance, 0)[:, begin:end]
-    sprite = make_sprite(mean.appearance[:, begin:end], weight.astype(np.float32))
-    return Outline(sprite, ends[0] - begin, ends[1] - begin, round_, begin)
+    template = make_template(mean.appearance[:, begin:end], weight.astype(np.float32))
+    return Outline(template, ends[0] - begin, ends[1] - begin, round_, begin)
 
 
 def _own_edges(clarity: Pixels) -> NDArray[np.bool_]:
@@ -188,7 +188,7 @@ def _own_edges(clarity: Pixels) -> NDArray[np.bool_]:
 def _edge_points(clarity: Pixels) -> tuple[Floats, NDArray[np.intp]]:
     """Places and rows of the edges that are clearest among their neighbours in the row.
 
-    Between the columns the parabola through the neighbours tells the place.
+    Between the columns the parabola through the neighbours gives the place.
     """
     before = np.pad(clarity, ((0, 0), (1, 0)))[:, :-1]
     after = np.pad(clarity, ((0, 0), (0, 1)))[:, 1:]
@@ -199,8 +199,8 @@ def _edge_points(clarity: Pixels) -> tuple[Floats, NDArray[np.intp]]:
 def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> float:
     """Find the outermost point of one side of the outline, to a small part of a pixel.
 
-    About where the outermost edge is tells a quantile over the rows, which a stray row does not
-    move; it would take noise for outline, so the mean of the edges nearby stands for it.
+    A quantile over the rows, which a stray row does not move, gives the outermost edge roughly; it
+    would take noise for outline, so the mean of the edges nearby stands for it.
     """
     edges = _edges(slope, rows, ends, inward)
     outermost = float(np.quantile(edges, 0.1 if inward > 0 else 0.9, method="nearest"))

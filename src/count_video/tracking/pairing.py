@@ -36,9 +36,9 @@ def pair_track(
     movers
         What they belong to.
     frames
-        Indices of the pictures in which they were looked for, shape (n,).
+        Indices of the pictures in which they were searched for, shape (n,).
     view_and_side
-        The view they were looked for in, and where the wall is; None to find it by the motion.
+        The view they were searched for in, and where the wall is; None to find it by the motion.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _about(x_px: Floats, sigma_px: Floats, edges: tuple[float, float], place: fl
 
 def _line(ball: Followed, movers: Movers, view: View) -> MotionLine:
     """Line of motion through the middle of the ball's places."""
-    height, width = ball.body.sprite.shape
+    height, width = ball.body.template.shape
     along = view.in_picture(ball.x_px + width / 2, upright=movers.upright)
     across = view.in_picture(ball.y_px + height / 2, upright=not movers.upright)
     x, y = float(np.nanmedian(along)), float(np.nanmedian(across))
@@ -108,7 +108,7 @@ def unseen_warning(name: str, x_px: Floats) -> list[str]:
 
 
 def wall_side(left_px: Floats, right_px: Floats) -> WallSide | None:
-    """Tell the side of the wall from the places of the left and the right body.
+    """Find the side of the wall from the places of the left and the right body.
 
     Parameters
     ----------

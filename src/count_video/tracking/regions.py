@@ -25,7 +25,7 @@ Luma = NDArray[np.uint8]
 WIDTH_PX = 480
 """Regions are found in pictures no wider than this."""
 NOISE_OF = 16
-"""Noise is told by so many samples."""
+"""Noise is measured in so many samples."""
 NOISE_SIGMAS, NOISE_LEVELS = 5.0, 3.0
 """A pixel differs from the background by so many standard deviations and grey levels."""
 OPENING_PX, CLOSING_PX = 3, 5

@@ -1,7 +1,7 @@
-"""Where in a picture is this sprite? Sub-pixel registration by Gauss-Newton.
+"""Where in a picture is this template? Sub-pixel registration by Gauss-Newton.
 
-The picture is looked at as the sprite was, smoothed and at a fraction of a pixel. The shift then
-follows by weighted least squares on the linearised sprite, together with a gain and an offset for
+A piece of the picture is smoothed as the template was, at a fraction of a pixel. The shift then
+follows by weighted least squares on the linearised template, together with a gain and an offset for
 lamps that flicker (Lucas and Kanade 1981; Baker and Matthews 2004).
 
 Pixels that disagree (something passes in front, a reflection) lose their weight by Tukey's
@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
-from count_video.tracking.sprite import (
+from count_video.tracking.template import (
     Model,
     Picture,
     Pixels,
-    Sprite,
-    look_at,
+    Template,
+    pixels_at,
     solve,
 )
 
@@ -42,28 +42,28 @@ BIWEIGHT = 5.0
 """Residuals beyond this many robust standard deviations have no say."""
 KEPT = 1 - 2 / BIWEIGHT**2 + 3 / BIWEIGHT**4
 """Mean weight that the biweight leaves to pixels with normal noise: it takes from the normal
-equations, but hardly from what the pixels tell."""
+equations, but hardly from their information."""
 SPREAD_STRIDE = 4
 """The robust standard deviation is taken over every fourth pixel: it need not be finer."""
 PIXELS_AT_LEAST = 30
 GAIN_AT_LEAST = 0.2
-"""A body whose contrast fades below this share of the sprite's is not there."""
+"""A body whose contrast fades below this share of the template's is not there."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Place of a sprite in one picture."""
+    """Place of a template in one picture."""
 
     x_px: float
     y_px: float
-    """Image position of the sprite's top left pixel."""
+    """Image position of the template's top left pixel."""
     sigma_x_px: float
     """Standard uncertainty of ``x_px``."""
     agreement: float
-    """Correlation of the picture with the sprite at its place, -1 to 1, over the pixels that
+    """Correlation of the picture with the template at its place, -1 to 1, over the pixels that
     were not taken for something in front of the body or behind it."""
     inside: float
-    """Share of the sprite's pixels that lie within the picture, with nothing in front of them."""
+    """Share of the template's pixels that lie within the picture, with nothing in front of them."""
 
 
 Hides = Callable[[NDArray[np.intp], NDArray[np.intp]], NDArray[np.bool_]]
@@ -71,14 +71,14 @@ Hides = Callable[[NDArray[np.intp], NDArray[np.intp]], NDArray[np.bool_]]
 
 
 def register(
-    picture: Picture, sprite: Sprite, guess: tuple[float, float], hides: Hides | None = None
+    picture: Picture, template: Template, guess: tuple[float, float], hides: Hides | None = None
 ) -> Fit | None:
-    """Place the sprite in the picture, starting from a guess that is right to a pixel or two.
+    """Place the template in the picture, starting from a guess that is right to a pixel or two.
 
     ``hides`` marks which px of the picture show something in front of the body. Returns None where
     the equations have no solution or the iteration does not settle nearby.
     """
-    within = _within(picture, sprite, guess, hides)
+    within = _within(picture, template, guess, hides)
     if within is None:
         return None
     model, inside = within
@@ -88,11 +88,11 @@ def register(
     for number in range(ROUNDS):
         if hides is not None and at != (round(x), round(y)):
             at = round(x), round(y)
-            within = _within(picture, sprite, (x, y), hides)
+            within = _within(picture, template, (x, y), hides)
             if within is None:
                 return None
             model, inside = within
-        seen = look_at(picture, x, y, model.tiles)
+        seen = pixels_at(picture, x, y, model.tiles)
         step = _step(model, seen, step if number >= FRESH_ROUNDS else None)
         if step is None:
             return None
@@ -105,13 +105,13 @@ def register(
 
 
 def _within(
-    picture: Picture, sprite: Sprite, guess: tuple[float, float], hides: Hides | None
+    picture: Picture, template: Template, guess: tuple[float, float], hides: Hides | None
 ) -> tuple[Model, float] | None:
     """Model of those pixels that the picture shows, and their share; None if too few."""
-    model = sprite.model
+    model = template.model
     if len(model.chosen) < PIXELS_AT_LEAST:
         return None
-    height, width = sprite.shape
+    height, width = template.shape
     rows, columns = picture.shape
     left, top = round(guess[0]), round(guess[1])
     whole = left >= 0 and top >= 0 and left + width <= columns and top + height <= rows
@@ -142,7 +142,7 @@ class _Step:
     y_px: float
     sigma_x_px: float
     agreement: float
-    """Weighted correlation of the picture with the sprite, at the place that was looked at."""
+    """Weighted correlation of the picture with the template, at the place before the step."""
     weighted: Pixels
     """The model times the weights that were left to its pixels, shape (4, n)."""
     normal: Floats
@@ -150,7 +150,7 @@ class _Step:
 
 
 def _step(model: Model, seen: Pixels, before: _Step | None) -> _Step | None:
-    """One robust least squares step; None if it is singular or the sprite fades away."""
+    """One robust least squares step; None if it is singular or the template fades away."""
     if before is None:
         solution = model.solver @ seen
     else:  # what was found to disagree may not lead the next step astray
@@ -193,7 +193,7 @@ def _robust(model: Model, left_over: Pixels) -> tuple[Pixels, float]:
 
 
 def _correlation(normal: Floats, projected: Floats, power: float) -> float:
-    """Weighted correlation of picture and sprite, from sums that the equations hold already.
+    """Weighted correlation of picture and template, from sums that the equations hold already.
 
     ``normal`` and ``projected`` are the weighted products of appearance (row 2) and ones (row 3)
     with each other and with the picture, ``power`` that of the picture with itself.

@@ -34,7 +34,7 @@ then moved by about two px of a thumbnail."""
 SAMPLES_AT_MOST = 240
 SAMPLES_AT_LEAST = 24
 PAIRS = 200
-"""Pairs of thumbnails by which noise and the largest change are told."""
+"""Pairs of thumbnails by which noise and the largest change are measured."""
 MOVES_SIGMAS, MOVES_LEVELS = 6.0, 0.7
 """A block in which something moves changes by more than the noise and by more than this, in grey
 levels."""
@@ -48,7 +48,7 @@ SEED = 20260101
 
 @dataclass(frozen=True)
 class Samples:
-    """Pictures chosen to look for motion in."""
+    """Pictures chosen to find motion in."""
 
     chosen: NDArray[np.intp]
     """Which of the thumbnails' pictures, in order of time; empty where nothing moves."""

@@ -1,10 +1,10 @@
-"""Find a sprite in a picture when nothing is known of its place, or only roughly.
+"""Find a template in a picture when nothing is known of its place, or only roughly.
 
-Normalised cross-correlation of the sprite with the picture, at reduced size: a place right to a few
-pixels is all that the registration needs. Pixels count by their weight in the sprite, for the
-corners of its box show what lies behind the body, which is another thing at every place. So coarse
-a look confuses a plain body with what is like it in the scenery, so the best few places are
-registered, and the best agreement comes first.
+Normalised cross-correlation of the template with the picture, at reduced size: a place right to a
+few pixels is all that the registration needs. Pixels count by their weight in the template, for the
+corners of its box show what lies behind the body, which is another thing at every place. At so low
+a resolution a plain body is confused with what is like it in the scenery, so the best few places
+are registered, and the best agreement comes first.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ import numpy as np
 
 from count_video.signals import peak_of
 from count_video.tracking.registration import Fit, Hides, register
-from count_video.tracking.sprite import Picture, Pixels, Sprite
+from count_video.tracking.template import Picture, Pixels, Template
 
 COARSE_HEIGHT_PX = 28
-"""The sprite is reduced until it is about this high."""
+"""The template is reduced until it is about this high."""
 FOUND_AT_LEAST = 0.45
 """Correlation below which nothing is said to be found."""
 PLACES = 4
 """So many places are registered."""
 APART_SHARE = 0.25
-"""Places lie this share of the sprite's width and height apart at least."""
+"""Places lie this share of the template's width and height apart at least."""
 SURE = 0.95
 """With this agreement a place needs no rival."""
 BEYOND_SHARE = 0.65
-"""Bodies that come in or go out are looked for while they stick out of the picture so far."""
+"""Bodies that come in or go out are searched for while they stick out of the picture so far."""
 ROUNDING = 0.01
 """Correlations are sums of single precision: by so little they may exceed 1."""
 FLAT_SHARE = 1e-5
@@ -39,29 +39,29 @@ TINY = 1e-9
 
 def search(
     picture: Picture,
-    sprite: Sprite,
+    template: Template,
     near: tuple[float, float],
     reach_px: tuple[float, float],
     hides: Hides | None = None,
 ) -> Iterator[Fit]:
-    """Find the sprite about a place: what is like it, that which agrees best first.
+    """Find the template about a place: what is like it, that which agrees best first.
 
     Parameters
     ----------
     picture
         Luma, shape (height, width).
-    sprite
-        What to look for.
+    template
+        What to find.
     near
-        A place (x, y) where the sprite's top left pixel once was, in px.
+        A place (x, y) where the template's top left pixel once was, in px.
     reach_px
-        How far from ``near`` to look along x and along y.
+        How far from ``near`` to search along x and along y.
     hides
         What stands in front of it.
     """
     fits = []
-    for place in likely_places(picture, sprite, near, reach_px):
-        fit = register(picture, sprite, place, hides)
+    for place in likely_places(picture, template, near, reach_px):
+        fit = register(picture, template, place, hides)
         if fit is not None and fit.agreement > SURE:
             yield fit
         elif fit is not None:
@@ -70,13 +70,13 @@ def search(
 
 
 def likely_places(
-    picture: Picture, sprite: Sprite, near: tuple[float, float], reach_px: tuple[float, float]
+    picture: Picture, template: Template, near: tuple[float, float], reach_px: tuple[float, float]
 ) -> list[tuple[float, float]]:
-    """Places (x, y) of the sprite's top left pixel, right to a few px, the likeliest first.
+    """Places (x, y) of the template's top left pixel, right to a few px, the likeliest first.
 
     Parameters are those of :func:`search`.
     """
-    height, width = sprite.shape
+    height, width = template.shape
     left, right = _span(near[0], width, reach_px[0], picture.shape[1])
     top, bottom = _span(near[1], height, reach_px[1], picture.shape[0])
     if right - left < width or bottom - top < height:
@@ -85,43 +85,43 @@ def likely_places(
     scene = _cut(picture, (left, top, right, bottom))
     small = _reduce(scene, scale)
     step_y, step_x = (full / few for full, few in zip(scene.shape, small.shape, strict=True))
-    scores = _scores(small, sprite, scale)
+    scores = _scores(small, template, scale)
     size = round(height / scale), round(width / scale)
     return [(left + x * step_x, top + y * step_y) for x, y in _peaks(scores, size)]
 
 
-def _scores(scene: Pixels, sprite: Sprite, scale: float) -> Pixels:
-    """Weighted correlation of the reduced sprite with a scene reduced alike; -1 where unknown.
+def _scores(scene: Pixels, template: Template, scale: float) -> Pixels:
+    """Weighted correlation of the reduced template with a scene reduced alike; -1 where unknown.
 
-    With weights w and the sprite's deviation t from its weighted mean, the scene s has
+    With weights w and the template's deviation t from its weighted mean, the scene s has
 
         sum(w t s) / sqrt(sum(w t^2) (sum(w s^2) - sum(w s)^2 / sum(w)))
 
     at each place: three plain correlations, which are faster than OpenCV's masked one.
     """
-    pattern = _reduce(sprite.appearance, scale)
+    pattern = _reduce(template.appearance, scale)
     # A few pixels that hardly vary would outweigh all the others.
-    most = float(np.median(sprite.weight[sprite.weight > 0]))
-    weight = _reduce(np.minimum(sprite.weight / most, np.float32(1.0)), scale) ** 2
+    most = float(np.median(template.weight[template.weight > 0]))
+    weight = _reduce(np.minimum(template.weight / most, np.float32(1.0)), scale) ** 2
     total = float(weight.sum())
     deviation = pattern - np.float32((weight * pattern).sum() / total)
-    template = weight * deviation
+    weighted = weight * deviation
     # Sums of single precision keep what varies best about zero.
     scene = scene - scene.mean()
-    shared = _correlated(scene, template)
+    shared = _correlated(scene, weighted)
     power = _correlated(scene * scene, weight)
     varies = power - _correlated(scene, weight) ** 2 * np.float32(1 / total)
     flat = varies <= FLAT_SHARE * power.max()
-    whole = np.sqrt(np.where(flat, np.inf, varies) * np.float32((template * deviation).sum()))
+    whole = np.sqrt(np.where(flat, np.inf, varies) * np.float32((weighted * deviation).sum()))
     scores = shared / np.maximum(whole, np.float32(TINY))
     # Where the scene is flat, the correlation is rounding over next to nothing.
     known = ~flat & (np.abs(scores) <= 1.0 + ROUNDING)
     return np.where(known, scores, np.float32(-1.0))
 
 
-def _correlated(scene: Pixels, template: Pixels) -> Pixels:
-    """Sum of the template times the scene at all places where it lies within."""
-    return np.asarray(cv2.matchTemplate(scene, template, cv2.TM_CCORR), dtype=np.float32)
+def _correlated(scene: Pixels, pattern: Pixels) -> Pixels:
+    """Sum of the pattern times the scene at all places where it lies within."""
+    return np.asarray(cv2.matchTemplate(scene, pattern, cv2.TM_CCORR), dtype=np.float32)
 
 
 def _span(near: float, size: int, reach: float, end: int) -> tuple[int, int]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.tracking.samples import reduced
-from count_video.tracking.sprite import Pixels, Sprite, make_sprite
+from count_video.tracking.template import Pixels, Template, make_template
 
 Luma = NDArray[np.uint8]
 Place = tuple[float, float]
@@ -39,16 +39,16 @@ class Shape:
     """Frame index -> image x and y of a point that moves with it."""
     box: Box
     """From that point."""
-    sprite: Sprite | None = None
+    template: Template | None = None
     """Its appearance, with that point at the top left; None where it is not known."""
 
     def reduced(self, scale: int, frames: Sequence[int]) -> Shape:
         """Reduce it, for pictures with these frame indices that are reduced alike."""
         places = {k: self.places[k] for k in frames if k in self.places}
         left, top, right, bottom = (edge / scale for edge in self.box)
-        sprite = None if self.sprite is None else _reduced(self.sprite, scale)
+        template = None if self.template is None else _reduced(self.template, scale)
         small = {k: (x / scale, y / scale) for k, (x, y) in places.items()}
-        return Shape(small, (left, top, right, bottom), sprite)
+        return Shape(small, (left, top, right, bottom), template)
 
     def paint(self, piece: Pixels, frame: int, corner: Place) -> NDArray[np.bool_]:
         """Paint the body over what lies behind it in a piece of a picture, in place.
@@ -57,11 +57,11 @@ class Shape:
         (height, width).
         """
         covered = np.zeros(piece.shape, np.bool_)
-        place, sprite = self.places.get(frame), self.sprite
-        if place is None or sprite is None:
+        place, template = self.places.get(frame), self.template
+        if place is None or template is None:
             return covered
         x, y = place[0] - corner[0], place[1] - corner[1]
-        height, width = sprite.shape
+        height, width = template.shape
         left, top = max(0, math.floor(x)), max(0, math.floor(y))
         part = (
             slice(top, max(top, math.ceil(y) + height)),
@@ -72,9 +72,9 @@ class Shape:
             return covered
         shift = np.array([[1.0, 0.0, x - left], [0.0, 1.0, y - top]])
         size, edge = under.shape[::-1], cv2.BORDER_REPLICATE
-        held = (sprite.weight > 0).astype(np.uint8)
+        held = (template.weight > 0).astype(np.uint8)
         covered[part] = cv2.warpAffine(held, shift, size, flags=cv2.INTER_NEAREST) > 0
-        seen = cv2.warpAffine(sprite.appearance, shift, size, borderMode=edge)
+        seen = cv2.warpAffine(template.appearance, shift, size, borderMode=edge)
         np.copyto(under, seen, where=covered[part])
         return covered
 
@@ -121,9 +121,9 @@ def hidden(shapes: Sequence[Shape], frame: int, corner: Place, size: tuple[int, 
     return marked
 
 
-def _reduced(sprite: Sprite, scale: int) -> Sprite:
-    held = (sprite.weight > 0).astype(np.float32)
+def _reduced(template: Template, scale: int) -> Template:
+    held = (template.weight > 0).astype(np.float32)
     appearance, weight, share = (
-        reduced(one, scale) for one in (sprite.appearance, sprite.weight, held)
+        reduced(one, scale) for one in (template.appearance, template.weight, held)
     )
-    return make_sprite(appearance, np.where(share > MOSTLY, weight, np.float32(0)))
+    return make_template(appearance, np.where(share > MOSTLY, weight, np.float32(0)))

@@ -1,269 +1,245 @@
-"""The template of a body: its median appearance over many pictures, with a weight for each pixel.
+"""Templates of bodies, and pieces of pictures smoothed alike, at a fraction of a pixel.
 
-Pieces of pictures are laid upon each other where the body's corners were followed to, and
-registered to their median; the median of the registered pieces is the template. A pixel belongs to
-the body if the median explains the pieces better than what lies behind it does: the background and
-the bodies that are known already. What the body is shows in reduced pictures; of those as they are
-only its box is read.
+A template is the mean appearance of a body, smoothed by a Gaussian. A picture is smoothed by the
+same Gaussian *shifted by the fraction of a pixel that is asked for*: a Gaussian of 0.8 px holds
+almost nothing beyond the sampling frequency, so this interpolates and smooths in one exact step.
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Floats
-from count_video.tracking.background import Background
-from count_video.tracking.composite import Source
-from count_video.tracking.cutting import SIGHTINGS_AT_LEAST, Stage, close_cut, wide_cut
-from count_video.tracking.outline import Outline
-from count_video.tracking.registration import register
-from count_video.tracking.shape import Box, Place, Shape
-from count_video.tracking.sprite import Sprite, look, make_sprite
+Picture = NDArray[np.uint8]
+Pixels = NDArray[np.float32]
 
-Luma = NDArray[np.uint8]
-
-SURROUNDINGS, ENDS_APART = 0.6, 1.5
-"""The surroundings that a wide view shows too, on all sides, as a share of the box's longer side,
-and at both ends also of its height: the other end of a plain body may be so far away."""
-REDUCED_PX = 72
-"""What a body is shows in pictures reduced until it is hardly higher."""
-ROUNDS, ROUNDS_AGAIN, SETTLED_PX = 3, 2, 2
-"""So often at most, less if its places are known already, a body is cut out of reduced pictures
-until its size changes by no more than so many of their px."""
-ROUND_HEIGHT = 0.87, 1.15
-"""Height of the rows at least half as wide as a ball's outline, over its width."""
-AGREEMENT_AT_LEAST = 0.5
-"""Correlation below which a piece is not taken for the body."""
-AGREEMENT_SHARE = 0.9
-"""Pieces that agree less than this share of the median are dropped."""
-INSIDE_AT_LEAST = 0.7
-"""Share of the template that must lie within a picture to learn from it."""
-PICTURES = 40
-"""A template is learnt from so many: those that show something new of a body. Pictures in which it
-rests, or two move along side by side, are many and show nothing new."""
-PLACE_BIN_PX = 3.0
-"""Pictures with the same bin of places, or of distances to the neighbour, are alike."""
+SMOOTHING_PX = 0.8
+REACH_PX = 3
+"""Half width of the smoothing kernel, nearly four standard deviations: what lies beyond has less
+than a ten-thousandth of the weight of the middle."""
+SLOPE_WEIGHTS = np.array([-1, 9, -45, 0, 45, -9, 1], dtype=np.float32) / 60
+"""Weights of neighbours from -3 to 3 px: exact for polynomials up to the sixth degree."""
+INFORMATIVE_PIXELS = 2000
+"""More pixels than this cost time and add little: the best are taken."""
+FLAT_SHARE = 1e-15
+"""Smaller eigenvalues, as a share of the largest, are rounding."""
+TILES_APART_PX = 32
+"""Fewer empty columns cost less to read than another tile does."""
 
 
 @dataclass(frozen=True)
-class Rough:
-    """A body as its corners show it; positions are those of a point that moves with it."""
+class Template:
+    """Appearance of one body; pixel (0, 0) is the top left corner of the box around it."""
 
-    path_px: Mapping[int, Place]
-    """Frame index -> image x and y of that point."""
-    box: Box
-    """Around the corners, from that point."""
-    fence: tuple[float, float]
-    """Image x, from that point, beyond which the neighbours' corners begin."""
-    blurred: bool = False
-    """Whether the path is that of a region, right to some px only."""
-    patterned: bool = True
-    """Whether many corners show it."""
-    corners: Shape | None = None
-    """Its outermost corners."""
-
-
-@dataclass(frozen=True)
-class Body:
-    """A template with its outline; x is measured from the template's left column."""
-
-    sprite: Sprite
-    left_edge_px: float
-    right_edge_px: float
-    """Where the outline's outermost points are."""
-    round_: bool
-    """Whether the outline is a circle, or as high as one of its width."""
-    sightings: dict[int, Place]
-    """Frame index -> (x, y) of the template's top left pixel, roughly where it was not learnt."""
-    learnt: tuple[int, ...]
-    """Frames of the pictures it was learnt from, in which it was registered."""
-    typical_agreement: float
-    """Median correlation with the pictures it was learnt from."""
+    appearance: Pixels
+    """Mean smoothed luma, shape (height, width)."""
+    weight: Pixels
+    """Inverse variance of each pixel in 1 / grey level squared; 0 where it is not the body."""
+    model: Model
+    """The linearised template, at the pixels that take part in the registration."""
 
     @property
-    def box(self) -> Box:
-        """Outline, from the template's top left pixel."""
-        rows = np.flatnonzero((self.sprite.weight > 0).any(axis=1))
-        return self.left_edge_px, float(rows[0]), self.right_edge_px, float(rows[-1])
+    def shape(self) -> tuple[int, int]:
+        """Height and width in px."""
+        height, width = self.appearance.shape
+        return height, width
 
 
-def learn(
-    pictures: Mapping[int, Luma],
-    background: Background,
-    rough: Rough,
-    others: Sequence[Mapping[int, Place]],
-    known: Sequence[Shape] = (),
-) -> Body | None:
-    """Learn the template of a body that is roughly known.
+@dataclass(frozen=True)
+class Tile:
+    """A part of the template's box that holds chosen pixels; what is between tiles is not read."""
 
-    Parameters
-    ----------
-    pictures
-        Frame index -> luma, shape (height, width).
-    background
-        What stands still in them.
-    rough
-        The body as its corners show it.
-    others
-        Paths of the other bodies, by which pictures are told to be alike.
-    known
-        What hides the body in some pictures.
-
-    Returns
-    -------
-    Body or None
-        None where the pieces show no outline, or too few agree with their median.
-    """
-    source = Source(pictures, background, known)
-    wide = _wide(source, rough, others)
-    found = None if wide is None else close_cut(source, wide, rough.fence)
-    if found is None:
-        return None
-    stage = _registered(pictures, *found)
-    if len(stage.places) < SIGHTINGS_AT_LEAST or stage.fills(source):
-        return None
-    return _body(found[1], rough.path_px, stage)
+    left: int
+    top: int
+    """Column and row of the template at which the tile begins."""
+    shape: tuple[int, int]
+    """Height and width in px."""
+    pixels: NDArray[np.intp]
+    """Flat indices of the chosen pixels in the tile with the kernel's reach around it."""
 
 
-def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -> Stage | None:
-    """Learn what a body is, and where it ends, from reduced pictures."""
-    again = rough.corners is None
-    left, top, right, bottom = (round(edge) for edge in rough.box)
-    chosen = [k for k in choose(rough.path_px, others) if k in source.pictures]
-    places = {k: (rough.path_px[k][0] + left, rough.path_px[k][1] + top) for k in chosen}
-    stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), places)
-    for number in range(ROUNDS_AGAIN if again else ROUNDS):
-        scale = max(1, min(stage.shape) // REDUCED_PX)
-        small, before = source.reduced(scale, chosen), stage.reduced(scale)
-        if rough.blurred and number == 0:
-            before = replace(before, places=_aligned(small.pictures, before))
-        found = wide_cut(small, before, _margin(before.shape, rough), rough.fence)
-        if found is None:
-            return None
-        after = found[0] if again else _registered(small.pictures, *found)
-        stage = after.enlarged()
-        if max(np.abs(np.subtract(after.shape, before.shape))) <= SETTLED_PX:
-            break
-    return stage
+@dataclass(frozen=True)
+class Model:
+    """Brightness of n chosen pixels, linear in shift x, shift y, gain and offset."""
+
+    chosen: NDArray[np.intp]
+    """Flat indices of the pixels within the template, shape (n,), tile by tile."""
+    tiles: tuple[Tile, ...]
+    """Where these pixels lie, in their order."""
+    design: Pixels
+    """Shape (4, n): minus the slopes by x and y, the centred appearance, ones."""
+    weight: Pixels
+    """Shape (n,)."""
+    root_weight: Pixels
+    """Square root of ``weight``."""
+    solver: Pixels
+    """Weighted least squares solution for all weights as given, shape (4, n)."""
+    correlation: float
+    """Variance of the shift by x over that which independent pixels would give."""
 
 
-def _margin(shape: tuple[int, int], rough: Rough) -> tuple[int, int]:
-    """Rows and columns around a box of this shape that are averaged too."""
-    around = SURROUNDINGS * max(shape)
-    ends = 0.0 if rough.blurred or shape[1] > shape[0] else ENDS_APART * shape[0]
-    return round(around), round(max(around, ends))
-
-
-def _aligned(pictures: Mapping[int, Luma], stage: Stage) -> dict[int, Place]:
-    """Places that are right to some px, made better by registration to one of the pieces."""
-    places, (height, width) = stage.places, stage.shape
-    weight = np.zeros(stage.shape, dtype=np.float32)
-    y, x = np.indices(weight.shape)
-    across, along = (height - 1) / 2, (width - 1) / 2
-    weight[((y - across) / across) ** 2 + ((x - along) / along) ** 2 < 1] = 1.0
-    best: dict[int, Place] = {}
-    for first in sorted(places)[len(places) // 4 :: max(1, len(places) // 4)]:
-        sprite = make_sprite(look(pictures[first], *places[first], (height, width)), weight)
-        fits = {k: register(pictures[k], sprite, place) for k, place in places.items()}
-        good = {
-            k: (fit.x_px, fit.y_px)
-            for k, fit in fits.items()
-            if fit is not None and fit.agreement > AGREEMENT_AT_LEAST
-        }
-        best = max(best, good, key=len)
-    return best
-
-
-def _body(outline: Outline, path: Mapping[int, Place], stage: Stage) -> Body:
-    places, corner = stage.places, stage.corner
-    away = np.array([np.subtract(places[k], _plus(path[k], corner)) for k in places])
-    drift = np.median(away, axis=0)
-    rough = {
-        k: _plus(place, (corner[0] + drift[0], corner[1] + drift[1])) for k, place in path.items()
-    }
-    return Body(
-        outline.sprite,
-        outline.left_px,
-        outline.right_px,
-        outline.round_ or _as_high_as_wide(outline),
-        rough | dict(places),
-        tuple(sorted(places)),
-        stage.agreement,
+def make_template(appearance: Pixels, weight: Pixels) -> Template:
+    """Complete a template from its mean appearance and the weight of its pixels."""
+    slope_x, slope_y = _slopes(appearance)
+    worth = (slope_x**2 + 0.1 * slope_y**2) * weight
+    usable = np.flatnonzero(weight.ravel() > 0)
+    if len(usable) > INFORMATIVE_PIXELS:
+        best = np.argpartition(-worth.ravel()[usable], INFORMATIVE_PIXELS)[:INFORMATIVE_PIXELS]
+        usable = np.sort(usable[best])
+    tiles, order = tiles_of(usable, appearance.shape)
+    usable = usable[order]
+    flat = appearance.ravel()[usable]
+    rows = [
+        -slope_x.ravel()[usable],
+        -slope_y.ravel()[usable],
+        flat - flat.mean(),  # centred, so that gain and offset do not mix
+        np.ones_like(flat),
+    ]
+    design = np.stack(rows).astype(np.float32)
+    chosen_weight = weight.ravel()[usable].astype(np.float32)
+    solver = solve(design, chosen_weight)
+    correlation = _correlation_factor(usable, solver[0], appearance.shape)
+    return Template(
+        appearance=appearance.astype(np.float32),
+        weight=weight.astype(np.float32),
+        model=Model(
+            usable, tiles, design, chosen_weight, np.sqrt(chosen_weight), solver, correlation
+        ),
     )
 
 
-def _as_high_as_wide(outline: Outline) -> bool:
-    """Whether the rows at least half as wide as the outline are as many as a circle has.
+def _slopes(appearance: Pixels) -> tuple[Pixels, Pixels]:
+    """Slopes of a smoothed picture by x and y, in grey levels per px.
 
-    A circle's chords are longer than its radius over 0.87 of its diameter; the edge's blur, which
-    the template holds as well, adds some px. Threads are narrow and add none.
+    Differences of the next neighbours alone flatten an edge of this sharpness by a tenth. Every
+    step of the registration would then go a tenth too far, and its last one stays uncorrected.
     """
-    held = outline.sprite.weight > 0
-    last = held.shape[1] - np.argmax(held[:, ::-1], axis=1)
-    wide = np.where(held.any(axis=1), last - np.argmax(held, axis=1), 0)
-    width = outline.right_px - outline.left_px
-    high = float(np.count_nonzero(wide >= 0.5 * width))
-    return ROUND_HEIGHT[0] * width < high < ROUND_HEIGHT[1] * width
+    along, across = SLOPE_WEIGHTS, np.ones(1, dtype=np.float32)
+    edge = cv2.BORDER_REPLICATE
+    slope_x = cv2.sepFilter2D(appearance, cv2.CV_32F, along, across, borderType=edge)
+    slope_y = cv2.sepFilter2D(appearance, cv2.CV_32F, across, along, borderType=edge)
+    return np.asarray(slope_x, dtype=np.float32), np.asarray(slope_y, dtype=np.float32)
 
 
-def _plus(place: Place, corner: tuple[float, float]) -> Place:
-    return place[0] + corner[0], place[1] + corner[1]
+def tiles_of(
+    chosen: NDArray[np.intp], shape: tuple[int, ...]
+) -> tuple[tuple[Tile, ...], NDArray[np.intp]]:
+    """Cover chosen pixels of a template by boxes side by side, cut where many columns hold none.
 
-
-def _registered(pictures: Mapping[int, Luma], stage: Stage, outline: Outline) -> Stage:
-    """Register a template in the pictures; of those that agree, its places and their agreement."""
-    fits = {k: register(pictures[k], outline.sprite, place) for k, place in stage.places.items()}
-    good = {
-        k: fit
-        for k, fit in fits.items()
-        if fit and fit.agreement >= AGREEMENT_AT_LEAST and fit.inside >= INSIDE_AT_LEAST
-    }
-    typical = float(np.median([fit.agreement for fit in good.values()])) if good else 0.0
-    places = {
-        k: (fit.x_px, fit.y_px)
-        for k, fit in good.items()
-        if fit.agreement > AGREEMENT_SHARE * typical
-    }
-    return replace(stage, places=places, agreement=typical)
-
-
-def line_tilt_deg(paths: Sequence[Floats]) -> float:
-    """Find the common direction of paths, shape (n, 2) each, in (-90, 90] degrees from image x."""
-    moments = np.zeros((2, 2))
-    for path in paths:
-        known = path[np.isfinite(path[:, 0])]
-        away = known - known.mean(axis=0)
-        moments += away.T @ away
-    return float(np.degrees(0.5 * np.arctan2(2 * moments[0, 1], moments[0, 0] - moments[1, 1])))
-
-
-def choose(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) -> list[int]:
-    """Choose pictures to learn from, by their frame index, evenly spread by their rarity.
-
-    ``path`` is that of the body, ``others`` are those by which pictures are told to be alike.
+    Returns the tiles, and the order in which they hold the chosen pixels.
     """
-    rarity = _rarity(path, others)
-    frames = sorted(rarity)
-    if len(frames) <= PICTURES:
-        return frames
-    share = np.cumsum([rarity[frame] for frame in frames])
-    picked = np.searchsorted(share, (np.arange(PICTURES) + 0.5) / PICTURES * share[-1])
-    return [frames[place] for place in np.unique(picked)]
+    if len(chosen) == 0:
+        return (), chosen
+    row, column = np.divmod(chosen, shape[1])
+    used = np.unique(column)
+    cuts = np.flatnonzero(np.diff(used) > TILES_APART_PX)
+    lefts, rights = used[np.r_[0, cuts + 1]], used[np.r_[cuts, -1]]
+    tiles, order = [], []
+    for left, right in zip(lefts.tolist(), rights.tolist(), strict=True):
+        inside = np.flatnonzero((column >= left) & (column <= right))
+        y, x = row[inside], column[inside]
+        top = int(y.min())
+        size = int(y.max()) - top + 1, right - left + 1
+        pixels = (y - top + REACH_PX) * (size[1] + 2 * REACH_PX) + x - left + REACH_PX
+        tiles.append(Tile(left, top, size, pixels))
+        order.append(inside)
+    return tuple(tiles), np.concatenate(order)
 
 
-def _rarity(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) -> dict[int, float]:
-    """Weight of each picture: rare places and rare distances from other bodies count more."""
-    bins = [{k: round(x / PLACE_BIN_PX) for k, (x, _) in path.items()}]
-    for other in others:
-        apart = {k: other[k][0] - x for k, (x, _) in path.items() if k in other}
-        bins.append({k: round(x / PLACE_BIN_PX) for k, x in apart.items()})
-    counts = [Counter(binned.values()) for binned in bins]
-    return {
-        k: float(np.prod([1 / c[b[k]] for b, c in zip(bins, counts, strict=True) if k in b]))
-        for k in path
-    }
+def solve(design: Pixels, weight: Pixels) -> Pixels:
+    """Pseudo-inverse of the weighted design; a body without slopes gets the least-norm one."""
+    weighted = (design * weight).astype(np.float64)
+    values, vectors = np.linalg.eigh(weighted @ design.T.astype(np.float64))
+    good = values > FLAT_SHARE * values[-1]
+    # Five times faster than numpy's for four by four.
+    inverse = (vectors[:, good] / values[good]) @ vectors[:, good].T
+    return np.asarray(inverse @ weighted, dtype=np.float32)
+
+
+def _correlation_factor(
+    chosen: NDArray[np.intp], combination: Pixels, shape: tuple[int, ...]
+) -> float:
+    """How much a combination of pixels gains in variance because smoothing made them share noise.
+
+    White noise of variance v, smoothed by a kernel g, has the variance v sum(g^2) in each pixel;
+    a combination c of its pixels has v sum((c * g)^2) instead of v sum(g^2) sum(c^2).
+    """
+    picture = np.zeros((shape[0] + 2 * REACH_PX, shape[1] + 2 * REACH_PX), dtype=np.float32)
+    row, column = np.divmod(chosen, shape[1])
+    picture[row + REACH_PX, column + REACH_PX] = combination
+    power = float((picture.astype(np.float64) ** 2).sum())
+    if power == 0.0:
+        return 1.0
+    shared = float((smooth(picture, 0.0, 0.0).astype(np.float64) ** 2).sum())
+    return shared / power / float((_kernel(0.0).astype(np.float64) ** 2).sum()) ** 2
+
+
+def piece_at(picture: Picture, x_px: float, y_px: float, shape: tuple[int, int]) -> Pixels:
+    """Cut out a smoothed piece of the picture at a fractional place.
+
+    Returns shape ``shape``: the piece whose top left pixel lies at (``x_px``, ``y_px``). Beyond
+    the picture's border its last row or column goes on.
+    """
+    left, top = round(x_px), round(y_px)
+    piece = _cut(picture, left - REACH_PX, top - REACH_PX, shape)
+    return smooth(piece, x_px - left, y_px - top)[REACH_PX:-REACH_PX, REACH_PX:-REACH_PX]
+
+
+def pixels_at(picture: Picture, x_px: float, y_px: float, tiles: tuple[Tile, ...]) -> Pixels:
+    """Read the chosen pixels of a template at a fractional place, smoothed as by `piece_at`.
+
+    Returns shape (n,), tile by tile.
+    """
+    left, top = round(x_px), round(y_px)
+    seen = []
+    for tile in tiles:
+        corner = left + tile.left - REACH_PX, top + tile.top - REACH_PX
+        part = smooth(_cut(picture, *corner, tile.shape), x_px - left, y_px - top)
+        seen.append(part.ravel()[tile.pixels])
+    return np.concatenate(seen)
+
+
+def _cut(picture: Picture, left: int, top: int, shape: tuple[int, int]) -> Picture:
+    height, width = shape[0] + 2 * REACH_PX, shape[1] + 2 * REACH_PX
+    rows, columns = picture.shape
+    if left >= 0 and top >= 0 and left + width <= columns and top + height <= rows:
+        return picture[top : top + height, left : left + width]
+    inside = picture[max(0, top) : max(0, top + height), max(0, left) : max(0, left + width)]
+    if inside.size == 0:  # nothing but the border, going on
+        y = np.clip(np.arange(top, top + height), 0, rows - 1)
+        x = np.clip(np.arange(left, left + width), 0, columns - 1)
+        return picture[np.ix_(y, x)]
+    above, before = max(0, -top), max(0, -left)
+    around = above, height - above - inside.shape[0], before, width - before - inside.shape[1]
+    border = cv2.BORDER_REPLICATE
+    return np.asarray(cv2.copyMakeBorder(np.ascontiguousarray(inside), *around, border), np.uint8)
+
+
+def smooth(piece: Picture | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
+    """Smooth as templates are, shifted by fractions of a pixel from -0.5 to 0.5."""
+    if piece.strides[1] != piece.itemsize:  # OpenCV takes rows with gaps between, not within
+        return smooth(piece.copy(), fraction_x, fraction_y)
+    smoothed = cv2.sepFilter2D(piece, cv2.CV_32F, _kernel(fraction_x), _kernel(fraction_y))
+    return np.asarray(smoothed, dtype=np.float32)
+
+
+def _kernel(fraction: float) -> Pixels:
+    """Gaussian sampled about ``fraction``, from -0.5 to 0.5, normalised."""
+    kernel: Pixels = KERNELS[round((fraction + 0.5) * KERNEL_STEPS)]
+    return kernel
+
+
+def _kernels() -> Pixels:
+    """Kernels for all fractions, shape (steps + 1, taps)."""
+    fraction = np.linspace(-0.5, 0.5, KERNEL_STEPS + 1)[:, None]
+    taps = np.arange(-REACH_PX, REACH_PX + 1) - fraction
+    bell = np.exp(-0.5 * (taps / SMOOTHING_PX) ** 2)
+    return np.asarray(bell / bell.sum(axis=1, keepdims=True), dtype=np.float32)
+
+
+KERNEL_STEPS = 4096
+"""Fractions of a pixel are distinguished to 0.00012 px at worst, far below any noise."""
+KERNELS = _kernels()

@@ -1,4 +1,4 @@
-"""What the tracker looks at: some frames of a clip, a part of the picture, in a handy size."""
+"""What the tracker sees: some frames of a clip, a part of the picture, in a handy size."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ and bodies that move far from frame to frame are lost."""
 
 @dataclass(frozen=True)
 class TrackSettings:
-    """What the user may tell the tracker; everything is found where nothing is told."""
+    """What the user may give the tracker; what is not given is found."""
 
     wall_side: WallSide | None = None
     region: Region | None = None
@@ -37,7 +37,7 @@ class TrackSettings:
 
 @dataclass(frozen=True)
 class View:
-    """A look at a clip through a region and at reduced size."""
+    """A clip seen through a region and at reduced size."""
 
     footage: Footage
     region: Region

@@ -51,7 +51,7 @@ def timed(collision: Collision, capture_fps: float | None) -> Collision:
 
 
 RELATIVE_SIGMA_AT_MOST = 0.1
-"""A measured mass ratio is told only if it is known to this share."""
+"""A measured mass ratio is given only if it is known to this share."""
 WEIGHED_SHARE = 0.01
 """Standard uncertainty of a mass ratio that somebody gives: kitchen scales, tape on the ball."""
 CONTRADICTING_SIGMAS = 4.0
@@ -78,14 +78,14 @@ def contradiction(given: float, measured: Estimate) -> tuple[str, ...]:
 def with_mass_ratio(result: TrialResult, measured: Estimate) -> TrialResult:
     """Complete an answer by a measured mass ratio, instead of one that was measured before.
 
-    What the user gave stands. A ratio that the motion hardly tells is left out.
+    What the user gave stands. A ratio that the motion hardly determines is left out.
     """
     if result.mass_ratio is not None and result.mass_ratio_sigma is None:
         return _bounded(result, result.mass_ratio, 1)
     if measured.sigma > RELATIVE_SIGMA_AT_MOST * measured.value:
         return result
-    told = replace(result, mass_ratio=measured.value, mass_ratio_sigma=measured.sigma)
-    return _bounded(told, measured.value, 1)
+    completed = replace(result, mass_ratio=measured.value, mass_ratio_sigma=measured.sigma)
+    return _bounded(completed, measured.value, 1)
 
 
 def _bounded(result: TrialResult, heavy: Fraction | float, light: Fraction | float) -> TrialResult:

@@ -1,7 +1,7 @@
 """The answer for a trial at a wall.
 
 It rests on the collisions that the frames show where these are all, or else on the fitted model of
-the whole burst; if neither can tell the count, it says why.
+the whole burst; if neither gives the count, it says why.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def leaves_doubt(found: SeenCollisions) -> bool:
 def _weighed(
     result: TrialResult, swing: Swing | None, masses: tuple[Fraction, Fraction] | None
 ) -> TrialResult:
-    """Complete an answer by the masses, or else by what the heavy body's path tells of them."""
+    """Complete an answer by the masses, or else by what the heavy body's path says of them."""
     ratio = math.nan if swing is None else float(swing.mass_ratio)
     measured = None if swing is None else Estimate(ratio, ratio * swing.mass_ratio_relative_sigma)
     if masses is not None:
@@ -109,14 +109,14 @@ def _weighed(
 LISTED_AT_MOST = 4
 """Of more likely counts than so many only the range is named, ..."""
 RANGED_AT_MOST = 10
-"""... and of more than so many only about where they are: the ends were not looked for."""
+"""... and of more than so many only about where they are: the ends were not searched."""
 NOT_DESCRIBED = frozenset((Cause.MODEL_STRAYS, Cause.MODEL_DIFFERS))
 MASS_RELATIVE_SIGMA = 0.002
 """Standard uncertainty of a mass ratio that the user gives: kitchen scales and a ring of thread."""
 
 
 def knowledge(info: FootageInfo, masses: tuple[Fraction, Fraction] | None) -> Knowledge:
-    """Tell a fit what is known besides the track."""
+    """Give a fit what is known besides the track."""
     if masses is None:
         return Knowledge(info.capture_fps)
     ratio = float(masses[0] / masses[1])
@@ -144,7 +144,7 @@ def inferred(result: TrialResult, found: SeenCollisions, between: Between | Misf
 
 
 def _completed(result: TrialResult, found: SeenCollisions, between: Between) -> TrialResult:
-    """Tell the fit's count and its collisions; what was seen after the burst follows them."""
+    """Give the fit's count and its collisions; what was seen after the burst follows them."""
     count = between.count
     burst = tuple(timed(collision, result.capture_fps) for collision in between.collisions)
     after = result.collisions[min(count, found.burst) :]
@@ -184,7 +184,7 @@ def sure_enough(between: Between) -> bool:
 
 
 def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
-    """Add what the fit tells of the physics; where it does not describe the track, doubt the count.
+    """Add what the fit says of the physics; where it does not describe the track, doubt the count.
 
     Two collisions are missed together if any are, one with either thing.
     """
@@ -210,7 +210,7 @@ def measured(result: TrialResult, between: Between | Misfit) -> TrialResult:
 
 
 def _continued(result: TrialResult, following: Mapping[int, float]) -> TrialResult:
-    """Leave room for collisions after the clip's end; no count where they are likely."""
+    """Leave some probability to collisions after the clip's end; no count where they are likely."""
     more = 1.0 - following.get(0, 0.0)
     if result.count is None or more <= LIKELY_ABOVE:
         return result

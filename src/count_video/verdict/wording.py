@@ -15,7 +15,7 @@ SENTENCES: Final = {
     "between them",
     Cause.STARTS_MOVING: "the clip starts after the first collision: the ball already moves to the "
     "wall; start the clip while the ball is still at rest",
-    Cause.STARTS_CLOSE: "the clip starts too close to its first collision to tell whether the ball "
+    Cause.STARTS_CLOSE: "the clip starts too close to its first collision to show whether the ball "
     "was at rest; start it some frames earlier",
     Cause.STARTS_LATE: "the clip starts after the first collision: the ball is not at rest before "
     "the first one seen; start the clip earlier",
@@ -38,12 +38,12 @@ SENTENCES: Final = {
     "may have happened",
     Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at all, "
     "and jumps nowhere",
-    Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to tell impacts by",
+    Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to be called impacts",
     Cause.NO_FLIGHTS: "the body's path between its turns is not that of one that bounces: impacts "
-    "and smooth turns cannot be told apart",
+    "and smooth turns cannot be distinguished",
     Cause.NOT_FREE: "the body does not fly freely in frames {spans}",
     Cause.BEFORE_UNSEEN: "what came before the first impact is not seen: one may be missing",
-    Cause.TURNS_OPEN: "whether the turns at the stop in frames {turns} are impacts cannot be told",
+    Cause.TURNS_OPEN: "whether the turns at the stop in frames {turns} are impacts is not clear",
     Cause.CUT_AT_STOP: "the clip is cut off where the body is at its stop: one may be missing",
     Cause.TOO_FREQUENT: "the last impacts follow each other faster than the pictures show: some "
     "may be missed",
@@ -75,7 +75,7 @@ SENTENCES: Final = {
 
 
 def sentence(reason: Reason) -> str:
-    """Tell a reason in words for the user."""
+    """Put a reason into words for the user."""
     figures = reason.figures
     return SENTENCES[reason.cause].format(
         *figures,
@@ -88,5 +88,5 @@ def sentence(reason: Reason) -> str:
 
 
 def sentences(reasons: Iterable[Reason]) -> str | None:
-    """Tell reasons one after the other; None if there are none."""
+    """Put reasons into words, one after the other; None if there are none."""
     return "; ".join(map(sentence, reasons)) or None

@@ -23,7 +23,7 @@ from count_video.tracking.pairing import (
 DIRECTION_STEPS = (1, 2, 3, 4, 6, 8)
 AGREEING = 0.9
 """Pictures over which second differences are taken, and the share of them, each with the weight of
-its square, that agree in direction where they tell it."""
+its square, that agree in direction where they have one."""
 DIRECTION_ROUNDS = 4
 DIRECTION_SPREAD_RAD = 0.35
 """Jumps further than this from the common direction are mistakes of the tracking, or glancing."""
@@ -50,7 +50,7 @@ class Places:
         return np.stack([self.x_px, self.y_px], axis=1)
 
 
-def lone_tracks(seen: Observation) -> list[Track]:
+def single_tracks(seen: Observation) -> list[Track]:
     """Measure where each body that moves on its own was, along the line of its impacts.
 
     Those that move furthest, are largest and seen most come first. What moves as one of them makes
@@ -77,7 +77,7 @@ def lone_tracks(seen: Observation) -> list[Track]:
 
 
 def _is_followed(body: Places) -> bool:
-    """Whether three pictures show a body that are few enough frames apart to tell how it turns."""
+    """Whether three pictures show a body that are few enough frames apart to show how it turns."""
     return any(len(_second_differences(body.xy_px, step)) for step in DIRECTION_STEPS)
 
 
@@ -106,7 +106,7 @@ def _places(body: Followed, seen: Observation) -> Places:
     """Turn the places of a template into those of its middle in the footage."""
     view, upright = seen.view, seen.movers.upright
     along = np.where(np.isfinite(body.sure_x_px), body.middle_px, np.nan)
-    height = body.body.sprite.shape[0]
+    height = body.body.template.shape[0]
     x, y = (
         view.in_picture(along, upright=upright),
         view.in_picture(

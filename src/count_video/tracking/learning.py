@@ -1,0 +1,269 @@
+"""Learn the template of a body: its median over many pictures, with a weight for each pixel.
+
+Pieces of pictures are laid upon each other where the body's corners were followed to, and
+registered to their median; the median of the registered pieces is the template. A pixel belongs to
+the body if the median explains the pieces better than what lies behind it does: the background and
+the bodies that are known already. What the body is shows in reduced pictures; of those as they are
+only its box is read.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats
+from count_video.tracking.background import Background
+from count_video.tracking.composite import Source
+from count_video.tracking.cutting import SIGHTINGS_AT_LEAST, Stage, close_cut, wide_cut
+from count_video.tracking.outline import Outline
+from count_video.tracking.registration import register
+from count_video.tracking.shape import Box, Place, Shape
+from count_video.tracking.template import Template, make_template, piece_at
+
+Luma = NDArray[np.uint8]
+
+SURROUNDINGS, ENDS_APART = 0.6, 1.5
+"""The surroundings that a wide view shows too, on all sides, as a share of the box's longer side,
+and at both ends also of its height: the other end of a plain body may be so far away."""
+REDUCED_PX = 72
+"""What a body is shows in pictures reduced until it is hardly higher."""
+ROUNDS, ROUNDS_AGAIN, SETTLED_PX = 3, 2, 2
+"""So often at most, less if its places are known already, a body is cut out of reduced pictures
+until its size changes by no more than so many of their px."""
+ROUND_HEIGHT = 0.87, 1.15
+"""Height of the rows at least half as wide as a ball's outline, over its width."""
+AGREEMENT_AT_LEAST = 0.5
+"""Correlation below which a piece is not taken for the body."""
+AGREEMENT_SHARE = 0.9
+"""Pieces that agree less than this share of the median are dropped."""
+INSIDE_AT_LEAST = 0.7
+"""Share of the template that must lie within a picture to learn from it."""
+PICTURES = 40
+"""A template is learnt from so many: those that show something new of a body. Pictures in which it
+rests, or two move along side by side, are many and show nothing new."""
+PLACE_BIN_PX = 3.0
+"""Pictures with the same bin of places, or of distances to the neighbour, are alike."""
+
+
+@dataclass(frozen=True)
+class Rough:
+    """A body as its corners show it; positions are those of a point that moves with it."""
+
+    path_px: Mapping[int, Place]
+    """Frame index -> image x and y of that point."""
+    box: Box
+    """Around the corners, from that point."""
+    fence: tuple[float, float]
+    """Image x, from that point, beyond which the neighbours' corners begin."""
+    blurred: bool = False
+    """Whether the path is that of a region, right to some px only."""
+    patterned: bool = True
+    """Whether many corners show it."""
+    corners: Shape | None = None
+    """Its outermost corners."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A template with its outline; x is measured from the template's left column."""
+
+    template: Template
+    left_edge_px: float
+    right_edge_px: float
+    """Where the outline's outermost points are."""
+    round_: bool
+    """Whether the outline is a circle, or as high as one of its width."""
+    sightings: dict[int, Place]
+    """Frame index -> (x, y) of the template's top left pixel, roughly where it was not learnt."""
+    learnt: tuple[int, ...]
+    """Frames of the pictures it was learnt from, in which it was registered."""
+    typical_agreement: float
+    """Median correlation with the pictures it was learnt from."""
+
+    @property
+    def box(self) -> Box:
+        """Outline, from the template's top left pixel."""
+        rows = np.flatnonzero((self.template.weight > 0).any(axis=1))
+        return self.left_edge_px, float(rows[0]), self.right_edge_px, float(rows[-1])
+
+
+def learn(
+    pictures: Mapping[int, Luma],
+    background: Background,
+    rough: Rough,
+    others: Sequence[Mapping[int, Place]],
+    known: Sequence[Shape] = (),
+) -> Body | None:
+    """Learn the template of a body that is roughly known.
+
+    Parameters
+    ----------
+    pictures
+        Frame index -> luma, shape (height, width).
+    background
+        What stands still in them.
+    rough
+        The body as its corners show it.
+    others
+        Paths of the other bodies, by which pictures are known to be alike.
+    known
+        What hides the body in some pictures.
+
+    Returns
+    -------
+    Body or None
+        None where the pieces show no outline, or too few agree with their median.
+    """
+    source = Source(pictures, background, known)
+    wide = _wide(source, rough, others)
+    found = None if wide is None else close_cut(source, wide, rough.fence)
+    if found is None:
+        return None
+    stage = _registered(pictures, *found)
+    if len(stage.places) < SIGHTINGS_AT_LEAST or stage.fills(source):
+        return None
+    return _body(found[1], rough.path_px, stage)
+
+
+def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -> Stage | None:
+    """Learn what a body is, and where it ends, from reduced pictures."""
+    again = rough.corners is None
+    left, top, right, bottom = (round(edge) for edge in rough.box)
+    chosen = [k for k in choose(rough.path_px, others) if k in source.pictures]
+    places = {k: (rough.path_px[k][0] + left, rough.path_px[k][1] + top) for k in chosen}
+    stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), places)
+    for number in range(ROUNDS_AGAIN if again else ROUNDS):
+        scale = max(1, min(stage.shape) // REDUCED_PX)
+        small, before = source.reduced(scale, chosen), stage.reduced(scale)
+        if rough.blurred and number == 0:
+            before = replace(before, places=_aligned(small.pictures, before))
+        found = wide_cut(small, before, _margin(before.shape, rough), rough.fence)
+        if found is None:
+            return None
+        after = found[0] if again else _registered(small.pictures, *found)
+        stage = after.enlarged()
+        if max(np.abs(np.subtract(after.shape, before.shape))) <= SETTLED_PX:
+            break
+    return stage
+
+
+def _margin(shape: tuple[int, int], rough: Rough) -> tuple[int, int]:
+    """Rows and columns around a box of this shape that are averaged too."""
+    around = SURROUNDINGS * max(shape)
+    ends = 0.0 if rough.blurred or shape[1] > shape[0] else ENDS_APART * shape[0]
+    return round(around), round(max(around, ends))
+
+
+def _aligned(pictures: Mapping[int, Luma], stage: Stage) -> dict[int, Place]:
+    """Places that are right to some px, made better by registration to one of the pieces."""
+    places, (height, width) = stage.places, stage.shape
+    weight = np.zeros(stage.shape, dtype=np.float32)
+    y, x = np.indices(weight.shape)
+    across, along = (height - 1) / 2, (width - 1) / 2
+    weight[((y - across) / across) ** 2 + ((x - along) / along) ** 2 < 1] = 1.0
+    best: dict[int, Place] = {}
+    for first in sorted(places)[len(places) // 4 :: max(1, len(places) // 4)]:
+        template = make_template(piece_at(pictures[first], *places[first], (height, width)), weight)
+        fits = {k: register(pictures[k], template, place) for k, place in places.items()}
+        good = {
+            k: (fit.x_px, fit.y_px)
+            for k, fit in fits.items()
+            if fit is not None and fit.agreement > AGREEMENT_AT_LEAST
+        }
+        best = max(best, good, key=len)
+    return best
+
+
+def _body(outline: Outline, path: Mapping[int, Place], stage: Stage) -> Body:
+    places, corner = stage.places, stage.corner
+    away = np.array([np.subtract(places[k], _plus(path[k], corner)) for k in places])
+    drift = np.median(away, axis=0)
+    rough = {
+        k: _plus(place, (corner[0] + drift[0], corner[1] + drift[1])) for k, place in path.items()
+    }
+    return Body(
+        outline.template,
+        outline.left_px,
+        outline.right_px,
+        outline.round_ or _as_high_as_wide(outline),
+        rough | dict(places),
+        tuple(sorted(places)),
+        stage.agreement,
+    )
+
+
+def _as_high_as_wide(outline: Outline) -> bool:
+    """Whether the rows at least half as wide as the outline are as many as a circle has.
+
+    A circle's chords are longer than its radius over 0.87 of its diameter; the edge's blur, which
+    the template holds as well, adds some px. Threads are narrow and add none.
+    """
+    held = outline.template.weight > 0
+    last = held.shape[1] - np.argmax(held[:, ::-1], axis=1)
+    wide = np.where(held.any(axis=1), last - np.argmax(held, axis=1), 0)
+    width = outline.right_px - outline.left_px
+    high = float(np.count_nonzero(wide >= 0.5 * width))
+    return ROUND_HEIGHT[0] * width < high < ROUND_HEIGHT[1] * width
+
+
+def _plus(place: Place, corner: tuple[float, float]) -> Place:
+    return place[0] + corner[0], place[1] + corner[1]
+
+
+def _registered(pictures: Mapping[int, Luma], stage: Stage, outline: Outline) -> Stage:
+    """Register a template in the pictures; of those that agree, its places and their agreement."""
+    fits = {k: register(pictures[k], outline.template, place) for k, place in stage.places.items()}
+    good = {
+        k: fit
+        for k, fit in fits.items()
+        if fit and fit.agreement >= AGREEMENT_AT_LEAST and fit.inside >= INSIDE_AT_LEAST
+    }
+    typical = float(np.median([fit.agreement for fit in good.values()])) if good else 0.0
+    places = {
+        k: (fit.x_px, fit.y_px)
+        for k, fit in good.items()
+        if fit.agreement > AGREEMENT_SHARE * typical
+    }
+    return replace(stage, places=places, agreement=typical)
+
+
+def line_tilt_deg(paths: Sequence[Floats]) -> float:
+    """Find the common direction of paths, shape (n, 2) each, in (-90, 90] degrees from image x."""
+    moments = np.zeros((2, 2))
+    for path in paths:
+        known = path[np.isfinite(path[:, 0])]
+        away = known - known.mean(axis=0)
+        moments += away.T @ away
+    return float(np.degrees(0.5 * np.arctan2(2 * moments[0, 1], moments[0, 0] - moments[1, 1])))
+
+
+def choose(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) -> list[int]:
+    """Choose pictures to learn from, by their frame index, evenly spread by their rarity.
+
+    ``path`` is that of the body, ``others`` are those by which pictures are known to be alike.
+    """
+    rarity = _rarity(path, others)
+    frames = sorted(rarity)
+    if len(frames) <= PICTURES:
+        return frames
+    share = np.cumsum([rarity[frame] for frame in frames])
+    picked = np.searchsorted(share, (np.arange(PICTURES) + 0.5) / PICTURES * share[-1])
+    return [frames[place] for place in np.unique(picked)]
+
+
+def _rarity(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) -> dict[int, float]:
+    """Weight of each picture: rare places and rare distances from other bodies count more."""
+    bins = [{k: round(x / PLACE_BIN_PX) for k, (x, _) in path.items()}]
+    for other in others:
+        apart = {k: other[k][0] - x for k, (x, _) in path.items() if k in other}
+        bins.append({k: round(x / PLACE_BIN_PX) for k, x in apart.items()})
+    counts = [Counter(binned.values()) for binned in bins]
+    return {
+        k: float(np.prod([1 / c[b[k]] for b, c in zip(bins, counts, strict=True) if k in b]))
+        for k in path
+    }
