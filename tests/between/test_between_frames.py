@@ -89,9 +89,9 @@ def test_every_inferred_time_lies_within_its_uncertainty() -> None:
 def test_of_collisions_less_than_a_frame_apart_the_middle_ones_are_not_called_seen() -> None:
     frames, stated = filmed().event_frames, fitted().collisions
     apart = np.diff(frames)
-    crowded = 1 + np.flatnonzero(np.maximum(apart[1:], apart[:-1]) < 1.0)
-    assert len(crowded) > 0
-    assert not any(stated[number].seen for number in crowded)
+    close = 1 + np.flatnonzero(np.maximum(apart[1:], apart[:-1]) < 1.0)
+    assert len(close) > 0
+    assert not any(stated[number].seen for number in close)
 
 
 def test_kinds_alternate_and_numbers_count_from_one() -> None:

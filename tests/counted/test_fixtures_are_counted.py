@@ -87,8 +87,8 @@ def test_an_unresolved_clip_claims_to_have_seen_what_its_frames_show(clip: Path)
         sum(not one["seen"] for one in stated),
     )
     between = zip(true, true[1:], true[2:], strict=False)
-    crowded = [n for n, (a, b, c) in enumerate(between, 1) if max(b - a, c - b) < ONE_FRAME]
-    assert not any(stated[n]["seen"] for n in crowded)
+    close = [n for n, (a, b, c) in enumerate(between, 1) if max(b - a, c - b) < ONE_FRAME]
+    assert not any(stated[n]["seen"] for n in close)
     errors = [
         (one["frame"] - at) / one["frame_sigma"] for one, at in zip(stated, true, strict=True)
     ]

@@ -94,7 +94,7 @@ def test_copies_that_were_encoded_again_are_found_and_no_real_frame_is_taken_for
     found = np.array([frame.repeats_previous for frame in read(tmp_path, frames, 16, codec)])
     truth = np.array(copies)
     assert not (found & ~truth).any()
-    # A cadence shows after some periods, a lone copy after some real frames.
+    # A cadence shows after some periods, a single copy after some real frames.
     warm = max(PERIODS_SEEN * 5, HISTORY_AT_LEAST)
     assert found[warm:].sum() >= 0.8 * truth[warm:].sum()
 

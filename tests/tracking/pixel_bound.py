@@ -10,7 +10,7 @@ of the four unknowns q = (x, y, g, o) is Fisher's information
     J = (1 / s^2) sum_p (dm_p/dq) (dm_p/dq)^T,   dm/dq = (dI/dx, dI/dy, I, 1)   at g = 1, o = 0,
 
 and no unbiased estimate of x has a variance below (J^-1)_xx. Were only x unknown, that would be
-s^2 / sum (dI/dx)^2; the others take away the part of dI/dx that looks like them:
+s^2 / sum (dI/dx)^2; the others take away the part of dI/dx that has their shape:
 
     var(x) >= s^2 / sum_p r_p^2,   r = dI/dx less its projection on dI/dy, I and 1.
 

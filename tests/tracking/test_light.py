@@ -17,7 +17,7 @@ DEPTH = 0.25
 """Share of the light that the shadow takes in its middle."""
 
 
-def room() -> Floats:
+def scene() -> Floats:
     """A wall that is brighter on one side, with blotches."""
     rng = np.random.default_rng(3)
     blotches = np.kron(rng.normal(0, 8, (SIZE[0] // 8, SIZE[1] // 8)), np.ones((8, 8)))
@@ -25,7 +25,7 @@ def room() -> Floats:
 
 
 def shadows() -> list[Floats]:
-    """Light of a soft shadow that crosses the room."""
+    """Light of a soft shadow that crosses the scene."""
     y, x = np.indices(SIZE)
     middles = np.linspace(-0.1, 1.1, PICTURES) * SIZE[1]
     return [
@@ -34,11 +34,11 @@ def shadows() -> list[Floats]:
 
 
 def pictures(lights: list[Floats], body_px: tuple[int, int] = (24, 20)) -> list[Luma]:
-    """Pictures of a bright plain body that crosses the room, in these lights."""
+    """Pictures of a bright plain body that crosses the scene, in these lights."""
     rng, seen = np.random.default_rng(4), []
     for number, light in enumerate(lights):
         left = 5 + 8 * number
-        shown = room()
+        shown = scene()
         shown[70 : 70 + body_px[1], left : left + body_px[0]] = 200
         noisy = shown * light + rng.normal(0, NOISE, SIZE)
         seen.append(np.rint(noisy).clip(0, 255).astype(np.uint8))

@@ -67,7 +67,7 @@ def ball_picture(
     return gain * canvas + offset
 
 
-def ball_sprite(radius: float) -> Template:
+def ball_template(radius: float) -> Template:
     picture = to_luma(ball_picture(*HOME, radius))
     half = int(radius) + 6
     left, top = HOME[0] - half, HOME[1] - half
@@ -85,7 +85,7 @@ def corner(radius: float) -> tuple[float, float]:
 
 def fitted(picture: Picture, radius: float, guess: tuple[float, float] = (0.0, 0.0)) -> Fit:
     home = corner(radius)
-    fit = register(picture, ball_sprite(radius), (home[0] + guess[0], home[1] + guess[1]))
+    fit = register(picture, ball_template(radius), (home[0] + guess[0], home[1] + guess[1]))
     assert fit is not None
     return fit
 
@@ -118,7 +118,7 @@ def test_gain_and_offset_of_the_light_do_not_move_the_body(light: tuple[float, f
 @pytest.mark.parametrize("noise", [2.0, 6.0])
 def test_the_stated_uncertainty_is_true_for_white_noise(radius: float, noise: float) -> None:
     rng = np.random.default_rng(17)
-    template, home = ball_sprite(radius), corner(radius)
+    template, home = ball_template(radius), corner(radius)
     normalised = []
     # A few places serve for all draws: what is tested is the noise, and drawing takes long.
     shifts = rng.uniform(-0.5, 0.5, (10, 2))
@@ -147,7 +147,7 @@ def test_a_body_partly_outside_the_picture_is_placed_by_what_is_inside(cut_px: i
     cut = int(HOME[0] - 20) + cut_px
     home = corner(20.0)
 
-    fit = register(picture[:, cut:].copy(), ball_sprite(20.0), (home[0] - cut, home[1]))
+    fit = register(picture[:, cut:].copy(), ball_template(20.0), (home[0] - cut, home[1]))
 
     assert fit is not None
     assert fit.x_px + cut - home[0] == pytest.approx(0.3, abs=HIDDEN_PX)
@@ -157,27 +157,27 @@ def test_a_body_partly_outside_the_picture_is_placed_by_what_is_inside(cut_px: i
 def test_a_body_wholly_outside_the_picture_is_not_placed() -> None:
     picture = to_luma(ball_picture(*HOME, 14.0))
 
-    assert register(picture, ball_sprite(14.0), (-200.0, 10.0)) is None
+    assert register(picture, ball_template(14.0), (-200.0, 10.0)) is None
 
 
 @pytest.mark.parametrize("grey", [0.0, 100.0, 255.0])
 def test_a_plain_picture_holds_no_body(grey: float) -> None:
     picture = to_luma(np.full(SHAPE, grey))
 
-    assert register(picture, ball_sprite(14.0), corner(14.0)) is None
+    assert register(picture, ball_template(14.0), corner(14.0)) is None
 
 
 def test_a_body_that_fades_away_is_not_there() -> None:
     faded = (GAIN_AT_LEAST / 2, 60.0)
     picture = to_luma(ball_picture(*HOME, 14.0, faded))
 
-    assert register(picture, ball_sprite(14.0), corner(14.0)) is None
+    assert register(picture, ball_template(14.0), corner(14.0)) is None
 
 
 def test_where_the_body_is_absent_nothing_agrees() -> None:
     picture = to_luma(background(SHAPE, seed=3), 3.0, np.random.default_rng(0))
 
-    fit = register(picture, ball_sprite(14.0), corner(14.0))
+    fit = register(picture, ball_template(14.0), corner(14.0))
 
     assert fit is None or fit.agreement < 0.5
 
@@ -185,7 +185,7 @@ def test_where_the_body_is_absent_nothing_agrees() -> None:
 def test_a_negative_of_the_body_is_not_the_body() -> None:
     picture = 255 - to_luma(ball_picture(*HOME, 14.0))
 
-    assert register(picture, ball_sprite(14.0), corner(14.0)) is None
+    assert register(picture, ball_template(14.0), corner(14.0)) is None
 
 
 def test_the_uncertainty_grows_with_the_noise() -> None:

@@ -31,7 +31,7 @@ def scene(x: float, y: float, radius: float, size: tuple[int, int] = (200, 480))
     return np.rint(canvas).astype(np.uint8)
 
 
-def sprite_of(radius: float) -> tuple[Template, float]:
+def template_of(radius: float) -> tuple[Template, float]:
     """A ball's template, and how far its corner lies from the ball's centre."""
     reach = round(1.3 * radius)
     picture = scene(240.0, 100.0, radius, (2 * reach + 200, 480 + 2 * reach))
@@ -42,7 +42,7 @@ def sprite_of(radius: float) -> tuple[Template, float]:
 @pytest.mark.parametrize("radius", [14.0, 30.0, 60.0])
 @pytest.mark.parametrize("x", [90.3, 251.7, 377.4])
 def test_a_ball_of_any_size_is_found(radius: float, x: float) -> None:
-    template, reach = sprite_of(radius)
+    template, reach = template_of(radius)
 
     fit = best_of(scene(x, 100.0, radius), template, (200.0 - reach, 100.0 - reach), ANYWHERE)
 
@@ -52,7 +52,7 @@ def test_a_ball_of_any_size_is_found(radius: float, x: float) -> None:
 
 @pytest.mark.parametrize("x", [-6.0, 3.0, 476.0, 484.0])
 def test_a_ball_that_comes_in_is_found_while_it_sticks_out(x: float) -> None:
-    template, reach = sprite_of(30.0)
+    template, reach = template_of(30.0)
 
     fit = best_of(scene(x, 100.0, 30.0), template, (200.0 - reach, 100.0 - reach), ANYWHERE)
 
@@ -62,7 +62,7 @@ def test_a_ball_that_comes_in_is_found_while_it_sticks_out(x: float) -> None:
 
 
 def test_a_ball_cut_by_the_upper_border_is_found() -> None:
-    template, reach = sprite_of(30.0)
+    template, reach = template_of(30.0)
 
     fit = best_of(scene(300.0, 12.0, 30.0), template, (200.0 - reach, 12.0 - reach), ANYWHERE)
 
@@ -71,7 +71,7 @@ def test_a_ball_cut_by_the_upper_border_is_found() -> None:
 
 
 def test_large_bodies_are_placed_finely_enough_to_register() -> None:
-    template, reach = sprite_of(80.0)
+    template, reach = template_of(80.0)
     picture = scene(263.0, 100.0, 80.0)
 
     places = likely_places(picture, template, (200.0 - reach, 100.0 - reach), ANYWHERE)
@@ -80,7 +80,7 @@ def test_large_bodies_are_placed_finely_enough_to_register() -> None:
 
 
 def test_the_best_of_several_likely_places_counts() -> None:
-    template, reach = sprite_of(30.0)
+    template, reach = template_of(30.0)
     canvas = scene(350.4, 100.0, 30.0).astype(float)
     paint_cylinder(canvas, 60.0, 100.0, (60.0, 60.0))
     picture = np.rint(canvas).astype(np.uint8)
@@ -93,7 +93,7 @@ def test_the_best_of_several_likely_places_counts() -> None:
 
 def test_what_lies_behind_a_body_does_not_hide_it() -> None:
     radius = 30.0
-    square, reach = sprite_of(radius)
+    square, reach = template_of(radius)
     y, x = np.indices(square.shape)
     within = np.hypot(x - reach, y - reach) < radius + 1.0
     template = make_template(square.appearance, within.astype(np.float32))
@@ -108,7 +108,7 @@ def test_what_lies_behind_a_body_does_not_hide_it() -> None:
 
 
 def test_nothing_is_found_in_a_flat_picture() -> None:
-    template, reach = sprite_of(30.0)
+    template, reach = template_of(30.0)
 
     assert (
         best_of(np.full((200, 480), 90, np.uint8), template, (100.0, 100.0 - reach), ANYWHERE)
