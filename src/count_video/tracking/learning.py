@@ -35,6 +35,9 @@ REDUCED_PX = 72
 ROUNDS, ROUNDS_AGAIN, SETTLED_PX = 3, 2, 2
 """So often at most, less if its places are known already, a body is cut out of reduced pictures
 until its size changes by no more than so many of their px."""
+REGION_HOLDS = 2.0
+"""A region of change holds most of the body that makes it: what is cut out is no such body if it is
+so many times as wide or high as the region."""
 ROUND_HEIGHT = 0.87, 1.15
 """Height of the rows at least half as wide as a ball's outline, over its width."""
 AGREEMENT_AT_LEAST = 0.5
@@ -143,13 +146,20 @@ def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -
         if rough.blurred and number == 0:
             before = replace(before, places=_aligned(small.pictures, before))
         found = wide_cut(small, before, _margin(before.shape, rough), rough.fence)
-        if found is None:
+        if found is None or (rough.blurred and _outgrows(found[0], rough.box)):
             return None
         after = found[0] if again else _registered(small.pictures, *found)
         stage = after.enlarged()
         if max(np.abs(np.subtract(after.shape, before.shape))) <= SETTLED_PX:
             break
     return stage
+
+
+def _outgrows(stage: Stage, box: Box) -> bool:
+    """Whether what was cut out cannot be the body of a region with this box."""
+    height, width = (stage.scale * size for size in stage.shape)
+    left, top, right, bottom = box
+    return width > REGION_HOLDS * (right - left) or height > REGION_HOLDS * (bottom - top)
 
 
 def _margin(shape: tuple[int, int], rough: Rough) -> tuple[int, int]:

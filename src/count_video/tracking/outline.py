@@ -80,9 +80,7 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     body = _own_edges(clarity)
     circle = circle_through(*_edge_points(np.where(body, clarity, 0)), clarity.shape)
     if circle is None or not _holds(circle, mean):
-        circle = circle_through(*_ends(mean, slope, fence), clarity.shape)
-        if circle is not None and (circle.radius_px < LARGE_PX or not _holds(circle, mean)):
-            circle = None
+        circle = _circle_of_ends(mean, slope, fence)
     if circle is not None:
         body = mean.moving & (_away(circle, body.shape) < BEYOND_OUTLINE_PX)
     elif body.any(axis=1).sum() < FAINT_SHARE * body.shape[0]:
@@ -102,14 +100,22 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     return _cut_out(mean, (rows, left, right), ends, circle is not None)
 
 
-def _ends(mean: Mean, slope: Pixels, fence: tuple[float, float]) -> tuple[Floats, NDArray[np.intp]]:
-    """Places and rows of the steepest edges near both ends of what moves in each row."""
+def _circle_of_ends(mean: Mean, slope: Pixels, fence: tuple[float, float]) -> Circle | None:
+    """Find a large circle through both ends of what moves in each row; None if there is none.
+
+    It goes through the steepest edges near them or, where these are soft, the ends themselves.
+    """
     columns = np.arange(slope.shape[1])
     own = mean.moving & (columns >= fence[0]) & (columns <= fence[1])
     rows = np.flatnonzero(own.any(axis=1))
     first = np.argmax(own[rows], axis=1)
     last = own.shape[1] - 1 - np.argmax(own[rows, ::-1], axis=1)
-    return np.r_[_edges(slope, rows, first, 1), _edges(slope, rows, last, -1)], np.r_[rows, rows]
+    edges = _edges(slope, rows, first, 1), _edges(slope, rows, last, -1)
+    for ends in (edges, (first, last)):
+        circle = circle_through(np.concatenate(ends), np.r_[rows, rows], slope.shape)
+        if circle is not None and circle.radius_px >= LARGE_PX and _holds(circle, mean):
+            return circle
+    return None
 
 
 def _holds(circle: Circle, mean: Mean) -> bool:
