@@ -1,16 +1,22 @@
-"""Decoded pictures as numpy luma: without a copy where the layout allows, upright always."""
+"""Decoded pictures as numpy luma: without a copy where the layout allows, upright, or reduced."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TypeVar
 
 import av
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 Luma = NDArray[np.uint8]
+Depth = TypeVar("Depth", np.uint8, np.float32)
+
+THUMBNAIL_PX = 256
+"""Width of thumbnails at most."""
 
 _EIGHT_BITS = re.compile(r"yuva?j?4[0-4][0-4]p|gray8?|nv(12|21|16|24|42)")
 _LOW_BITS = re.compile(r"(?:yuva?4[0-4][0-4]p|gray)(9|10|12|14|16)le")
@@ -74,3 +80,26 @@ def quarter_turns(frame: av.VideoFrame) -> int:
 def upright(luma: Luma, turns: int) -> Luma:
     """Turn a picture counter-clockwise by quarter turns; a view."""
     return np.rot90(luma, turns) if turns else luma
+
+
+def thumbnail(luma: Luma) -> Luma:
+    """Reduce a picture to at most ``THUMBNAIL_PX`` columns."""
+    return reduced(luma, scale_to(luma.shape[1]))
+
+
+def scale_to(width_px: int, at_most_px: int = THUMBNAIL_PX) -> int:
+    """How many px one px of a reduced picture holds, for it to be no wider than that.
+
+    The number is whole: OpenCV then takes plain means, which are fast.
+    """
+    return max(1, -(-width_px // at_most_px))
+
+
+def reduced(picture: NDArray[Depth], scale: int) -> NDArray[Depth]:
+    """Reduce a picture so that one px holds ``scale`` of its; what is left at the end is cut."""
+    if scale == 1:
+        return picture
+    height, width = (max(1, size // scale) for size in picture.shape)
+    whole = picture[: height * scale, : width * scale]
+    small = cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
+    return np.asarray(small, picture.dtype)

@@ -2,7 +2,7 @@
 
 Pictures beyond the limit go to a temporary file that has no name and is gone with the process,
 whatever happens. Of those only the box in which anything differs from the first picture is written,
-chunk by chunk; the first picture shows the rest of the scene.
+chunk by chunk; the first picture, in the light of each, shows the rest of the scene.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.errors import FootageError
-from count_video.signals import MEDIAN_TO_SIGMA
+from count_video.footage.pictures import scale_to, thumbnail
+from count_video.records import Floats
 
 Luma = NDArray[np.uint8]
 
@@ -26,13 +27,15 @@ MEMORY_BYTES = 64_000_000
 """Pictures up to so many bytes stay in memory as they are."""
 CHUNK_BYTES = 24_000_000
 """Pictures that are written together, in one box."""
-THUMBNAIL_PX = 256
-"""Width to which pictures are reduced to find where they differ."""
-NOISE_SIGMAS, LEVELS = 5.0, (0.5, 1.5)
-"""What differs by more than the noise is kept, and at least by the first, at most by the second of
-these grey levels: what may be more than noise goes to the file."""
+NOISE_RATIO, LEVELS = 4.0, (0.5, 4.0)
+"""What differs, as a root mean square over some pictures, by so many times as much as most of the
+picture does is more than noise, for the first picture's own noise makes up to 3.6 times as much in
+one of 40 000 pixels. Kept is what differs by this, but at least by the first, and at most by the
+second of these grey levels: another scene differs everywhere."""
 MARGIN = 2
 """Kept around it, in px of a thumbnail."""
+LIGHT_STRIDE = 4
+"""The light is measured in every fourth pixel of every fourth row of a thumbnail."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,8 @@ class _Chunk:
     """Where it begins in the file, in bytes."""
     box: tuple[int, int, int, int]
     """Left, top, right, bottom in px."""
+    light: Floats
+    """How much brighter each picture is than the first of the clip, as a ratio."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -59,9 +64,13 @@ class PictureStore(Sequence[Luma]):
         self._memory_bytes, self._chunk_bytes = memory_bytes, chunk_bytes
         self._kept: list[Luma] = []
         self._waiting: list[Luma] = []
+        self._thumbnails: list[Luma] = []
+        """Of the pictures that wait."""
         self._chunks: list[_Chunk] = []
         self._file: IO[bytes] | None = None
         self._first: Luma | None = None
+        self._before: Luma | None = None
+        """Thumbnail of the first picture."""
         self._count = 0
         self.bytes_written = 0
         """Length of the temporary file."""
@@ -74,14 +83,15 @@ class PictureStore(Sequence[Luma]):
 
     def close(self) -> None:
         """Forget all pictures."""
-        self._kept, self._waiting, self._chunks, self._first = [], [], [], None
+        self._kept, self._waiting, self._thumbnails, self._chunks = [], [], [], []
+        self._first = self._before = None
         self._count = self.bytes_written = 0
         if self._file is not None:
             self._file.close()
             self._file = None
 
-    def append(self, picture: Luma) -> None:
-        """Keep a copy of a picture, shape (height, width).
+    def append(self, picture: Luma) -> Luma:
+        """Keep a copy of a picture, shape (height, width), and return its thumbnail.
 
         Raises
         ------
@@ -89,20 +99,24 @@ class PictureStore(Sequence[Luma]):
             If the temporary file cannot be written.
         """
         copy = np.array(picture, order="C")
+        small = thumbnail(copy)
         if self._first is None:
-            self._first = copy
+            self._first, self._before = copy, small
         self._count += 1
         if not self._waiting and not self._chunks and self._count * copy.size <= self._memory_bytes:
             self._kept.append(copy)
-            return
+            return small
         self._waiting.append(copy)
+        self._thumbnails.append(small)
         if len(self._waiting) * copy.size >= self._chunk_bytes:
             self._write()
+        return small
 
     def _write(self) -> None:
         """Write the pictures that wait to the file."""
-        box = _differs(self._waiting, self._first)
-        left, top, right, bottom = box
+        assert self._before is not None
+        light, small_box = _changes(self._thumbnails, self._before)
+        left, top, right, bottom = box = _at_full_size(small_box, self._waiting[0].shape)
         first = self._count - len(self._waiting)
         try:
             if self._file is None:
@@ -116,9 +130,9 @@ class PictureStore(Sequence[Luma]):
                 f"({error.strerror}): free some space there, set TMPDIR to another folder, or give "
                 "a part of the clip with --region, --start and --end"
             ) from error
-        self._chunks.append(_Chunk(first, self.bytes_written, box))
+        self._chunks.append(_Chunk(first, self.bytes_written, box, light))
         self.bytes_written += len(self._waiting) * (bottom - top) * (right - left)
-        self._waiting = []
+        self._waiting, self._thumbnails = [], []
 
     def __len__(self) -> int:
         return self._count
@@ -149,7 +163,8 @@ class PictureStore(Sequence[Luma]):
         piece = np.frombuffer(self._file.read(height * width), np.uint8).reshape(chunk.shape)
         if chunk.shape == self._first.shape:
             return piece
-        picture = self._first.copy()
+        light = float(chunk.light[place - chunk.first])
+        picture = np.asarray(cv2.convertScaleAbs(self._first, alpha=light), np.uint8)
         picture[top:bottom, left:right] = piece
         return picture
 
@@ -157,30 +172,40 @@ class PictureStore(Sequence[Luma]):
         return (self[k] for k in range(self._count))
 
 
-def _differs(pictures: Sequence[Luma], first: Luma | None) -> tuple[int, int, int, int]:
-    """Box in which any of the pictures differs from the first of the clip by more than noise."""
-    height, width = pictures[0].shape
-    scale = max(1, -(-width // THUMBNAIL_PX))
-    if first is None:
-        return 0, 0, width, height
-    before = _thumbnail(first, scale)
-    away = np.array([cv2.absdiff(_thumbnail(one, scale), before) for one in pictures])
-    noise = MEDIAN_TO_SIGMA * float(np.median(away))
-    differs = (away > np.clip(NOISE_SIGMAS * noise, *LEVELS)).any(axis=0)
+def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, tuple[int, int, int, int]]:
+    """Light of each picture over the first one's, and the box in which more than it changes.
+
+    The box is that of thumbnails: left, top, right, bottom in their px.
+    """
+    some = slice(None, None, LIGHT_STRIDE), slice(None, None, LIGHT_STRIDE)
+    bright = before[some] >= max(1.0, float(np.median(before[some])))
+    first = _smooth(before)
+    light, squares = np.ones(len(thumbnails)), np.zeros(before.shape, np.float32)
+    for number, one in enumerate(thumbnails):
+        smooth = _smooth(one)
+        if bright.any():
+            light[number] = np.median(smooth[some][bright] / first[some][bright])
+        cv2.accumulateSquare(smooth - np.float32(light[number]) * first, squares)
+    away = np.sqrt(squares / len(thumbnails))
+    differs = away > np.clip(NOISE_RATIO * float(np.median(away)), *LEVELS)
     rows, columns = (np.flatnonzero(differs.any(axis=axis)) for axis in (1, 0))
     if len(rows) == 0:
-        return 0, 0, 0, 0
+        return light, (0, 0, 0, 0)
     (top, bottom), (left, right) = (
-        (max(0, (int(found[0]) - MARGIN) * scale), (int(found[-1]) + 1 + MARGIN) * scale)
-        for found in (rows, columns)
+        (int(found[0]) - MARGIN, int(found[-1]) + 1 + MARGIN) for found in (rows, columns)
     )
+    return light, (left, top, right, bottom)
+
+
+def _smooth(small: Luma) -> NDArray[np.float32]:
+    return np.asarray(cv2.blur(small.astype(np.float32), (3, 3)), np.float32)
+
+
+def _at_full_size(
+    box: tuple[int, int, int, int], shape: tuple[int, ...]
+) -> tuple[int, int, int, int]:
+    """Turn px of a thumbnail into those of its picture, and keep within that."""
+    height, width = shape
+    scale = scale_to(width)
+    left, top, right, bottom = (max(0, edge) * scale for edge in box)
     return left, top, min(right, width), min(bottom, height)
-
-
-def _thumbnail(picture: Luma, scale: int) -> NDArray[np.float32]:
-    """Reduce a picture by plain means, in grey levels."""
-    height, width = (max(1, size // scale) for size in picture.shape)
-    # Of a whole number of blocks means are taken twice as fast; the margin holds the rest.
-    whole = picture[: height * scale, : width * scale].astype(np.float32)
-    reduced = cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
-    return np.asarray(cv2.blur(reduced, (3, 3)), dtype=np.float32)

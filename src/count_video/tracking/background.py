@@ -12,10 +12,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.footage.pictures import reduced, scale_to
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light
-from count_video.tracking.samples import THUMBNAIL_PX, median_picture, reduced, scale_to
+from count_video.tracking.samples import median_picture
 from count_video.tracking.sequences import moved_back
 from count_video.tracking.shape import Place, Shape, hidden
 from count_video.tracking.template import Pixels, piece_at
@@ -101,7 +102,7 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     shift_px
         How far the camera may have moved each, by x and y, shape (n, 2).
     """
-    scale = scale_to(pictures[0].shape[1], THUMBNAIL_PX)
+    scale = scale_to(pictures[0].shape[1])
     away = np.hypot(*(shift_px - np.median(shift_px, axis=0)).T)
     most = np.argsort(-away, kind="stable")[:MOTION_OF]
     even = np.linspace(0, len(pictures) - 1, min(MOTION_OF, len(pictures))).astype(int)

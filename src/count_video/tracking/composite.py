@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.footage.pictures import reduced
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.background import Background
 from count_video.tracking.outline import Mean
-from count_video.tracking.samples import reduced
 from count_video.tracking.shape import Place, Shape, hidden
 from count_video.tracking.template import Pixels
 

@@ -173,7 +173,7 @@ class _Path:
     """Where a body was last seen, and how it moves; places are those in a picture at rest."""
 
     def __init__(self, template: Template, agreement: float, around: Surroundings) -> None:
-        self._sprite, self._typical = template, agreement
+        self._template, self._typical = template, agreement
         self._background = around.background
         self._trail: deque[tuple[int, Place]] = deque(maxlen=max(ORDERS) + 1)
         self._fastest: Place = (0.0, 0.0)
@@ -212,19 +212,19 @@ class _Path:
         self, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
     ) -> Fit | None:
         shift, hides = shown
-        fit = register(picture, self._sprite, _plus(guess, shift), hides)
+        fit = register(picture, self._template, _plus(guess, shift), hides)
         return self._believed(fit, picture, shift)
 
     def _searched(
         self, picture: Luma, near: Place, shown: tuple[Place, Hides | None]
     ) -> Fit | None:
         shift, hides = shown
-        fits = search(picture, self._sprite, _plus(near, shift), self._reach(), hides)
+        fits = search(picture, self._template, _plus(near, shift), self._reach(), hides)
         return next((fit for fit in fits if self._believed(fit, picture, shift)), None)
 
     def _reach(self) -> Place:
         """How far to search by x and by y: further, the longer the body has been lost."""
-        large = REACH_OVER_HEIGHT * self._sprite.shape[0]
+        large = REACH_OVER_HEIGHT * self._template.shape[0]
         along, across = (REACH_OVER_SPEED * fastest for fastest in self._fastest)
         away = 1 + self._lost
         return max(REACH_AT_LEAST_PX, large, along) * away, large + across * away
@@ -265,7 +265,7 @@ class _Path:
             return fit
         if fit.agreement < AGREEMENT_SHARE * self._typical:
             return None
-        model = self._sprite.model
+        model = self._template.model
         seen = pixels_at(picture, fit.x_px, fit.y_px, model.tiles)
         behind = pixels_at(self._background, fit.x_px - shift[0], fit.y_px - shift[1], model.tiles)
         like = _correlation(seen, behind, model.weight)

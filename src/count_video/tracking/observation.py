@@ -84,8 +84,7 @@ def observe(
         progress.start(footage.info.frames_promised, "tracking")
         for frame in view.frames():
             if not frame.repeats_previous:
-                pictures.append(frame.luma)
-                thumbnails.add(len(frames), frame.luma)
+                thumbnails.add(len(frames), pictures.append(frame.luma))
                 frames.append(frame.index)
             if frame.index % PROGRESS_STEP == PROGRESS_STEP - 1:
                 progress.advance(PROGRESS_STEP)

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.tracking.samples import reduced
+from count_video.footage.pictures import reduced
 from count_video.tracking.template import Pixels, Template, make_template
 
 Luma = NDArray[np.uint8]

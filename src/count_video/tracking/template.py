@@ -7,6 +7,7 @@ almost nothing beyond the sampling frequency, so this interpolates and smooths i
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -27,7 +28,11 @@ INFORMATIVE_PIXELS = 2000
 FLAT_SHARE = 1e-15
 """Smaller eigenvalues, as a share of the largest, are rounding."""
 TILES_APART_PX = 32
-"""Fewer empty columns cost less to read than another tile does."""
+"""Fewer empty columns or rows cost less to read than another tile does."""
+BLOCKS, BLOCK_PX = 16, 32
+"""Of a template with many times as many pixels as so many blocks of this side, they are taken from
+the best ones alone: what lies between them is then not read."""
+LARGE_PIXELS = 4 * BLOCKS * BLOCK_PX**2
 
 
 @dataclass(frozen=True)
@@ -85,7 +90,7 @@ def make_template(appearance: Pixels, weight: Pixels) -> Template:
     """Complete a template from its mean appearance and the weight of its pixels."""
     slope_x, slope_y = _slopes(appearance)
     worth = (slope_x**2 + 0.1 * slope_y**2) * weight
-    usable = np.flatnonzero(weight.ravel() > 0)
+    usable = np.flatnonzero((weight * _best_blocks(worth)).ravel() > 0)
     if len(usable) > INFORMATIVE_PIXELS:
         best = np.argpartition(-worth.ravel()[usable], INFORMATIVE_PIXELS)[:INFORMATIVE_PIXELS]
         usable = np.sort(usable[best])
@@ -124,29 +129,50 @@ def _slopes(appearance: Pixels) -> tuple[Pixels, Pixels]:
     return np.asarray(slope_x, dtype=np.float32), np.asarray(slope_y, dtype=np.float32)
 
 
+def _best_blocks(worth: Pixels) -> NDArray[np.bool_]:
+    """Mark the pixels of the blocks that are worth most; all of them if the template is small."""
+    if worth.size <= LARGE_PIXELS:
+        return np.ones(worth.shape, np.bool_)
+    rows, columns = (np.arange(size) // BLOCK_PX for size in worth.shape)
+    block = rows[:, None] * (columns[-1] + 1) + columns
+    total = np.bincount(block.ravel(), weights=worth.ravel())
+    best = np.zeros(len(total), np.bool_)
+    best[np.argsort(-total, kind="stable")[:BLOCKS]] = True
+    return np.asarray(best[block])
+
+
 def tiles_of(
     chosen: NDArray[np.intp], shape: tuple[int, ...]
 ) -> tuple[tuple[Tile, ...], NDArray[np.intp]]:
-    """Cover chosen pixels of a template by boxes side by side, cut where many columns hold none.
+    """Cover chosen pixels of a template by boxes, cut where many columns or rows hold none.
 
     Returns the tiles, and the order in which they hold the chosen pixels.
     """
     if len(chosen) == 0:
         return (), chosen
-    row, column = np.divmod(chosen, shape[1])
-    used = np.unique(column)
-    cuts = np.flatnonzero(np.diff(used) > TILES_APART_PX)
-    lefts, rights = used[np.r_[0, cuts + 1]], used[np.r_[cuts, -1]]
     tiles, order = [], []
-    for left, right in zip(lefts.tolist(), rights.tolist(), strict=True):
-        inside = np.flatnonzero((column >= left) & (column <= right))
-        y, x = row[inside], column[inside]
-        top = int(y.min())
-        size = int(y.max()) - top + 1, right - left + 1
+    for inside in _apart(np.stack(np.divmod(chosen, shape[1])), np.arange(len(chosen))):
+        y, x = np.divmod(chosen[inside], shape[1])
+        top, left = int(y.min()), int(x.min())
+        size = int(y.max()) - top + 1, int(x.max()) - left + 1
         pixels = (y - top + REACH_PX) * (size[1] + 2 * REACH_PX) + x - left + REACH_PX
         tiles.append(Tile(left, top, size, pixels))
         order.append(inside)
     return tuple(tiles), np.concatenate(order)
+
+
+def _apart(places: NDArray[np.intp], some: NDArray[np.intp]) -> Iterator[NDArray[np.intp]]:
+    """Part some of the pixels at these rows and columns, shape (2, n), wherever they lie apart."""
+    for axis in (1, 0):
+        along = places[axis, some]
+        used = np.unique(along)
+        ends = used[np.flatnonzero(np.diff(used) > TILES_APART_PX)]
+        if len(ends):
+            part = np.searchsorted(ends, along)
+            for number in range(len(ends) + 1):
+                yield from _apart(places, some[part == number])
+            return
+    yield some
 
 
 def solve(design: Pixels, weight: Pixels) -> Pixels:

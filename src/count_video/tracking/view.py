@@ -51,11 +51,11 @@ class View:
         return map(self.of, self.footage.frames(self.start, self.end))
 
     def of(self, frame: Frame) -> Frame:
-        """Look at one frame of the clip."""
+        """Turn a frame of the clip into one of the view."""
         return replace(frame, luma=self.of_luma(frame.luma))
 
     def of_luma(self, luma: Luma) -> Luma:
-        """Look at one picture of the clip, shape (height, width); at full size a part of it."""
+        """Turn a picture, shape (height, width), into one of the view; at full size, no copy."""
         x, y, width, height = self.region
         if self.factor == 1:
             return luma[y : y + height, x : x + width]
@@ -70,7 +70,7 @@ class View:
 
 
 def view_of(footage: Footage, settings: TrackSettings) -> View:
-    """Look at a clip as the settings ask for.
+    """View a clip as the settings ask for.
 
     Raises
     ------
