@@ -16,14 +16,14 @@ from drawn import (
 
 from count_video.records import Floats
 from count_video.tracking.background import background_of
-from count_video.tracking.camera import Motion, camera_motion
+from count_video.tracking.camera import Motion, camera_motion, scenery
 from count_video.tracking.light import Light
 from count_video.tracking.shape import Box
 
 FRAMES = 96
 SAMPLES = 32
 SHIFT_PX = 0.05
-"""Five windows of some hundred px with slopes of some grey levels a px, noise of 0.8: 0.01 px, and
+"""Four parts of some thousand px with slopes of some grey levels a px, noise of 0.8: 0.01 px, and
 what the displacing of a picture adds."""
 NORMAL_ERROR = (0.6, 1.6)
 KNOCK_PX = 8.0
@@ -51,7 +51,7 @@ def measured(
     shifts = {k: (float(rough[k, 0]), float(rough[k, 1])) for k in some}
     lights = {k: Light() for k in some}
     behind = background_of({k: pictures[k] for k in some[::2]}, shifts, lights)
-    return camera_motion(pictures, frames, behind, swept)
+    return camera_motion(scenery({k: pictures[k] for k in some}, behind, swept), pictures, frames)
 
 
 def shake(count: int = FRAMES) -> Floats:
@@ -140,7 +140,7 @@ def test_a_picture_without_texture_shows_no_motion() -> None:
     assert measured(plain) is None
 
 
-def test_a_few_windows_that_move_each_its_own_way_are_no_scenery() -> None:
+def test_a_few_patches_that_move_each_its_own_way_are_no_scenery() -> None:
     turn = 2 * np.pi * np.arange(4) / 4
     pictures = []
     for time in range(2 * SAMPLES):

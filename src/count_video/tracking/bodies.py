@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.background import Background, background_of, camera_moved
-from count_video.tracking.camera import Motion, camera_motion
+from count_video.tracking.camera import Motion, camera_motion, scenery
 from count_video.tracking.corners import follow_corners
 from count_video.tracking.following import Followed
 from count_video.tracking.layers import (
@@ -46,8 +46,8 @@ Luma = NDArray[np.uint8]
 PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
 """Shorter clips and smaller pictures show no motion to speak of."""
 UPRIGHT_DEG = 45.0
-SWEEPING = 2
-"""What the camera's motion is measured by is free of what so many bodies pass over."""
+TREMBLE_OF = 32
+"""That the camera stands still shows in so many samples."""
 BACKGROUND_OF = 15
 """The background is the median of so many samples."""
 TIMES_LEARNT, SETTLED_PX = 2, 2.0
@@ -111,18 +111,29 @@ def find_movers(
     rows = dict(zip(frames[samples.chosen].tolist(), samples.chosen.tolist(), strict=True))
     sampled = ByFrame(views, rows)
     background = scene.background(sampled, upright, [])
-    motion, shift = None, np.zeros((len(frames), 2))
-    if scene.shift_px.any():
-        swept = [_swept(rough) for rough in roughs[:SWEEPING]]
-        motion = camera_motion(views, frames, background, swept)
+    clip = Clip(views, frames, sampled, background, np.zeros((len(frames), 2)))
+    motion = _camera_motion(clip, scene, roughs)
     if motion is not None:
         shift = np.nan_to_num(motion.shift_px)
-    clip = Clip(views, frames, sampled, background, shift)
+        scene.take_shift(shift[samples.chosen], upright=upright)
+        background = scene.background(sampled, upright, [])
+        clip = replace(clip, background=background, shift_px=shift)
     followed = _followed(clip, scene, roughs, (upright, enough))
     if motion is None:
         return Movers(followed, tilt, upright, None)
     followed = [_less_sure(seen, motion) for seen in followed]
     return Movers(followed, tilt, upright, motion.turned() if upright else motion)
+
+
+def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion | None:
+    """Measure the camera's motion; where corners show none, only if a few samples do."""
+    parts = scenery(clip.samples, clip.background, [_swept(rough) for rough in roughs])
+    if not scene.shift_px.any():
+        some = list(clip.samples)[:: 1 + len(clip.samples) // TREMBLE_OF]
+        few = [replace(part, sightings={k: part.sightings[k] for k in some}) for part in parts]
+        if camera_motion(few, [clip.samples[k] for k in some], np.array(some)) is None:
+            return None
+    return camera_motion(parts, clip.pictures, clip.frames)
 
 
 def _followed(
@@ -200,6 +211,10 @@ class _Scene:
         if self.shift_px.any() and not camera_moved(small, self.shift_px):
             self.shift_px = np.zeros_like(self.shift_px)
         self._regions = find_regions(small)
+
+    def take_shift(self, shift_px: Floats, *, upright: bool) -> None:
+        """Take a closer measurement of how far the camera has moved each sample."""
+        self.shift_px = (shift_px[:, ::-1] if upright else shift_px) / self.scale
 
     def proposals(self, known: Sequence[NDArray[np.bool_]] | None = None) -> list[Proposal]:
         """Find what may be a body where no known one is marked, in px of the clip's pictures."""

@@ -1,4 +1,4 @@
-"""The camera's own motion: some windows of the background, followed as bodies are.
+"""The camera's own motion: parts of the background, followed as bodies are.
 
 Where the camera stands still what is measured is noise, and nothing is corrected by it: the tracks
 stay as they are. Where it moves, by more than that noise and by more than a small part of a pixel,
@@ -7,7 +7,7 @@ the shift is taken from every position, and its uncertainty is added.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -24,23 +24,23 @@ from count_video.tracking.shape import Box
 from count_video.tracking.template import make_template, piece_at
 
 Luma = NDArray[np.uint8]
+Places = NDArray[np.intp]
 
-WINDOWS, WINDOWS_AT_LEAST, WINDOW_PX = 5, 2, 24
-"""So many windows of this side are followed, if there are so many: those with clear slopes in
-all directions."""
-CLEAR_SHARE = 0.1
-"""A window's slopes in the direction that shows least are at least this share of the clearest."""
-KNOWN_PX = 0.1
-"""By its noise a window shows the shift of one picture as well as this."""
+PARTS, PARTS_AT_LEAST = 4, 2
+"""The background is followed in so many parts, each of its own: they have to agree."""
+BLOCK_PX, BLOCKS = 8, 16
+"""A part is so many square blocks of this side with the clearest slopes by x, and as many by y:
+together they hold as many pixels as a registration takes."""
+BODIES = 2
 MEASURED_OF = 16
-"""How well a window is found again is measured in so many pictures."""
+"""How well a part is found again is measured in so many pictures."""
 ALIKE_SIGMAS, ALIKE_PX = 3.0, 0.02
-"""Windows scatter about their joint path by at most so many times as much as the steadiest one, or
+"""Parts scatter about their joint path by at most so many times as much as the steadiest one, or
 as this: what scatters more moves by itself."""
 STRAY_PX = 0.5
-"""A window that strays so far from the others in one picture was taken for another one like it."""
+"""A part that strays so far from the others in one picture was taken for another one like it."""
 SCATTER_AT_MOST_PX = 0.15
-"""Windows of one rigid scene scatter by some hundredths of a pixel, by a tenth where they are faint
+"""Parts of one rigid scene scatter by some hundredths of a pixel, by a tenth where they are faint
 or compressed. Where all scatter more, they show no such scene."""
 MOVED_AT_LEAST_PX = 0.35
 """Compression moves still scenery by up to 0.2 px."""
@@ -61,35 +61,52 @@ class Motion:
         return Motion(self.shift_px[:, ::-1], self.sigma_px[:, ::-1])
 
 
+def scenery(
+    pictures: Mapping[int, Luma], background: Background, swept: Sequence[Box]
+) -> list[Body]:
+    """Parts of the background that show where a picture lies; empty if nothing does.
+
+    Parameters
+    ----------
+    pictures
+        Frame index -> luma, shape (height, width), for some pictures.
+    background
+        What stands still in them, and how far the camera has roughly moved them.
+    swept
+        Boxes that what may be bodies passes over, the likeliest first.
+    """
+    parts: list[Body] = []
+    # What trembles with the scenery is among what may be a body; and where bodies pass over
+    # everything, they hide it in some pictures only.
+    for free_of in (swept, swept[:BODIES], ()):
+        if len(parts) < PARTS_AT_LEAST:
+            blocks = _clear_blocks(background, free_of)
+            found = (_part(pictures, background, some) for some in blocks)
+            parts = [one for one in found if one is not None]
+    return parts
+
+
 def camera_motion(
-    pictures: Sequence[Luma],
-    frames: NDArray[np.intp],
-    background: Background,
-    swept: Sequence[Box],
+    parts: Sequence[Body], pictures: Sequence[Luma], frames: NDArray[np.intp]
 ) -> Motion | None:
     """Measure how the camera moved; None where it stood still or nothing shows it.
 
     Parameters
     ----------
+    parts
+        Parts of the background.
     pictures
         Lumas in order of time, n of them, each of shape (height, width).
     frames
         Frame index of each, shape (n,).
-    background
-        What stands still, and how far the camera has roughly moved some of the pictures.
-    swept
-        Boxes that bodies pass over.
     """
-    windows: list[Body] = []
-    for free_of in (swept, ()):  # where bodies pass over everything, they hide it in some pictures
-        if len(windows) < WINDOWS_AT_LEAST:
-            places = _clear_places(background, free_of)
-            found = (_window(pictures, frames, background, place) for place in places)
-            windows = [one for one in found if one is not None]
-    around = Surroundings(np.zeros_like(background.luma), np.zeros((len(frames), 2)))
-    seen = [follow(pictures, frames, one, around) for one in windows]
+    if len(parts) < PARTS_AT_LEAST:
+        return None
+    nothing = np.zeros_like(pictures[0])
+    around = Surroundings(nothing, np.zeros((len(frames), 2)))
+    seen = [follow(pictures, frames, one, around) for one in parts]
     seen = [one for one in seen if was_followed(one.x_px)]
-    if len(seen) < WINDOWS_AT_LEAST:
+    if len(seen) < PARTS_AT_LEAST:
         return None
     noise = float(np.median([np.nanmedian(one.sigma_px) for one in seen]))
     joint = [
@@ -104,63 +121,75 @@ def camera_motion(
     return Motion(np.where(moves, place, 0.0), np.where(moves, sigma, 0.0))
 
 
-def _clear_places(background: Background, swept: Sequence[Box]) -> list[tuple[int, int]]:
-    """Columns and rows of windows with clear slopes, the clearest first, beside what is swept."""
+def _clear_blocks(background: Background, swept: Sequence[Box]) -> list[Places]:
+    """Columns and rows of the blocks of each part, shape (n, 2) each, beside what is swept.
+
+    Along a straight edge nothing shows a shift, so those with the clearest slopes by x and those by
+    y are parted each: the left half from the right one, and these by their rows.
+    """
     luma = background.luma
-    side = min(WINDOW_PX, min(luma.shape) // 3)
-    # The smaller eigenvalue of the slopes' products, summed over the window (Shi and Tomasi 1994).
-    clear = cv2.cornerMinEigenVal(np.ascontiguousarray(luma), side)
-    far = np.abs(np.array(list(background.shift_px.values()))).max(axis=0) + side / 2 + 1
-    right, down = (int(np.ceil(one)) for one in far)
-    score = np.zeros_like(clear)
-    score[down:-down, right:-right] = clear[down:-down, right:-right]
+    rows, columns = (size // BLOCK_PX for size in luma.shape)
+    far = np.abs(np.array(list(background.shift_px.values()))).max(axis=0) + 1
+    right, down = (1 + int(edge) // BLOCK_PX for edge in far)
+    free = np.zeros((rows, columns), np.bool_)
+    free[down : rows - down, right : columns - right] = True
     for box in swept:
-        left, top, end, bottom = (max(0, round(edge)) for edge in box)
-        half = side // 2
-        score[max(0, top - half) : bottom + half, max(0, left - half) : end + half] = 0
-    places: list[tuple[int, int]] = []
-    least = CLEAR_SHARE**2 * float(score.max())
-    while len(places) < WINDOWS and score.max() > least:
-        y, x = np.unravel_index(int(np.argmax(score)), score.shape)
-        places.append((int(x) - side // 2, int(y) - side // 2))
-        score[max(0, y - side) : y + side, max(0, x - side) : x + side] = 0
-    return places
+        left, top, end, bottom = (max(0, int(edge)) // BLOCK_PX for edge in box)
+        free[top : bottom + 1, left : end + 1] = False
+    parts: list[list[Places]] = [[] for _ in range(PARTS)]
+    for axis in (0, 1):
+        clear = np.flatnonzero(free)
+        best = clear[np.argsort(-_slopes(luma, axis)[free], kind="stable")[: PARTS * BLOCKS]]
+        y, x = np.divmod(best, max(columns, 1))
+        order = np.argsort(x, kind="stable")
+        halves = np.array_split(order, PARTS // 2)
+        quarters = [q for half in halves for q in np.array_split(half[np.argsort(y[half])], 2)]
+        for part, some in zip(parts, quarters, strict=True):
+            part.append(BLOCK_PX * np.stack([x[some], y[some]], axis=1))
+    return [np.unique(np.concatenate(part), axis=0) for part in parts]
 
 
-def _window(
-    pictures: Sequence[Luma],
-    frames: NDArray[np.intp],
-    background: Background,
-    place: tuple[int, int],
-) -> Body | None:
-    """Take a window of the background for a body; None if pictures hardly show its place."""
-    side = min(WINDOW_PX, min(background.luma.shape) // 3)
-    appearance = piece_at(background.luma, *place, (side, side))
-    template = make_template(appearance, np.ones_like(appearance))
+def _slopes(luma: Luma, axis: int) -> Floats:
+    """Mean squared slope of each block by x (0) or y (1), shape (rows, columns)."""
+    rows, columns = (size // BLOCK_PX for size in luma.shape)
+    whole = np.ascontiguousarray(luma[: rows * BLOCK_PX, : columns * BLOCK_PX])
+    slope = cv2.Sobel(whole, cv2.CV_32F, 1 - axis, axis)
+    cv2.multiply(slope, slope, slope)
+    return np.asarray(cv2.resize(slope, (columns, rows), interpolation=cv2.INTER_AREA), np.float64)
+
+
+def _part(pictures: Mapping[int, Luma], background: Background, blocks: Places) -> Body | None:
+    """Take blocks of the background for a body; None if pictures hardly show its place."""
+    if len(blocks) == 0:
+        return None
+    corner = blocks.min(axis=0)
+    width, height = blocks.max(axis=0) - corner + BLOCK_PX
+    weight = np.zeros((height, width), np.float32)
+    for left, top in blocks - corner:
+        weight[top : top + BLOCK_PX, left : left + BLOCK_PX] = 1.0
+    place = float(corner[0]), float(corner[1])
+    template = make_template(piece_at(background.luma, *place, weight.shape), weight)
     roughly = {k: (place[0] + x, place[1] + y) for k, (x, y) in background.shift_px.items()}
     known = sorted(roughly)
     some = [known[k] for k in np.linspace(0, len(known) - 1, MEASURED_OF).astype(int)]
-    rows = np.searchsorted(frames, some)
-    fits = [
-        register(pictures[row], template, roughly[k]) for row, k in zip(rows, some, strict=True)
-    ]
+    fits = [register(pictures[k], template, roughly[k]) for k in some]
     sigma = [np.inf if fit is None else fit.sigma_x_px for fit in fits]
-    if not np.median(sigma) < KNOWN_PX:
+    if not np.median(sigma) < SCATTER_AT_MOST_PX:
         return None
     typical = float(np.median([fit.agreement for fit in fits if fit is not None]))
-    return Body(template, 0.0, float(side), False, roughly, tuple(some), typical)
+    return Body(template, 0.0, float(width), False, roughly, tuple(some), typical)
 
 
 def _joint(paths: Floats, noise_px: float) -> tuple[Floats, Floats]:
-    """Joint path of windows by one axis, and its standard uncertainty; shape (n,) each.
+    """Joint path of parts by one axis, and its standard uncertainty; shape (n,) each.
 
-    ``paths`` has shape (windows, n). The uncertainty comes from their scatter about the joint path;
-    by the noise alone it would be too small, for encoders move each window by itself. Windows that
+    ``paths`` has shape (parts, n). The uncertainty comes from their scatter about the joint path;
+    by the noise alone it would be too small, for encoders move each part by itself. Parts that
     share no path show no motion.
     """
     known = np.isfinite(paths).any(axis=0)
     moved = paths[:, known]
-    for _ in range(2):  # the offset of each window from the others, at last
+    for _ in range(2):  # the offset of each part from the others, at last
         away = moved - np.nanmedian(moved, axis=0)
         moved = moved - np.nanmedian(away, axis=1, keepdims=True)
     away = np.abs(moved - np.nanmedian(moved, axis=0))
@@ -169,7 +198,7 @@ def _joint(paths: Floats, noise_px: float) -> tuple[Floats, Floats]:
     kept = steady[:, None] & (away < STRAY_PX)
     count = kept.sum(axis=0)
     total = np.where(kept, moved, 0.0).sum(axis=0)
-    shown = count >= WINDOWS_AT_LEAST
+    shown = (count >= PARTS_AT_LEAST) & (2 * count > steady.sum())
     if not shown.any() or scatter.min() > SCATTER_AT_MOST_PX:
         return np.zeros(paths.shape[1]), np.zeros(paths.shape[1])
     rows = np.flatnonzero(known)[shown]
