@@ -67,6 +67,28 @@ def low_points(signal: Floats, hysteresis: float) -> NDArray[np.intp]:
     return np.array(found, dtype=np.intp)
 
 
+def depths(signal: Floats, lows: NDArray[np.intp]) -> Floats:
+    """How deep low points are: how far the signal rises on the way to the next lower one.
+
+    That is their persistence (Edelsbrunner, Letscher and Zomorodian 2002). The lowest of all is as
+    deep as the signal reaches up. ``signal`` has shape (n,), NaN where not seen, and ``lows`` are
+    places in it, in order.
+    """
+    found = np.empty(len(lows))
+    peaks = [np.nanmax(part) for part in np.split(signal, lows)] if len(lows) else []
+    for place, low in enumerate(lows):
+        barriers = []
+        for rising, others in (
+            (peaks[place::-1], lows[:place][::-1]),
+            (peaks[place + 1 :], lows[place + 1 :]),
+        ):
+            highest = np.maximum.accumulate(rising)
+            lower = np.flatnonzero(signal[others] < signal[low])
+            barriers += [float(highest[lower[0]])] if len(lower) else []
+        found[place] = min(barriers, default=max(peaks)) - signal[low]
+    return found
+
+
 def noise_px(signal: Floats) -> float:
     """Estimate the independent noise on a smooth signal, shape (n,); 0 if n < 4.
 

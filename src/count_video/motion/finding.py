@@ -26,7 +26,7 @@ from count_video.motion.priors import (
     TURN_LOG_RATIO,
 )
 from count_video.records import CollisionKind, Floats
-from count_video.signals import low_points, sigma_of
+from count_video.signals import depths, low_points, sigma_of
 
 KINDS: tuple[CollisionKind, ...] = ("wall", "bodies")
 HYSTERESIS_SIGMAS = 6.0
@@ -51,6 +51,8 @@ class LowPoint:
     """Frame coordinate of its lowest sample."""
     frame: float
     """Best frame coordinate so far."""
+    depth_px: float
+    """How far the gap opens on the way to the next narrower one."""
 
 
 def low_points_of(gaps: Gaps) -> list[LowPoint]:
@@ -59,8 +61,9 @@ def low_points_of(gaps: Gaps) -> list[LowPoint]:
     for kind in KINDS:
         signal = gaps.closing(kind)
         depth = HYSTERESIS_SIGMAS * sigma_of(signal)
-        lowest = gaps.frame[low_points(signal, depth)].tolist()
-        found += [LowPoint(kind, frame, frame) for frame in lowest]
+        lows = low_points(signal, depth)
+        places = zip(gaps.frame[lows].tolist(), depths(signal, lows).tolist(), strict=True)
+        found += [LowPoint(kind, frame, frame, deep) for frame, deep in places]
     return sorted(found, key=lambda point: point.frame)
 
 
@@ -76,7 +79,8 @@ def find_contacts(gaps: Gaps, ball_diameter_px: float) -> Contacts:
             fitted = _fit(paths, points, how)
             how = replace(how, rounds=1, errors=fitted.errors)
             points = [replace(p, frame=float(f)) for p, f in zip(points, fitted.frame, strict=True)]
-            worst = _worst(fitted, tolerance) or _strayed(fitted, points, gaps)
+            worst = _shallow(fitted, points) or _worst(fitted, tolerance)
+            worst = worst or _strayed(fitted, points, gaps)
             if not worst:
                 break
             points = [point for n, point in enumerate(points) if n not in worst]
@@ -110,6 +114,12 @@ def smoothness_of(fitted: Contacts) -> Floats:
     ratio = 1 + (speed / np.maximum(sigma, SIGMA_AT_LEAST)) ** 2
     clear = np.maximum(jump, 0.0) / np.maximum(sigma, SIGMA_AT_LEAST)
     return np.nan_to_num(np.log(ratio) / 2 - clear**2 / 2 * (1 - 1 / ratio))
+
+
+def _shallow(fitted: Contacts, points: Sequence[LowPoint]) -> list[int]:
+    """Low points no deeper than the errors of places make, those included that last for frames."""
+    least = {kind: HYSTERESIS_SIGMAS * _gap_noise_px(fitted, kind) for kind in KINDS}
+    return [n for n, point in enumerate(points) if point.depth_px < least[point.kind]]
 
 
 def _worst(fitted: Contacts, tolerance_px: float) -> list[int]:
