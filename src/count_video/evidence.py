@@ -6,13 +6,12 @@ clip and leaves its line in the space-time image and its cut-outs at the contact
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from itertools import islice
+from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from count_video.followed import Followed
@@ -29,9 +28,9 @@ from count_video.outputs import (
 )
 from count_video.process import DRAWING_BYTES, check_memory
 from count_video.progress import NO_PROGRESS, Progress, counted_off
-from count_video.records import Track
-from count_video.reports.annotated_clip import AnnotatedClip, frame_times_s
-from count_video.reports.drawing import picture_bytes
+from count_video.records import FootageInfo, Track
+from count_video.reports.clip import AnnotatedClip, frame_times_s
+from count_video.reports.drawing import MEDIA_TYPES, picture_bytes
 from count_video.reports.figure import (
     PANELS,
     panel_figures,
@@ -40,8 +39,8 @@ from count_video.reports.figure import (
     trial_figure,
 )
 from count_video.reports.json_object import json_line
-from count_video.reports.material import FRAMES_ENOUGH, Material, levelled, touching
-from count_video.reports.page import MEDIA_TYPES, Footage, Picture, clip_page
+from count_video.reports.material import Material, Pendulum, touching
+from count_video.reports.page import Footage, Picture, clip_page
 from count_video.reports.presenter import PresenterClip
 from count_video.reports.tables import collisions_array, table_csv, track_array
 from count_video.settings import EvidenceSettings
@@ -104,11 +103,10 @@ def draw_trial(found: Followed) -> Figure | None:
     """Draw the picture of a counted clip, which is decoded once more; None if nothing moved."""
     if found.track is None:
         return None
-    clip = _prepared(found, found.track)
     with open_footage(found.path) as footage:
-        for _ in clip.pictures(footage.frames(*_ends(clip.track))):
-            pass  # each frame leaves its line in the space-time image
-    return trial_figure(_material(found, found.track, clip))
+        clip, pendulum = _clip_of(found, found.track, footage.info)
+        deque(clip.pictures(footage.frames(*_ends(clip.track))), maxlen=0)  # keeps the lines
+    return trial_figure(Material(found.result, clip.track, clip.space_time(), pendulum))
 
 
 @contextmanager
@@ -182,21 +180,22 @@ class _Files:
 
 def _write_all(found: Followed, measured: Track, files: _Files, progress: Progress) -> None:
     result, picture_format = found.result, files.wanted.picture_format
-    clip = _prepared(found, measured)
-    track_csv = table_csv(track_array(clip.track, result), frame=0, ball_px=4)
+    with open_footage(found.path) as footage:
+        clip, pendulum = _clip_of(found, measured, footage.info)
+    track_csv = table_csv(track_array(clip.track, result), frame=".0f")
     files.write("track.csv", track_csv.encode("ascii"))
     files.write("collisions.csv", table_csv(collisions_array(result)).encode("ascii"))
     annotated = files.claim("annotated.mp4")
     _write_clip(found.path, annotated, clip, progress)
-    material = _material(found, measured, clip)
+    material = Material(result, clip.track, clip.space_time(), pendulum)
     sheet = trial_figure(material)
     picture = picture_bytes(sheet, picture_format)
     files.write(picture_format, picture)
     for name, figure in panel_figures(material).items():
         files.write(f"{name}.{picture_format}", picture_bytes(figure, picture_format))
     files.write("strip.jpg", thumbnail_jpeg(material))
-    cuts, frames = clip.contact_frames.found, clip.track.frame
-    shown = Footage(annotated.read_bytes(), frames, clip.shown_s, cuts, files.clip)
+    mp4 = annotated.read_bytes()
+    shown = Footage(mp4, clip.track.frame, clip.shown_s, clip.cuts, files.clip)
     drawn = Picture(picture, MEDIA_TYPES[picture_format], time_panels(sheet))
     files.write("html", clip_page(result, shown, drawn).encode("utf-8"))
     if files.wanted.presenter is not None:
@@ -215,27 +214,16 @@ def _write_clip(path: Path, target: Path, clip: AnnotatedClip, progress: Progres
         write_clip(target, clip.pictures(frames), options)
 
 
-def _prepared(found: Followed, measured: Track) -> AnnotatedClip:
-    """Prepare the drawing of a clip, with outlines where the bodies are seen to be."""
+def _clip_of(
+    found: Followed, measured: Track, info: FootageInfo
+) -> tuple[AnnotatedClip, Pendulum | None]:
+    """Prepare the drawing of a clip, with the heavy body's face where the ball touches it."""
     result = found.result
-    with open_footage(found.path) as footage:
-        info = footage.info
-        frames = list(islice(footage.frames(int(measured.frame[0])), FRAMES_ENOUGH))
-    track = levelled(touching(measured, result.collisions), frames)
+    track, pendulum = touching(measured, result.collisions, found.pendulum)
     shown_s = frame_times_s(track.frame, [c.frame for c in result.collisions], info.container_fps)
-    return AnnotatedClip(result, track, (info.height_px, info.width_px), shown_s)
+    return AnnotatedClip(result, track, (info.height_px, info.width_px), shown_s), pendulum
 
 
 def _ends(track: Track) -> tuple[int, int]:
     """First frame of a track, and the one after its last."""
     return int(track.frame[0]), int(track.frame[-1]) + 1
-
-
-def _material(found: Followed, measured: Track, clip: AnnotatedClip) -> Material:
-    """Put together what pictures are drawn from; the swing is shifted as the face is."""
-    pendulum, shown = found.pendulum, clip.track
-    if pendulum is not None and measured.heavy is not None and shown.heavy is not None:
-        shift = float(np.nanmedian(shown.heavy.position_px - measured.heavy.position_px))
-        outward = 1 if shown.wall_side == "left" else -1
-        pendulum = replace(pendulum, centre_px=pendulum.centre_px + outward * shift)
-    return Material(found.result, shown, clip.space_time(), pendulum)

@@ -8,7 +8,7 @@ from evidence_made import CLIP, Made, Truth
 from outlines import OUTLINE_WITHIN_PX, drawn_shift
 
 from count_video.footage.reader import open_footage
-from count_video.reports.annotated_clip import (
+from count_video.reports.clip import (
     BETWEEN_COLLISIONS_S,
     FORWARD_FPS,
     HEADER_PX,

@@ -20,7 +20,8 @@ from PIL import Image
 from count_video.batch.summary import summarise
 from count_video.followed import followed
 from count_video.footage.reader import open_footage
-from count_video.reports.drawing import MARKS, drawable, picture_bytes, rgb
+from count_video.reports.clip import rgb
+from count_video.reports.drawing import MARKS, drawable, picture_bytes
 from count_video.reports.figure import (
     campaign_figure,
     panel_figures,
@@ -28,7 +29,7 @@ from count_video.reports.figure import (
     thumbnail_jpeg,
     trial_figure,
 )
-from count_video.reports.material import Material, SpaceTime, SpaceTimeSampler, scale_of
+from count_video.reports.material import Material, SpaceTime, line_of_motion, scale_of
 from count_video.reports.states import measured_states
 from table_rows import row, rows_of
 from tiers import rest_slow
@@ -40,14 +41,12 @@ PNG, SVG = b"\x89PNG\r\n\x1a\n", b"<?xml"
 def material(made: Made) -> Material:
     trial = made.trial
     assert trial.track is not None
-    shape = (trial.info.height_px, trial.info.width_px)
-    sampler = SpaceTimeSampler(trial.track.line, trial.track.ball_diameter_px, shape)
     with open_footage(CLIP) as footage:
-        rows = np.array([sampler.row(frame.luma, (0.0, 0.0)) for frame in footage.frames()])
+        lines = [line_of_motion(f.luma, trial.track, f.index) for f in footage.frames()]
     return Material(
         result=trial.result,
         track=trial.track,
-        space_time=SpaceTime(trial.track.frame, rows),
+        space_time=SpaceTime(trial.track.frame, np.array(lines)),
         pendulum=followed(trial).pendulum,
     )
 
@@ -119,14 +118,14 @@ def test_no_number_lies_on_another_and_each_is_nearest_to_its_own_mark(
     figure = trial_figure(replace(material, result=replace(material.result, collisions=closer)))
     for axes in figure.axes:
         shown = [text for text in axes.texts if isinstance(text, Annotation)]
-        places = axes.transData.transform([text.xy for text in shown]) if shown else np.empty(0)
+        drawn = [*marks(axes), *marks(axes, "beyond"), *marks(axes, "state")]
+        places = axes.transData.transform(drawn) if drawn else np.empty(0)
         numbered = [text for text in shown if text.get_gid() == "number" and text.get_visible()]
         boxes = [text.get_window_extent() for text in numbered]
         assert not any(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))
         for text, box in zip(numbered, boxes, strict=True):
             middle = (box.get_points()[0] + box.get_points()[1]) / 2
-            nearest = shown[int(np.argmin(np.hypot(*(places - middle).T)))]
-            assert nearest.xy == text.xy
+            assert drawn[int(np.argmin(np.hypot(*(places - middle).T)))] == text.xy
 
 
 def test_a_trial_without_a_dense_part_is_not_enlarged(material: Material) -> None:
@@ -197,7 +196,7 @@ def test_the_measured_states_start_on_the_circle_and_keep_their_energy(
     figure: Figure, material: Material
 ) -> None:
     axes = panel(figure, "Phase circle")
-    x, y = np.concatenate([line.get_xydata() for line in axes.lines if line.get_gid() == "state"]).T
+    x, y = np.array(list(marks(axes, "state"))).T
     assert len(x) == len(material.result.collisions) + 1
     assert np.isclose(np.hypot(x, y), 1.0).any()
     (total,) = [line for line in panel(figure, "Energy").lines if line.get_gid() == "total"]
@@ -229,7 +228,7 @@ def test_velocities_and_energies_have_bars_of_their_standard_uncertainty(
     assert bars(velocities, "cylinder") == pytest.approx(sigma[:, 1] * speed)
     states = measured_states(material)
     assert states is not None
-    wanted = 200 * np.abs(states.scaled_light) * states.light_sigma
+    wanted = 200 * np.abs(states.scaled[1]) * states.sigma[1]
     assert bars(panel(figure, "Energy"), "ball, moving") == pytest.approx(wanted, abs=1e-9)
 
 

@@ -165,7 +165,7 @@ def error_table(rows: Sequence[Outcome]) -> str:
         "| found less planned | clips | median | rms over stated | within two of it |",
         "|---|---:|---:|---:|---:|",
     ]
-    for name, (words, unit) in NAMES.items():
+    for name, (words, unit, _) in NAMES.items():
         pairs = np.array([row.quantities[name] for row in rows if name in row.quantities])
         if not pairs.size:
             continue

@@ -206,14 +206,17 @@ def campaign_text(rows: Sequence[TrialRow], summary: CampaignSummary, width: int
 
     Sentences are wrapped at ``width`` columns; the table takes 80.
     """
-    lines = [*_doubt_lines(rows, width)]
+    lines = _doubt_lines(rows, width)
     if len(summary.groups) > 1:
-        lines += [entry("Number of trials", str(summary.whole.trials))]
-        lines += [entry("  of these counted", str(summary.whole.counted))]
-        for group in summary.groups:
-            lines += ["", f"Mass ratio {ratio_words(group.mass_ratio)}", *_table_lines(group)]
-        return "\n".join(lines)
-    return "\n".join([*lines, *_table_lines(summary.whole)])
+        lines += [entry(*line) for line in summary_lines(summary.whole)[:2]]
+    for group in summary.groups:
+        if len(summary.groups) > 1:
+            lines += ["", f"Mass ratio {ratio_words(group.mass_ratio)}"]
+        lines += [entry(*line) for line in summary_lines(group)]
+        lines += histogram_lines(group.histogram, group.theories)
+        more = [entry(*line) for line in physics_lines(group)]
+        lines += ["", *more] if more else []
+    return "\n".join(lines)
 
 
 def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
@@ -223,10 +226,11 @@ def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
     need = "needs" if len(doubtful) == 1 else "need"
     lines = [f"{len(doubtful)} of {plural(len(rows), 'trial')} {need} a person:"]
     for what_to_do in dict.fromkeys(map(advice, doubtful)):
-        for row in doubtful:
-            if advice(row) == what_to_do:
-                lines += _wrapped(f"{row.name}: {_why(row)}", width)
-        lines += _wrapped(f"What to do: {what_to_do}.", width)
+        said = [f"{row.name}: {_why(row)}" for row in doubtful if advice(row) == what_to_do]
+        for text in (*said, f"What to do: {what_to_do}."):
+            lines += textwrap.wrap(
+                printable(text), width, initial_indent="  ", subsequent_indent=" " * 6
+            )
     return [*lines, ""]
 
 
@@ -241,12 +245,6 @@ def _why(row: TrialRow) -> str:
     return "; ".join(filter(None, (f"probably {row.count} ({listed})", reason)))
 
 
-def _table_lines(one: Summary) -> list[str]:
-    more = [entry(*line) for line in physics_lines(one)]
-    table = [entry(*line) for line in summary_lines(one)]
-    return [*table, *histogram_lines(one.histogram, one.theories), *([""] if more else []), *more]
-
-
 def summary_lines(one: Summary) -> list[Line]:
     """List the lines of the paper's table for the trials of a campaign."""
     uncertainty, source = one.mean_uncertainty, ""
@@ -258,25 +256,20 @@ def summary_lines(one: Summary) -> list[Line]:
 
 def physics_lines(one: Summary) -> list[Line]:
     """List the lines of what is known of the bodies, as far as it is known."""
-    physics = [
+    lines = []
+    for label, spread in (
         ("Restitution between the bodies", one.restitution_bodies),
         ("Restitution at the wall", one.restitution_wall),
         ("Energy kept", one.energy_kept),
-    ]
-    lines = [
-        (label, f"{spread.mean:.3f}", _over(spread))
-        for label, spread in physics
-        if spread is not None
-    ]
+    ):
+        if spread is not None:
+            several = f"SD {spread.sd:.3f} over {spread.number}"
+            lines.append(
+                (label, f"{spread.mean:.3f}", several if spread.number > 1 else "of 1 trial")
+            )
     if one.geometric_share is not None:
         lines.append(("Geometric endings", f"{one.geometric_share:.0%}", ""))
     return lines
-
-
-def _over(spread: Spread) -> str:
-    if spread.number == 1:
-        return "of 1 trial"  # which has no spread
-    return f"SD {spread.sd:.3f} over {spread.number}"
 
 
 def paper_lines(
@@ -287,14 +280,17 @@ def paper_lines(
     ``counted`` says in words which trials have a count, and how many; ``theory`` is the theory's
     count and where it is from; ``beside`` stands beside the mean.
     """
+    figures = (
+        ("Maximum value", table.maximum, 0, ""),
+        ("Minimum value", table.minimum, 0, ""),
+        ("Mean value", table.mean, 2, beside),
+        ("Standard deviation", table.sd_population, 2, "(population)"),
+        ("  of a sample", table.sd_sample, 2, "(divided by n - 1)"),
+    )
     return [
         ("Number of trials", str(table.trials), ""),
         (f"  of these {counted[0]}", str(counted[1]), ""),
-        ("Maximum value", _number(table.maximum), ""),
-        ("Minimum value", _number(table.minimum), ""),
-        ("Mean value", _number(table.mean, 2), beside),
-        ("Standard deviation", _number(table.sd_population, 2), "(population)"),
-        ("  of a sample", _number(table.sd_sample, 2), "(divided by n - 1)"),
+        *((label, "-" if v is None else f"{v:.{n}f}", remark) for label, v, n, remark in figures),
         ("Theory", *theory),
     ]
 
@@ -318,33 +314,21 @@ def entry(label: str, value: str, note: str = "") -> str:
     return f"{label:<30} {value:>7}  {note}".rstrip()
 
 
-def _number(value: float | None, decimals: int = 0) -> str:
-    return "-" if value is None else f"{value:.{decimals}f}"
-
-
-def _wrapped(text: str, width: int) -> list[str]:
-    return textwrap.wrap(printable(text), width, initial_indent="  ", subsequent_indent=" " * 6)
-
-
 # ---- JSON ------------------------------------------------------------------------------------
 
 
 def campaign_json(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
     """Write the summary and the trials that need a person as JSON text."""
-    values = {
-        "schema_version": SCHEMA_VERSION,
-        **plain(summary.whole),
-        "need_a_person": [_doubt(row) for row in rows if row.needs_a_person],
-        "groups": plain(summary.groups),
-    }
-    return json.dumps(values, indent=1, allow_nan=False) + "\n"
-
-
-def _doubt(row: TrialRow) -> dict[str, object]:
-    return {
-        "name": plain(row.name),
-        **{key: row.result[key] for key in ("clip", "status", "count")},
-        "probability": row.probability,
-        "reason": row.not_kept or row.result["reason"],
-        "what_to_do": advice(row),
-    }
+    need = [
+        {
+            "name": plain(row.name),
+            **{key: row.result[key] for key in ("clip", "status", "count")},
+            "probability": row.probability,
+            "reason": row.not_kept or row.result["reason"],
+            "what_to_do": advice(row),
+        }
+        for row in rows
+        if row.needs_a_person
+    ]
+    values = {"schema_version": SCHEMA_VERSION, **plain(summary.whole), "need_a_person": need}
+    return json.dumps(values | {"groups": plain(summary.groups)}, indent=1, allow_nan=False) + "\n"

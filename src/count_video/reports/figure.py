@@ -12,7 +12,6 @@ from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 from textwrap import shorten
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,7 +24,9 @@ from count_video.outputs import explained, open_outputs
 from count_video.physics.theory import collision_count, theta_rad
 from count_video.reports.campaign import CampaignSummary, Summary, TrialRow, theory_words
 from count_video.reports.drawing import (
+    BLACK,
     BLUE,
+    MEDIA_TYPES,
     PAPER,
     SKY_BLUE,
     VERMILION,
@@ -36,54 +37,68 @@ from count_video.reports.drawing import (
     styled,
 )
 from count_video.reports.material import Material
-from count_video.reports.page import MEDIA_TYPES, campaign_page
+from count_video.reports.page import campaign_page
 from count_video.reports.panels import (
     TIME,
     draw_enlarged,
     draw_space_time,
     draw_velocities,
     draw_whole,
-    legend_handles,
-    worth_enlarging,
 )
 from count_video.reports.plan_text import facts, plain, powers_table
 from count_video.reports.states import MOST_POINTS, draw_energy, draw_phase_circle, draw_states
+from count_video.reports.text import answer_words
 from count_video.reports.words import plural, ratio_words
 
-PANELS = ("space-time", "enlarged", "velocities", "phase-circle", "energy")
-"""Names of the panels that may get files of their own."""
+PANELS: Mapping[str, Callable[[Axes, Material], None]] = {
+    "space-time": draw_whole,
+    "enlarged": draw_enlarged,
+    "velocities": draw_velocities,
+    "phase-circle": draw_states,
+    "energy": draw_energy,
+}
+"""The panels of a trial, by the names of their own files."""
 SIZE_INCHES = (16.0, 10.5)
 PANEL_INCHES = (10.0, 6.0)
 THUMBNAIL_PX = (480, 130)
 
 
+def figure_of(width: float, height: float) -> Figure:
+    """Make a figure of this size in inches, whose panels leave each other space."""
+    figure = Figure(figsize=(width, height))
+    figure.set_layout_engine("constrained", w_pad=0.12, h_pad=0.1)
+    return figure
+
+
+def add_legend(figure: Figure, axes: Axes, title: str | None = None) -> None:
+    """Say below a figure what the lines and marks of a panel mean."""
+    handles, labels = axes.get_legend_handles_labels()
+    legend = figure.legend(
+        handles, labels, loc="outside lower center", ncols=4, title=title, markerscale=1.2
+    )
+    legend.get_title().set_parse_math(False)
+
+
 def trial_figure(material: Material) -> Figure:
     """Draw the picture of a trial."""
+    result = material.result
+    title = answer_words(result)
+    if result.reviewed_count is not None:
+        title += f", {result.reviewed_count} after review"
+    if result.count is not None and result.mass_ratio is not None:
+        title += f" at a mass ratio of {result.mass_ratio:.4g}"
+    middle = "enlarged" if material.is_dense else "space-time"
     with styled():
-        figure = Figure(figsize=SIZE_INCHES)
-        figure.set_layout_engine("constrained", w_pad=0.12, h_pad=0.1)
-        figure.suptitle(_headline(material), fontsize=20, weight="bold")
-        columns = figure.add_gridspec(1, 2, width_ratios=[1.75, 1])
-        left, right = columns[0], columns[1].subgridspec(2, 1, height_ratios=[1.6, 1])
-        if worth_enlarging(material):
-            rows = left.subgridspec(3, 1, height_ratios=[1, 1.5, 1.15])
-            draw_whole(figure.add_subplot(rows[0]), material)
-            enlarged = figure.add_subplot(rows[1])
-            draw_enlarged(enlarged, material)
-        else:
-            rows = left.subgridspec(3, 1, height_ratios=[1.25, 1.25, 1.15])
-            enlarged = figure.add_subplot(rows[:2])
-            draw_whole(enlarged, material)
-        draw_velocities(figure.add_subplot(rows[2], sharex=enlarged), material)
-        draw_states(figure.add_subplot(right[0]), material)
-        draw_energy(figure.add_subplot(right[1]), material)
-        legend = figure.legend(
-            handles=legend_handles(material),
-            loc="outside lower center",
-            ncols=6,
-            title=drawable(Path(material.result.clip).name),
+        figure = figure_of(*SIZE_INCHES)
+        figure.suptitle(title, fontsize=20, weight="bold")
+        panels = figure.subplot_mosaic(
+            [["space-time", "phase-circle"], [middle, "phase-circle"], ["velocities", "energy"]],
+            width_ratios=[1.75, 1],
+            height_ratios=[1, 1.4, 1.25],
         )
-        legend.get_title().set_parse_math(False)
+        for name, axes in panels.items():
+            PANELS[name](axes, material)
+        add_legend(figure, panels["space-time"], drawable(Path(result.clip).name))
         place_numbers(figure)
         return figure
 
@@ -105,22 +120,16 @@ def time_panels(figure: Figure) -> list[dict[str, list[float]]]:
 
 def panel_figures(material: Material) -> dict[str, Figure]:
     """Draw each panel as a figure of its own, by the name that its file gets."""
-    panels: Mapping[str, Callable[[Axes, Material], object]] = {
-        "space-time": draw_whole,
-        **({"enlarged": draw_enlarged} if worth_enlarging(material) else {}),
-        "velocities": draw_velocities,
-        "phase-circle": draw_states,
-        "energy": draw_energy,
-    }
     figures = {}
     with styled():
-        for name, draw in panels.items():
-            figure = Figure(figsize=PANEL_INCHES, layout="constrained")
-            draw(figure.add_subplot(), material)
-            if name in ("space-time", "enlarged", "velocities"):
-                figure.legend(handles=legend_handles(material), loc="outside lower center", ncols=4)
-            place_numbers(figure)
-            figures[name] = figure
+        for name, draw in PANELS.items():
+            if name != "enlarged" or material.is_dense:
+                figures[name] = figure = Figure(figsize=PANEL_INCHES, layout="constrained")
+                axes = figure.add_subplot()
+                draw(axes, material)
+                if axes.get_gid() == TIME:
+                    add_legend(figure, axes)
+                place_numbers(figure)
     return figures
 
 
@@ -135,18 +144,6 @@ def thumbnail_jpeg(material: Material) -> bytes:
         target = io.BytesIO()
         figure.savefig(target, format="jpeg", pil_kwargs={"quality": 85})
     return target.getvalue()
-
-
-def _headline(material: Material) -> str:
-    result = material.result
-    if result.count is None:
-        return "not counted"
-    text = plural(result.count, "collision")
-    if result.reviewed_count is not None:
-        text += f", {result.reviewed_count} after review"
-    if result.mass_ratio is not None:
-        text += f" at a mass ratio of {result.mass_ratio:.4g}"
-    return text
 
 
 # ---- the theory --------------------------------------------------------------------------------
@@ -180,14 +177,14 @@ def write_theory_picture(
 def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
     """Draw the phase circle beside what the theory says in words and the table for 1:100^n."""
     with styled():
-        figure = Figure(figsize=(15.0, 9.5))
-        figure.set_layout_engine("constrained", w_pad=0.2, h_pad=0.2)
+        figure = figure_of(15.0, 9.5)
         circle, words = figure.subplots(1, 2, width_ratios=[1.55, 1])
         count = collision_count(heavy, light)
         points = draw_phase_circle(circle, heavy, light, count)
+        circle.scatter(*points.T, s=25, color=BLACK, zorder=3, gid="state points")
         step = max(1, -(-len(points) // MOST_NUMBERS))
-        texts = ["" if k % step else f"({k})" for k in range(len(points))]
-        number_marks(circle, points, texts, points)
+        places = [(float(x), float(y)) for x, y in points[::step]]
+        number_marks(circle, [(f"({step * k})", at, at) for k, at in enumerate(places)])
         _draw_angles(circle, theta_rad(heavy, light))
         circle.set_xlabel(r"$V_1 = \sqrt{M}\,v_1$")
         circle.set_title(f"m : M = 1 : {plain(heavy / light)}", fontsize=18)
@@ -226,15 +223,14 @@ def _short(count: int) -> str:
 
 def _draw_words(axes: Axes, heavy: Fraction, light: Fraction) -> None:
     axes.set_axis_off()
-    place: Any = {"transform": axes.transAxes, "va": "top"}
-    count = _short(collision_count(heavy, light))
-    axes.text(0, 0.98, f"{count} collisions", fontsize=34, weight="bold", **place)
     words = "\n".join(
         shorten(f"{label}:  {value}", LONGEST_FACT, placeholder=" …")
         for label, value in facts(heavy, light)[2:]
     )
-    axes.text(0, 0.85, words, fontsize=11, linespacing=1.9, **place)
-    axes.text(0, 0.56, "m : M = 1 : 100ⁿ", fontsize=14, weight="bold", **place)
+    headline = f"{_short(collision_count(heavy, light))} collisions"
+    for y, text, size in ((0.98, headline, 34), (0.85, words, 11), (0.56, "m : M = 1 : 100ⁿ", 14)):
+        weight = "normal" if text is words else "bold"
+        axes.text(0, y, text, fontsize=size, weight=weight, linespacing=1.9, va="top")
     table = axes.table(
         cellText=[
             [str(n), str(count), f"{low} to {high}"] for n, count, low, high in powers_table()
@@ -256,11 +252,9 @@ def campaign_figure(summary: CampaignSummary) -> Figure:
     """Draw the histogram of the counts of each mass ratio against the theory."""
     with styled():
         groups = summary.groups
-        figure = Figure(figsize=(9.0, 5.0 * len(groups)))
-        figure.set_layout_engine("constrained", w_pad=0.15, h_pad=0.15)
-        for axes, group in zip(
-            figure.subplots(len(groups), squeeze=False).flat, groups, strict=True
-        ):
+        figure = figure_of(9.0, 5.0 * len(groups))
+        panels = figure.subplots(len(groups), squeeze=False).flat
+        for axes, group in zip(panels, groups, strict=True):
             ratio = f", mass ratio {ratio_words(group.mass_ratio)}" if len(groups) > 1 else ""
             axes.set_title(f"Counts of {plural(group.counted, 'trial')}{ratio}")
             _draw_histogram(axes, group)
@@ -269,7 +263,7 @@ def campaign_figure(summary: CampaignSummary) -> Figure:
 
 def _draw_histogram(axes: Axes, group: Summary) -> None:
     theories = group.theories
-    shown = [*group.histogram, *({theories[0], theories[-1]} if theories else ())]
+    shown = [*group.histogram, *theories[:1], *theories[-1:]]
     axes.set_xlabel("collisions counted")
     axes.set_ylabel("trials")
     if not shown:

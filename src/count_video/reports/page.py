@@ -12,17 +12,17 @@ import hashlib
 import math
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from count_video.planning import plan as measured
+from count_video.planning import plan as planned_clips
 from count_video.planning.comparison import expected_counts
-from count_video.planning.plan import Measured, Plan
-from count_video.records import Collision, Estimate, Floats, TrialResult
+from count_video.planning.plan import Plan
+from count_video.records import Estimate, Floats, TrialResult
 from count_video.reports.campaign import (
     CampaignSummary,
     TrialRow,
@@ -30,20 +30,11 @@ from count_video.reports.campaign import (
     physics_lines,
     summary_lines,
 )
-from count_video.reports.material import ContactFrame
+from count_video.reports.json_object import json_object, plain
 from count_video.reports.plan_text import change_words, plan_headline, plan_notes, table_lines
 from count_video.reports.tables import collision_lines
-from count_video.reports.text import comparison_lines, result_notes
-from count_video.reports.words import (
-    counts_words,
-    percent,
-    plural,
-    printable,
-    ratio_words,
-    storable,
-)
-
-MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
+from count_video.reports.text import answer_words, comparison_lines, result_notes
+from count_video.reports.words import counts_words, percent, printable, ratio_words, storable
 
 
 @dataclass(frozen=True)
@@ -55,8 +46,8 @@ class Footage:
     """Frames of the footage that it shows, shape (n,)."""
     shown_s: Floats
     """When it shows each, in seconds from its start, shape (n,)."""
-    cuts: Mapping[int, Sequence[ContactFrame]]
-    """Enlarged frames of each contact, by the collision's number."""
+    cuts: Mapping[int, Sequence[tuple[int, bytes]]]
+    """Enlarged frames of each contact, by the collision's number: their indices and JPEGs."""
     clip_sha256: str = ""
     """Digest of the clip's bytes, which no other clip has; empty if not known."""
 
@@ -70,27 +61,6 @@ class Picture:
     """``image/png`` or ``image/svg+xml``."""
     panels: Sequence[Mapping[str, object]] = ()
     """Panels in which time runs to the right, as ``figure.time_panels`` gives them."""
-
-
-def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | None) -> str:
-    """Write the page; without footage (no bodies were followed) it holds the answer alone."""
-    name = Path(result.clip).name
-    return render(
-        "clip",
-        () if footage is None else ("clip",),
-        clip=printable(name),
-        command=_command(name),
-        answer=_answer(result),
-        doubt=printable(result.reason or ""),
-        facts=_facts(result),
-        notes=result_notes(result),
-        table="\n".join(collision_lines(result)),
-        compared="\n".join(comparison_lines(result.comparison)),
-        video=None if footage is None else _base64(footage.mp4),
-        picture=None if picture is None else _base64(picture.data),
-        picture_type=None if picture is None else picture.media_type,
-        data=None if footage is None else _data(result, footage, picture),
-    )
 
 
 def render(name: str, scripts: Sequence[str] = (), **values: object) -> str:
@@ -113,7 +83,8 @@ def render(name: str, scripts: Sequence[str] = (), **values: object) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters["digest"] = _digest
+    made.filters |= {"digest": _digest, "printable": printable, "percent": percent}
+    made.filters |= {"ratio_words": ratio_words, "file_name": lambda path: Path(path).name}
     style = _own_file("page.css") + _own_file(f"{name}.css")
     texts = [_own_file(f"{script}.js") for script in scripts]
     template = made.get_template(f"{name}.html")
@@ -131,68 +102,67 @@ def _own_file(name: str) -> Markup:
     return Markup((Path(__file__).parent / "templates" / name).read_text("utf-8"))
 
 
-def _command(name: str) -> str:
-    saved = f"{Path(name).stem}.corrections.json"
-    return printable(f"count-video {shlex.quote(name)} --corrections {shlex.quote(saved)}")
+def _address(data: bytes, media_type: str) -> str:
+    """Write a file as an address that holds all of it."""
+    return f"data:{media_type};base64,{base64.b64encode(data).decode('ascii')}"
 
 
-def _answer(result: TrialResult) -> str:
-    return "not counted" if result.count is None else plural(result.count, "collision")
+# ---- a clip --------------------------------------------------------------------------------------
 
 
-def _facts(result: TrialResult) -> list[tuple[str, str]]:
-    """List what stands beside the count at the top; what is not known is left out."""
-    chance = None if result.count is None else result.probability.get(result.count)
-    ratio, expected = result.mass_ratio, expected_counts(result)
-    measured = None if ratio is None else Estimate(ratio, result.mass_ratio_sigma or 0.0)
-    facts = [
-        ("Probability", None if chance is None else percent(chance)),
-        ("Theory", None if expected is None else counts_words(*expected.free)),
-        ("Mass ratio", None if measured is None else f"{ratio_words(measured)} : 1"),
-    ]
-    if result.pi_low is not None and result.pi_high is not None:
-        facts.append(("π lies between", f"{result.pi_low:.5g} and {result.pi_high:.5g}"))
-    return [(label, value) for label, value in facts if value is not None]
-
-
-def _base64(data: bytes) -> str:
-    return base64.b64encode(data).decode("ascii")
-
-
-def _data(result: TrialResult, footage: Footage, picture: Picture | None) -> dict[str, object]:
-    """Collect what the script works with; jinja2 escapes it so that no name can end the script."""
+def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | None) -> str:
+    """Write the page; without footage (no bodies were followed) it holds the answer alone."""
     name = storable(Path(result.clip).name)
-    size = result.burst_size
-    return {
-        "clip": name,
-        "clip_sha256": footage.clip_sha256,
-        "save_as": f"{Path(name).stem}.corrections.json",
-        "count": result.count,
-        "ms_a_frame": None if not result.capture_fps else 1000 / result.capture_fps,
-        "panels": [] if picture is None else list(picture.panels),
-        "burst_ends": min((c.frame for c in result.beyond_burst), default=1e300),
-        "frames": [int(frame) for frame in footage.frame],
-        "times": [round(float(time), 5) for time in footage.shown_s],
-        "collisions": [_entry(c, size, footage.cuts.get(c.number, ())) for c in result.collisions],
-        "corrections": [
-            {key: getattr(correction, key) for key in ("action", "kind", "frame", "number")}
-            for correction in result.corrections
-        ],
-    }
+    saved = f"{Path(name).stem}.corrections.json"
+    data = None
+    if footage is not None:
+        cuts = {
+            number: [(frame, _address(jpeg, "image/jpeg")) for frame, jpeg in frames]
+            for number, frames in footage.cuts.items()
+        }
+        data = {
+            "clip": name,
+            "clip_sha256": footage.clip_sha256,
+            "save_as": saved,
+            "result": json_object(result),
+            "burst_size": result.burst_size,
+            "burst_ends": min((c.frame for c in result.beyond_burst), default=1e300),
+            "panels": [] if picture is None else list(picture.panels),
+            "frames": footage.frame.astype(int).tolist(),
+            "times": footage.shown_s.round(5).tolist(),
+            "cuts": cuts,
+        }
+    return render(
+        "clip",
+        () if footage is None else ("clip",),
+        clip=name,
+        command=f"count-video {shlex.quote(name)} --corrections {shlex.quote(saved)}",
+        answer=answer_words(result),
+        doubt=result.reason or "",
+        facts=_facts(result),
+        notes=result_notes(result),
+        table="\n".join(collision_lines(result)),
+        compared="\n".join(comparison_lines(result.comparison)),
+        video=None if footage is None else _address(footage.mp4, "video/mp4"),
+        picture=None if picture is None else _address(picture.data, picture.media_type),
+        data=data,
+    )
 
 
-def _entry(collision: Collision, size: int, cuts: Sequence[ContactFrame]) -> dict[str, object]:
-    return {
-        "number": collision.number,
-        "kind": collision.kind,
-        "frame": round(collision.frame, 3) if math.isfinite(collision.frame) else 0.0,
-        "seen": collision.seen,
-        "in_burst": collision.number <= size,
-        "cuts": [
-            {"frame": cut.frame, "picture": f"data:image/jpeg;base64,{_base64(cut.jpeg)}"}
-            for cut in cuts
-        ],
-    }
+def _facts(result: TrialResult) -> dict[str, str]:
+    """List what stands beside the count at the top; what is not known is left out."""
+    facts = {}
+    if result.count in result.probability:
+        facts["Probability"] = percent(result.probability[result.count])
+    expected = expected_counts(result)
+    if expected is not None:
+        facts["Theory"] = counts_words(*expected.free)
+    if result.mass_ratio is not None:
+        ratio = Estimate(result.mass_ratio, result.mass_ratio_sigma or 0.0)
+        facts["Mass ratio"] = f"{ratio_words(ratio)} : 1"
+    if result.pi_low is not None and result.pi_high is not None:
+        facts["π lies between"] = f"{result.pi_low:.5g} and {result.pi_high:.5g}"
+    return facts
 
 
 # ---- a campaign --------------------------------------------------------------------------------
@@ -202,7 +172,6 @@ def campaign_page(
     rows: Sequence[TrialRow], summary: CampaignSummary, picture: tuple[bytes, str]
 ) -> str:
     """Write the page; those that need a person come first."""
-    ordered = sorted(rows, key=lambda row: not row.needs_a_person)
     return render(
         "campaign",
         ("campaign",),
@@ -211,31 +180,18 @@ def campaign_page(
             (ratio_words(group.mass_ratio), [*summary_lines(group), *physics_lines(group)])
             for group in summary.groups
         ],
-        trials=[_trial(row) for row in ordered],
-        doubtful=sum(row.needs_a_person for row in rows),
-        picture=base64.b64encode(picture[0]).decode("ascii"),
-        picture_type=picture[1],
+        rows=sorted(rows, key=lambda row: not row.needs_a_person),
+        doubt=_doubt,
+        link=_link,
+        picture=_address(*picture),
     )
 
 
-def _trial(row: TrialRow) -> dict[str, object]:
+def _doubt(row: TrialRow) -> str:
+    """Say what is doubtful about a trial and what to do, in sentences."""
     what_to_do = advice(row)
     sentences = (row.not_kept or row.result["reason"], what_to_do[:1].upper() + what_to_do[1:])
-    doubt = ". ".join(filter(None, sentences))
-    ratio = row.mass_ratio
-    return {
-        "clip": printable(Path(row.result["clip"]).name),
-        "answer": "not counted" if row.count is None else str(row.count),
-        "count": -1 if row.count is None else row.count,
-        "probability": row.probability,
-        "chance": "" if row.probability is None else percent(row.probability),
-        "ratio": None if ratio is None else ratio.value,
-        "ratio_words": "" if ratio is None else ratio_words(ratio),
-        "doubt": printable(doubt),
-        "needs_a_person": row.needs_a_person,
-        "page": _link(row, "html"),
-        "strip": _link(row, "strip.jpg"),
-    }
+    return printable(". ".join(filter(None, sentences)))
 
 
 def _link(row: TrialRow, suffix: str) -> str | None:
@@ -249,81 +205,62 @@ def _link(row: TrialRow, suffix: str) -> str | None:
 MOST_RATIO = 10_000.0
 """Largest mass ratio that the sliders reach, unless a larger one is planned."""
 LIGHT_FACTOR = 4.0
+LOGARITHMIC_STEP = 0.002
+_MEASURED = (
+    *("RESOLVED", "BETWEEN", "CLOSE", "LONG", "CLOSEST_FRAMES", "CLOSER_FRAMES"),
+    *("MOST_OF_A_SHORT_BURST", "LONG_BURST", "LONG_BURST_FPS"),
+)
+"""What of the clips of known truth the script judges a camera by."""
 
 
 def plan_page(plan: Plan) -> str:
     """Write the page: sliders over the same simulation, in one file, without a network."""
+    request = plan.request
     sliders = _sliders(plan)
-    planned = {name: planned for name, (*_, planned) in sliders.items()}
     return render(
         "plan",
         ("plan_core", "plan"),
         headline=plan_headline(plan),
         count=plan.burst.count,
-        sliders=[_slider(name, *slider) for name, slider in sliders.items()],
-        alike=planned["heavyThread"] == planned["lightThread"],
+        sliders=sliders,
+        alike=request.heavy_thread_m == request.light_thread_m,
         change=change_words(plan),
         notes=plan_notes(plan),
         table="\n".join(table_lines(plan.table)),
-        data=_plan_data(plan, planned),
+        data={
+            "planned": {slider["name"]: slider["planned"] for slider in sliders},
+            "damping": request.damping_per_s,
+            "ballDiameter": request.ball_diameter_m,
+            "tolerances": plain(request.tolerances),
+            "seed": request.seed,
+            "measured": plain({name.lower(): getattr(planned_clips, name) for name in _MEASURED}),
+        },
     )
 
 
-def _sliders(plan: Plan) -> dict[str, tuple[str, float, float, float, float]]:
-    """Label, ends, step and planned value of each slider.
+def _sliders(plan: Plan) -> list[dict[str, object]]:
+    """Describe the sliders, in metres, the masses' unit and frames a second.
 
-    They are in metres, the masses' unit and frames a second; a step of 0 is for even steps of the
-    logarithm.
+    Their ends reach as far as what is planned. Masses and rates go in even steps of the logarithm.
     """
     request, camera = plan.request, plan.camera
     heavy, light = float(request.heavy), float(request.light)
-    most = light * max(MOST_RATIO, heavy / light)
     rate = plan.framing.rate_needed_fps if camera is None else camera.capture_fps
-    return {
-        "gap": ("Gap, ball to wall", 0.005, 0.1, 0.0005, request.gap_m),
-        "release": ("Release", 0.02, 0.2, 0.001, request.release_m),
-        "heavy": ("Mass of the cylinder", light, most, 0, heavy),
-        "light": ("Mass of the ball", light / LIGHT_FACTOR, light * LIGHT_FACTOR, 0, light),
-        "heavyThread": ("Thread of the cylinder", 0.2, 3.0, 0.001, request.heavy_thread_m),
-        "lightThread": ("Thread of the ball", 0.2, 3.0, 0.001, request.light_thread_m),
-        "restitution": ("Restitution", 0.85, 1.0, 0.001, request.restitution),
-        "rate": ("Camera", 24.0, 100_000.0, 0, rate),
-    }
-
-
-def _slider(
-    name: str, label: str, low: float, high: float, step: float, planned: float
-) -> dict[str, object]:
-    """Describe a slider for the page; its ends reach as far as what is planned."""
-    least, most, value = min(planned, low), max(planned, high), planned
-    if not step:
-        step, value = 0.002, math.log10(planned)
-        least, most = round(math.log10(least), 4), round(math.log10(most), 4)
-    about = {"name": name, "label": label, "step": step}
-    return {**about, "least": least, "most": most, "value": value}
-
-
-def _plan_data(plan: Plan, planned: Mapping[str, float]) -> dict[str, object]:
-    request = plan.request
-
-    def like(clips: Measured) -> dict[str, object]:
-        return {**asdict(clips), "chance": clips.chance}
-
-    return {
-        "planned": planned,
-        "damping": request.damping_per_s,
-        "ballDiameter": request.ball_diameter_m,
-        "tolerances": asdict(request.tolerances),
-        "seed": request.seed,
-        "measured": {
-            "resolved": like(measured.RESOLVED),
-            "between": like(measured.BETWEEN),
-            "close": like(measured.CLOSE),
-            "long": like(measured.LONG),
-            "closest_frames": measured.CLOSEST_FRAMES,
-            "closer_frames": measured.CLOSER_FRAMES,
-            "most_of_a_short_burst": measured.MOST_OF_A_SHORT_BURST,
-            "long_burst": list(measured.LONG_BURST),
-            "long_burst_fps": measured.LONG_BURST_FPS,
-        },
-    }
+    sliders: list[dict[str, object]] = []
+    for name, label, low, high, step, planned in (
+        ("gap", "Gap, ball to wall", 0.005, 0.1, 0.0005, request.gap_m),
+        ("release", "Release", 0.02, 0.2, 0.001, request.release_m),
+        ("heavy", "Mass of the cylinder", light, light * MOST_RATIO, None, heavy),
+        ("light", "Mass of the ball", light / LIGHT_FACTOR, light * LIGHT_FACTOR, None, light),
+        ("heavyThread", "Thread of the cylinder", 0.2, 3.0, 0.001, request.heavy_thread_m),
+        ("lightThread", "Thread of the ball", 0.2, 3.0, 0.001, request.light_thread_m),
+        ("restitution", "Restitution", 0.85, 1.0, 0.001, request.restitution),
+        ("rate", "Camera", 24.0, 100_000.0, None, rate),
+    ):
+        least, most, value = min(planned, low), max(planned, high), planned
+        if step is None:
+            least, most = round(math.log10(least), 4), round(math.log10(most), 4)
+            value = math.log10(planned)
+        slider: dict[str, object] = {"name": name, "label": label, "step": step or LOGARITHMIC_STEP}
+        sliders.append(slider | {"least": least, "most": most, "value": value, "planned": planned})
+    return sliders

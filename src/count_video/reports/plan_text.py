@@ -7,7 +7,7 @@ no set-up, stands below.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator
 from fractions import Fraction
 
 from count_video.physics.theory import Mass, collision_count, pi_bounds, theory_of
@@ -49,146 +49,87 @@ def plan_headline(plan: Plan) -> str:
 
 def plan_notes(plan: Plan) -> list[Note]:
     """Label and sentence of everything that is said, in order."""
-    return [
-        ("Theory", _theory(plan)),
-        ("Kinds", _kinds(plan)),
-        ("Shortest", _shortest(plan)),
-        ("Last", _last(plan)),
-        ("Burst", _burst(plan)),
-        ("Camera", _camera(plan)),
-        ("Film at", _film_at(plan)),
-        ("Picture", _picture(plan)),
-        ("How sure", _how_sure(plan)),
-        ("A table", _a_table(plan.spread)),
-        ("Change", change_words(plan)),
-    ]
+    return [*_burst_notes(plan), *_camera_notes(plan), *_spread_notes(plan)]
 
 
-def table_lines(table: TrialTable | None) -> list[str]:
-    """Write the table of trials, as that of a campaign; no line where there is none."""
-    if table is None:
-        return []
-    counted = ("with a count", len(table.counts))
-    lines = paper_lines(table, counted, (str(table.theory), ""))
-    return [*(entry(*line) for line in lines), *histogram_lines(table.histogram, [table.theory])]
-
-
-def proposal_words(request: PlanRequest, proposal: Proposal) -> str:
-    """Say a change as an instruction, with what comes of it."""
-    effect = f"({proposal.share:.0%} of trials, film at {proposal.rate_needed_fps:.0f}/s)"
-    if proposal.change == "gap":
-        return f"hang the ball {_mm(proposal.value)} from the wall {effect}"
-    if proposal.change == "release":
-        return f"let the cylinder go from {_mm(proposal.value)} {effect}"
-    amount, heavy = f"{abs(proposal.value):.3g}", plain(request.heavy)
-    if proposal.value > 0:
-        return f"add {amount} of clay to the cylinder's {heavy} {effect}"
-    return f"take {amount} off the cylinder's {heavy} {effect}"
-
-
-def _theory(plan: Plan) -> str:
+def _burst_notes(plan: Plan) -> Iterator[Note]:
     burst = plan.burst
-    same = "the same as here" if burst.count == burst.theory else f"{burst.count} here"
-    return f"{burst.theory} for free bodies without losses; {same}"
-
-
-def _kinds(plan: Plan) -> str:
-    burst = plan.burst
-    return f"{burst.bodies} between the bodies, {burst.count - burst.bodies} with the wall"
-
-
-def _shortest(plan: Plan) -> str:
-    shortest = plan.burst.shortest_s
-    if math.isinf(shortest):
-        return "there is one collision alone"
+    here = "the same as" if burst.count == burst.theory else str(burst.count)
+    yield "Theory", f"{burst.theory} for free bodies without losses; {here} here"
+    walls = burst.count - burst.bodies
+    yield "Kinds", f"{burst.bodies} between the bodies, {walls} with the wall"
+    shortest = burst.shortest_s
     duration = f"{1e3 * shortest:.3g} ms" if shortest < 1.0 else f"{shortest:.3g} s"
-    return f"{duration} from one collision to the next where they follow each other fastest"
-
-
-def _last(plan: Plan) -> str:
-    burst = plan.burst
+    words = f"{duration} from one collision to the next where they follow each other fastest"
+    yield "Shortest", "there is one collision alone" if math.isinf(shortest) else words
     where = "at the wall" if burst.last_m == 0 else f"{_mm(burst.last_m)} from the wall"
-    return f"with the ball {where}, where the two close in at {1e3 * burst.last_speed_m_s:.3g} mm/s"
-
-
-def _burst(plan: Plan) -> str:
-    burst = plan.burst
-    text = (
-        f"from {burst.first_s:.2f} s to {burst.last_s:.2f} s after the release "
-        f"({burst.last_s - burst.first_s:.2f} s)"
-    )
+    speed = f"{1e3 * burst.last_speed_m_s:.3g} mm/s"
+    yield "Last", f"with the ball {where}, where the two close in at {speed}"
+    lasts = f"({burst.last_s - burst.first_s:.2f} s)"
+    text = f"from {burst.first_s:.2f} s to {burst.last_s:.2f} s after the release {lasts}; the "
     if math.isinf(burst.turn_s):
-        return f"{text}; the cylinder does not turn round"
-    return (
-        f"{text}; the cylinder turns round at {burst.turn_s:.2f} s, {_mm(burst.swing_back_m)} "
-        "beyond its rest: let the camera run from before the release until then"
-    )
+        yield "Burst", f"{text}cylinder does not turn round"
+    else:
+        text += f"cylinder turns round at {burst.turn_s:.2f} s, {_mm(burst.swing_back_m)} beyond "
+        yield "Burst", f"{text}its rest: let the camera run from before the release until then"
 
 
-def _camera(plan: Plan) -> str:
-    camera = plan.camera
-    if camera is None:
-        return "no rate given (--capture-fps)"
-    text = f"{camera.capture_fps:g} frames a second: {camera_words(camera)}"
-    if camera.way == "not measured":
-        return text
-    return f"{text}; {_measured(camera)}"
+def _camera_notes(plan: Plan) -> Iterator[Note]:
+    camera, framing = plan.camera, plan.framing
+    said = "no rate given (--capture-fps)"
+    if camera is not None:
+        said = f"{camera.capture_fps:g} frames a second: {_camera_words(camera)}"
+    yield "Camera", said
+    yield "Film at", f"{framing.rate_needed_fps:.0f} frames a second to see each collision"
+    least = math.ceil(framing.ball_at_least_px)
+    text = f"the ball at least {least} px across"
+    if least < GOOD_BALL_PX:
+        text += f", better {GOOD_BALL_PX}"
+    if math.isfinite(framing.smallest_hop_px):
+        text += f"; in a picture {PICTURE_WIDTH_PX} px wide at most {framing.ball_at_most_px:.0f} "
+        text += f"px, and then the ball's smallest hop is {framing.smallest_hop_px:.3g} px"
+    yield "Picture", text
 
 
-def camera_words(camera: CameraView) -> str:
-    """Say what the frames show, and what is inferred."""
-    if camera.way == "seen":
-        return "the frames show every collision"
-    close = (
-        f"{plural(camera.close, 'collision')} closer than {RESOLVED_FRAMES:g} frames to the one "
-        f"before, {camera.shortest_frames:.2g} at the closest"
-    )
-    if camera.way == "inferred":
-        return f"{close}; these are inferred"
-    return f"{close}; whether such a clip is counted was never measured"
-
-
-def _measured(camera: CameraView) -> str:
+def _camera_words(camera: CameraView) -> str:
+    """Say what the frames show, what is inferred, and how often such clips were counted exactly."""
+    text = "the frames show every collision"
+    if camera.way != "seen":
+        text = f"{plural(camera.close, 'collision')} closer than {RESOLVED_FRAMES:g} frames to the "
+        text += f"one before, {camera.shortest_frames:.2g} at the closest; "
+        text += "these are inferred" if camera.way == "inferred" else ""
     measured = camera.measured
     if measured is None:
-        return ""
-    text = f"counted exactly with a chance of {percent(measured.chance)} (of {measured.clips} "
-    return f"{text}{measured.kind} {measured.exact} were, {measured.wrong or 'none'} wrongly)"
-
-
-def _film_at(plan: Plan) -> str:
-    return f"{plan.framing.rate_needed_fps:.0f} frames a second to see each collision"
-
-
-def _picture(plan: Plan) -> str:
-    framing = plan.framing
-    least = math.ceil(framing.ball_at_least_px)
-    better = f", better {GOOD_BALL_PX}" if least < GOOD_BALL_PX else ""
-    text = f"the ball at least {least} px across{better}"
-    if not math.isfinite(framing.smallest_hop_px):
-        return text
+        return f"{text}whether such a clip is counted was never measured"
     return (
-        f"{text}; in a picture {PICTURE_WIDTH_PX} px wide at most "
-        f"{framing.ball_at_most_px:.0f} px, and then the ball's smallest hop is "
-        f"{framing.smallest_hop_px:.3g} px"
+        f"{text}; counted exactly with a chance of {percent(measured.chance)} ({measured.exact} of "
+        f"{measured.clips} {measured.kind} were, {measured.wrong or 'none'} wrongly)"
     )
 
 
-def _how_sure(plan: Plan) -> str:
+def _spread_notes(plan: Plan) -> Iterator[Note]:
     spread, off = plan.spread, plan.request.tolerances
-    text = f"{_counts(spread.histogram, spread.trials)} of {spread.trials} simulated trials"
+    low, high = restitution_range(plan.request)
+    text = f"{_counts(spread)} of {spread.trials} simulated trials"
     if spread.endless_share:
         text += f"; in {spread.endless_share:.0%} the ball rattles to rest and nothing is counted"
-    low, high = restitution_range(plan.request)
-    return (
+    yield (
+        "How sure",
         f"{text}, with gaps +-{_mm(off.gap_m)}, releases +-{_mm(off.release_m)}, masses "
         f"+-{100 * off.mass:g}%, threads +-{_mm(off.thread_m)} (standard deviations) and "
-        f"restitutions from {low:.3g} to {high:.3g} that scatter by {off.scatter:g}"
+        f"restitutions from {low:.3g} to {high:.3g} that scatter by {off.scatter:g}",
     )
+    (low, high), (least, most) = spread.table_mean, spread.table_sd
+    figures = (
+        f"of {spread.table_trials} such trials has a mean of {low:.2f} to {high:.2f} and a "
+        f"standard deviation of {least:.2f} to {most:.2f} (95 in 100 tables)"
+    )
+    yield "A table", "has no counts" if math.isnan(low) else figures
+    yield "Change", change_words(plan)
 
 
-def _counts(histogram: Mapping[int, int], trials: int) -> str:
-    shares = {count: number / trials for count, number in histogram.items()}
+def _counts(spread: Spread) -> str:
+    shares = {count: number / spread.trials for count, number in spread.histogram.items()}
     listed = {count: share for count, share in shares.items() if share >= RARE}
     if not listed:
         return "no count stands out" if shares else "no count at all"
@@ -198,37 +139,46 @@ def _counts(histogram: Mapping[int, int], trials: int) -> str:
     return ", ".join(f"{count} in {share:.0%}" for count, share in ordered)
 
 
-def _a_table(spread: Spread) -> str:
-    (low, high), (least, most) = spread.table_mean, spread.table_sd
-    if math.isnan(low):
-        return "has no counts"
-    return (
-        f"of {spread.table_trials} such trials has a mean of {low:.2f} to {high:.2f} and a "
-        f"standard deviation of {least:.2f} to {most:.2f} (95 in 100 tables)"
-    )
-
-
 def change_words(plan: Plan) -> str:
     """Say what to change for the theory's count with a safe margin, and for the camera."""
-    spread, theory = plan.spread, plan.burst.theory
-    words = [proposal_words(plan.request, proposal) for proposal in plan.proposals]
-    if spread.theory_share >= ENOUGH:
+    theory = plan.burst.theory
+    if plan.spread.theory_share >= ENOUGH:
         text = f"nothing, it gives {theory} with a safe margin"
-    elif words:
+    elif plan.proposals:
+        words = [_proposal(plan.request, proposal) for proposal in plan.proposals]
         text = f"for {theory} with a safe margin {', or '.join(words)}"
     else:
         text = f"no gap, release or clay gives {theory} in {ENOUGH:.0%} of such trials"
         text += "; take harder bodies or a smaller mass ratio"
-    return f"{text}{_camera_change(plan)}"
-
-
-def _camera_change(plan: Plan) -> str:
     if plan.camera is None or plan.camera.way == "seen":
-        return ""
-    needed = f"{plan.framing.rate_needed_fps:.0f} frames a second"
+        return text
+    text += f"; film at {plan.framing.rate_needed_fps:.0f} frames a second"
     if plan.camera.way == "inferred":
-        return f"; film at {needed} to see each collision, else count with --masses"
-    return f"; film at {needed}, or take a smaller mass ratio or a larger gap"
+        return f"{text} to see each collision, else count with --masses"
+    return f"{text}, or take a smaller mass ratio or a larger gap"
+
+
+def _proposal(request: PlanRequest, proposal: Proposal) -> str:
+    """Say a change as an instruction, with what comes of it."""
+    value, heavy = proposal.value, plain(request.heavy)
+    if proposal.change == "gap":
+        text = f"hang the ball {_mm(value)} from the wall"
+    elif proposal.change == "release":
+        text = f"let the cylinder go from {_mm(value)}"
+    elif value > 0:
+        text = f"add {value:.3g} of clay to the cylinder's {heavy}"
+    else:
+        text = f"take {-value:.3g} off the cylinder's {heavy}"
+    return f"{text} ({proposal.share:.0%} of trials, film at {proposal.rate_needed_fps:.0f}/s)"
+
+
+def table_lines(table: TrialTable | None) -> list[str]:
+    """Write the table of trials, as that of a campaign; no line where there is none."""
+    if table is None:
+        return []
+    counted = ("with a count", len(table.counts))
+    lines = paper_lines(table, counted, (str(table.theory), ""))
+    return [*(entry(*line) for line in lines), *histogram_lines(table.histogram, [table.theory])]
 
 
 def _mm(length_m: float) -> str:
@@ -252,22 +202,24 @@ def theory_text(heavy: Fraction, light: Fraction) -> str:
     lines = [f"{plain(heavy)} and {plain(light)}: {count}", ""]
     lines += [f"  {label:<15}{words}" for label, words in facts(heavy, light)]
     lines += ["", "  m : M = 1 : 100^n", "    n  collisions  pi lies between"]
-    lines += [
-        f"    {power}{count:>12}  {low} and {high}" for power, count, low, high in powers_table()
-    ]
+    rows = powers_table()
+    lines += [f"    {power}{count:>12}  {low} and {high}" for power, count, low, high in rows]
     return "\n".join(lines)
 
 
 def facts(heavy: Fraction, light: Fraction) -> list[tuple[str, str]]:
     """Label and words of all that the theory says of two masses."""
     theory = theory_of(heavy, light)
-    theta, count = theory.theta_rad, theory.count
-    bounds, ratios = theory.pi_bounds, theory.same_count
+    count, bounds, ratios = theory.count, theory.pi_bounds, theory.same_count
+    angles = [
+        f"{angle:.10g} rad ({math.degrees(angle):.6g}°)"
+        for angle in (theory.theta_rad, 2 * theory.theta_rad)
+    ]
     return [
         ("Mass ratio", f"M : m = {plain(heavy / light)} : 1"),
         ("Exact count", f"{count} = ⌈π/θ⌉ − 1"),
-        ("θ", f"{_angle(theta)} = arctan √(m/M)"),
-        ("α = 2θ", f"{_angle(2 * theta)} = arccos((M − m)/(M + m))"),
+        ("θ", f"{angles[0]} = arctan √(m/M)"),
+        ("α = 2θ", f"{angles[1]} = arccos((M − m)/(M + m))"),
         ("Interval of π", f"{bounds.low:.10g} to {bounds.high:.10g}, {count} θ to {count + 1} θ"),
         ("Same count", f"for M/m above {ratios.low:.10g} up to {ratios.high:.10g}"),
     ]
@@ -277,16 +229,9 @@ def powers_table() -> list[tuple[int, int, str, str]]:
     """Rows of n, count and bounds on pi for the mass ratios 1:100^n."""
     rows = []
     for power in POWERS:
-        heavy = 100**power
-        count = collision_count(heavy)
-        bounds = pi_bounds(count, heavy)
-        decimals = power + 2
+        count, decimals = collision_count(100**power), power + 2
+        bounds, unit = pi_bounds(count, 100**power), 10**decimals
         # Rounded outward, so that what is printed still holds pi between it.
-        low = math.floor(bounds.low * 10**decimals) / 10**decimals
-        high = math.ceil(bounds.high * 10**decimals) / 10**decimals
+        low, high = math.floor(bounds.low * unit) / unit, math.ceil(bounds.high * unit) / unit
         rows.append((power, count, f"{low:.{decimals}f}", f"{high:.{decimals}f}"))
     return rows
-
-
-def _angle(radians: float) -> str:
-    return f"{radians:.10g} rad ({math.degrees(radians):.6g}°)"

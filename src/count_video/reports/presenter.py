@@ -10,8 +10,16 @@ import numpy as np
 from PIL import Image
 
 from count_video.records import Floats, Frame, Track, TrialResult
-from count_video.reports.annotated_clip import STRIP_PX, AnnotatedClip, ClipLayout
-from count_video.reports.drawing import MARKS, Pixels, mark, text_width, write
+from count_video.reports.clip import (
+    STRIP_PX,
+    AnnotatedClip,
+    ClipLayout,
+    Letters,
+    Pixels,
+    marked,
+    width_px,
+)
+from count_video.reports.drawing import MARKS
 from count_video.settings import Shape
 
 SIZES: dict[Shape, tuple[int, int]] = {"wide": (1920, 1080), "upright": (1080, 1920)}
@@ -41,7 +49,7 @@ class PresenterClip(AnnotatedClip):
     ) -> None:
         """``footage`` is its (height, width); the rest is as for the annotated clip."""
         super().__init__(result, track, footage, shown_s)
-        self._shape: Shape = shape
+        self._counter_px = COUNTER_PX[shape]
         self.layout = _layout(shape, footage[1], footage[0])
         times = np.linspace(0.0, shown_s[-1], min(GIF_FRAMES, len(shown_s)))
         self._gif_rows = np.unique(np.searchsorted(shown_s, times, side="right") - 1)
@@ -63,64 +71,40 @@ class PresenterClip(AnnotatedClip):
         lasts_ms = np.diff(shown_s, append=shown_s[-1:] + 1.5) * 1000.0
         target = io.BytesIO()
         first, *others = self._gif
-        first.save(
-            target,
-            "GIF",
-            save_all=True,
-            append_images=others,
-            duration=[max(20, round(float(ms))) for ms in lasts_ms],
-            loop=0,
-        )
+        duration = np.maximum(20, lasts_ms.round()).astype(int).tolist()
+        more = {"append_images": others, "duration": duration}
+        first.save(target, "GIF", save_all=True, loop=0, **more)
         return target.getvalue()
 
-    def _picture(self, frame: Frame, row: int) -> Pixels:
-        layout = self.layout
-        canvas = np.zeros((layout.height_px, layout.width_px, 3), np.uint8)
-        footage = layout.put(canvas, frame.luma)
-        self._draw_bodies(footage, row)
-        self._draw_contacts(footage, frame.index, row, MARK_PX)
-        if self._shape == "upright":
-            below = layout.top_px + layout.footage_height_px
-            self._draw_strip(canvas[below : below + STRIP_PX], row)
-        self._draw_counter(canvas, frame.index)
-        pace = self._pace(row)
-        right = self.track.wall_side == "left"
-        x = MARGIN_PX if right else layout.width_px - MARGIN_PX - text_width(pace, WORDS_PX)
-        write(canvas, pace, (x, MARGIN_PX), WORDS_PX, (255, 255, 255))
-        ends = (MARGIN_PX, layout.width_px - MARGIN_PX, layout.height_px - MARGIN_PX)
-        self._draw_time_line(canvas, row, ends)
-        return canvas
-
-    def _draw_counter(self, canvas: Pixels, index: int) -> None:
+    def _draw_header(self, canvas: Pixels, index: int, row: int) -> Iterator[Letters]:
         """Write the count into the corner that is farthest from the ball: away from the wall."""
         past, count = self._happened(index)
-        size = COUNTER_PX[self._shape]
-        digits, words = str(count), MARKS[past[-1].kind].words if past else ""
-        height, right = round(1.2 * size), self.track.wall_side == "left"
-        wide = max(text_width(digits, size), text_width(words, WORDS_PX) + 64)
-        corner = canvas.shape[1] - wide - MARGIN_PX if right else MARGIN_PX
-        if self._shape == "wide":
-            box = canvas[: height + 2 * WORDS_PX, max(0, corner - MARGIN_PX // 2) :]
-            box = box if right else canvas[: height + 2 * WORDS_PX, : wide + 3 * MARGIN_PX // 2]
-            box[...] = (box * SHADE).astype(np.uint8)
-        x = canvas.shape[1] - MARGIN_PX - text_width(digits, size) if right else corner
-        write(canvas, digits, (x, 0), size, (255, 255, 255))
+        size, below = self._counter_px, round(1.2 * self._counter_px) + WORDS_PX // 2
+        words = MARKS[past[-1].kind].words if past else ""
+        wide = max(width_px(str(count), size), width_px(f"■ {words}", WORDS_PX)) + 2 * MARGIN_PX
+        left, right, ends = MARGIN_PX, canvas.shape[1] - MARGIN_PX, ("la", "ra")
+        corner, (x, other) = slice(-wide, None), (right, left)
+        if self.track.wall_side == "right":
+            corner, (x, other), ends = slice(wide), (left, right), ("ra", "la")
+        if not self.layout.with_strip:
+            shaded = canvas[: below + 3 * WORDS_PX // 2, corner]
+            shaded[...] = (shaded * SHADE).astype(np.uint8)
+        yield Letters(str(count), (x, 0), size, anchor=ends[1])
         if past:
-            y = height + WORDS_PX // 2
-            at = (corner + MARK_PX, y + 0.6 * WORDS_PX)
-            mark(canvas, past[-1].kind, at, MARK_PX, seen=past[-1].seen)
-            write(canvas, words, (corner + 64, y), WORDS_PX, (220, 220, 220))
+            yield from marked(past[-1], words, (x, below), WORDS_PX, ends[1])
+        yield Letters(self._pace(row), (other, MARGIN_PX), WORDS_PX, anchor=ends[0])
+        self._draw_time_line(canvas, row, (left, right, canvas.shape[0] - MARGIN_PX))
 
 
 def _layout(shape: Shape, width_px: int, height_px: int) -> ClipLayout:
     """Fit footage into the clip, above the time line and, if upright, below the counter."""
     width, height = SIZES[shape]
-    above = round(1.2 * COUNTER_PX[shape]) + 2 * WORDS_PX if shape == "upright" else 0
-    strip = STRIP_PX if shape == "upright" else 0
-    left_over = height - above - strip - 2 * MARGIN_PX
+    upright = shape == "upright"
+    above = round(1.2 * COUNTER_PX[shape]) + 2 * WORDS_PX if upright else 0
+    left_over = height - above - (STRIP_PX if upright else 0) - 2 * MARGIN_PX
     scale = min(width / width_px, left_over / height_px)
     footage_width, footage_height = round(scale * width_px), round(scale * height_px)
     spare = left_over - footage_height
-    top = above + (spare // 2 if shape == "upright" else spare)
-    left = (width - footage_width) // 2
-    return ClipLayout(scale, width, height, footage_width, footage_height, left, top)
+    top = above + (spare // 2 if upright else spare)
+    places = (footage_width, footage_height, (width - footage_width) // 2, top)
+    return ClipLayout(scale, width, height, *places, with_strip=upright, mark_px=MARK_PX)

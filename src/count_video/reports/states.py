@@ -49,21 +49,16 @@ SWING_WORTH_A_WORD = 0.05
 
 @dataclass(frozen=True)
 class States:
-    """The state before the first collision of the burst and after each; arrays have shape (n,)."""
+    """The state before the first collision of the burst and after each; n states."""
 
-    number: Floats
-    """0 before the first collision, then the collision's number."""
-    scaled_heavy: Floats
-    """V1 = sqrt(M) v1, away from the wall, in units of the first state's length; NaN if unknown."""
-    scaled_light: Floats
-    """V2 = sqrt(m) v2, likewise."""
-    heavy_sigma: Floats
-    """Standard uncertainty of V1, in the same unit, which counts as exact; NaN if unknown."""
-    light_sigma: Floats
-    """Standard uncertainty of V2, likewise."""
+    scaled: Floats
+    """V1 = sqrt(M) v1 and V2 = sqrt(m) v2, away from the wall, in units of the first state's
+    length, shape (2, n); NaN if unknown."""
+    sigma: Floats
+    """Standard uncertainties of these, in the same unit, which counts as exact; NaN if unknown."""
     swing_energy: Floats
     """Energy stored in the heavy body's swing, in units of the first state's kinetic energy and
-    counted from there; 0 where the swing is not known."""
+    counted from there, shape (n,); 0 where the swing is not known."""
 
 
 def measured_states(material: Material) -> States | None:
@@ -72,38 +67,22 @@ def measured_states(material: Material) -> States | None:
     if not burst or ratio is None:
         return None
     velocities = [burst[0].velocity_before, *(c.velocity_after for c in burst)]
-    heavy, light, heavy_sigma, light_sigma = np.array(
-        [
-            (v.heavy_px_frame, v.ball_px_frame, v.heavy_sigma_px_frame, v.ball_sigma_px_frame)
-            for v in velocities
-        ]
-    ).T * np.array([[math.sqrt(ratio)], [1.0]] * 2)
-    length = math.hypot(heavy[0], light[0])
+    roots = np.array([[math.sqrt(ratio)], [1.0]])
+    scaled = roots * np.transpose([(v.heavy_px_frame, v.ball_px_frame) for v in velocities])
+    sigma = roots * np.transpose(
+        [(v.heavy_sigma_px_frame, v.ball_sigma_px_frame) for v in velocities]
+    )
+    length = math.hypot(*scaled[:, 0])
     if not (length > 0 and math.isfinite(length)):
         return None
-    times = np.array([burst[0].frame, *(c.frame for c in burst)])
-    swing = _swing_energy(material, times) * ratio
-    return States(
-        number=np.arange(len(velocities), dtype=np.float64),
-        scaled_heavy=material.outward * heavy / length,
-        scaled_light=material.outward * light / length,
-        heavy_sigma=heavy_sigma / length,
-        light_sigma=light_sigma / length,
-        swing_energy=(swing - swing[0]) / length**2,
-    )
-
-
-def _swing_energy(material: Material, frames: Floats) -> Floats:
-    """Twice the potential energy of the heavy body a unit of its mass, in (px/frame) squared."""
-    pendulum, heavy = material.pendulum, material.track.heavy
-    if pendulum is None or heavy is None or not np.isfinite(heavy.position_px).any():
-        return np.zeros_like(frames)
-    seen = np.isfinite(heavy.position_px)
-    face = np.interp(frames, material.track.frame[seen], heavy.position_px[seen])
-    return pendulum.rate_squared * (face * material.outward - pendulum.centre_px) ** 2
-
-
-# ---- phase circle ------------------------------------------------------------------------------
+    swing = np.zeros(len(velocities))
+    heavy, pendulum = material.track.heavy, material.pendulum
+    if pendulum is not None and heavy is not None and np.isfinite(heavy.position_px).any():
+        times, seen = [burst[0].frame, *(c.frame for c in burst)], np.isfinite(heavy.position_px)
+        face = np.interp(times, material.track.frame[seen], heavy.position_px[seen])
+        height = (face * material.outward - pendulum.centre_px) ** 2
+        swing = ratio * pendulum.rate_squared * (height - height[0]) / length**2
+    return States(material.outward * scaled / length, sigma / length, swing)
 
 
 def draw_phase_circle(
@@ -113,39 +92,28 @@ def draw_phase_circle(
     count: int,
     *,
     lines: tuple[str, float] = (VERMILION, 0.7),
-    points: bool = True,
 ) -> Floats:
     """Draw the theory into a panel and return its state points, shape (n, 2); n = 0 if too many.
 
     The momentum lines have slope -sqrt(M/m), the stopping region lies between the V1 axis and
-    the line of slope sqrt(m/M) through the centre.
-
-    Parameters
-    ----------
-    lines
-        Colour and opacity of the momentum lines.
-    points
-        Draw the state points themselves.
+    the line of slope sqrt(m/M) through the centre. ``lines`` are colour and opacity of the momentum
+    lines.
     """
     theta = theta_rad(heavy, light)
-    edge = 1.12 * np.array([[0, np.cos(theta)], [0, np.sin(theta)]])
     opening = float(np.degrees(theta))
     axes.add_patch(Wedge((0, 0), 1.0, 0.0, opening, color=SKY_BLUE, alpha=0.35, gid="stopping"))
-    axes.plot(*edge, color=SKY_BLUE, linewidth=1.2)
+    axes.plot([0, 1.12 * np.cos(theta)], [0, 1.12 * np.sin(theta)], color=SKY_BLUE, linewidth=1.2)
     axes.add_patch(Circle((0, 0), 1.0, fill=False, edgecolor=BLACK, linewidth=1.3, gid="circle"))
     axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=0)
     axes.axvline(0.0, color=GREY, linewidth=0.7, zorder=0)
     states = state_points(heavy, light) if count < MOST_POINTS else np.empty((0, 2))
     for step in range(1, len(states)):
         # Momentum lines slant (odd steps), mirrors at the wall are upright and dashed (even ones).
-        gid, colour, dashes = (
-            ("momentum", lines[0], "-") if step % 2 else ("mirror", GREY, (0, (3, 2)))
-        )
-        style: Any = {"color": colour, "linestyle": dashes, "linewidth": 1.0, "alpha": lines[1]}
-        axes.plot(*states[step - 1 : step + 1].T, zorder=1, gid=gid, **style)
-    if points and len(states):
-        axes.plot(*states.T, "o", color=BLACK, markersize=5, gid="state points")
-    axes.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH), aspect="equal")
+        odd = step % 2
+        style: Any = {"color": lines[0] if odd else GREY, "linestyle": "-" if odd else (0, (3, 2))}
+        style |= {"gid": "momentum" if odd else "mirror", "linewidth": 1.0, "alpha": lines[1]}
+        axes.plot(*states[step - 1 : step + 1].T, zorder=1, **style)
+    axes.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH), aspect="equal", anchor="N")
     axes.set_xlabel(r"$V_1 = \sqrt{M}\,v_1$  (in units of the first state)")
     axes.set_ylabel(r"$V_2 = \sqrt{m}\,v_2$")
     return states
@@ -159,34 +127,25 @@ def draw_states(axes: Axes, material: Material) -> None:
     if states is None or ratio is None or expected is None:
         _say_instead(axes, material)
         return
-    count = collision_count(ratio)
-    draw_phase_circle(axes, ratio, 1, count, lines=(GREY, 0.55), points=False)
-    points = np.column_stack([states.scaled_heavy, states.scaled_light])
-    _draw_points(axes, material, points, np.column_stack([states.heavy_sigma, states.light_sigma]))
-    step = 1 if len(points) <= MOST_STATES else 5
-    length = np.maximum(np.hypot(*points.T), 1e-9)[:, None]
-    texts = [f"{k:.0f}" if k % step == 0 else "" for k in states.number]
-    number_marks(axes, points, texts, points / length, size=9)
+    draw_phase_circle(axes, ratio, 1, collision_count(ratio), lines=(GREY, 0.55))
+    x, y = states.scaled
+    if np.isfinite(states.sigma).any():
+        x_sigma, y_sigma = states.sigma
+        axes.errorbar(x, y, y_sigma, x_sigma, fmt="none", ecolor=GREY, zorder=3, **BARS)
+    axes.scatter(x[0], y[0], s=64, marker="^", color=BLACK, gid="state", zorder=4)
+    for kind, mark in MARKS.items():
+        chosen = [k for k, c in enumerate(material.burst, 1) if c.kind == kind]
+        style: Any = {"s": 49, "marker": mark.shape, "color": mark.colour, "edgecolor": WHITE}
+        axes.scatter(x[chosen], y[chosen], gid="state", zorder=4, **style)
+    step = 1 if len(x) <= MOST_STATES else 5
+    places = [(float(x[k]), float(y[k])) for k in range(len(x))]
+    number_marks(axes, [(str(k), places[k], places[k]) for k in range(0, len(x), step)], size=9)
     words = f"M : m = {ratio:.4g} : 1\ntheory counts {counts_words(*expected.free)}"
     axes.text(0.0, 0.06, words, ha="center", va="bottom", fontsize=11, bbox=PAPER)
     axes.text(0.5, -0.03, "stops here", ha="center", va="top", fontsize=9, color=BLUE)
     if float(states.swing_energy.max()) > SWING_WORTH_A_WORD:
         words = "inside the circle: the swing\nholds part of the energy"
         axes.text(0.0, -0.12, words, ha="center", va="top", fontsize=9, bbox=PAPER)
-
-
-def _draw_points(axes: Axes, material: Material, points: Floats, sigmas: Floats) -> None:
-    """Draw the measured states, their uncertainties and the kinds that led to them, (n, 2) each."""
-    (x, y), (x_sigma, y_sigma) = points.T, sigmas.T
-    if np.isfinite(sigmas).any():
-        axes.errorbar(x, y, y_sigma, x_sigma, fmt="none", ecolor=GREY, zorder=3, **BARS)
-    axes.plot(*points[0], "^", color=BLACK, markersize=8, gid="state", zorder=4)
-    kinds = np.array([None, *(collision.kind for collision in material.burst)])
-    for kind, mark in MARKS.items():
-        chosen = points[kinds == kind]
-        if len(chosen):
-            style: Any = {"color": mark.colour, "markeredgecolor": WHITE, "markersize": 7}
-            axes.plot(*chosen.T, mark.shape, gid="state", zorder=4, **style)
 
 
 def _say_instead(axes: Axes, material: Material) -> None:
@@ -197,49 +156,33 @@ def _say_instead(axes: Axes, material: Material) -> None:
     axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", va="center", fontsize=12)
 
 
-# ---- energy ------------------------------------------------------------------------------------
-
-
 def draw_energy(axes: Axes, material: Material) -> None:
-    """Draw each share of the energy against the collision's number, in % of the first state's."""
+    """Draw each share of the energy against the collision's number, in % of the first state's.
+
+    Uncertainties are propagated to first order (JCGM 100:2008, 5.1.2): that of a square is twice
+    the value times its own. The two bodies' are taken as independent.
+    """
     axes.set_title("Energy after each collision; bars: uncertainty")
     states = measured_states(material)
     if states is None:
         _say_instead(axes, material)
         return
-    for label, shape, colour, (share, sigma) in _energies(states, material):
+    swing = 100 * states.swing_energy
+    moving, sigma = 100 * states.scaled**2, 200 * np.abs(states.scaled) * states.sigma
+    known = material.pendulum is not None
+    whole = "all together" if known else "both together; the swing is not known"
+    for label, shape, colour, energy, bar in (
+        ("cylinder, moving", "s", HEAVY, moving[0], sigma[0]),
+        ("ball, moving", "o", BALL, moving[1], sigma[1]),
+        *([("raised by the swing", "^", GREEN, swing, 0.0 * swing)] if known else []),
+        (whole, "D", BLACK, moving.sum(axis=0) + swing, np.hypot(*sigma)),
+    ):
         style: Any = {"fmt": f"{shape}-", "color": colour, "ms": 4, "label": label, **BARS}
-        drawn = axes.errorbar(
-            states.number, share, sigma, lw=2.0 if colour == BLACK else 1.5, **style
-        )
-        drawn.lines[0].set_gid("total" if colour == BLACK else label)
+        drawn = axes.errorbar(np.arange(len(energy)), energy, bar, **style)
+        drawn.lines[0].set_gid("total" if label == whole else label)
     axes.axhline(100.0, color=BLACK, linewidth=0.7, linestyle=":")
     axes.set_xlabel("after collision number (0: before the first)")
     axes.set_ylabel("energy (% of the first state's)")
-    axes.set_ylim(min(0.0, 110 * float(min(states.swing_energy))), 138.0)
+    axes.set_ylim(min(0.0, 1.1 * float(swing.min())), 138.0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend(loc="upper center", ncols=2, fontsize=9)
-
-
-def _energies(
-    states: States, material: Material
-) -> list[tuple[str, str, str, tuple[Floats, Floats]]]:
-    """Label, mark, colour, and the share with its uncertainty in %, of each kind of energy.
-
-    Uncertainties are propagated to first order (JCGM 100:2008, 5.1.2): that of a square is twice
-    the value times its own. The two bodies' are taken as independent.
-    """
-    heavy, light = 100 * states.scaled_heavy**2, 100 * states.scaled_light**2
-    heavy_sigma = 200 * np.abs(states.scaled_heavy) * states.heavy_sigma
-    light_sigma = 200 * np.abs(states.scaled_light) * states.light_sigma
-    swing, both_sigma = 100 * states.swing_energy, np.hypot(heavy_sigma, light_sigma)
-    shares = [
-        ("cylinder, moving", "s", HEAVY, (heavy, heavy_sigma)),
-        ("ball, moving", "o", BALL, (light, light_sigma)),
-        ("raised by the swing", "^", GREEN, (swing, np.zeros_like(swing))),
-        ("all together", "D", BLACK, (heavy + light + swing, both_sigma)),
-    ]
-    if material.pendulum is None:
-        unknown = "both together; the swing is not known"
-        return [*shares[:2], (unknown, "D", BLACK, (heavy + light, both_sigma))]
-    return shares

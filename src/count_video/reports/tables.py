@@ -7,7 +7,6 @@ import io
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,12 +37,14 @@ _COLLISION = (
 )
 TRACK_COLUMNS = np.dtype([(name, _TYPES.get(name, "f8")) for name in _TRACK])
 COLLISION_COLUMNS = np.dtype([(name, _TYPES.get(name, "f8")) for name in _COLLISION])
-_DECIMALS = {
-    **dict.fromkeys(("frame", "frame_sigma", "ball_px"), 3),
-    **dict.fromkeys(("ball_mm", "ball_sigma_mm", "heavy_mm", "heavy_sigma_mm"), 5),
-    "time_s": 6,
+_FORMATS = {
+    **dict.fromkeys(("frame", "frame_sigma"), ".3f"),
+    **dict.fromkeys(("ball_mm", "ball_sigma_mm", "heavy_mm", "heavy_sigma_mm"), ".5f"),
+    **dict.fromkeys(("count", "rate_needed_fps"), ".0f"),
+    "time_s": ".6f",
+    "shortest_s": ".6g",
 }
-"""Decimals of numbers in a spreadsheet; 4 where a column is not named."""
+"""How numbers are written for a spreadsheet; with 4 decimals where a column is not named."""
 TRIAL_COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
     "name": lambda row: row.name,
     "clip": lambda row: row.result["clip"],
@@ -115,15 +116,15 @@ def collisions_array(result: TrialResult) -> NDArray[np.void]:
     return np.array(rows, COLLISION_COLUMNS)
 
 
-def table_csv(table: NDArray[np.void], **decimals: int) -> str:
+def table_csv(table: NDArray[np.void], **formats: str) -> str:
     """Write a structured array, shape (rows,), as CSV with a heading; NaN is an empty cell.
 
-    ``decimals`` are those of columns that need others than is usual.
+    ``formats`` are those of numbers in columns that are not written as usual.
     """
     names = table.dtype.names or ()
-    rows = (zip(names, row, strict=True) for row in table.tolist())
-    usual = _DECIMALS | decimals
-    return _csv(names, ([_cell(v, f".{usual.get(name, 4)}f") for name, v in row] for row in rows))
+    wanted = [(_FORMATS | formats).get(name, ".4f") for name in names]
+    rows = ([_cell(*cell) for cell in zip(row, wanted, strict=True)] for row in table.tolist())
+    return _csv(names, rows)
 
 
 def trials_csv(trials: Sequence[TrialRow]) -> str:
@@ -136,19 +137,15 @@ def trials_csv(trials: Sequence[TrialRow]) -> str:
     return _csv(TRIAL_COLUMNS, rows)
 
 
-def map_csv(chart: Chart | None) -> str:
+def map_csv(chart: Chart) -> str:
     """Write the map of a plan as CSV: a row a cell, lengths in metres."""
-    rows: list[Sequence[str]] = []
-    if chart is not None:
-        for row, column in np.ndindex(chart.count.shape):
-            count, shortest = int(chart.count[row, column]), float(chart.shortest_s[row, column])
-            place = f"{chart.gap_m[column]:.4f}", f"{chart.release_m[row]:.4f}"
-            if count == NO_COUNT:
-                rows.append([*place, "", "", ""])
-            else:
-                rate = f"{rate_needed_fps(shortest):.0f}"
-                rows.append([*place, str(count), _cell(shortest, ".6g"), rate])
-    return _csv(("gap_m", "release_m", "count", "shortest_s", "rate_needed_fps"), rows)
+    release, gap = np.meshgrid(chart.release_m, chart.gap_m, indexing="ij")
+    count = np.where(chart.count == NO_COUNT, math.nan, chart.count)
+    shortest = np.where(np.isnan(count), math.nan, chart.shortest_s)
+    rate = np.array([math.nan if math.isnan(s) else rate_needed_fps(s) for s in shortest.flat])
+    cells = [gap.ravel(), release.ravel(), count.ravel(), shortest.ravel(), rate]
+    names = ("gap_m", "release_m", "count", "shortest_s", "rate_needed_fps")
+    return table_csv(np.rec.fromarrays(cells, dtype=[(name, "f8") for name in names]))
 
 
 def _csv(names: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
@@ -180,62 +177,47 @@ class Column:
     heading: str
     width: int
     """Least number of characters, the space before the column included."""
-    group: str = ""
-    """Heading shared with the columns beside it; empty for none."""
+    above: str = ""
+    """Heading above the heading."""
     align: str = ">"
     """``>`` for numbers, ``<`` for words."""
 
 
 def text_table(
-    columns: Sequence[Column], rows: Sequence[Sequence[str] | str], width: int = WIDTH
+    columns: Sequence[Column], rows: Sequence[Sequence[str]], width: int = WIDTH
 ) -> list[str]:
-    """Lay rows out in columns below their headings; a row that is one text stands as it is.
+    """Lay rows out in columns below their headings.
 
-    What is wider than ``width`` goes on below, beginning with the first column again. Columns of
-    one group stay together.
+    What is wider than ``width`` goes on below, beginning with the first column again.
     """
-    lines: list[str] = []
-    parts = [[0]]
-    for _, grouped in groupby(range(1, len(columns)), lambda place: columns[place].group or place):
-        group = list(grouped)
-        fits = sum(columns[place].width for place in parts[-1] + group) <= width
-        if fits or parts[-1] == [0]:
-            parts[-1] += group
-        else:
-            parts.append([0, *group])
-    for part in parts:
-        lines += ["", *_side_by_side(columns, rows, part)]
+    above, headings = [column.above for column in columns], [column.heading for column in columns]
+    lines, rest = [], list(range(1, len(columns)))
+    while rest:
+        part = [0, rest.pop(0)]
+        while rest and sum(columns[k].width for k in [*part, rest[0]]) <= width:
+            part.append(rest.pop(0))
+        lines.append("")
+        for row in ([above] if any(above[k] for k in part) else []) + [headings, *rows]:
+            # A cell wider than its column keeps its gap: the row grows, the numbers never touch.
+            laid = (f" {row[k]:{columns[k].align}{columns[k].width - 1}}" for k in part)
+            lines.append("".join(laid).rstrip())
     return lines[1:]
 
 
-def _side_by_side(
-    columns: Sequence[Column], rows: Sequence[Sequence[str] | str], part: Sequence[int]
-) -> list[str]:
-    """Lay some of the columns out, by their places."""
-    # A group's name stands over its first column and runs on over the others of the group.
-    groups, end = "", 0
-    for name, grouped in groupby((columns[place] for place in part), lambda column: column.group):
-        groups = groups.ljust(end + 4) + name if name else groups
-        end += sum(column.width for column in grouped)
-    lines = [groups] if groups else []
-    for row in ([column.heading for column in columns], *rows):
-        # A cell wider than its column keeps its gap: the row grows, the numbers never touch.
-        laid = (f" {row[k]:{columns[k].align}{columns[k].width - 1}}" for k in part)
-        lines.append(row if isinstance(row, str) else "".join(laid).rstrip())
-    return lines
-
-
-_NUMBERS = {
-    "frame": (Column("frame", 10), 2),
-    "time_s": (Column("time/s", 10), 5),
-    "ball_px": (Column("ball/px", 9), 1),
-    **{
-        f"{body}_{side}_px_frame": (Column(side, 9, f"{body} px/frame"), 3)
+_NUMBERS = (
+    (Column("frame", 10), 2, ("frame",)),
+    (Column("time/s", 10), 5, ("time_s",)),
+    (Column("ball/px", 9), 1, ("ball_px",)),
+    *(
+        (
+            Column("before    after", 18, f"{body} px/frame"),
+            3,
+            (f"{body}_before_px_frame", f"{body}_after_px_frame"),
+        )
         for body in ("ball", "heavy")
-        for side in ("before", "after")
-    },
-}
-"""Columns of the table of collisions by those of the array, and their decimals."""
+    ),
+)
+"""Columns of the table of collisions, their decimals, and the columns of the array in them."""
 
 
 def collision_lines(result: TrialResult, width: int = WIDTH) -> list[str]:
@@ -247,19 +229,16 @@ def collision_lines(result: TrialResult, width: int = WIDTH) -> list[str]:
     if not result.collisions:
         return []
     table = collisions_array(result)
-    known = [name for name in _NUMBERS if np.isfinite(table[name]).any()]
-    columns = [Column("no.", 6), Column(" kind", 9, align="<"), *(_NUMBERS[n][0] for n in known)]
-    rows: list[Sequence[str] | str] = [
-        [
-            *(str(row["number"]), f" {row['kind']}{'' if row['seen'] else '*'}"),
-            *(_number(row[name], _NUMBERS[name][1]) for name in known),
-        ]
-        for row in table
-    ]
+    columns = [Column("no.", 6), Column(" kind", 9, align="<")]
+    rows = [[str(c.number), f" {c.kind}{'' if c.seen else '*'}"] for c in result.collisions]
+    for column, decimals, names in _NUMBERS:
+        values = np.array([table[name] for name in names]).T
+        if np.isfinite(values).any():
+            columns.append(column)
+            for row, known in zip(rows, values, strict=True):
+                numbers = (fixed(v, decimals) if math.isfinite(v) else NOT_KNOWN for v in known)
+                row.append(" ".join(f"{number:>8}" for number in numbers).strip())
     if result.count is not None and result.count < len(rows):
-        rows.insert(result.count, "  after the heavy body turned back:")
+        words = " after the heavy body turned back:"
+        rows.insert(result.count, [words, *[""] * (len(columns) - 1)])
     return text_table(columns, rows, width) + ([] if table["seen"].all() else [INFERRED])
-
-
-def _number(value: float, decimals: int) -> str:
-    return fixed(value, decimals) if math.isfinite(value) else NOT_KNOWN

@@ -92,9 +92,9 @@ def _about(x_px: Floats, sigma_px: Floats, edges: tuple[float, float], place: fl
 
 def _line(ball: Followed, movers: Movers, view: View) -> MotionLine:
     """Line of motion through the middle of the ball's places."""
-    height, width = ball.body.template.shape
-    along = view.in_picture(ball.x_px + width / 2, upright=movers.upright)
-    across = view.in_picture(ball.y_px + height / 2, upright=not movers.upright)
+    left, top, right, bottom = ball.body.box
+    along = view.in_picture(ball.x_px + (left + right) / 2, upright=movers.upright)
+    across = view.in_picture(ball.y_px + (top + bottom) / 2, upright=not movers.upright)
     x, y = float(np.nanmedian(along)), float(np.nanmedian(across))
     if movers.upright:
         x, y = y, x

@@ -3,9 +3,14 @@
   const data = JSON.parse(document.getElementById("data").textContent);
   const element = (id) => document.getElementById(id);
   const video = element("video");
+  const collisions = data.result.collisions
+    .map((c) => ({ ...c, in_burst: c.number <= data.burst_size, cuts: data.cuts[c.number] }));
+  const msAFrame = data.result.capture_fps === null ? null : 1000 / data.result.capture_fps;
+  const correction = ({ action, kind, frame, number }) => (
+    { action, kind, frame, number: action === "wrong" ? number : null });
   const words = { bodies: "between the bodies", wall: "with the wall" };
   // What a person changed; each change replaces it as a whole, so that undo is the one before.
-  let review = { corrections: data.corrections, notes: {} };
+  let review = { corrections: data.result.corrections.map(correction), notes: {} };
   const before = [];
   let chosen = null;
 
@@ -60,7 +65,7 @@
   function entries() {
     const missed = review.corrections.filter((k) => k.action === "missed")
       .map((k) => ({ ...k, number: null, seen: true, in_burst: k.frame < data.burst_ends }));
-    return [...data.collisions, ...missed].sort((a, b) => a.frame - b.frame);
+    return [...collisions, ...missed].sort((a, b) => a.frame - b.frame);
   }
 
   function reviewedCount() {
@@ -89,9 +94,9 @@
     return said.join(", ");
   }
 
-  const placed = (c) => (data.ms_a_frame === null
+  const placed = (c) => (msAFrame === null
     ? (c.number === null ? String(c.frame) : c.frame.toFixed(1))
-    : `${c.frame.toFixed(1)} · ${(c.frame * data.ms_a_frame).toFixed(1)} ms`);
+    : `${c.frame.toFixed(1)} · ${(c.frame * msAFrame).toFixed(1)} ms`);
 
   function listItem(c) {
     const removed = c.number !== null && isWrong(c);
@@ -138,9 +143,9 @@
   function drawContact(c) {
     const name = c.number === null ? "Added collision" : `Collision ${c.number}`;
     element("contact-title").textContent = `${name} ${words[c.kind]}, frame ${placed(c)}`;
-    const cuts = (c.cuts ?? []).map((cut) => make("figure", {},
-      make("img", { src: cut.picture, alt: `frame ${cut.frame}, enlarged at the contact` }),
-      make("figcaption", {}, `frame ${cut.frame}`)));
+    const cuts = (c.cuts ?? []).map(([frame, picture]) => make("figure", {},
+      make("img", { src: picture, alt: `frame ${frame}, enlarged at the contact` }),
+      make("figcaption", {}, `frame ${frame}`)));
     element("cuts").replaceChildren(...cuts);
   }
 
@@ -176,10 +181,9 @@
     if (!Array.isArray(corrections) || typeof notes !== "object" || notes === null) return null;
     const sound = corrections.every((k) => isKind(k?.kind) && Number.isFinite(k.frame)
       && (k.action === "missed" || (k.action === "wrong"
-        && data.collisions.some((c) => c.number === k.number && c.kind === k.kind))));
+        && collisions.some((c) => c.number === k.number && c.kind === k.kind))));
     if (!sound || !Object.values(notes).every(isText)) return null;
-    return { notes, corrections: corrections.map(({ action, kind, frame, number }) => (
-      { action, kind, frame, number: action === "wrong" ? number : null })) };
+    return { notes, corrections: corrections.map(correction) };
   }
 
   function recall() {
@@ -199,7 +203,7 @@
   function save() {
     if (element("save").disabled) return;
     const stored = { corrections_version: 1, clip: data.clip,
-      clip_sha256: data.clip_sha256, tool_count: data.count,
+      clip_sha256: data.clip_sha256, tool_count: data.result.count,
       reviewed_count: reviewedCount(), corrections: review.corrections, notes: review.notes };
     const blob = new Blob([`${JSON.stringify(stored, null, 1)}\n`], { type: "application/json" });
     const address = URL.createObjectURL(blob);
@@ -358,12 +362,12 @@
   element("enlarge")?.addEventListener("click", enlarge);
   for (const event of ["timeupdate", "seeked", "loadeddata", "play", "pause"]) video.addEventListener(event, showFrame);
   window.addEventListener("beforeunload", (event) => { if (asText(review) !== saved) event.preventDefault(); });
-  if (data.ms_a_frame !== null) element("unit").textContent = "frame · time";
+  if (msAFrame !== null) element("unit").textContent = "frame · time";
   recall();
   draw();
   // It opens with the first collision: before it, there is little to judge.
-  if (data.collisions.length) {
-    chosen = data.collisions[0];
+  if (collisions.length) {
+    [chosen] = collisions;
     draw();
     drawContact(chosen);
     show(rowOf(chosen.frame));

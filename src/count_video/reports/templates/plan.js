@@ -396,7 +396,8 @@
     const like = way(found.count, frames, values.rate);
     const shown = close ? `${close} closer than 2.5 frames to the one before` : "sees each collision";
     if (like === null) return `${shown}; whether such a clip is counted was never measured`;
-    return `${shown}; counted exactly with a chance of ${(100 * like.chance).toFixed(like.chance < 0.99 ? 0 : 1)}% `
+    const chance = (like.exact + 1) / (like.clips + 2);  // Laplace's rule of succession
+    return `${shown}; counted exactly with a chance of ${(100 * chance).toFixed(chance < 0.99 ? 0 : 1)}% `
       + `(${like.exact} of ${like.clips} ${like.kind})`;
   }
 
