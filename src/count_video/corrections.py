@@ -9,7 +9,7 @@ and ``corrections``, a list of objects with ``action`` (``wrong`` or ``missed``)
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from count_video.inputs import (
     shown,
     stored_number,
 )
-from count_video.records import Collision, Correction, TrialResult
+from count_video.records import Correction, TrialResult
 from count_video.reports.words import storable
 
 CORRECTIONS_VERSION = 1
@@ -55,10 +55,11 @@ def reviewed(result: TrialResult, path: Path) -> TrialResult:
     )
     if len(set(corrections)) < len(corrections):
         raise UsageError(f"{path}: makes one correction twice; save the file again from the page")
+    steps = [1 if c.action == "missed" else -1 for c in corrections if c.changes_count]
     return replace(
         result,
         corrections=corrections,
-        reviewed_count=result.burst_size + sum(_step(correction) for correction in corrections),
+        reviewed_count=result.burst_size + sum(steps),
         warnings=(*result.warnings, *changed),
     )
 
@@ -84,23 +85,14 @@ def _changed_count(stored: Mapping[str, object], result: TrialResult, path: Path
         return []
     if count is not None and stored_number(count, FRAME) is None:
         raise UsageError(f"{path}: its count is no number; save the file again from the page")
-    counts = f"{_count_in_words(count)}, now {_count_in_words(result.count)}"
+    before, now = ("not counted" if one is None else str(one) for one in (count, result.count))
+    counts = f"{before}, now {now}"
     if not digest:
         raise UsageError(
             f"{path}: these corrections were made to another count ({counts}), perhaps of another "
             "clip of this name; correct this result on its own page"
         )
     return [f"the corrections were made when the tool's count was another: {counts}"]
-
-
-def _count_in_words(count: object) -> str:
-    return "not counted" if count is None else str(count)
-
-
-def _step(correction: Correction) -> int:
-    if not correction.changes_count:
-        return 0
-    return 1 if correction.action == "missed" else -1
 
 
 def _correction(entry: object, result: TrialResult, where: str) -> Correction:
@@ -114,23 +106,14 @@ def _correction(entry: object, result: TrialResult, where: str) -> Correction:
             f"{where}: frame {frame:.15g} is not in the clip, which has {result.frames_decoded}"
         )
     if action == "missed":
-        return Correction("missed", kind, frame, None, _before_the_end(frame, result))
-    wrong = _meant([c for c in result.collisions if c.kind == kind], frame)
-    if wrong is None:
+        # It belongs to the burst if no collision beyond it came before.
+        ends = min((c.frame for c in result.beyond_burst), default=math.inf)
+        return Correction("missed", kind, frame, None, frame < ends)
+    alike = [c for c in result.collisions if c.kind == kind]
+    wrong = min(alike, key=lambda c: abs(c.frame - frame), default=None)
+    if wrong is None or abs(wrong.frame - frame) > SAME_COLLISION_FRAMES:
         raise UsageError(
             f"{where}: there is no such collision ({kind}, frame {frame:.6g}) in the result; "
             "correct this result on its own page"
         )
     return Correction("wrong", kind, wrong.frame, wrong.number, wrong.number <= result.burst_size)
-
-
-def _meant(collisions: Sequence[Collision], frame: float) -> Collision | None:
-    nearest = min(collisions, key=lambda c: abs(c.frame - frame), default=None)
-    if nearest is None or abs(nearest.frame - frame) > SAME_COLLISION_FRAMES:
-        return None
-    return nearest
-
-
-def _before_the_end(frame: float, result: TrialResult) -> bool:
-    """Whether a missed collision belongs to the burst: no collision beyond it came before."""
-    return frame < min((c.frame for c in result.beyond_burst), default=math.inf)

@@ -7,8 +7,7 @@ clip and leaves its line in the space-time image and its cut-outs at the contact
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -29,7 +28,7 @@ from count_video.outputs import (
 from count_video.process import DRAWING_BYTES, check_memory
 from count_video.progress import NO_PROGRESS, Progress, counted_off
 from count_video.records import FootageInfo, Track
-from count_video.reports.clip import AnnotatedClip, frame_times_s
+from count_video.reports.clip import AnnotatedClip, Pixels, layout_of
 from count_video.reports.drawing import MEDIA_TYPES, picture_bytes
 from count_video.reports.figure import (
     PANELS,
@@ -40,8 +39,9 @@ from count_video.reports.figure import (
 )
 from count_video.reports.json_object import json_line
 from count_video.reports.material import Material, Pendulum, touching
+from count_video.reports.pace import frame_times_s
 from count_video.reports.page import Footage, Picture, clip_page
-from count_video.reports.presenter import PresenterClip
+from count_video.reports.presenter import Gif, presenter_layout
 from count_video.reports.tables import collisions_array, table_csv, track_array
 from count_video.settings import EvidenceSettings
 
@@ -59,7 +59,7 @@ def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
     UsageError
         The folder cannot be made, or a file in it was not written by this program.
     """
-    _opened(path, evidence).check(["json"])
+    _opened(path, evidence, "json")
 
 
 def draw_evidence(
@@ -89,7 +89,9 @@ def draw_evidence(
         If the evidence cannot be written.
     """
     check_memory(DRAWING_BYTES)
-    with _files_of(found.path, evidence) as files:
+    files = _opened(found.path, evidence)
+    # Two clips of one name that are drawn at the same time would leave files of both.
+    with held(files.outputs.hidden / f"{files.name}.lock", wait=True):
         if with_json:
             files.write("json", f"{json_line(found.result)}\n".encode("ascii"))
         if found.track is None:
@@ -109,27 +111,20 @@ def draw_trial(found: Followed) -> Figure | None:
     return trial_figure(Material(found.result, clip.track, clip.space_time(), pendulum))
 
 
-@contextmanager
-def _files_of(path: Path, evidence: EvidenceSettings) -> Iterator[_Files]:
-    """Open the folder for a clip, while no other process writes there under the same name.
+def _opened(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
+    """Open the folder for a clip; raise UsageError if a file in it is not this program's own.
 
-    Two clips of one name that are counted at the same time would leave files of both.
+    ``more`` are endings of files that will be written besides those of the evidence.
     """
-    files = _opened(path, evidence)
-    with held(files.outputs.hidden / f"{files.name}.lock", wait=True):
-        yield files
-
-
-def _opened(path: Path, evidence: EvidenceSettings) -> _Files:
-    """Open the folder for a clip; raise UsageError if a file in it is not this program's own."""
     outputs = open_outputs(evidence.folder)
     outputs.csv_dialect = evidence.csv_dialect
     content = content_digest(path) if path.is_file() else ""
-    files = _Files(outputs, evidence, evidence.name or output_name(path.stem), content)
+    name, kind = evidence.name or output_name(path.stem), evidence.picture_format
     # The pictures are all panels on a sheet, and each alone.
-    pictures = [evidence.picture_format, *(f"{n}.{evidence.picture_format}" for n in PANELS)]
-    files.check((*_SUFFIXES, *pictures, *(_PRESENTER if evidence.presenter else ())))
-    return files
+    suffixes = [*_SUFFIXES, kind, *(f"{panel}.{kind}" for panel in PANELS), *more]
+    for suffix in suffixes + (list(_PRESENTER) if evidence.presenter else []):
+        outputs.check(f"{name}.{suffix}")
+    return _Files(outputs, evidence, name, content)
 
 
 def shows_another_clip(folder: Path, path: Path) -> bool:
@@ -157,11 +152,6 @@ class _Files:
     written: list[str] = field(default_factory=list)
     """Names of those that are there, or on their way."""
 
-    def check(self, suffixes: Iterable[str]) -> None:
-        """Raise UsageError if files are in the way that this program did not write."""
-        for suffix in suffixes:
-            self.outputs.check(f"{self.name}.{suffix}")
-
     def claim(self, suffix: str) -> Path:
         """Return where a file may be written."""
         # Not with_suffix: a name may hold dots.
@@ -181,7 +171,8 @@ class _Files:
 def _write_all(found: Followed, measured: Track, files: _Files, progress: Progress) -> None:
     result, picture_format = found.result, files.wanted.picture_format
     with open_footage(found.path) as footage:
-        clip, pendulum = _clip_of(found, measured, footage.info)
+        info = footage.info
+    clip, pendulum = _clip_of(found, measured, info)
     track_csv = table_csv(track_array(clip.track, result), frame=".0f")
     files.write("track.csv", track_csv.encode("ascii"))
     files.write("collisions.csv", table_csv(collisions_array(result)).encode("ascii"))
@@ -199,19 +190,27 @@ def _write_all(found: Followed, measured: Track, files: _Files, progress: Progre
     drawn = Picture(picture, MEDIA_TYPES[picture_format], time_panels(sheet))
     files.write("html", clip_page(result, shown, drawn).encode("utf-8"))
     if files.wanted.presenter is not None:
-        talk = PresenterClip(result, clip.track, clip.shape, clip.shown_s, files.wanted.presenter)
-        _write_clip(found.path, files.claim("presenter.mp4"), talk, progress)
-        files.write("presenter.gif", talk.gif())
+        shape = files.wanted.presenter
+        layout = presenter_layout(shape, info.width_px, info.height_px, measured.wall_side)
+        talk, gif = AnnotatedClip(result, clip.track, layout, clip.shown_s), Gif(clip.shown_s)
+        _write_clip(found.path, files.claim("presenter.mp4"), talk, progress, gif.keeping)
+        files.write("presenter.gif", gif.data())
 
 
-def _write_clip(path: Path, target: Path, clip: AnnotatedClip, progress: Progress) -> None:
-    """Draw a clip while its footage is decoded."""
+def _write_clip(
+    path: Path,
+    target: Path,
+    clip: AnnotatedClip,
+    progress: Progress,
+    passing: Callable[[Iterator[Pixels]], Iterator[Pixels]] = iter,
+) -> None:
+    """Draw a clip while its footage is decoded; ``passing`` hands its pictures on."""
     first, end = _ends(clip.track)
     progress.start(end - first, "drawing")
     options = WriteOptions(frame_times_s=clip.shown_s.tolist(), crf=CRF)
     with open_footage(path) as footage:
         frames = counted_off(footage.frames(first, end), progress)
-        write_clip(target, clip.pictures(frames), options)
+        write_clip(target, passing(clip.pictures(frames)), options)
 
 
 def _clip_of(
@@ -221,7 +220,8 @@ def _clip_of(
     result = found.result
     track, pendulum = touching(measured, result.collisions, found.pendulum)
     shown_s = frame_times_s(track.frame, [c.frame for c in result.collisions], info.container_fps)
-    return AnnotatedClip(result, track, (info.height_px, info.width_px), shown_s), pendulum
+    layout = layout_of(info.width_px, info.height_px)
+    return AnnotatedClip(result, track, layout, shown_s), pendulum
 
 
 def _ends(track: Track) -> tuple[int, int]:

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import asdict, dataclass, is_dataclass
 from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
@@ -47,7 +46,7 @@ def followed(trial: Trial) -> Followed:
 
 def packed(one: Followed) -> str:
     """Write it as text."""
-    return json.dumps(_packed(one), allow_nan=False)
+    return json.dumps(_packed(asdict(one)), allow_nan=False)
 
 
 def unpacked(text: str) -> Followed:
@@ -68,15 +67,15 @@ def unpacked(text: str) -> Followed:
 
 
 def _packed(value: Any) -> Any:
-    if is_dataclass(value):
-        return {field.name: _packed(getattr(value, field.name)) for field in fields(value)}
+    """Turn records, already dictionaries, into what JSON holds."""
     if isinstance(value, np.ndarray | np.generic):
         return _packed(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value)  # JSON has no such numbers
-    if isinstance(value, Mapping):
+    if isinstance(value, dict):
         return {str(key): _packed(one) for key, one in value.items()}
-    return [_packed(one) for one in value] if isinstance(value, tuple | list) else value
+    if isinstance(value, tuple | list):
+        return [_packed(one) for one in value]
+    without = isinstance(value, float) and not math.isfinite(value)
+    return str(value) if without else value  # JSON has no such numbers
 
 
 def _unpacked(kind: Any, value: Any) -> Any:  # noqa: PLR0911 - a kind a line

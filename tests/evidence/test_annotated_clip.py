@@ -8,13 +8,12 @@ from evidence_made import CLIP, Made, Truth
 from outlines import OUTLINE_WITHIN_PX, drawn_shift
 
 from count_video.footage.reader import open_footage
-from count_video.reports.clip import (
+from count_video.reports.clip import HEADER_PX, layout_of
+from count_video.reports.pace import (
     BETWEEN_COLLISIONS_S,
     FORWARD_FPS,
-    HEADER_PX,
     UNHURRIED_S,
     frame_times_s,
-    layout_of,
 )
 
 

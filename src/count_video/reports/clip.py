@@ -9,17 +9,16 @@ where on the real time axis the frame lies.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from count_video.records import Collision, CollisionKind, Floats, Frame, Track, TrialResult
+from count_video.records import CollisionKind, Floats, Frame, Track, TrialResult
 from count_video.reports.drawing import BALL, HEAVY, MARKS, WHITE, font_path
 from count_video.reports.material import (
     Point,
@@ -31,6 +30,7 @@ from count_video.reports.material import (
     line_of_motion,
     shift_of,
 )
+from count_video.reports.pace import pace_words
 
 Pixels = NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -43,8 +43,12 @@ FLASH_FRAMES = 4
 FACE_DIAMETERS = 0.62
 """The heavy body's face is drawn this far to either side of the line of motion."""
 HEADER_PX = 72
-LARGE_PX, SMALL_PX, NUMBER_PX = 52, 20, 15
-BRIGHT, PALE, DIM = (255, 255, 255), (200, 200, 200), (90, 90, 90)
+HEADER_LEFT_PX = 112
+"""What is right of a count of three digits begins here."""
+SHADE = 140
+"""How black a darkened ground is, of 255."""
+LARGE_PX, SMALL_PX, NUMBER_PX = 46, 20, 15
+BRIGHT, DIM = (255, 255, 255), (90, 90, 90)
 SPACE_PX = 16
 ROW_PX = 3
 """Height of one frame in the strip: a contact every 2.5 frames still has a mark of its own."""
@@ -54,100 +58,15 @@ UNFILLED = 60
 """Brightness of the strip where no frame has been yet."""
 STRIP_MARK_PX = 7.0
 
-# ---- when each frame is shown --------------------------------------------------------------------
-
-FASTEST_FPS = 30.0
-"""Clips that play faster (their container has the capture rate) are slowed to this."""
-BETWEEN_COLLISIONS_S = 0.7
-"""Shortest time shown from one collision to the next: about what it takes to say a number."""
-LONGEST_FRAME_S = 0.2
-"""No frame stands still longer, however few there are between two collisions."""
-PATIENCE_S = 3.0
-"""Stretches without a collision that would take longer are played fast in their middle."""
-UNHURRIED_S = 0.8
-"""Time before and after a collision in which the clip plays at its own rate."""
-FORWARD_FPS = 180.0
-"""Rate in the middle of empty stretches, as fast as browsers show frame by frame."""
-
-
-def frame_times_s(
-    frame: Floats, collision_frames: Sequence[float], playing_fps: float | None
-) -> Floats:
-    """Time at which each frame of the annotated clip is shown.
-
-    Parameters
-    ----------
-    frame
-        Frame coordinates of the frames shown, shape (n,).
-    collision_frames
-        Frame coordinates of the collisions, increasing.
-    playing_fps
-        Rate of the clip itself; None if it does not say.
-
-    Returns
-    -------
-    Floats
-        Seconds from the clip's start, shape (n,), the first 0.
-    """
-    rate = min(playing_fps or FASTEST_FPS, FASTEST_FPS)
-    lasts, near = np.full(len(frame), 1.0 / rate), UNHURRIED_S * rate
-    ends = [-np.inf, *collision_frames, np.inf] if len(collision_frames) else []
-    for before, after in pairwise(ends):
-        between = (frame >= before) & (frame < after)
-        if np.isfinite(after - before):
-            slower = min(BETWEEN_COLLISIONS_S / max(1, int(between.sum())), LONGEST_FRAME_S)
-            lasts[between] = np.maximum(lasts[between], slower)
-        if between.sum() > PATIENCE_S * rate:
-            lasts[(frame > before + near) & (frame < after - near)] = 1.0 / FORWARD_FPS
-    return np.concatenate([[0.0], np.cumsum(lasts[:-1])])
-
-
 # ---- drawing on a canvas: RGB, shape (height, width, 3); places and lengths on it are px ---------
 
 _FINE = 4
 """Bits of a fraction of a pixel that the drawing routines take."""
 
 
-@dataclass(frozen=True)
-class Letters:
-    """A line of text on a canvas."""
-
-    text: str
-    at_px: Point
-    """Left top corner, or with ``anchor`` "ra" the right one."""
-    size_px: int
-    colour: Colour = BRIGHT
-    anchor: str = "la"
-
-
-def width_px(text: str, size_px: int) -> int:
-    """Width of a line of text."""
-    return round(_font(size_px).getlength(text))
-
-
 @cache
 def _font(size_px: int) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(font_path(), size_px)
-
-
-def lettered(canvas: Pixels, letters: Iterable[Letters]) -> Pixels:
-    """Return a canvas with text written on it."""
-    image = Image.fromarray(canvas)
-    draw = ImageDraw.Draw(image)
-    for one in letters:
-        draw.text(one.at_px, one.text, one.colour, _font(one.size_px), one.anchor)
-    return np.asarray(image)
-
-
-def marked(
-    collision: Collision, words: str, at_px: Point, size_px: int, anchor: str = "la"
-) -> Iterator[Letters]:
-    """Write words beside the sign of a collision, which has its colour."""
-    sign = MARKS[collision.kind].signs[not collision.seen]
-    text = f"{sign} {words}"
-    left = at_px[0] - (width_px(text, size_px) if anchor == "ra" else 0)
-    yield Letters(text, (left, at_px[1]), size_px, PALE)
-    yield Letters(sign, (left, at_px[1]), size_px, rgb(MARKS[collision.kind].colour))
 
 
 def rgb(colour: str) -> Colour:
@@ -185,9 +104,14 @@ def _fixed(lengths: ArrayLike) -> NDArray[np.int32]:
 # ---- the pictures --------------------------------------------------------------------------------
 
 
+Letters = tuple[Point, int, str]
+"""Where a text begins or ends, the size of its type in px, and which of both: ``la`` if its left
+top corner is at that place, ``ra`` if its right one is."""
+
+
 @dataclass(frozen=True)
 class ClipLayout:
-    """Places of footage and strip in a picture of the clip."""
+    """Places of footage, strip and letters in a picture of the clip."""
 
     scale: float
     """Pixels of the picture a pixel of the footage."""
@@ -199,8 +123,15 @@ class ClipLayout:
     left_px: int
     top_px: int
     """Distances from the picture's edges to the footage."""
+    time_line_px: tuple[int, int, int]
+    """Left and right end of the line of time, and its height in the picture."""
+    letters: Mapping[str, Letters]
+    """How the count, the noun, the last collision and its sign, the time and the pace are written,
+    by these names."""
     with_strip: bool = True
     """Whether the strip lies below the footage."""
+    shaded_px: tuple[int, int, int, int] = (0, 0, 0, 0)
+    """Left, top, right and bottom of a ground that is darkened behind letters."""
     mark_px: float = 11.0
     """Half the width of a mark on the footage."""
 
@@ -228,35 +159,34 @@ def layout_of(width_px: int, height_px: int) -> ClipLayout:
     width = 2 * round(width_px * scale / 2)
     footage = 2 * round(height_px * width / width_px / 2)
     height = HEADER_PX + footage + STRIP_PX
-    return ClipLayout(width / width_px, width, height, width, footage, 0, HEADER_PX)
+    left, right = HEADER_LEFT_PX, width - SPACE_PX
+    letters: dict[str, Letters] = {
+        "count": ((SPACE_PX, 6), LARGE_PX, "la"),
+        "noun": ((left, 8), SMALL_PX, "la"),
+        "sign": ((left, 36), SMALL_PX, "la"),
+        "last": ((left + 24, 36), SMALL_PX, "la"),
+        "time": ((right, 8), SMALL_PX, "ra"),
+        "pace": ((right, 36), SMALL_PX, "ra"),
+    }
+    places = (width, footage, 0, HEADER_PX, (left, right, HEADER_PX - 5), letters)
+    return ClipLayout(width / width_px, width, height, *places)
 
 
 class AnnotatedClip:
     """Draws the clip while the frames stream by, and keeps what pictures and page need of them."""
 
     def __init__(
-        self, result: TrialResult, track: Track, shape: tuple[int, int], shown_s: Floats
+        self, result: TrialResult, track: Track, layout: ClipLayout, shown_s: Floats
     ) -> None:
-        """Prepare the drawing.
-
-        Parameters
-        ----------
-        shape
-            Of the footage: (height, width).
-        shown_s
-            When each frame of the track is shown, in seconds, shape (n,).
-        """
-        self.layout = layout_of(shape[1], shape[0])
+        """``shown_s`` says when each frame of the track is shown, in seconds, shape (n,)."""
+        self.layout = layout
         self.track = track
-        self.shape = shape
         self.shown_s = shown_s
         self.cuts: dict[int, list[tuple[int, bytes]]] = defaultdict(list)
         """The frames before, at and after each contact, by the collision's number: the index of
         each, and its surroundings of the contact, enlarged, as JPEG."""
         self._result = result
-        self._lasts_s = np.diff(shown_s, append=shown_s[-1:] + 1.0 / FASTEST_FPS)
-        unhurried = self._lasts_s[self._lasts_s > 1.5 / FORWARD_FPS]
-        self._usual_s = float(unhurried.min(initial=1.0 / FASTEST_FPS))
+        self._pace = pace_words(shown_s)
         self._rows: list[Pixels] = []
         self._nearest = [int(np.argmin(abs(track.frame - c.frame))) for c in result.collisions]
 
@@ -271,54 +201,51 @@ class AnnotatedClip:
                     if abs(row - nearest) <= 1:
                         jpeg = contact_jpeg(frame.luma, collision, self.track, row)
                         self.cuts[collision.number].append((frame.index, jpeg))
-                canvas = self.layout.canvas(frame.luma)
-                self._draw_bodies(canvas, row)
-                self._draw_contacts(canvas, frame.index, row)
-                letters = self._draw_strip(canvas, row) if self.layout.with_strip else []
-                yield lettered(canvas, [*letters, *self._draw_header(canvas, frame.index, row)])
+                yield self._picture(frame, row)
 
     def space_time(self) -> SpaceTime:
         """Put the rows of all frames seen so far together."""
         return SpaceTime(self.track.frame[: len(self._rows)], np.array(self._rows))
 
+    def _picture(self, frame: Frame, row: int) -> Pixels:
+        canvas = self.layout.canvas(frame.luma)
+        self._draw_bodies(canvas, row)
+        self._draw_contacts(canvas, frame.index, row)
+        numbers = self._draw_strip(canvas, row) if self.layout.with_strip else {}
+        self._draw_time_line(canvas, row)
+        image = Image.fromarray(canvas)
+        draw = ImageDraw.Draw(image, "RGBA")
+        for corner, number in numbers.items():
+            draw.text(corner, number, BRIGHT, _font(NUMBER_PX))
+        draw.rectangle(self.layout.shaded_px, (0, 0, 0, SHADE))
+        self._write(draw, frame.index, row)
+        return np.asarray(image)
+
     # ---- header: the running count, the last collision, the frame, and the pace ----------------
 
-    def _draw_header(self, canvas: Pixels, index: int, row: int) -> Iterator[Letters]:
-        """Draw what has happened up to and with frame ``index`` into the top rows."""
-        past, count = self._happened(index)
-        yield Letters(str(count), (SPACE_PX, 4), LARGE_PX)
-        end = 2 * SPACE_PX + max(width_px(str(count), LARGE_PX), width_px("00", LARGE_PX))
-        beyond = f", {len(past) - count} more after the burst" if len(past) > count else ""
-        noun = "collision" if count == 1 else "collisions"
-        yield Letters(f"{noun}{beyond}", (end, 8), SMALL_PX)
-        if past:
-            words = f"no. {past[-1].number} {MARKS[past[-1].kind].words}"
-            inferred = "" if past[-1].seen else ", inferred"
-            yield from marked(past[-1], f"{words}{inferred}", (end, 36), SMALL_PX)
-        right, fps = canvas.shape[1] - SPACE_PX, self._result.capture_fps
-        time = f"frame {index}" + (f", {1000 * index / fps:.1f} ms" if fps else "")
-        yield Letters(time, (right, 8), SMALL_PX, PALE, "ra")
-        yield Letters(self._pace(row), (right, 36), SMALL_PX, PALE, "ra")
-        self._draw_time_line(canvas, row, (end, right, HEADER_PX - 5))
-
-    def _happened(self, index: int) -> tuple[list[Collision], int]:
-        """Return the collisions up to and with a frame, and how many of them count."""
+    def _write(self, draw: ImageDraw.ImageDraw, index: int, row: int) -> None:
+        """Write what has happened up to and with frame ``index``."""
         past = [c for c in self._result.collisions if c.frame < index + 0.5]
-        return past, min(len(past), self._result.burst_size)
+        count, fps = min(len(past), self._result.burst_size), self._result.capture_fps
+        beyond = f", {len(past) - count} more after the burst" if len(past) > count else ""
+        colour = BRIGHT
+        texts = {
+            "count": str(count),
+            "noun": f"{'collision' if count == 1 else 'collisions'}{beyond}",
+            "time": f"frame {index}{f', {1000 * index / fps:.1f} ms' if fps else ''}",
+            "pace": self._pace[row],
+        }
+        if past:
+            last, mark = past[-1], MARKS[past[-1].kind]
+            texts["sign"], colour = mark.signs[not last.seen], rgb(mark.colour)
+            texts["last"] = f"no. {last.number} {mark.words}{'' if last.seen else ', inferred'}"
+        for name, (at_px, size_px, anchor) in self.layout.letters.items():
+            fill = colour if name == "sign" else BRIGHT
+            draw.text(at_px, texts.get(name, ""), fill, _font(size_px), anchor)
 
-    def _pace(self, row: int) -> str:
-        """Say how fast the clip plays at a frame, beside its own rate."""
-        slower = self._lasts_s[row] / self._usual_s
-        if slower < 0.67:
-            return f"▶▶ fast forward, {1 / slower:.0f} times"
-        return f"slowed {slower:.0f} times" if slower > 1.5 else ""
-
-    def _draw_time_line(self, canvas: Pixels, row: int, ends: tuple[int, int, int]) -> None:
-        """Draw a line on which time runs evenly, with the collisions and where this frame is.
-
-        ``ends`` are its left and right in px, and its height.
-        """
-        left, right, y = ends
+    def _draw_time_line(self, canvas: Pixels, row: int) -> None:
+        """Draw a line on which time runs evenly, with the collisions and where this frame is."""
+        left, right, y = self.layout.time_line_px
         frame = self.track.frame
         shown = [float(frame[row]), *(c.frame for c in self._result.collisions)]
         now, *places = np.interp(shown, frame[[0, -1]], [left, right]).round().astype(int).tolist()
@@ -359,8 +286,8 @@ class AnnotatedClip:
 
     # ---- strip: the space-time image, scrolling down, newest row on top -------------------------
 
-    def _draw_strip(self, canvas: Pixels, newest: int) -> list[Letters]:
-        """Draw the last frames as rows below the footage; return the numbers to write there."""
+    def _draw_strip(self, canvas: Pixels, newest: int) -> dict[Point, str]:
+        """Draw the last frames as rows below the footage; return numbers by their left corners."""
         top = self.layout.top_px + self.layout.footage_height_px
         strip, frame = canvas[top : top + STRIP_PX], self.track.frame
         oldest = max(0, newest + 1 - ROWS)
@@ -377,10 +304,9 @@ class AnnotatedClip:
             x = (place_px[oldest : newest + 1] + 0.5) * scale - 0.5
             y = ROW_PX * (newest - np.arange(oldest, newest + 1) + 0.5) - 0.5
             # Unseen stretches part the line.
-            pieces = np.split(np.column_stack([x, y]), np.flatnonzero(np.isnan(x)))
-            for piece in pieces:
+            for piece in np.split(np.column_stack([x, y]), np.flatnonzero(np.isnan(x))):
                 path(strip, piece[np.isfinite(piece[:, 0])], colour)
-        numbers = []
+        numbers = {}
         for c in self._result.collisions:
             if frame[oldest] <= c.frame < frame[newest] + 0.5:
                 row = float(np.interp(c.frame, frame, np.arange(len(frame))))
@@ -389,5 +315,5 @@ class AnnotatedClip:
                 x_px = (contact_px(c, self.track) + 0.5) * scale - 0.5
                 mark(strip, c.kind, (x_px, y_px), STRIP_MARK_PX, seen=c.seen)
                 corner = (x_px + STRIP_MARK_PX + 4, top + y_px - 0.6 * NUMBER_PX)
-                numbers.append(Letters(str(c.number), corner, NUMBER_PX))
+                numbers[corner] = str(c.number)
         return numbers

@@ -18,11 +18,11 @@ import numpy as np
 
 from count_video.inputs import Range, json_value, stored_number
 from count_video.planning.request import PLAN_VERSION, request_object
-from count_video.records import PlanComparison, TrialResult
+from count_video.records import TrialResult
 from count_video.reports.words import storable
 
 if TYPE_CHECKING:
-    from count_video.planning.plan import CameraView, Plan
+    from count_video.planning.plan import Plan
 
 SCHEMA_VERSION = 1
 SIGNIFICANT_DIGITS = 12
@@ -75,11 +75,15 @@ def json_object(result: TrialResult) -> dict[str, object]:
     """Turn the result into what ``json.dumps`` takes; the keys are in reading order."""
     values = plain(result)
     restitution = {kind: values[f"restitution_{kind}"] for kind in ("bodies", "wall")}
+    compared = values["comparison"]
+    for one in compared["quantities"] if compared else ():
+        found = one.pop("found")
+        one |= {"found": found["value"], "sigma": found["sigma"]}
     values |= {
         "schema_version": SCHEMA_VERSION,
         "energy_kept": values["energy_kept"] or None,
         "restitution": restitution if any(restitution.values()) else None,
-        "plan": comparison_object(result.comparison),
+        "plan": compared,
     }
     return {key: values[key] for key in _KEYS}
 
@@ -101,28 +105,16 @@ def read_result(text: str) -> dict[str, Any]:
         or not isinstance(result["reason"], str | None)
         or not isinstance(chances, dict)
         or (status, count is None) not in (("counted", False), ("not_counted", True))
-        or not all(_is_count(result[key]) for key in ("count", "seen", "between_frames"))
+        or not all(
+            number is None
+            or (isinstance(number, int) and stored_number(number, _COUNT) is not None)
+            for number in (count, result["seen"], result["between_frames"])
+        )
         or not all(stored_number(chance, _CHANCE) is not None for chance in chances.values())
         or not all(counted.isascii() and counted.isdecimal() for counted in chances)
     ):
         raise ValueError("a value that no result has")
     return result
-
-
-def _is_count(value: object) -> bool:
-    whole = isinstance(value, int) and stored_number(value, _COUNT) is not None
-    return value is None or whole
-
-
-def comparison_object(comparison: PlanComparison | None) -> dict[str, object] | None:
-    """Turn the comparison of a clip with its plan into what ``json.dumps`` takes."""
-    if comparison is None:
-        return None
-    values: dict[str, Any] = plain(comparison)
-    for one in values["quantities"]:
-        found = one.pop("found")
-        one |= {"found": found["value"], "sigma": found["sigma"]}
-    return values
 
 
 def plan_line(plan: Plan) -> str:
@@ -132,18 +124,17 @@ def plan_line(plan: Plan) -> str:
 
 def plan_object(plan: Plan) -> dict[str, object]:
     """Turn a plan into what ``json.dumps`` takes; the map is in its own table."""
+    camera = plain(plan.camera)
+    if plan.camera is not None:
+        measured = plan.camera.measured
+        camera["chance"] = None if measured is None else plain(measured.chance)
     return {
         "plan_version": PLAN_VERSION,
         "request": request_object(plan.request),
         **plain(plan.burst),
         **plain(plan.framing),
-        "camera": None if plan.camera is None else _camera(plan.camera),
+        "camera": camera,
         "spread": plain(plan.spread),
         "proposals": plain(plan.proposals),
         "table": plain(plan.table),
     }
-
-
-def _camera(camera: CameraView) -> dict[str, object]:
-    chance = None if camera.measured is None else camera.measured.chance
-    return {**plain(camera), "chance": plain(chance)}

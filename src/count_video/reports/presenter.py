@@ -9,17 +9,8 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from count_video.records import Floats, Frame, Track, TrialResult
-from count_video.reports.clip import (
-    STRIP_PX,
-    AnnotatedClip,
-    ClipLayout,
-    Letters,
-    Pixels,
-    marked,
-    width_px,
-)
-from count_video.reports.drawing import MARKS
+from count_video.records import Floats, WallSide
+from count_video.reports.clip import STRIP_PX, ClipLayout, Letters, Pixels
 from count_video.settings import Shape
 
 SIZES: dict[Shape, tuple[int, int]] = {"wide": (1920, 1080), "upright": (1080, 1920)}
@@ -27,84 +18,80 @@ SIZES: dict[Shape, tuple[int, int]] = {"wide": (1920, 1080), "upright": (1080, 1
 COUNTER_PX: dict[Shape, int] = {"wide": 280, "upright": 600}
 WORDS_PX = 44
 MARGIN_PX = 40
-MARK_PX = 22.0
-SHADE = 0.45
-"""The footage is darkened to this share behind the counter."""
+SHADED_PX = 720
+"""Width of the ground that is darkened behind the counter on footage."""
 GIF_WIDTH_PX = 480
 GIF_FRAMES = 160
 """Largest number of pictures: more make a file that no slide takes."""
 GIF_COLOURS = 64
 
 
-class PresenterClip(AnnotatedClip):
-    """Draws the clip, and keeps some of its pictures for the GIF."""
+def presenter_layout(shape: Shape, width_px: int, height_px: int, wall: WallSide) -> ClipLayout:
+    """Fit footage into the clip, above the time line and, if upright, below the counter.
 
-    def __init__(
-        self,
-        result: TrialResult,
-        track: Track,
-        footage: tuple[int, int],
-        shown_s: Floats,
-        shape: Shape,
-    ) -> None:
-        """``footage`` is its (height, width); the rest is as for the annotated clip."""
-        super().__init__(result, track, footage, shown_s)
-        self._counter_px = COUNTER_PX[shape]
-        self.layout = _layout(shape, footage[1], footage[0])
-        times = np.linspace(0.0, shown_s[-1], min(GIF_FRAMES, len(shown_s)))
-        self._gif_rows = np.unique(np.searchsorted(shown_s, times, side="right") - 1)
-        self._gif: list[Image.Image] = []
-
-    def pictures(self, frames: Iterable[Frame]) -> Iterator[Pixels]:
-        """Draw one picture for each frame of the track, RGB, shape (height, width, 3)."""
-        wanted = set(self._gif_rows.tolist())
-        for row, picture in enumerate(super().pictures(frames)):
-            if row in wanted:
-                height = round(GIF_WIDTH_PX * picture.shape[0] / picture.shape[1])
-                small = cv2.resize(picture, (GIF_WIDTH_PX, height), interpolation=cv2.INTER_AREA)
-                self._gif.append(Image.fromarray(small).quantize(GIF_COLOURS))
-            yield picture
-
-    def gif(self) -> bytes:
-        """Put the pictures kept so far together; it plays for ever, as long as the clip."""
-        shown_s = self.shown_s[self._gif_rows[: len(self._gif)]]
-        lasts_ms = np.diff(shown_s, append=shown_s[-1:] + 1.5) * 1000.0
-        target = io.BytesIO()
-        first, *others = self._gif
-        duration = np.maximum(20, lasts_ms.round()).astype(int).tolist()
-        more = {"append_images": others, "duration": duration}
-        first.save(target, "GIF", save_all=True, loop=0, **more)
-        return target.getvalue()
-
-    def _draw_header(self, canvas: Pixels, index: int, row: int) -> Iterator[Letters]:
-        """Write the count into the corner that is farthest from the ball: away from the wall."""
-        past, count = self._happened(index)
-        size, below = self._counter_px, round(1.2 * self._counter_px) + WORDS_PX // 2
-        words = MARKS[past[-1].kind].words if past else ""
-        wide = max(width_px(str(count), size), width_px(f"■ {words}", WORDS_PX)) + 2 * MARGIN_PX
-        left, right, ends = MARGIN_PX, canvas.shape[1] - MARGIN_PX, ("la", "ra")
-        corner, (x, other) = slice(-wide, None), (right, left)
-        if self.track.wall_side == "right":
-            corner, (x, other), ends = slice(wide), (left, right), ("ra", "la")
-        if not self.layout.with_strip:
-            shaded = canvas[: below + 3 * WORDS_PX // 2, corner]
-            shaded[...] = (shaded * SHADE).astype(np.uint8)
-        yield Letters(str(count), (x, 0), size, anchor=ends[1])
-        if past:
-            yield from marked(past[-1], words, (x, below), WORDS_PX, ends[1])
-        yield Letters(self._pace(row), (other, MARGIN_PX), WORDS_PX, anchor=ends[0])
-        self._draw_time_line(canvas, row, (left, right, canvas.shape[0] - MARGIN_PX))
-
-
-def _layout(shape: Shape, width_px: int, height_px: int) -> ClipLayout:
-    """Fit footage into the clip, above the time line and, if upright, below the counter."""
-    width, height = SIZES[shape]
-    upright = shape == "upright"
-    above = round(1.2 * COUNTER_PX[shape]) + 2 * WORDS_PX if upright else 0
-    left_over = height - above - (STRIP_PX if upright else 0) - 2 * MARGIN_PX
+    The count stands in the corner that is farthest from the ball: away from the wall.
+    """
+    (width, height), size, upright = SIZES[shape], COUNTER_PX[shape], shape == "upright"
+    below = round(1.2 * size) + WORDS_PX // 2
+    above = below + 3 * WORDS_PX // 2
+    left_over = height - (above + STRIP_PX if upright else 0) - 2 * MARGIN_PX
     scale = min(width / width_px, left_over / height_px)
     footage_width, footage_height = round(scale * width_px), round(scale * height_px)
     spare = left_over - footage_height
-    top = above + (spare // 2 if upright else spare)
-    places = (footage_width, footage_height, (width - footage_width) // 2, top)
-    return ClipLayout(scale, width, height, *places, with_strip=upright, mark_px=MARK_PX)
+    top = above + spare // 2 if upright else spare
+    near, far, anchors, inward = MARGIN_PX, width - MARGIN_PX, ("la", "ra"), -1
+    shaded = (width - SHADED_PX, 0, width, above)
+    if wall == "right":
+        near, far, anchors, inward = far, near, ("ra", "la"), 1
+        shaded = (0, 0, SHADED_PX, above)
+    letters: dict[str, Letters] = {
+        "count": ((far, 0), size, anchors[1]),
+        "sign": ((far, below), WORDS_PX, anchors[1]),
+        "last": ((far + inward * 54, below), WORDS_PX, anchors[1]),
+        "pace": ((near, MARGIN_PX), WORDS_PX, anchors[0]),
+    }
+    return ClipLayout(
+        scale=scale,
+        width_px=width,
+        height_px=height,
+        footage_width_px=footage_width,
+        footage_height_px=footage_height,
+        left_px=(width - footage_width) // 2,
+        top_px=top,
+        time_line_px=(MARGIN_PX, width - MARGIN_PX, height - MARGIN_PX),
+        letters=letters,
+        with_strip=upright,
+        shaded_px=(0, 0, 0, 0) if upright else shaded,
+        mark_px=22.0,
+    )
+
+
+class Gif:
+    """Keeps some pictures of a clip while they stream by."""
+
+    def __init__(self, shown_s: Floats) -> None:
+        """``shown_s`` says when each picture of the clip is shown, in seconds, shape (n,)."""
+        times = np.linspace(0.0, shown_s[-1], min(GIF_FRAMES, len(shown_s)))
+        self._rows = np.unique(np.searchsorted(shown_s, times, side="right") - 1)
+        self._shown_s = shown_s
+        self._kept: list[Image.Image] = []
+
+    def keeping(self, pictures: Iterable[Pixels]) -> Iterator[Pixels]:
+        """Yield the pictures, RGB, shape (height, width, 3)."""
+        wanted = set(self._rows.tolist())
+        for row, picture in enumerate(pictures):
+            if row in wanted:
+                height = round(GIF_WIDTH_PX * picture.shape[0] / picture.shape[1])
+                small = cv2.resize(picture, (GIF_WIDTH_PX, height), interpolation=cv2.INTER_AREA)
+                self._kept.append(Image.fromarray(small).quantize(GIF_COLOURS))
+            yield picture
+
+    def data(self) -> bytes:
+        """Put the pictures kept so far together; it plays for ever, as long as the clip."""
+        shown_s = self._shown_s[self._rows[: len(self._kept)]]
+        lasts_ms = np.diff(shown_s, append=shown_s[-1:] + 1.5) * 1000.0
+        duration = np.maximum(20, lasts_ms.round()).astype(int).tolist()
+        target = io.BytesIO()
+        first, *others = self._kept
+        first.save(target, "GIF", save_all=True, append_images=others, duration=duration, loop=0)
+        return target.getvalue()
