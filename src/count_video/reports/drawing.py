@@ -11,7 +11,6 @@ from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cache
-from itertools import product
 from typing import Any
 
 import matplotlib.patheffects as effects
@@ -112,17 +111,13 @@ def font_path() -> str:
     return str(findfont(FONT))
 
 
-# ---- numbers beside marks, placed so that none hides another or a mark -------------------------
+# ---- numbers beside marks ----------------------------------------------------------------------
 
 NUMBER = "number"
-BEYOND_PX = 7.0
-"""A number may stick out of its panel so far."""
-MARGIN_PX = 5.0
-"""A number leaves so much around a mark free: the radius of most marks."""
-STEPS = (1.0, 1.9, 2.8, 3.7)
-"""Distances from the mark that are tried, in sizes of the type."""
-TURNS_DEG = (0, -35, 35, -80, 80, 180)
-"""Directions that are tried, from the wanted one."""
+AWAY_POINTS = 6.0
+"""Distance from the middle of a mark to its number."""
+MARGIN_PX = 3.0
+"""A number leaves so much around itself free."""
 
 Number = tuple[str, tuple[float, float], tuple[float, float]]
 """What to write, its mark's place in data coordinates, and the direction in which it stands from
@@ -130,16 +125,17 @@ there, x to the right and y up."""
 
 
 def number_marks(axes: Axes, numbers: Iterable[Number], *, size: float = 10) -> None:
-    """Ask for numbers beside marks; ``place_numbers`` puts them where there is space."""
+    """Write numbers beside marks; ``thin_numbers`` takes away those that are in the way."""
     for text, place, away in numbers:
         if np.isfinite(place).all():
+            right, up = np.divide(away, np.hypot(*away) or 1.0)
             label = axes.annotate(
                 text,
                 place,
-                xytext=away,
+                xytext=(AWAY_POINTS * right, AWAY_POINTS * up),
                 textcoords="offset points",
-                ha="center",
-                va="center",
+                ha=("right", "center", "left")[round(right) + 1],
+                va=("top", "center", "bottom")[round(up) + 1],
                 fontsize=size,
                 weight="bold",
                 path_effects=list(HALO),
@@ -150,11 +146,11 @@ def number_marks(axes: Axes, numbers: Iterable[Number], *, size: float = 10) -> 
             label.set_in_layout(False)
 
 
-def place_numbers(figure: Figure) -> None:
-    """Move the numbers of all panels off each other and off the marks, nearest places first.
+def thin_numbers(figure: Figure) -> None:
+    """Take away each number that would lie on one before it or on a mark.
 
-    A number stands nearer to its own mark than to any other. One for which there is no such place
-    is left out: the numbers beside it say which it is.
+    The same goes for one that is nearer to another mark than to its own: the numbers beside it say
+    which it is.
     """
     figure.draw_without_rendering()  # lays out the panels, so that data have a place
     for axes in figure.axes:
@@ -163,29 +159,10 @@ def place_numbers(figure: Figure) -> None:
         taken: list[Bbox] = []
         for label in axes.texts:
             if isinstance(label, Annotation) and label.get_gid() == NUMBER:
-                box = _placed(axes, label, np.concatenate(places), taken)
-                label.set_visible(box is not None)
-                taken += [] if box is None else [box]
-
-
-def _placed(axes: Axes, label: Annotation, marks: np.ndarray, taken: list[Bbox]) -> Bbox | None:
-    """Put a number into the first free place, and return what it covers; None if there is none.
-
-    ``marks`` are the places of all marks, shape (n, 2), in px of the picture.
-    """
-    own, panel = axes.transData.transform(label.xy), axes.bbox.padded(BEYOND_PX)
-    wanted, size = np.arctan2(*label.xyann[::-1]), float(label.get_fontsize())
-    for step, turn in product(STEPS, np.radians(TURNS_DEG)):
-        away = size * step * np.array([np.cos(wanted + turn), np.sin(wanted + turn)])
-        label.xyann = (float(away[0]), float(away[1]))
-        box = label.get_window_extent()
-        middle = box.get_points().mean(axis=0)
-        nearest = np.linalg.norm(marks - middle, axis=1).min()
-        if (
-            panel.count_contains(box.get_points()) == 2
-            and box.count_overlaps(taken) == 0
-            and box.padded(MARGIN_PX).count_contains(marks) == 0
-            and nearest >= np.linalg.norm(middle - own) - 1e-6
-        ):
-            return box
-    return None
+                box, marks = label.get_window_extent(), np.concatenate(places)
+                middle, own = box.get_points().mean(axis=0), axes.transData.transform(label.xy)
+                nearest = np.linalg.norm(marks - middle, axis=1).min()
+                around = box.padded(MARGIN_PX)
+                free = around.count_overlaps(taken) == around.count_contains(marks) == 0
+                label.set_visible(free and nearest >= np.linalg.norm(own - middle) - 1e-6)
+                taken += [box] if label.get_visible() else []

@@ -33,8 +33,8 @@ from count_video.reports.drawing import (
     drawable,
     number_marks,
     picture_bytes,
-    place_numbers,
     styled,
+    thin_numbers,
 )
 from count_video.reports.material import Material
 from count_video.reports.page import campaign_page
@@ -99,7 +99,7 @@ def trial_figure(material: Material) -> Figure:
         for name, axes in panels.items():
             PANELS[name](axes, material)
         add_legend(figure, panels["space-time"], drawable(Path(result.clip).name))
-        place_numbers(figure)
+        thin_numbers(figure)
         return figure
 
 
@@ -129,7 +129,7 @@ def panel_figures(material: Material) -> dict[str, Figure]:
                 draw(axes, material)
                 if axes.get_gid() == TIME:
                     add_legend(figure, axes)
-                place_numbers(figure)
+                thin_numbers(figure)
     return figures
 
 
@@ -192,7 +192,7 @@ def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
             many = f"{_short(count + 1)} state points:\ntoo many to draw"
             circle.text(0, -0.5, many, ha="center")
         _draw_words(words, heavy, light)
-        place_numbers(figure)
+        thin_numbers(figure)
         return figure
 
 

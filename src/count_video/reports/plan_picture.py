@@ -37,8 +37,8 @@ from count_video.reports.drawing import (
     VERMILION,
     drawable,
     picture_bytes,
-    place_numbers,
     styled,
+    thin_numbers,
 )
 from count_video.reports.figure import add_legend, figure_of
 from count_video.reports.json_object import plan_object
@@ -75,7 +75,7 @@ def plan_figure(plan: Plan) -> Figure:
             draw(axes, material)
             axes.set_xlabel("frame, from the release")
         add_legend(figure, below[0])
-        place_numbers(figure)
+        thin_numbers(figure)
         return figure
 
 

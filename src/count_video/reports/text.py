@@ -73,11 +73,11 @@ def answer_words(result: TrialResult) -> str:
 
 def result_notes(result: TrialResult) -> list[Note]:
     """List all that is to be said of a result, in order: the lines of text and page."""
-    notes = (*_of_the_answer(result), *_of_the_collisions(result), *_of_the_scene(result))
+    notes = (*_answer_notes(result), *_collision_notes(result), *_scene_notes(result))
     return [(label, printable(sentence)) for label, sentence in notes if sentence]
 
 
-def _of_the_answer(result: TrialResult) -> Iterator[Note]:
+def _answer_notes(result: TrialResult) -> Iterator[Note]:
     """Yield why there is a doubt, what a person changed, and what was planned."""
     counted = result.status == "counted"
     yield ("In doubt" if counted else "Why"), result.reason or ""
@@ -94,7 +94,7 @@ def _of_the_answer(result: TrialResult) -> Iterator[Note]:
     yield "Plan", comparison_sentence(result.comparison, result.count)
 
 
-def _of_the_collisions(result: TrialResult) -> Iterator[Note]:
+def _collision_notes(result: TrialResult) -> Iterator[Note]:
     """Yield the kinds of collisions, how sure they are, and what follows from them."""
     burst = [c for c in result.collisions if result.count is None or c.number <= result.count]
     kinds = {kind: sum(c.kind == kind for c in burst) for kind in _KIND_IN_WORDS}
@@ -172,13 +172,12 @@ def _pi(result: TrialResult) -> str:
 def _ending(ending: Ending) -> str:
     speeds = [fixed(speed, 2) for speed in (ending.heavy_speed, ending.ball_speed)]
     return (
-        f"{_ENDING_IN_WORDS[ending.kind]}; {ending.energy_kept:.0%} of the energy is left; away "
-        f"from the wall the heavy body has {speeds[0]} of the speed that it came with, the ball "
-        f"{speeds[1]} of it"
+        f"{_ENDING_IN_WORDS[ending.kind]}; {ending.energy_kept:.0%} of the energy is left; of the "
+        f"heavy body's first speed it has {speeds[0]} away from the wall, the ball {speeds[1]}"
     )
 
 
-def _of_the_scene(result: TrialResult) -> Iterator[Note]:
+def _scene_notes(result: TrialResult) -> Iterator[Note]:
     """Yield what the picture shows, how it was filmed, and what to beware of."""
     scene = []
     if result.wall_side is not None:

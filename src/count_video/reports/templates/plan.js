@@ -421,11 +421,11 @@
         + `${digits(1000 * (planCore.at(found, end).heavy - values.gap), 3)} mm beyond its rest`],
       ["Last", `${digits(1000 * last.place, 3)} mm from the wall, closing at `
         + `${digits(1000 * Math.abs(last.approach), 3)} mm/s`],
-      ["Least hop", hops.length ? `${digits(1000 * Math.min(...hops), 3)} mm` : "none"],
+      ["Shortest hop", hops.length ? `${digits(1000 * Math.min(...hops), 3)} mm` : "none"],
     ];
   }
 
-  // ---- trials with the tolerances of hands ------------------------------------------------------
+  // ---- trials with the planned tolerances --------------------------------------------------------
   // Mulberry32, a small generator with a seed, and normal numbers by Box and Muller.
   function chance(seed) {
     let state = seed >>> 0;
@@ -468,7 +468,7 @@
       else histogram.set(found.collisions.length, (histogram.get(found.collisions.length) || 0) + 1);
     }
     const rows = [...histogram].sort((a, b) => b[1] - a[1]).slice(0, 7).sort((a, b) => b[0] - a[0]);
-    element("sure").textContent = `${trials} simulated trials with the tolerances of hands`
+    element("sure").textContent = `${trials} simulated trials with the planned tolerances`
       + `${endless ? `; in ${endless} the ball rattles to rest and nothing is counted` : ""}:`;
     element("bars").replaceChildren(...rows.map(([count, number]) => {
       const row = document.createElement("li");
