@@ -191,7 +191,8 @@ def _write_all(found: Followed, measured: Track, files: _Files, progress: Progre
     files.write("html", clip_page(result, shown, drawn).encode("utf-8"))
     if files.wanted.presenter is not None:
         shape = files.wanted.presenter
-        layout = presenter_layout(shape, info.width_px, info.height_px, measured.wall_side)
+        size, most = (info.width_px, info.height_px), result.burst_size
+        layout = presenter_layout(shape, *size, measured.wall_side, most)
         talk, gif = AnnotatedClip(result, clip.track, layout, clip.shown_s), Gif(clip.shown_s)
         _write_clip(found.path, files.claim("presenter.mp4"), talk, progress, gif.keeping)
         files.write("presenter.gif", gif.data())

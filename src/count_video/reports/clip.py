@@ -65,7 +65,8 @@ _FINE = 4
 
 
 @cache
-def _font(size_px: int) -> ImageFont.FreeTypeFont:
+def font(size_px: int) -> ImageFont.FreeTypeFont:
+    """Return the font of all lettering."""
     return ImageFont.truetype(font_path(), size_px)
 
 
@@ -216,7 +217,7 @@ class AnnotatedClip:
         image = Image.fromarray(canvas)
         draw = ImageDraw.Draw(image, "RGBA")
         for corner, number in numbers.items():
-            draw.text(corner, number, BRIGHT, _font(NUMBER_PX))
+            draw.text(corner, number, BRIGHT, font(NUMBER_PX))
         draw.rectangle(self.layout.shaded_px, (0, 0, 0, SHADE))
         self._write(draw, frame.index, row)
         return np.asarray(image)
@@ -241,7 +242,7 @@ class AnnotatedClip:
             texts["last"] = f"no. {last.number} {mark.words}{'' if last.seen else ', inferred'}"
         for name, (at_px, size_px, anchor) in self.layout.letters.items():
             fill = colour if name == "sign" else BRIGHT
-            draw.text(at_px, texts.get(name, ""), fill, _font(size_px), anchor)
+            draw.text(at_px, texts.get(name, ""), fill, font(size_px), anchor)
 
     def _draw_time_line(self, canvas: Pixels, row: int) -> None:
         """Draw a line on which time runs evenly, with the collisions and where this frame is."""

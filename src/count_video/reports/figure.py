@@ -8,17 +8,14 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Mapping, Sequence
-from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from textwrap import shorten
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import Bbox
 
 from count_video.outputs import explained, open_outputs
 from count_video.physics.theory import collision_count, theta_rad
@@ -26,6 +23,7 @@ from count_video.reports.campaign import CampaignSummary, Summary, TrialRow, the
 from count_video.reports.drawing import (
     BLACK,
     BLUE,
+    FONT,
     MEDIA_TYPES,
     PAPER,
     SKY_BLUE,
@@ -45,7 +43,7 @@ from count_video.reports.panels import (
     draw_velocities,
     draw_whole,
 )
-from count_video.reports.plan_text import facts, plain, powers_table
+from count_video.reports.plan_text import plain, theory_text
 from count_video.reports.states import MOST_POINTS, draw_energy, draw_phase_circle, draw_states
 from count_video.reports.text import answer_words
 from count_video.reports.words import plural, ratio_words
@@ -148,10 +146,8 @@ def thumbnail_jpeg(material: Material) -> bytes:
 
 # ---- the theory --------------------------------------------------------------------------------
 
-MOST_WRITTEN_OUT = 10**12
-"""Larger counts do not fit into the picture with all their digits."""
-LONGEST_FACT = 100
-"""Characters of a line of words."""
+LONGEST_ANSWER, LONGEST_LINE = 20, 70
+"""Characters that there is space for."""
 MOST_NUMBERS = 45
 """Where there are more points, only about this many are numbered."""
 
@@ -178,7 +174,7 @@ def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
     """Draw the phase circle beside what the theory says in words and the table for 1:100^n."""
     with styled():
         figure = figure_of(15.0, 9.5)
-        circle, words = figure.subplots(1, 2, width_ratios=[1.55, 1])
+        circle, words = figure.subplots(1, 2, width_ratios=[1.5, 1])
         count = collision_count(heavy, light)
         points = draw_phase_circle(circle, heavy, light, count)
         circle.scatter(*points.T, s=25, color=BLACK, zorder=3, gid="state points")
@@ -189,11 +185,20 @@ def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
         circle.set_xlabel(r"$V_1 = \sqrt{M}\,v_1$")
         circle.set_title(f"m : M = 1 : {plain(heavy / light)}", fontsize=18)
         if count >= MOST_POINTS:
-            many = f"{_short(count + 1)} state points:\ntoo many to draw"
-            circle.text(0, -0.5, many, ha="center")
-        _draw_words(words, heavy, light)
+            circle.text(0, -0.5, "state points:\ntoo many to draw", ha="center")
+        headline, *lines = theory_text(heavy, light).splitlines()
+        words.set_axis_off()
+        answer = _clipped(headline.partition(": ")[2], LONGEST_ANSWER)
+        words.text(0, 0.98, answer, fontsize=34, weight="bold", va="top")
+        table = "\n".join(_clipped(line, LONGEST_LINE) for line in lines)
+        words.text(0, 0.84, table, fontsize=10, family=f"{FONT} Mono", linespacing=2.3, va="top")
         thin_numbers(figure)
         return figure
+
+
+def _clipped(line: str, most: int) -> str:
+    """Cut a line off: masses far apart have counts of many digits."""
+    return line if len(line) <= most else f"{line[:most]}…"
 
 
 def _draw_angles(axes: Axes, theta: float) -> None:
@@ -215,34 +220,6 @@ def _draw_angles(axes: Axes, theta: float) -> None:
         arrowprops={"arrowstyle": "->", "color": BLUE},
         bbox=PAPER,
     )
-
-
-def _short(count: int) -> str:
-    return str(count) if count < MOST_WRITTEN_OUT else f"{Decimal(count):.3e}"
-
-
-def _draw_words(axes: Axes, heavy: Fraction, light: Fraction) -> None:
-    axes.set_axis_off()
-    words = "\n".join(
-        shorten(f"{label}:  {value}", LONGEST_FACT, placeholder=" …")
-        for label, value in facts(heavy, light)[2:]
-    )
-    headline = f"{_short(collision_count(heavy, light))} collisions"
-    for y, text, size in ((0.98, headline, 34), (0.85, words, 11), (0.56, "m : M = 1 : 100ⁿ", 14)):
-        weight = "normal" if text is words else "bold"
-        axes.text(0, y, text, fontsize=size, weight=weight, linespacing=1.9, va="top")
-    table = axes.table(
-        cellText=[
-            [str(n), str(count), f"{low} to {high}"] for n, count, low, high in powers_table()
-        ],
-        colLabels=["n", "collisions", "π lies between"],
-        colWidths=[0.1, 0.32, 0.58],
-        cellLoc="center",
-        edges="horizontal",
-        bbox=Bbox.from_bounds(0.0, 0.08, 1.0, 0.43),
-    )
-    table.auto_set_font_size(False)
-    table.set_fontsize(12)
 
 
 # ---- a campaign --------------------------------------------------------------------------------

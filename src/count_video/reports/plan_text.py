@@ -198,40 +198,27 @@ POWERS = range(8)
 
 def theory_text(heavy: Fraction, light: Fraction) -> str:
     """Write count, angles and bounds on pi as plain text, then the table for 1:100^n."""
-    count = plural(collision_count(heavy, light), "collision")
-    lines = [f"{plain(heavy)} and {plain(light)}: {count}", ""]
-    lines += [f"  {label:<15}{words}" for label, words in facts(heavy, light)]
-    lines += ["", "  m : M = 1 : 100^n", "    n  collisions  pi lies between"]
-    rows = powers_table()
-    lines += [f"    {power}{count:>12}  {low} and {high}" for power, count, low, high in rows]
-    return "\n".join(lines)
-
-
-def facts(heavy: Fraction, light: Fraction) -> list[tuple[str, str]]:
-    """Label and words of all that the theory says of two masses."""
     theory = theory_of(heavy, light)
     count, bounds, ratios = theory.count, theory.pi_bounds, theory.same_count
     angles = [
         f"{angle:.10g} rad ({math.degrees(angle):.6g}°)"
         for angle in (theory.theta_rad, 2 * theory.theta_rad)
     ]
-    return [
-        ("Mass ratio", f"M : m = {plain(heavy / light)} : 1"),
-        ("Exact count", f"{count} = ⌈π/θ⌉ − 1"),
-        ("θ", f"{angles[0]} = arctan √(m/M)"),
-        ("α = 2θ", f"{angles[1]} = arccos((M − m)/(M + m))"),
-        ("Interval of π", f"{bounds.low:.10g} to {bounds.high:.10g}, {count} θ to {count + 1} θ"),
-        ("Same count", f"for M/m above {ratios.low:.10g} up to {ratios.high:.10g}"),
-    ]
-
-
-def powers_table() -> list[tuple[int, int, str, str]]:
-    """Rows of n, count and bounds on pi for the mass ratios 1:100^n."""
-    rows = []
+    facts = {
+        "Mass ratio": f"M : m = {plain(heavy / light)} : 1",
+        "Exact count": f"{count} = ⌈π/θ⌉ − 1",
+        "θ": f"{angles[0]} = arctan √(m/M)",
+        "α = 2θ": f"{angles[1]} = arccos((M − m)/(M + m))",
+        "Interval of π": f"{bounds.low:.10g} to {bounds.high:.10g}, {count} θ to {count + 1} θ",
+        "Same count": f"for M/m above {ratios.low:.10g} up to {ratios.high:.10g}",
+    }
+    lines = [f"{plain(heavy)} and {plain(light)}: {plural(count, 'collision')}", ""]
+    lines += [f"  {label:<15}{words}" for label, words in facts.items()]
+    lines += ["", "  m : M = 1 : 100^n", "    n  collisions  pi lies between"]
     for power in POWERS:
         count, decimals = collision_count(100**power), power + 2
         bounds, unit = pi_bounds(count, 100**power), 10**decimals
         # Rounded outward, so that what is printed still holds pi between it.
         low, high = math.floor(bounds.low * unit) / unit, math.ceil(bounds.high * unit) / unit
-        rows.append((power, count, f"{low:.{decimals}f}", f"{high:.{decimals}f}"))
-    return rows
+        lines.append(f"    {power}{count:>12}  {low:.{decimals}f} and {high:.{decimals}f}")
+    return "\n".join(lines)

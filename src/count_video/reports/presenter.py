@@ -16,6 +16,8 @@ from count_video.settings import Shape
 SIZES: dict[Shape, tuple[int, int]] = {"wide": (1920, 1080), "upright": (1080, 1920)}
 """Width and height of the clip in px."""
 COUNTER_PX: dict[Shape, int] = {"wide": 280, "upright": 600}
+DIGIT_WIDTH = 0.64
+"""Width of a digit over the size of the type."""
 WORDS_PX = 44
 MARGIN_PX = 40
 SHADED_PX = 720
@@ -26,12 +28,17 @@ GIF_FRAMES = 160
 GIF_COLOURS = 64
 
 
-def presenter_layout(shape: Shape, width_px: int, height_px: int, wall: WallSide) -> ClipLayout:
+def presenter_layout(
+    shape: Shape, width_px: int, height_px: int, wall: WallSide, most: int
+) -> ClipLayout:
     """Fit footage into the clip, above the time line and, if upright, below the counter.
 
-    The count stands in the corner that is farthest from the ball: away from the wall.
+    The count, up to ``most``, stands in the corner that is farthest from the ball: away from the
+    wall.
     """
-    (width, height), size, upright = SIZES[shape], COUNTER_PX[shape], shape == "upright"
+    (width, height), upright = SIZES[shape], shape == "upright"
+    fits = (width - 2 * MARGIN_PX) / (DIGIT_WIDTH * len(str(most)))
+    size = min(COUNTER_PX[shape], int(fits))
     below = round(1.2 * size) + WORDS_PX // 2
     above = below + 3 * WORDS_PX // 2
     left_over = height - (above + STRIP_PX if upright else 0) - 2 * MARGIN_PX

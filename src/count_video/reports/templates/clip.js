@@ -22,15 +22,7 @@
   video.controls = false;
 
   // ---- frames and times -------------------------------------------------------------------
-  function rowAt(time) {
-    let low = 0;
-    let high = data.times.length - 1;
-    while (low < high) {
-      const middle = Math.ceil((low + high) / 2);
-      if (data.times[middle] <= time) low = middle; else high = middle - 1;
-    }
-    return low;
-  }
+  const rowAt = (time) => Math.max(0, data.times.findLastIndex((begins) => begins <= time));
 
   function rowOf(frame) {
     let best = 0;

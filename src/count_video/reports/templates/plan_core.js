@@ -182,14 +182,7 @@ globalThis.planCore = (() => {
 
   // Place and velocity of both at a time of the burst, from the state before it.
   function at(found, time) {
-    const { states } = found;
-    let low = 0;
-    let high = states.length - 1;
-    while (low < high) {
-      const middle = Math.ceil((low + high) / 2);
-      if (states[middle].time <= time) low = middle; else high = middle - 1;
-    }
-    const state = states[low];
+    const state = found.states.findLast((one) => one.time <= time) ?? found.states[0];
     const tau = Math.max(0, time - state.time);
     return {
       heavy: state.heavy + advance(found.heavy, state.heavy, state.heavyVelocity, tau)[0],
