@@ -214,8 +214,6 @@ def campaign_text(rows: Sequence[TrialRow], summary: CampaignSummary, width: int
             lines += ["", f"Mass ratio {ratio_words(group.mass_ratio)}"]
         lines += [entry(*line) for line in summary_lines(group)]
         lines += histogram_lines(group.histogram, group.theories)
-        more = [entry(*line) for line in physics_lines(group)]
-        lines += ["", *more] if more else []
     return "\n".join(lines)
 
 
@@ -246,17 +244,12 @@ def _why(row: TrialRow) -> str:
 
 
 def summary_lines(one: Summary) -> list[Line]:
-    """List the lines of the paper's table for the trials of a campaign."""
+    """List the lines of the paper's table for trials, and of what is known of their bodies."""
     uncertainty, source = one.mean_uncertainty, ""
     if one.theory_source == "measured":
         source = f"(measured mass ratio {ratio_words(one.mass_ratio)})"
     beside = "" if uncertainty is None else f"± {uncertainty:.2f} by the counts' own probabilities"
-    return paper_lines(one, ("counted", one.counted), (theory_words(one), source), beside)
-
-
-def physics_lines(one: Summary) -> list[Line]:
-    """List the lines of what is known of the bodies, as far as it is known."""
-    lines = []
+    lines = paper_lines(one, ("counted", one.counted), (theory_words(one), source), beside)
     for label, spread in (
         ("Restitution between the bodies", one.restitution_bodies),
         ("Restitution at the wall", one.restitution_wall),
@@ -264,9 +257,8 @@ def physics_lines(one: Summary) -> list[Line]:
     ):
         if spread is not None:
             several = f"SD {spread.sd:.3f} over {spread.number}"
-            lines.append(
-                (label, f"{spread.mean:.3f}", several if spread.number > 1 else "of 1 trial")
-            )
+            beside = several if spread.number > 1 else "of 1 trial"  # which has no spread
+            lines.append((label, f"{spread.mean:.3f}", beside))
     if one.geometric_share is not None:
         lines.append(("Geometric endings", f"{one.geometric_share:.0%}", ""))
     return lines

@@ -27,7 +27,6 @@ from count_video.reports.campaign import (
     CampaignSummary,
     TrialRow,
     advice,
-    physics_lines,
     summary_lines,
 )
 from count_video.reports.json_object import json_object, plain
@@ -176,10 +175,7 @@ def campaign_page(
         "campaign",
         ("campaign",),
         summary=summary.whole,
-        groups=[
-            (ratio_words(group.mass_ratio), [*summary_lines(group), *physics_lines(group)])
-            for group in summary.groups
-        ],
+        groups=[(ratio_words(group.mass_ratio), summary_lines(group)) for group in summary.groups],
         rows=sorted(rows, key=lambda row: not row.needs_a_person),
         doubt=_doubt,
         link=_link,
