@@ -18,7 +18,7 @@ from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
 from count_video.parallel import Processes
 from count_video.physics.setup import Setup
-from count_video.physics.simulator import Motion, simulate
+from count_video.physics.simulator import Motion, simulate, simulate_many
 from synth_video.film import render_clip
 from synth_video.scene import Scene
 from synth_video.scene_file import load_scene
@@ -115,12 +115,10 @@ def target_named(name: str) -> Target:
 
 
 def true_counts(target: Target, seed: int) -> list[int]:
-    """Simulate a campaign; stop at the first count that the target rules out."""
-    counts: list[int] = []
-    for trial in range(target.trials):
-        counts.append(simulate(target.hands.setup(seed, trial), seed=trial).count)
-        if not target.minimum <= counts[-1] <= target.maximum:
-            break
+    """Simulate a campaign; return the count of each trial."""
+    trials = range(target.trials)
+    setups = [target.hands.setup(seed, trial) for trial in trials]
+    counts: list[int] = simulate_many(setups, seeds=trials).count.tolist()
     return counts
 
 

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.errors import UsageError
-from count_video.physics.engine import SimulatedCollision
-from count_video.physics.simulator import Motion
+from count_video.physics.simulator import Motion, SimulatedCollision
 from count_video.records import Floats
 from synth_video.experiments.course import Course
 from synth_video.scene import ClipSettings, EncodingSettings, Scene

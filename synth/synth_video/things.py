@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from count_video.physics.flights import Pendulum
+from count_video.physics.laws import Law
 from count_video.records import Floats
 from synth_video.body_picture import BodyCanvas, BodyPicture, Pixels, as_pixels, body_canvas
 from synth_video.moving_layers import Layer, LayerSource, Lens, Standing, light_appearance, standing
@@ -38,7 +38,7 @@ class Hand:
 
     picture: BodyPicture
     """About the axis of the cylinder at its far end."""
-    law: Pendulum
+    law: Law
     """The cylinder's swing until the first collision: position of its face."""
     start_m: float
     """Face of the cylinder at the release."""
@@ -54,7 +54,7 @@ class Hand:
 
     def _face_m(self, times_s: Floats) -> Floats:
         start = np.full_like(times_s, self.start_m)
-        return start + self.law.advance(start, np.zeros_like(start), times_s)[0]
+        return np.asarray(start + self.law.advance(start, np.zeros_like(start), times_s)[0])
 
 
 def paint_hand(lens: Lens) -> BodyPicture:
@@ -225,7 +225,7 @@ def _lying_ball(scene: Scene, projection: Projection, lens: Lens) -> Standing:
 
 def _hand(scene: Scene, lens: Lens) -> Hand:
     setup = scene.setup
-    law = Pendulum.from_thread(
+    law = Law.hanging(
         setup.heavy_thread_m, setup.gravity_m_s2, setup.heavy_damping_per_s, setup.heavy_rest_m
     )
     length_m = scene.cylinder.length_m

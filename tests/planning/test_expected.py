@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from test_comparison import PLANNED, found
 
 from count_video.physics.setup import Setup
-from count_video.physics.simulator import simulate
+from count_video.physics.simulator import simulate, simulate_many
 from count_video.planning.comparison import expected_counts
 from count_video.records import Estimate
 from count_video.reports.text import result_text
@@ -62,12 +62,11 @@ def test_a_fit_without_errors_leads_to_the_simulated_counts(
     assert expected is not None
     # Lengths in px and times in frames are other units: roundings decide where a count is about to
     # change, so the simulated count of a neighbour is right as well.
-    near = {simulate(_longer(lossy, share)).count for share in (-1e-9, 0.0, 1e-9)}
-    assert expected.with_losses in near
     lossless = replace(lossy, restitution_bodies=1.0, restitution_wall=1.0)
-    assert expected.hanging in {
-        simulate(_longer(lossless, share)).count for share in (-1e-9, 0.0, 1e-9)
-    }
+    shares = (-1e-9, 0.0, 1e-9)
+    near = simulate_many([_longer(one, share) for one in (lossy, lossless) for share in shares])
+    assert expected.with_losses in near.count[:3]
+    assert expected.hanging in near.count[3:]
 
 
 def _longer(setup: Setup, share: float) -> Setup:
@@ -91,7 +90,7 @@ def test_losses_that_have_no_end_lead_to_no_count() -> None:
         restitution_bodies=Estimate(0.5, 0.01),
         restitution_wall=Estimate(0.5, 0.01),
     )
-    assert simulate(rattling).count > 1000
+    assert simulate(rattling).endless
     expected = expected_counts(result)
     assert expected is not None
     assert (expected.free, expected.with_losses) == ((314, 314), None)

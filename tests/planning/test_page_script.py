@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 import count_video.reports
-from count_video.physics.many import simulate_many, varied
 from count_video.physics.setup import Setup
-from count_video.physics.simulator import simulate
+from count_video.physics.simulator import simulate, simulate_many, varied
 from count_video.physics.theory import collision_count
 from tiers import rest_slow
 

@@ -13,9 +13,8 @@ import pytest
 
 import count_video
 from count_video.errors import UsageError
-from count_video.physics.many import NO_COUNT
 from count_video.physics.setup import Setup
-from count_video.physics.simulator import simulate
+from count_video.physics.simulator import NO_COUNT, simulate
 from count_video.physics.theory import collision_count
 from count_video.planning.plan import Plan, make_plan
 from count_video.planning.request import PlanRequest, Tolerances
@@ -31,7 +30,7 @@ from count_video.planning.spread import (
 
 PAPER = PlanRequest(1050, 10.5, capture_fps=240.0)
 STEEL = Tolerances(restitution=0.0, scatter=0.0)
-CELLS = 300
+CELLS = 40
 CHECK_TRIALS = 1500
 SAMPLING_SIGMAS = 4.0
 

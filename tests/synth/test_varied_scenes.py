@@ -8,6 +8,7 @@ from filming import small_scene
 
 from count_video.errors import UsageError
 from count_video.physics.simulator import simulate
+from synth_video import variation
 from synth_video.projection import projection_of
 from synth_video.schedule import schedule_of
 from synth_video.truth import Truth, truth_of
@@ -47,7 +48,8 @@ def test_all_but_the_trial_stays_as_the_scene_has_it() -> None:
     assert back == scene
 
 
-def test_a_scene_that_allows_no_trial_is_refused() -> None:
+def test_a_scene_that_allows_no_trial_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(variation, "_TRIES", 20)
     # Damped so heavily, the cylinder creeps to its rest and never strikes the ball in time.
     scene = small_scene("paper", "setup.restitution_wall=0.9", "setup.heavy_damping_per_s=3.1")
     impossible = replace(scene, setup=replace(scene.setup, light_damping_per_s=3.1))

@@ -9,152 +9,128 @@ that kind approach the first zero from the left; near a zero with f' < 0 it is N
 for terms of second order, hence quadratic: from above, f is bounded by the same parabola with + B
 s²/2, so after a step the zero is no farther than about B s²/|f'|. For free bodies (B = 0) it is
 the closed form at once. At a grazing contact (a double zero) it is linear and still ends, at the
-rounding error of the gap.
+rounding error of the gap. All functions take n pairs side by side, in arrays of shape (n,).
 """
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from count_video.physics.flights import REST, Law, Number, Pendulum
+from count_video.physics.laws import Law
+from count_video.records import Floats
+
+Whole = NDArray[np.int64]
 
 STEP_TOLERANCE = 1e-14
 """Stop when the zero is known to be closer than this fraction of the flight time, or a step adds
 no more than that."""
+_MAXIMUM = sys.float_info.max
+"""Stands for a window without end: an infinite step ends the search."""
 
-MAXIMUM = sys.float_info.max
+Signals = Callable[[Whole, Floats], tuple[Floats, Floats]]
+"""Values and slopes of the functions of some rows, at a time for each."""
 
 
 class Mover(NamedTuple):
-    """A body at the start of a flight."""
+    """Bodies at the start of their flights; places and velocities have shape (n,)."""
 
     law: Law
-    position_m: float
-    velocity_m_s: float
+    position_m: Floats
+    velocity_m_s: Floats
+
+    def take(self, rows: Whole) -> Mover:
+        """Return some of them."""
+        return Mover(self.law.take(rows), self.position_m[rows], self.velocity_m_s[rows])
+
+    def after(self, tau_s: Floats) -> tuple[Floats, Floats]:
+        """Displacement (m) and velocity (m/s) after a time."""
+        rise, velocity = self.law.advance(self.position_m, self.velocity_m_s, tau_s)
+        return rise, velocity
 
 
-WALL = Mover(REST, 0.0, 0.0)
+def wall_contact_s(body: Mover, window_s: Floats) -> Floats:
+    """Time until bodies meet a wall at 0; as :func:`contact_s`."""
+    window_s = np.clip(window_s, 0.0, _MAXIMUM)
+    gap = np.maximum(0.0, body.position_m)
+    curvature = abs(body.law.phasor(body.position_m, body.velocity_m_s)[0])
 
-Signal = Callable[[float], tuple[float, float, float]]
-"""Value, first and second derivative at a time; where the first is negative, the second is not
-needed and may be 0."""
+    def evaluate(rows: Whole, tau_s: Floats) -> tuple[Floats, Floats]:
+        rise, now = (body.take(rows) if len(rows) < len(gap) else body).after(tau_s)
+        return gap[rows] + rise, now
 
-
-def safe_step(gap: float, slope: float, curvature: float) -> float:
-    """First positive zero of gap + slope s − curvature s²/2; inf if there is none."""
-    root = math.sqrt(slope * slope + 2.0 * curvature * gap)
-    if slope < 0.0:
-        return 2.0 * gap / (root - slope)  # the form without cancellation
-    return (slope + root) / curvature if curvature > 0.0 else math.inf
-
-
-def opening_step(bend: float, jerk: float) -> float:
-    """Step that is safe while the gap opens, f ≥ 0 and f' ≥ 0, ever faster, f'' = bend > 0.
-
-    The third derivative being within ± jerk, f(τ + s) ≥ bend s²/2 − jerk s³/6. Bodies that have
-    just been pulled apart have no gap and no speed yet: only this step gets them off each other.
-    """
-    if bend <= 0.0:
-        return 0.0
-    return 3.0 * bend / jerk if jerk > 0.0 else math.inf
+    start = safe_step(gap, body.velocity_m_s, curvature)
+    return first_zero(evaluate, start, curvature, window_s)
 
 
-def first_zero(evaluate: Signal, start: float, bounds: tuple[float, float], window: float) -> float:
-    """First τ ≥ ``start`` at which a positive function reaches 0; inf if beyond ``window``.
-
-    ``bounds`` are those of the second and third derivative.
-    """
-    curvature, jerk = bounds
-    tau = start
-    window = min(window, MAXIMUM)  # an infinite step then ends the search
-    while tau <= window:
-        value, slope, bend = evaluate(tau)
-        if value <= 0.0:  # rounding has led beyond it: one Newton step back
-            return max(start, tau - value / slope) if slope < 0.0 else tau
-        step = safe_step(value, slope, curvature)
-        if slope >= 0.0:
-            step = max(step, opening_step(bend, jerk))
-        tau += step
-        within = STEP_TOLERANCE * tau
-        if step <= within or curvature * step * step <= -slope * within:
-            return tau if tau <= window else math.inf
-    return math.inf
-
-
-def contact_s(upper: Mover, lower: Mover, window_s: float) -> float:
+def contact_s(upper: Mover, lower: Mover, window_s: Floats) -> Floats:
     """Time until ``upper`` (farther from the wall) meets ``lower``; inf if not within the window.
 
     Bodies that touch already (gap 0) and separate are first carried away from that contact.
     """
-    upper_law, upper_position, upper_velocity = upper
-    lower_law, lower_position, lower_velocity = lower
-    gap = max(0.0, upper_position - lower_position)
-    slope = upper_velocity - lower_velocity
-    if gap == 0.0 and slope < 0.0:
-        return 0.0
-    curvature, jerk = _gap_bounds(upper, lower, window_s)
-    start = safe_step(gap, slope, curvature)
-    if gap == 0.0 and start <= window_s:
-        start = max(start, opening_step(_pull(upper, lower), jerk))
-    if start > window_s:
-        return math.inf
+    gap = np.maximum(0.0, upper.position_m - lower.position_m)
+    window_s = np.clip(window_s, 0.0, _MAXIMUM)
+    curvature = gap_curvature(upper, lower, window_s)
 
-    def evaluate(tau: float) -> tuple[float, float, float]:
-        rise, upper_now = upper_law.advance(upper_position, upper_velocity, tau)
-        fall, lower_now = lower_law.advance(lower_position, lower_velocity, tau)
-        bend = 0.0
-        if upper_now >= lower_now:
-            bend = upper_law.acceleration(upper_position + rise, upper_now)
-            bend -= lower_law.acceleration(lower_position + fall, lower_now)
-        return gap + rise - fall, upper_now - lower_now, bend
+    def evaluate(rows: Whole, tau_s: Floats) -> tuple[Floats, Floats]:
+        some = len(rows) < len(gap)
+        rise, upper_now = (upper.take(rows) if some else upper).after(tau_s)
+        climb, lower_now = (lower.take(rows) if some else lower).after(tau_s)
+        return gap[rows] + rise - climb, upper_now - lower_now
 
-    return first_zero(evaluate, start, (curvature, jerk), window_s)
+    start = safe_step(gap, upper.velocity_m_s - lower.velocity_m_s, curvature)
+    return first_zero(evaluate, start, curvature, window_s)
 
 
-def _pull(upper: Mover, lower: Mover) -> float:
-    """Relative acceleration of two bodies at the start."""
-    pull = upper.law.acceleration(upper.position_m, upper.velocity_m_s)
-    return pull - lower.law.acceleration(lower.position_m, lower.velocity_m_s)
+def gap_curvature(upper: Mover, lower: Mover, window_s: Floats) -> Floats:
+    """Bound of the second derivative of a gap within the window; both may nearly be alike.
 
-
-def _gap_bounds(upper: Mover, lower: Mover, window_s: float) -> tuple[float, float]:
-    """Bounds of the second and third derivative of the gap within the window."""
-    if isinstance(upper.law, Pendulum) and isinstance(lower.law, Pendulum):
-        return difference_bounds(
-            (upper.law.phasor(upper.position_m, upper.velocity_m_s), upper.law.rate_per_s),
-            (lower.law.phasor(lower.position_m, lower.velocity_m_s), lower.law.rate_per_s),
-            window_s,
-        )
-    curvature, jerk = upper.law.bounds(upper.position_m, upper.velocity_m_s)
-    lower_curvature, lower_jerk = lower.law.bounds(lower.position_m, lower.velocity_m_s)
-    if jerk == lower_jerk == 0.0:  # constant until a body stops: no bound but the thing itself
-        return abs(_pull(upper, lower)), 0.0
-    return curvature + lower_curvature, jerk + lower_jerk
-
-
-def difference_bounds(
-    upper: tuple[Any, Any], lower: tuple[Any, Any], window_s: Number
-) -> tuple[Number, Number]:
-    """Bounds for two pendulums, each given by its phasor and rate; they may nearly be alike.
-
-    With q = Re(C e^{λτ}) the n-th derivative of the gap is Re(A e^{λτ} − B e^{μτ}), A = C λⁿ and
-    likewise B. It is no larger than |A| + |B|, nor, as no motion grows, than
+    It is Re(A e^{λτ} − B e^{μτ}), hence no larger than |A| + |B|, nor, as no motion grows, than
     |A − B| + |B| |λ − μ| τ. The second is by far the smaller where frequencies and motions are
-    nearly equal, and spares a hundred thousand steps along a gap of nanometres. Numbers, or arrays
-    of shape (n,) for many pairs.
+    nearly equal, and spares a hundred thousand steps along a gap of nanometres.
     """
-    least: Any = np.minimum if isinstance(window_s, np.ndarray) else min
-    upper_rate, lower_rate = upper[1], lower[1]
-    upper_term, lower_term = upper[0] * upper_rate**2, lower[0] * lower_rate**2
-    drift = abs(upper_rate - lower_rate) * window_s
-    bounds = []
-    for _ in ("second", "third"):
-        apart, near = abs(upper_term) + abs(lower_term), abs(upper_term - lower_term)
-        bounds.append(least(apart, near + abs(lower_term) * drift))
-        upper_term, lower_term = upper_term * upper_rate, lower_term * lower_rate
-    return bounds[0], bounds[1]
+    one, rate = upper.law.phasor(upper.position_m, upper.velocity_m_s)
+    other, other_rate = lower.law.phasor(lower.position_m, lower.velocity_m_s)
+    drift = np.minimum(abs(rate - other_rate) * window_s, 2.0)  # the exponentials stay within 1
+    near = abs(one - other) + abs(other) * drift
+    return np.asarray(np.minimum(abs(one) + abs(other), near))
+
+
+def safe_step(gap: Floats, slope: Floats, curvature: Floats) -> Floats:
+    """First positive zero of gap + slope s − curvature s²/2; inf if there is none."""
+    root = np.sqrt(slope * slope + 2.0 * curvature * gap)
+    closes, bends = slope < 0.0, curvature > 0.0
+    # Of the two forms of the root that in which nothing cancels.
+    divisor = np.where(closes, root - slope, np.where(bends, curvature, 1.0))
+    step = np.where(closes, 2.0 * gap, slope + root) / divisor
+    return np.where(closes | bends, step, np.inf)
+
+
+def first_zero(evaluate: Signals, start: Floats, curvature: Floats, window: Floats) -> Floats:
+    """First τ ≥ start at which each positive function reaches 0; inf if not within its window."""
+    zeros = np.full_like(start, np.inf)
+    tau = start.copy()
+    rows = np.flatnonzero(tau <= window)
+    while rows.size:
+        now, bound = tau[rows], curvature[rows]
+        value, slope = evaluate(rows, now)
+        crossed = value <= 0.0
+        if crossed.any():  # rounding has led beyond it: one Newton step back
+            there, falling = rows[crossed], np.minimum(slope[crossed], 0.0)
+            back = np.where(
+                falling < 0.0, value[crossed] / np.where(falling < 0.0, falling, 1.0), 0.0
+            )
+            zeros[there] = np.maximum(start[there], now[crossed] - back)
+        step = safe_step(np.maximum(value, 0.0), slope, bound)
+        after = now + step
+        within = STEP_TOLERANCE * after
+        near = ~crossed & ((step <= within) | (bound * step * step <= -slope * within))
+        arrived = near & (after <= window[rows])
+        zeros[rows[arrived]] = after[arrived]
+        tau[rows] = after
+        rows = rows[~crossed & ~near & (after <= window[rows])]
+    return zeros

@@ -1,34 +1,50 @@
-"""A whole trial: every collision, where the first burst ends, and the state at any time."""
+"""Whole trials: every collision, where the first burst ends, the state at any time.
+
+Where bodies come to rest on each other, which would end the alternation of flights and bounces, a
+trial ends and has no count.
+
+The small-angle pendulums are linear, so that lengths scale: with gap and release multiplied by one
+factor all times, counts and ratios of velocities stay the same.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from count_video.errors import UsageError
-from count_video.physics.engine import (
-    Anchor,
-    Restitution,
-    SimulatedCollision,
-    events,
-    settle,
-    states_at,
-)
-from count_video.physics.flights import Pendulum
-from count_video.physics.setup import Apparatus, Hold, Setup, build_apparatus
+from count_video.physics.contacts import Whole
+from count_video.physics.events import Flags, Run, Step, table_of
+from count_video.physics.laws import Law
+from count_video.physics.setup import Setup, laws_of
 from count_video.records import CollisionKind, Floats
 
+NO_COUNT = -1
 LONGEST_BURST_PERIODS = 10.0
 """A suspended trial whose burst has not ended after so many heavy periods is left there (the
-cylinder never reaches the ball, or leans on the wall and stays)."""
+cylinder never reaches the ball, or never turns)."""
 MOST_COLLISIONS = 1_000_000
-"""A trial with more is refused before it fills the memory."""
-CONTACT_AT_START_M = 1e-12
-"""Bodies closer than this at time 0 touch: no more than a rounding of the sum of the gaps."""
-_BLOCK = 256
-"""Random numbers are drawn so many at a time; it does not change their sequence."""
+"""A trial with more is ended before it fills the memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedCollision:
+    """One bounce, exactly; velocities are positive away from the wall."""
+
+    time_s: float
+    kind: CollisionKind
+    heavy_before_m_s: float
+    heavy_after_m_s: float
+    light_before_m_s: float
+    light_after_m_s: float
+    energy_after_j: float
+    """Kinetic energy of both bodies and, on threads, their potential energy above rest."""
+    restitution: float
+    """Relative speed after over before, as drawn for this bounce."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +77,12 @@ class Motion:
     """All bounces up to ``until_s``, in order of time."""
     burst_end_s: float
     """When the cylinder, driven back, turns round again; inf if not reached."""
-    anchors: tuple[Anchor, ...]
-    """State after each event, the start first."""
+    endless: bool
+    """Whether bodies came to rest on each other in ever smaller bounces, or collided more often
+    than was asked for, at ``until_s``."""
+    events: Floats = field(compare=False, repr=False)
+    """State after each event, the start first: time, the cylinder's face less a ball diameter, its
+    velocity, the ball's wall-side face, its velocity; shape (events, 5)."""
 
     @property
     def burst(self) -> tuple[SimulatedCollision, ...]:
@@ -76,11 +96,7 @@ class Motion:
 
     @property
     def count(self) -> int:
-        """Number of collisions of the burst.
-
-        Very inelastic bodies (free, 1:100: restitution below about 0.83) collapse onto the wall in
-        infinitely many bounces; then this is how many were faster than a resting contact.
-        """
+        """Number of collisions of the burst; of an endless one those faster than a rest."""
         return len(self.burst)
 
     @property
@@ -92,28 +108,57 @@ class Motion:
     def sample(self, times_s: Floats) -> Sample:
         """State at ``times_s``, shape (n,), exact; the run is continued if it is too short.
 
-        Before time 0 a suspended trial is held at its start; a free or sliding cylinder comes in
-        as it must have. At the very time of a collision the state after it is given.
+        Before time 0 a suspended trial is held at its start; a free cylinder comes in as it must
+        have. At the very time of a collision the state after it is given.
 
         Raises
         ------
         UsageError
-            If a time is not finite.
+            If a time is not finite, or later than bodies came to rest on each other.
         """
         times = np.ascontiguousarray(times_s, dtype=np.float64)
         if not np.isfinite(times).all():
             raise UsageError("cannot sample a motion at a time that is not finite; drop those")
         latest_s = float(times.max(initial=0.0))
         if latest_s > self.until_s:
-            return extend(self, latest_s).sample(times)
+            if self.endless:
+                raise UsageError(
+                    f"the bodies come to rest on each other after {self.until_s:g} s; show less of "
+                    "the trial, or choose a higher restitution"
+                )
+            return simulate(self.setup, seed=self.seed, until_s=latest_s).sample(times)
         if self.setup.mounting == "suspended":
-            times = np.maximum(times, self.anchors[0].time_s)
-        states = states_at(build_apparatus(self.setup), self.anchors, times)
-        diameter_m = self.setup.ball_diameter_m
-        return Sample(states[0] + diameter_m, states[1], states[2], states[3], diameter_m)
+            times = np.maximum(times, 0.0)
+        rows = np.maximum(np.searchsorted(self.events[:, 0], times, side="right") - 1, 0)
+        start_s, heavy, heavy_velocity, ball, ball_velocity = self.events[rows].T
+        heavy_law, ball_law = laws_of(table_of([self.setup]))
+        since_s, diameter_m = times - start_s, self.setup.ball_diameter_m
+        rise, heavy_now = heavy_law.advance(heavy, heavy_velocity, since_s)
+        climb, ball_now = ball_law.advance(ball, ball_velocity, since_s)
+        return Sample(heavy + rise + diameter_m, heavy_now, ball + climb, ball_now, diameter_m)
 
 
-def simulate(setup: Setup, *, seed: int = 0, until_s: float | None = None) -> Motion:
+@dataclass(frozen=True)
+class ManyBursts:
+    """What became of each of n trials; all arrays have shape (n,)."""
+
+    count: Whole
+    """Collisions of the burst; ``NO_COUNT`` where that is endless."""
+    shortest_s: Floats
+    """Shortest time from one of them to the next; inf if there are fewer than two, NaN without a
+    count."""
+    last_s: Floats
+    """Time of the last one."""
+    turn_s: Floats
+    """When the cylinder, driven back, turns round; inf if it never does, NaN without a count."""
+    endless: Flags
+    """Whether bodies came to rest on each other in ever smaller bounces, or collided more often
+    than was asked for."""
+
+
+def simulate(
+    setup: Setup, *, seed: int = 0, until_s: float | None = None, most: int = MOST_COLLISIONS
+) -> Motion:
     """Run a trial from its start.
 
     Parameters
@@ -124,100 +169,125 @@ def simulate(setup: Setup, *, seed: int = 0, until_s: float | None = None) -> Mo
         Of the scatter of the restitution; without scatter it changes nothing.
     until_s
         Stop after this time. By default a suspended trial runs half a heavy period beyond the end
-        of its burst; a free or sliding one until nothing more can happen.
+        of its burst; a free one until nothing more can happen.
+    most
+        End a trial with more collisions than this; it is endless then.
 
     Raises
     ------
     UsageError
-        If ``until_s`` is not a time, or there are more than ``MOST_COLLISIONS`` until then.
+        If ``until_s`` is not a time.
     """
-    ball_m = setup.ball_start_m
-    heavy_m = setup.wall_gap_m + setup.bodies_gap_m + setup.release_m
-    if abs(heavy_m - ball_m) < CONTACT_AT_START_M:
-        heavy_m = ball_m
-    start = Anchor(0.0, heavy_m, setup.heavy_velocity_m_s, ball_m, 0.0, Hold.APART)
-    settled = settle(build_apparatus(setup), start)
-    still = Motion(setup, seed, -math.inf, (), math.inf, (settled,))
-    return _run(still, None) if until_s is None else extend(still, until_s)
-
-
-def extend(motion: Motion, until_s: float) -> Motion:
-    """Continue a trial to a later time; the result is the same to the bit as one long run.
-
-    Raises
-    ------
-    UsageError
-        As for ``simulate``.
-    """
-    endless = math.isinf(until_s) and motion.setup.mounting == "suspended"
-    if math.isnan(until_s) or until_s < 0 or endless:
+    endless = until_s == math.inf and setup.mounting == "suspended"
+    if until_s is not None and (endless or not until_s >= 0.0):
         raise UsageError(f"cannot simulate until {until_s} s; give a finite time from 0 on")
-    return motion if until_s <= motion.until_s else _run(motion, until_s)
-
-
-def _run(motion: Motion, until_s: float | None) -> Motion:
-    """Follow the events from the last anchor to ``until_s`` or to the natural end."""
-    setup = motion.setup
-    apparatus = build_apparatus(setup)
-    anchors, collisions = list(motion.anchors), list(motion.collisions)
-    burst_end_s = motion.burst_end_s
-    half_period_s = _half_period_s(apparatus)
+    table = table_of([setup])
+    run = Run(table, [seed])
+    half_period_s = 0.5 * float(run.laws[0].period_s[0])
     limit_s = 2.0 * LONGEST_BURST_PERIODS * half_period_s if until_s is None else until_s
-    draw = draw_restitutions(setup, motion.seed, len(collisions))
-    for anchor, impact in events(apparatus, anchors[-1], draw):
-        if burst_end_s == math.inf and collisions:
-            burst_end_s = _turning_s(apparatus, anchors[-1], min(anchor.time_s, limit_s))
-            if until_s is None and burst_end_s < math.inf:
-                limit_s = burst_end_s + half_period_s
-        if anchor.time_s > limit_s:
+    events, collisions = [np.array(run.state).T], list[SimulatedCollision]()
+    burst_end_s, endless = math.inf, False
+    while True:
+        step = run.step()
+        time_s = float(step.after.time[0])
+        if step.never[0]:
+            limit_s = math.inf
+        if step.turned[0] and collisions and burst_end_s == math.inf and time_s <= limit_s:
+            burst_end_s = time_s
+            limit_s = burst_end_s + half_period_s if until_s is None else limit_s
+        if step.never[0] or time_s > limit_s:
             break
-        anchors.append(anchor)
-        if impact is not None:
-            collisions.append(impact)
-            _check_number(collisions)
-    else:
-        limit_s = math.inf
-    return Motion(setup, motion.seed, limit_s, tuple(collisions), burst_end_s, tuple(anchors))
+        if step.resting[0] or len(collisions) >= most:
+            limit_s, endless = time_s, True
+            break
+        events.append(np.array(step.after).T)
+        if step.met[0]:
+            collisions.append(_collision(table, run.laws, step))
+    states = np.concatenate(events)
+    return Motion(setup, seed, limit_s, tuple(collisions), burst_end_s, endless, states)
 
 
-def _turning_s(apparatus: Apparatus, anchor: Anchor, limit_s: float) -> float:
-    """When the cylinder turns toward the wall in the flight from ``anchor``; inf if not by then."""
-    heavy_law, _ = apparatus.laws(anchor.hold)
-    turn_s = anchor.time_s + heavy_law.turning_s(anchor.heavy_m, anchor.heavy_velocity_m_s)
-    return turn_s if turn_s <= limit_s else math.inf
+def simulate_many(
+    setups: Sequence[Setup], most: int = MOST_COLLISIONS, seeds: Sequence[int] | None = None
+) -> ManyBursts:
+    """Run n suspended trials to the end of their bursts.
 
-
-def draw_restitutions(setup: Setup, seed: int, skip: int) -> Restitution:
-    """Return a function that draws one restitution a bounce, going on after ``skip`` bounces.
-
-    One normal number is used for each bounce whatever its kind, so the n-th bounce gets the n-th
-    number of the seed's sequence however the run is cut into pieces.
+    Parameters
+    ----------
+    most
+        Leave trials with more collisions than this, and those in which bodies come to rest on each
+        other, without a count.
+    seeds
+        Of the scatter of the restitution, n of them; None: 0 for all.
     """
-    mean = {"bodies": setup.restitution_bodies, "wall": setup.restitution_wall}
-    scatter = {"bodies": setup.restitution_bodies_sd, "wall": setup.restitution_wall_sd}
-    if not any(scatter.values()):
-        return mean.__getitem__
-    rng = np.random.default_rng(seed)
-    rng.standard_normal(skip)
-    numbers: list[float] = []
+    size = len(setups)
+    table = table_of(setups)
+    run = Run(table, [0] * size if seeds is None else seeds)
+    limit = LONGEST_BURST_PERIODS * run.laws[0].period_s
+    found = ManyBursts(
+        count=np.zeros(size, np.int64),
+        shortest_s=np.full(size, np.inf),
+        last_s=np.full(size, np.nan),
+        turn_s=np.full(size, np.inf),
+        endless=np.zeros(size, np.bool_),
+    )
+    while run.rows.size:
+        step, rows = run.step(), run.rows
+        time_s, counted = step.after.time, found.count[rows]
+        late = ~step.never & (time_s > limit[rows])
+        endless = ~late & (step.resting | (step.met & (counted >= most)))
+        turned = ~late & step.turned & (counted > 0)
+        found.endless[rows[endless]] = True
+        found.turn_s[rows[turned]] = time_s[turned]
+        ended = step.never | late | endless | turned
+        hit = step.met & ~ended
+        _note(found, rows[hit], time_s[hit])
+        run.keep(~ended)
+    found.count[found.endless] = NO_COUNT
+    for times in (found.shortest_s, found.turn_s):
+        times[found.endless] = np.nan
+    return found
 
-    def draw(kind: CollisionKind) -> float:
-        if not numbers:
-            numbers.extend(rng.standard_normal(_BLOCK)[::-1].tolist())
-        return min(1.0, max(0.0, mean[kind] + scatter[kind] * numbers.pop()))
 
-    return draw
+def varied(setup: Setup, **columns: ArrayLike) -> list[Setup]:
+    """Return a set-up with other values of some fields: numbers, or arrays of one shape (n,).
 
-
-def _check_number(collisions: list[SimulatedCollision]) -> None:
-    if len(collisions) > MOST_COLLISIONS:
-        raise UsageError(
-            f"more than {MOST_COLLISIONS} collisions within {collisions[-1].time_s:g} s; "
-            "choose a smaller mass ratio, a lower restitution or an earlier until_s"
-        )
+    Raises
+    ------
+    UsageError
+        If a value is out of its range.
+    """
+    rows = np.column_stack(np.broadcast_arrays(*map(np.atleast_1d, columns.values())))
+    return [replace(setup, **dict(zip(columns, row, strict=True))) for row in rows.tolist()]
 
 
-def _half_period_s(apparatus: Apparatus) -> float:
-    """Half a swing of the cylinder; inf where nothing swings."""
-    heavy = apparatus.heavy
-    return 0.5 * heavy.period_s if isinstance(heavy, Pendulum) else math.inf
+def _note(found: ManyBursts, rows: Whole, time_s: Floats) -> None:
+    """Count one collision more for some rows."""
+    since = time_s - found.last_s[rows]
+    known = np.where(np.isnan(since), np.inf, since)
+    found.shortest_s[rows] = np.minimum(found.shortest_s[rows], known)
+    found.last_s[rows] = time_s
+    found.count[rows] += 1
+
+
+def _collision(table: NDArray[np.void], laws: tuple[Law, Law], step: Step) -> SimulatedCollision:
+    """Describe the bounce of a single trial."""
+    before, after = step.arrived, step.after
+    moving = (
+        ("heavy_mass_kg", laws[0], after.heavy, after.heavy_velocity),
+        ("light_mass_kg", laws[1], after.ball, after.ball_velocity),
+    )
+    energy = sum(
+        table[mass] * (0.5 * velocity**2 + law.potential(place))
+        for mass, law, place, velocity in moving
+    )
+    return SimulatedCollision(
+        time_s=float(after.time[0]),
+        kind="wall" if step.at_wall[0] else "bodies",
+        heavy_before_m_s=float(before.heavy_velocity[0]),
+        heavy_after_m_s=float(after.heavy_velocity[0]),
+        light_before_m_s=float(before.ball_velocity[0]),
+        light_after_m_s=float(after.ball_velocity[0]),
+        energy_after_j=float(np.asarray(energy)[0]),
+        restitution=float(step.bounce[0]),
+    )

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from count_video.errors import UsageError
-from count_video.physics.many import simulate_many
 from count_video.physics.setup import Setup
-from count_video.physics.simulator import simulate
+from count_video.physics.simulator import NO_COUNT, simulate_many
 from count_video.physics.theory import collision_count
 from count_video.planning.request import PlanRequest, most_collisions
 from count_video.records import (
@@ -23,8 +22,6 @@ from count_video.records import (
 
 SIGMAS = 2.0
 """A mass ratio lies this many standard uncertainties about its value with a chance of 95 %."""
-TOUCHING_SHARE = 1e-6
-"""Gap, as a share of the release, that stands for that of a ball pressed against the wall."""
 DIAMETER_SIGMA_PX = 0.3
 """Standard uncertainty of the ball's width in the picture, which is the scale: on sixty rendered
 clips of known truth the errors have a root mean square of 0.24 px."""
@@ -54,13 +51,7 @@ def expected_counts(result: TrialResult) -> Expected | None:
     hung = None if result.setup is None else _as_fitted(result.setup, ratio)
     if hung is None:
         return Expected(free, None, None)
-    most = most_collisions(max(free))
-    lossy = _with_losses(hung, result)
-    lasting = lossy is not None and not _is_endless(lossy, most)
-    with_losses = _count(lossy) if lossy is not None and lasting else None
-    if with_losses is not None and with_losses > most:
-        with_losses = None
-    return Expected(free, _count(hung), with_losses)
+    return Expected(free, *_counts([hung, _with_losses(hung, result)], max(free)))
 
 
 def ratio_range(result: TrialResult) -> tuple[float, float]:
@@ -72,16 +63,25 @@ def ratio_range(result: TrialResult) -> tuple[float, float]:
 
 
 def compared(result: TrialResult, request: PlanRequest) -> TrialResult:
-    """Add the comparison with a plan to a result."""
+    """Add the comparison with a plan to a result.
+
+    Raises
+    ------
+    UsageError
+        If the planned set-up has no count.
+    """
     setup = request.setup()
-    planned = simulate(setup).count
     theory = collision_count(request.heavy, request.light)
     found = [] if result.setup is None else list(_found(result, result.setup, setup))
+    as_found = _changed(setup, found) if found else None
+    each = [_changed(setup, [one]) for one in found]
+    planned, found_count, *counts = _counts([setup, as_found, *each], theory)
+    if planned is None:
+        raise UsageError("the planned bodies come to rest on each other; plan harder ones")
     quantities = tuple(
-        ComparedQuantity(one.name, one.planned, one.found, _count(_changed(setup, [one])))
-        for one in found
+        ComparedQuantity(one.name, one.planned, one.found, count)
+        for one, count in zip(found, counts, strict=True)
     )
-    found_count = _count(_changed(setup, found)) if found else None
     comparison = PlanComparison(
         planned_count=planned,
         theory=theory,
@@ -114,7 +114,9 @@ def _found(result: TrialResult, fitted: FittedSetup, setup: Setup) -> Iterator[_
             ("bodies_gap_mm", setup.bodies_gap_m, fitted.bodies_gap_px, "bodies_gap_m"),
         ):
             length = _in_mm(length_px, scale, DIAMETER_SIGMA_PX / diameter)
-            yield _Found(name, 1e3 * planned_m, length, field, length.value / 1e3)
+            least = 0.0 if field == "wall_gap_m" else -math.inf  # the ball hangs off the wall
+            value = max(least, length.value / 1e3)
+            yield _Found(name, 1e3 * planned_m, length, field, value)
     if rate is not None:
         gravity = setup.gravity_m_s2
         for name, planned_m, frames, field in (
@@ -161,11 +163,12 @@ def _changed(setup: Setup, found: Iterable[_Found]) -> Setup | None:
         return None
 
 
-def _count(setup: Setup | None) -> int | None:
-    try:
-        return None if setup is None else simulate(setup).count
-    except UsageError:
-        return None
+def _counts(setups: Sequence[Setup | None], theory: int) -> list[int | None]:
+    """Count of each set-up; None where there is none, or bodies come to rest on each other."""
+    there = [setup for setup in setups if setup is not None]
+    counts = iter(simulate_many(there, most_collisions(theory)).count.tolist())
+    found = [None if setup is None else next(counts) for setup in setups]
+    return [None if count == NO_COUNT else count for count in found]
 
 
 def _explanation(
@@ -202,7 +205,7 @@ def _as_fitted(fitted: FittedSetup, mass_ratio: float) -> Setup | None:
             light_mass_kg=1.0,
             heavy_thread_m=_thread_m(fitted.heavy_period_frames.value, gravity),
             light_thread_m=_thread_m(fitted.ball_period_frames.value, gravity),
-            wall_gap_m=fitted.gap_px.value,
+            wall_gap_m=max(0.0, fitted.gap_px.value),
             bodies_gap_m=fitted.bodies_gap_px.value,
             release_m=fitted.release_px.value,
         )
@@ -220,12 +223,3 @@ def _with_losses(lossless: Setup, result: TrialResult) -> Setup | None:
         restitution_bodies=_as_share(bodies.value),
         restitution_wall=_as_share(wall.value),
     )
-
-
-def _is_endless(setup: Setup, most: int) -> bool:
-    """Return whether a set-up has more collisions than any that ends; found without them all."""
-    try:
-        off_the_wall = max(setup.wall_gap_m, TOUCHING_SHARE * setup.release_m)
-        return bool(simulate_many([replace(setup, wall_gap_m=off_the_wall)], most).endless[0])
-    except UsageError:
-        return False

@@ -15,7 +15,6 @@ from typing import Literal
 import numpy as np
 
 from count_video.errors import UsageError
-from count_video.physics.many import simulate_many
 from count_video.physics.simulator import Motion, simulate
 from count_video.physics.theory import collision_count
 from count_video.planning.request import PlanRequest, most_collisions
@@ -130,13 +129,14 @@ def planned_motion(request: PlanRequest) -> Motion:
         If the bodies lose so much that they come to rest on each other in ever smaller bounces.
     """
     theory = collision_count(request.heavy, request.light)
-    if simulate_many([request.setup()], most_collisions(theory)).endless[0]:
+    motion = simulate(request.setup(), most=most_collisions(theory))
+    if motion.endless:
         raise UsageError(
             f"with a restitution of {request.restitution:g} the ball comes to rest between "
             "cylinder and wall in ever smaller bounces, of which there is no count; plan harder "
             "bodies or a smaller mass ratio"
         )
-    return simulate(request.setup())
+    return motion
 
 
 def planned_burst(request: PlanRequest, motion: Motion) -> PlannedBurst:

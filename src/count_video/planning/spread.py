@@ -17,9 +17,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from count_video.physics.many import NO_COUNT, ManyBursts, Whole, simulate_many, varied
+from count_video.physics.contacts import Whole
 from count_video.physics.setup import Setup
-from count_video.physics.simulator import simulate
+from count_video.physics.simulator import NO_COUNT, ManyBursts, simulate, simulate_many, varied
 from count_video.physics.theory import mass_ratio_interval
 from count_video.planning.request import MOST_RATIO, PlanRequest, most_collisions
 from count_video.records import Floats

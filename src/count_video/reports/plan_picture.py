@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from count_video.outputs import OutputFolder, explained, open_outputs
-from count_video.physics.many import NO_COUNT
+from count_video.physics.simulator import NO_COUNT
 from count_video.planning.plan import PICTURE_WIDTH_PX, Plan
 from count_video.planning.spread import RESOLVED_FRAMES, Chart
 from count_video.progress import NO_PROGRESS, Progress

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.physics.many import NO_COUNT
+from count_video.physics.simulator import NO_COUNT
 from count_video.planning.spread import Chart, rate_needed_fps
 from count_video.records import Track, TrialResult
 from count_video.reports.campaign import TrialRow, advice

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.physics.flights import Law, Pendulum
+from count_video.physics.laws import Law
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion
 from count_video.records import CollisionKind, Floats
@@ -47,10 +47,10 @@ def rise_m(setup: Setup, displacement_m: Floats, thread_m: float) -> Floats:
     return thread_m - np.sqrt(np.clip(thread_m**2 - displacement_m**2, 0, None))
 
 
-def pendulum_of(setup: Setup, rest_m: float) -> Pendulum:
+def pendulum_of(setup: Setup, rest_m: float) -> Law:
     """Law of the ball on its thread."""
     thread_m, damping = setup.light_thread_m, setup.light_damping_per_s
-    return Pendulum.from_thread(thread_m, setup.gravity_m_s2, damping, rest_m)
+    return Law.hanging(thread_m, setup.gravity_m_s2, damping, rest_m)
 
 
 def free_run(law: Law, start_m: float, speed_m_s: float = 0.0) -> Callable[[Floats], Floats]:
@@ -58,7 +58,7 @@ def free_run(law: Law, start_m: float, speed_m_s: float = 0.0) -> Callable[[Floa
 
     def at(times_s: Floats) -> Floats:
         start, speed = np.full_like(times_s, start_m), np.full_like(times_s, speed_m_s)
-        return start + law.advance(start, speed, np.maximum(times_s, 0.0))[0]
+        return np.asarray(start + law.advance(start, speed, np.maximum(times_s, 0.0))[0])
 
     return at
 

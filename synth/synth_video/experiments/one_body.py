@@ -1,8 +1,4 @@
-"""One body alone: it falls, runs on a track or swings, between two stops, one stop or none.
-
-It is a trial of ball, cylinder and wall in which the second stop stands for the cylinder: a body
-beside which the moving one has no mass.
-"""
+"""One body alone: it falls, runs on a track or swings, between two stops, one stop or none."""
 
 from __future__ import annotations
 
@@ -13,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.errors import UsageError
-from count_video.physics.engine import Anchor, SimulatedCollision, events, settle, states_at
-from count_video.physics.flights import REST, Law, Number, Sliding
-from count_video.physics.setup import Apparatus, Hold, Setup
-from count_video.records import Floats
+from count_video.physics.contacts import Mover, contact_s, wall_contact_s
+from count_video.physics.laws import Law
+from count_video.physics.setup import Setup
+from count_video.records import CollisionKind, Floats
 from synth_video.experiments.course import SPARE_S, Contact, Course, free_run, pendulum_of, rise_m
 from synth_video.scene import ExperimentSettings
 
@@ -24,40 +20,6 @@ MOST_IMPACTS = 100_000
 """A run with more is refused before it fills the memory."""
 NO_STOP_M = 1e3
 """A stop so far away that nothing reaches it."""
-FALL_WINDOW_S = 10.0
-"""A body that falls and meets nothing begins a new flight after this time, in which it cannot get
-as far as ``NO_STOP_M``."""
-
-
-@dataclass(frozen=True, slots=True)
-class Falling(Law):
-    """A parabola in time: q'' = a; a ball in the air, a cart on an inclined track."""
-
-    acceleration_m_s2: float
-    """Of any sign; negative toward the stop at 0."""
-
-    def advance(
-        self, position_m: Number, velocity_m_s: Number, tau_s: Number
-    ) -> tuple[Number, Number]:
-        """Displacement and velocity after ``tau_s``."""
-        pull = self.acceleration_m_s2
-        return (velocity_m_s + 0.5 * pull * tau_s) * tau_s, velocity_m_s + pull * tau_s
-
-    def acceleration(self, position_m: float, velocity_m_s: float) -> float:
-        """Constant."""
-        return self.acceleration_m_s2
-
-    def bounds(self, position_m: float, velocity_m_s: float) -> tuple[float, float]:
-        """|acceleration|, and no jerk."""
-        return abs(self.acceleration_m_s2), 0.0
-
-    def valid_for_s(self, velocity_m_s: float) -> float:
-        """``FALL_WINDOW_S``: the closed form holds on, but stops are sought window by window."""
-        return FALL_WINDOW_S
-
-    def potential(self, position_m: float) -> float:
-        """Per unit mass: −a q, 0 at the origin."""
-        return -self.acceleration_m_s2 * position_m
 
 
 @dataclass(frozen=True)
@@ -75,8 +37,8 @@ class Stops:
     restitution: float = 1.0
     """Speed after an impact over the speed before it."""
     slow_m_s: float = 0.0
-    """An impact no faster than this is no bounce: the body stays. Without it an inelastic ball
-    would bounce infinitely often before it rests."""
+    """An impact no faster than this is no bounce and the last one: the body stays, or goes where
+    its law draws it. Without it an inelastic ball would bounce infinitely often before it rests."""
 
     def __post_init__(self) -> None:
         if not self.high_m > 0.0:
@@ -88,16 +50,28 @@ class Stops:
 
 
 @dataclass(frozen=True)
+class Impact:
+    """One bounce; velocities are positive away from the stop at 0."""
+
+    time_s: float
+    kind: CollisionKind
+    """``wall`` at the stop at 0, ``bodies`` at the upper one."""
+    before_m_s: float
+    after_m_s: float
+
+
+@dataclass(frozen=True)
 class OneBody:
     """A simulated run."""
 
-    apparatus: Apparatus
+    law: Law
     until_s: float
     """Simulated up to here."""
-    impacts: tuple[SimulatedCollision, ...]
-    """Of kind ``wall`` at the stop at 0, ``bodies`` at the upper one; the body is the light one."""
-    anchors: tuple[Anchor, ...]
-    """State after each event, the start first."""
+    impacts: tuple[Impact, ...]
+    events: Floats
+    """Time, position and velocity after each event, the start first, shape (events, 3)."""
+    rests_s: float
+    """When the body came to stay where it is; inf if it did not."""
 
     def sample(self, times_s: Floats) -> tuple[Floats, Floats]:
         """Position and velocity at times of any shape, up to ``until_s``.
@@ -113,9 +87,11 @@ class OneBody:
         times = np.asarray(times_s, dtype=np.float64)
         if not (np.isfinite(times).all() and times.max(initial=0.0) <= self.until_s):
             raise UsageError(f"the motion is known up to {self.until_s:g} s; simulate it longer")
-        states = states_at(self.apparatus, self.anchors, np.maximum(times.ravel(), 0.0))
-        position, velocity = states[2:].reshape(2, *times.shape)
-        return position, np.where(times < 0, 0.0, velocity)
+        now = np.clip(times, 0.0, self.rests_s)
+        rows = np.searchsorted(self.events[:, 0], now, side="right") - 1
+        start_s, position, velocity = np.moveaxis(self.events[rows], -1, 0)
+        rise, velocity = self.law.advance(position, velocity, now - start_s)
+        return position + rise, np.where(times < 0, 0.0, velocity)
 
 
 def run_one_body(
@@ -133,24 +109,29 @@ def run_one_body(
         raise UsageError(f"the body starts at {position_m:g} m, which is not between its stops")
     if not 0.0 <= until_s < math.inf:
         raise UsageError(f"cannot simulate until {until_s} s; give a finite time from 0 on")
-    apparatus = Apparatus(
-        heavy_kg=1.0, light_kg=0.0, heavy=REST, light=law, together=REST, relative=None,
-        resting_speed_m_s=0.0, resting_acceleration_m_s2=0.0,
-    )  # fmt: skip
-    anchor = Anchor(0.0, stops.high_m, 0.0, position_m, velocity_m_s, Hold.APART)
-    anchors, impacts = [anchor], list[SimulatedCollision]()
-    following = events(apparatus, anchor, lambda kind: stops.restitution)
-    while (step := next(following, None)) is not None and step[0].time_s <= until_s:
-        anchor, impact = step
-        if impact is not None and abs(impact.light_before_m_s) <= stops.slow_m_s:
-            anchor = settle(apparatus, anchor._replace(ball_velocity_m_s=0.0))
-            following = events(apparatus, anchor, lambda kind: stops.restitution)
-        elif impact is not None:
-            impacts.append(impact)
-        anchors.append(anchor)
+    high = Mover(Law(), np.array([stops.high_m]), np.zeros(1))
+    time_s, rests_s = 0.0, math.inf
+    events, impacts = [(time_s, position_m, velocity_m_s)], list[Impact]()
+    while True:
+        body = Mover(law, np.array([events[-1][1]]), np.array([events[-1][2]]))
+        left_s = np.array([until_s - time_s])
+        down_s, up_s = wall_contact_s(body, left_s), contact_s(high, body, left_s)
+        flight_s = np.minimum(down_s, up_s)
+        if flight_s[0] > left_s[0]:
+            break
+        before_m_s, at_wall = float(body.after(flight_s)[1][0]), bool(down_s[0] <= up_s[0])
+        time_s, place_m = time_s + float(flight_s[0]), 0.0 if at_wall else stops.high_m
+        if abs(before_m_s) <= stops.slow_m_s:
+            events.append((time_s, place_m, 0.0))
+            pull = law.acceleration(place_m, 0.0)
+            rests_s = time_s if (pull <= 0.0 if at_wall else pull >= 0.0) else math.inf
+            break
+        after_m_s = -stops.restitution * before_m_s
+        events.append((time_s, place_m, after_m_s))
+        impacts.append(Impact(time_s, "wall" if at_wall else "bodies", before_m_s, after_m_s))
         if len(impacts) > MOST_IMPACTS:
             raise UsageError(f"more than {MOST_IMPACTS} impacts; end sooner or raise slow_m_s")
-    return OneBody(apparatus, until_s, tuple(impacts), tuple(anchors))
+    return OneBody(law, until_s, tuple(impacts), np.array(events), rests_s)
 
 
 # ---- from a scene --------------------------------------------------------------------------------
@@ -180,7 +161,7 @@ def _stops(experiment: ExperimentSettings, setup: Setup) -> Stops:
 
 def in_the_air(experiment: ExperimentSettings, setup: Setup) -> Course:
     """Let a ball fall on the table, whose top is at height 0, or past it."""
-    law = Falling(-setup.gravity_m_s2)
+    law = Law(acceleration_m_s2=-setup.gravity_m_s2)
     stops = None if experiment.kind == "throw" else _stops(experiment, setup)
     run, contacts = _run(experiment, law, experiment.start_m, stops)
 
@@ -193,13 +174,11 @@ def in_the_air(experiment: ExperimentSettings, setup: Setup) -> Course:
 
 def on_a_track(experiment: ExperimentSettings, setup: Setup) -> Course:
     """Let a cart run down to a stop whose face is at 0, or to and fro between two."""
-    size_m, weight = setup.ball_diameter_m, setup.gravity_m_s2
+    size_m = setup.ball_diameter_m
     stops = _stops(experiment, setup)
     if experiment.span_m:
         stops = replace(stops, high_m=experiment.span_m - size_m)
-    law: Law = Sliding(setup.light_friction * weight)
-    if experiment.slope:
-        law = Falling(-experiment.slope * weight)
+    law = Law(acceleration_m_s2=-experiment.slope * setup.gravity_m_s2)
     run, contacts = _run(experiment, law, experiment.start_m, stops)
 
     def place(times_s: Floats) -> tuple[Floats, Floats]:
