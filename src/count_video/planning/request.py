@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from numbers import Integral, Number
 from pathlib import Path
 from typing import Any, TypedDict
 
@@ -125,8 +126,7 @@ class PlanRequest:
 
     def __post_init__(self) -> None:
         exact_ratio(self.heavy, self.light)  # refuses what is no mass
-        given = {name: value for name, value in vars(self).items() if name != "tolerances"}
-        _check_ranges(given, _RANGES)
+        _check_ranges({name: getattr(self, name) for name in _RANGES}, _RANGES)
         if self.mass_ratio < 1:
             raise UsageError(
                 f"the heavy mass is {float(self.mass_ratio):.4g} of the light one; give the heavy "
@@ -205,33 +205,23 @@ def read_request(path: Path) -> PlanRequest:
     if not isinstance(values, dict):
         raise UsageError(f"{path}: has no planned set-up; make the file again with --plan")
     try:
-        tolerances = Tolerances(**_numbers(values.get("tolerances", {}), _TOLERANCE_RANGES))
-        rest = {key: value for key, value in values.items() if key != "tolerances"}
-        return PlanRequest(**_numbers(rest, _RANGES), tolerances=tolerances)
+        tolerances = Tolerances(**values.pop("tolerances", {}))
+        return PlanRequest(**values, tolerances=tolerances)
     except UsageError as error:
         raise UsageError(f"{path}: {error}") from error
-    except TypeError as error:
-        raise UsageError(f"{path}: lacks a mass; make the file again with --plan") from error
-
-
-def _numbers(values: object, known: Mapping[str, Range]) -> dict[str, Any]:
-    """Check that an object of JSON holds, under names of fields, numbers of their kind."""
-    if not isinstance(values, dict):
-        raise UsageError(f"{shown(str(values))} is no object with the values of a plan")
-    for name, value in values.items():
-        if name not in known:
-            raise UsageError(f"{shown(name)} is nothing that a plan has")
-        kind = int if name in _WHOLE else int | float
-        absent = value is None and name == "capture_fps"
-        if isinstance(value, bool) or not (absent or isinstance(value, kind)):
-            raise UsageError(f"{name} is {shown(str(value))}; it must be a number {known[name]}")
-    return dict(values)
+    except TypeError as error:  # a field that there is not, or none where there has to be one
+        raise UsageError(
+            f"{path}: lacks a mass, or has what no plan has; make the file again with --plan"
+        ) from error
 
 
 def _check_ranges(values: Mapping[str, Any], ranges: Mapping[str, Range], prefix: str = "") -> None:
-    """Refuse a value out of its range; None is a value that is left open."""
+    """Refuse a value that is no number or out of its range; the camera's rate may be left open."""
     for name, value in values.items():
-        if value is not None and not ranges[name].holds(value):
+        if name == "capture_fps" and value is None:
+            continue
+        number = isinstance(value, Integral if name in _WHOLE else Number)
+        if isinstance(value, bool) or not number or not ranges[name].holds(value):
             raise UsageError(
                 f"{prefix}{name} is {shown(str(value))}; it must be a number {ranges[name]}"
             )
