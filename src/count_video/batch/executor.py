@@ -5,7 +5,7 @@ Both take jobs and give futures.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import BrokenExecutor, Future
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
@@ -117,7 +117,7 @@ def failure(job: Job, reason: str) -> Answer:
     return Answer(json_line(unread_result(job.clip, reason)), None, False, tool_version())
 
 
-def answers(jobs: Iterable[Job], workers: Workers) -> Iterator[tuple[Job, Answer]]:
+def answers(jobs: Iterable[Job], workers: Workers) -> Generator[tuple[Job, Answer], None, None]:
     """Yield every job with its answer, in the order in which they come.
 
     Nothing that fails stops the others: it is the answer of its job.

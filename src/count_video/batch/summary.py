@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from contextlib import closing, suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import replace
 from statistics import fmean, pstdev
 from typing import Any
@@ -25,10 +24,6 @@ from count_video.reports.json_object import read_result
 from count_video.reports.tables import trials_csv
 
 TABLE, SUMMARY = "trials.csv", "campaign.json"
-TABLE_EVERY_S = 1.0
-"""The table on the disk grows so often,"""
-TABLE_SHARE = 0.05
-"""and less often where writing it would take more than this share of the time."""
 ALIKE = 0.05
 """Mass ratios that differ by less, as a share, are of the same bodies: clay and balances vary."""
 ALIKE_SIGMAS = 3.0
@@ -62,64 +57,43 @@ def run_campaign(
             done[job.name] = row_of(job, text, None, store.evidence(job))
         else:
             rest.append(replace(job, followed=store.followed(job)))
-    with closing(_arriving(jobs, rest, done, start_workers, (store, progress))) as arriving:
-        for job in jobs:
-            while job.name not in done:
-                next(arriving)
-            yield done[job.name]
-        next(arriving, None)  # to its end, where the workers, who have nothing more to do, end too
+    if not rest:
+        yield from (done[job.name] for job in jobs)
+        return
+    progress.start(len(rest), f"{len(done)} known already," if done else "")
+    signatures = {job.name: signature(job.file) for job in rest}
+    try:
+        with closing(answers(rest, start_workers())) as arriving:
+            for job in jobs:
+                while job.name not in done:
+                    asked, answer = next(arriving)
+                    done[asked.name] = _kept_row(asked, answer, signatures[asked.name], store)
+                    progress.advance(1)
+                yield done[job.name]
+            next(arriving, None)  # to its end, where the workers, who have nothing more to do, end
+    finally:
+        progress.finish()
+
+
+def _kept_row(job: Job, answer: Answer, seen: Signature, store: ResultStore | None) -> TrialRow:
+    """Keep an answer, and return its row, which says so if that failed."""
+    if store is None:
+        return row_of(job, answer.text)
+    try:
+        store.keep(job, answer, seen)
+    except OSError as error:
+        reason = f"the result could not be written ({error.strerror}); free space and start again"
+        return row_of(job, answer.text, reason)
+    except UsageError as error:
+        return row_of(job, answer.text, f"the result could not be written ({error})")
+    # What is not final leaves the record of an earlier result.
+    return row_of(job, answer.text, None, store.evidence(job) if answer.final else frozenset())
 
 
 def write_tables(rows: Sequence[TrialRow], summary: CampaignSummary, store: ResultStore) -> None:
     """Write ``trials.csv`` and ``campaign.json``; raises as ``store.write`` does."""
     store.write(TABLE, trials_csv(rows))
     store.write(SUMMARY, campaign_json(rows, summary))
-
-
-def _arriving(
-    jobs: Sequence[Job],
-    rest: Sequence[Job],
-    done: dict[str, TrialRow],
-    start_workers: Callable[[], Workers],
-    kept_and_shown: tuple[ResultStore | None, Progress],
-) -> Generator[None, None, None]:
-    """Do what is not done yet; every step puts one more trial into ``done``."""
-    if not rest:
-        return
-    store, progress = kept_and_shown
-    progress.start(len(rest), f"{len(done)} known already," if done else "")
-    signatures = {job.name: signature(job.file) for job in rest}
-    due_s = time.monotonic() + TABLE_EVERY_S
-    try:
-        for job, answer in answers(rest, start_workers()):
-            not_kept, files = None, frozenset[str]()
-            if store is not None:
-                not_kept = _kept(job, answer, signatures[job.name], store)
-                if answer.final and not_kept is None:  # else the record is an earlier result's
-                    files = store.evidence(job)
-            done[job.name] = row_of(job, answer.text, not_kept, files)
-            progress.advance(1)
-            began_s = time.monotonic()
-            if store is not None and began_s >= due_s:
-                rows = [done[job.name] for job in jobs if job.name in done]
-                with suppress(OSError, UsageError):  # said at the end, if it still fails then
-                    store.write(TABLE, trials_csv(rows))
-                lasted_s = time.monotonic() - began_s
-                due_s = began_s + max(TABLE_EVERY_S, lasted_s / TABLE_SHARE)
-            yield
-    finally:
-        progress.finish()
-
-
-def _kept(job: Job, answer: Answer, seen: Signature, store: ResultStore) -> str | None:
-    """Keep an answer; return why that failed, None if it did not."""
-    try:
-        store.keep(job, answer, seen)
-    except OSError as error:
-        return f"the result could not be written ({error.strerror}); free space and start again"
-    except UsageError as error:
-        return f"the result could not be written ({error})"
-    return None
 
 
 def row_of(
