@@ -11,15 +11,10 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import (
-    BrokenExecutor,
-    Future,
-    ProcessPoolExecutor,
-    ThreadPoolExecutor,
-)
+from concurrent import futures
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from multiprocessing.connection import wait
-from queue import Empty, SimpleQueue
 from typing import Protocol, TypeVar
 
 from count_video.errors import MachineError
@@ -85,23 +80,17 @@ def as_done(
     None in place of a future whose workers are lost. The workers are closed at the end; at once, if
     the loop is left early.
     """
-    arrived: SimpleQueue[Future[_Done]] = SimpleQueue()
     running: dict[Future[_Done], _Job] = {}
     at_once = True
     try:
         for job in jobs:
-            future = workers.submit(work, job)
-            running[future] = job
-            future.add_done_callback(arrived.put)
+            running[workers.submit(work, job)] = job
         while running:
-            try:
-                future = arrived.get(timeout=ASK_EVERY_S)
-            except Empty:
-                if workers.lost():
-                    yield from ((job, None) for job in running.values())
-                    return
-                continue
-            yield running.pop(future), future
+            done, _ = futures.wait(running, ASK_EVERY_S, futures.FIRST_COMPLETED)
+            if not done and workers.lost():
+                yield from ((job, None) for job in running.values())
+                return
+            yield from ((running.pop(future), future) for future in done)
         at_once = False
     finally:
         workers.close(at_once=at_once)
