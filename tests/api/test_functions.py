@@ -47,6 +47,13 @@ def test_a_clip_is_counted(result: Result) -> None:
     assert repr(result) == "<count_video.Result ratio1-count3.mp4: 3 collisions>"
 
 
+@pytest.fixture
+def counted_once(result: Result, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give the answer for the clip without another count."""
+    monkeypatch.setattr(pipeline, "work_through", lambda *_: result.trial)
+
+
+@pytest.mark.usefixtures("counted_once")
 def test_no_evidence_shows_another_clip_than_the_one_counted(tmp_path: Path) -> None:
     clip = tmp_path / "clip.mp4"
     shutil.copy(CLIP, clip)
@@ -66,6 +73,7 @@ def test_masses_are_taken_at_their_decimal_values(result: Result) -> None:
     )
 
 
+@pytest.mark.usefixtures("counted_once")
 def test_the_dictionary_is_the_json_object_of_the_command(
     result: Result, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -74,11 +82,11 @@ def test_the_dictionary_is_the_json_object_of_the_command(
     assert json.loads(capsys.readouterr().out) == result.to_dict()
 
 
+@pytest.mark.usefixtures("counted_once")
 def test_the_text_is_that_of_the_command(
     result: Result, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
-    monkeypatch.setattr(pipeline, "work_through", lambda *_: result.trial)  # it is counted once
     assert cli.main([str(CLIP), "--masses", "1.05", "1.05", "--capture-fps", "240"]) == 0
     assert capsys.readouterr().out == f"{result.text()}\n"
 

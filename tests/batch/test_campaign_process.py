@@ -118,11 +118,11 @@ def test_workers_end_when_the_command_is_killed(campaign: StubCampaign) -> None:
     assert campaign.run().returncode == 0, "the lock went with its process"
 
 
-@pytest.mark.parametrize("kills", rest_slow([3, 20]))
+@pytest.mark.parametrize("kills", rest_slow([2, 20]))
 def test_kills_at_random_moments_lose_no_result_and_change_no_file(
     campaign: StubCampaign, kills: int
 ) -> None:
-    campaign.add(**{f"trial{k}": f"count {28 + k % 4} sleep 0.05" for k in range(12)})
+    campaign.add(**{f"trial{k}": f"count {28 + k % 4} sleep 0.05" for k in range(8)})
     campaign.add(bad="bad now", doubt="count 30 chance 0.6")
     began = time.monotonic()
     campaign.run("--jobs", "2", results=campaign.top / "undisturbed")

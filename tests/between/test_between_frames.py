@@ -15,6 +15,7 @@ from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.records import Track
 from count_video.verdict import leaves_doubt
+from tiers import rest_slow
 
 SETUP = Setup(wall_gap_m=0.03, bodies_gap_m=0.002, restitution_bodies=0.98, restitution_wall=0.97)
 FPS = 480.0
@@ -54,7 +55,7 @@ def test_the_count_follows_the_motion_not_the_mass_ratio_of_the_theory(ratio: fl
     assert fitted(setup).count == simulate(setup).count
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", rest_slow(range(4)))
 def test_rough_values_that_are_px_off_do_not_lead_the_fit_astray(seed: int) -> None:
     # The ball starts so far from the wall that its swing bends the first flights by some px.
     setup = Setup(1.195, wall_gap_m=0.0677, bodies_gap_m=0.0033, release_m=0.0566)

@@ -22,6 +22,8 @@ from count_video.reports.tables import COLLISION_COLUMNS
 from tiers import rest_slow
 
 SMALL = CLIP.with_name("ratio1-count3.mp4")
+PART = 12, 72
+"""First frame, and the one to stop before: the collisions and some frames around them."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,7 @@ class Kept:
 def kept(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Kept:
     folder, out = tmp_path_factory.mktemp("kept"), io.StringIO()
     options = ["-o", str(folder), "--presenter", request.param, "--csv-dialect", "semicolon"]
+    options += ["--start", str(PART[0]), "--end", str(PART[1])]
     with redirect_stdout(out):
         assert cli.main([str(SMALL), *options]) == 0
     return Kept(folder, out.getvalue(), request.param)
@@ -69,8 +72,7 @@ def test_a_clip_for_a_talk_is_full_hd_and_counts_to_the_answer(kept: Kept) -> No
         corner_px = COUNTER_PX[kept.shape]
         corner = (slice(0, corner_px), slice(-corner_px // 2, None))
         counters = [frame.luma[corner].astype(np.int16) for frame in footage.frames()]
-    with open_footage(SMALL) as plain:
-        assert len(counters) == sum(1 for _ in plain.frames())
+    assert len(counters) == PART[1] - PART[0]
     steps = [np.abs(b - a).max() for a, b in pairwise(counters)]
     assert sum(step > 150 for step in steps) == 3
     with Image.open(kept.file("presenter.gif")) as gif:

@@ -28,7 +28,8 @@ EVERY = 12
 def shaken(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Track]:
     """A clip with its evidence beside it, and what was followed in it."""
     path = tmp_path_factory.mktemp("shaken") / "shaken.mp4"
-    render_clip(load_scene("equal-masses", (f"tripod.shake_px={SHAKE_PX}",)), 3, path)
+    short = ("clip.lead_frames=12", "clip.tail_frames=16")
+    render_clip(load_scene("equal-masses", (f"tripod.shake_px={SHAKE_PX}", *short)), 3, path)
     trial = work_through(path, TrialSettings())
     draw_evidence(followed(trial), EvidenceSettings(path.parent))
     assert trial.track is not None
