@@ -12,13 +12,7 @@ from pathlib import Path
 from count_video.batch.executor import ClusterWorkers
 from count_video.batch.manifest import Job, is_manifest, jobs_of
 from count_video.batch.results import ResultStore, open_store
-from count_video.batch.summary import (
-    SUMMARY,
-    TABLE,
-    run_campaign,
-    summarise,
-    write_tables,
-)
+from count_video.batch.summary import run_campaign, summarise
 from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
 from count_video.parallel import Processes, Workers
@@ -28,11 +22,15 @@ from count_video.reports.campaign import (
     TRIAL_HEADING,
     CampaignSummary,
     TrialRow,
+    campaign_json,
     campaign_text,
     trial_line,
 )
+from count_video.reports.tables import trials_csv
 from count_video.reports.words import WIDTH, plural
 from count_video.settings import EvidenceSettings, TrialSettings
+
+TABLE, SUMMARY = "trials.csv", "campaign.json"
 
 
 def answer_campaign(
@@ -130,7 +128,8 @@ def _write(
     store: ResultStore,
     options: argparse.Namespace,
 ) -> None:
-    write_tables(rows, summary, store)
+    store.write(TABLE, trials_csv(rows))
+    store.write(SUMMARY, campaign_json(rows, summary))
     from count_video.reports.figure import campaign_files  # noqa: PLC0415 - drawing takes time
 
     for name, content in campaign_files(rows, summary, options.picture_format).items():

@@ -19,11 +19,9 @@ from count_video.physics.theory import collision_count
 from count_video.planning.spread import count_figures
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Estimate
-from count_video.reports.campaign import CampaignSummary, Spread, Summary, TrialRow, campaign_json
+from count_video.reports.campaign import CampaignSummary, Spread, Summary, TrialRow
 from count_video.reports.json_object import read_result
-from count_video.reports.tables import trials_csv
 
-TABLE, SUMMARY = "trials.csv", "campaign.json"
 ALIKE = 0.05
 """Mass ratios that differ by less, as a share, are of the same bodies: clay and balances vary."""
 ALIKE_SIGMAS = 3.0
@@ -88,12 +86,6 @@ def _kept_row(job: Job, answer: Answer, seen: Signature, store: ResultStore | No
         return row_of(job, answer.text, f"the result could not be written ({error})")
     # What is not final leaves the record of an earlier result.
     return row_of(job, answer.text, None, store.evidence(job) if answer.final else frozenset())
-
-
-def write_tables(rows: Sequence[TrialRow], summary: CampaignSummary, store: ResultStore) -> None:
-    """Write ``trials.csv`` and ``campaign.json``; raises as ``store.write`` does."""
-    store.write(TABLE, trials_csv(rows))
-    store.write(SUMMARY, campaign_json(rows, summary))
 
 
 def row_of(
