@@ -90,7 +90,7 @@ def test_losses_that_have_no_end_lead_to_no_count() -> None:
         restitution_bodies=Estimate(0.5, 0.01),
         restitution_wall=Estimate(0.5, 0.01),
     )
-    assert simulate(rattling).endless
+    assert simulate(rattling, most=1000).endless
     expected = expected_counts(result)
     assert expected is not None
     assert (expected.free, expected.with_losses) == ((314, 314), None)
