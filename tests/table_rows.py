@@ -5,9 +5,9 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
+from count_video.records import unread_result
 from count_video.reports.campaign import TrialRow
 from count_video.reports.json_object import json_object
-from count_video.verdict import unread_result
 
 Masses = tuple[Fraction, Fraction] | None
 

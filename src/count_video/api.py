@@ -17,10 +17,9 @@ from count_video.parallel import in_parallel
 from count_video.physics.theory import Mass, Theory, theory_of
 from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import WallSide
+from count_video.records import WallSide, unread_result
 from count_video.result import AnyPath, Result, clip_state
 from count_video.settings import Settings, TrialSettings, exact_mass, trial_settings
-from count_video.verdict import unread_result
 
 if TYPE_CHECKING:
     from count_video.planning.plan import Plan

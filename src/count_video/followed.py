@@ -15,10 +15,10 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from count_video.answers import Trial
 from count_video.inputs import json_value
 from count_video.records import Track, TrialResult
 from count_video.reports.material import Pendulum
-from count_video.verdict.choosing import Trial
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Followed:
 
 def followed(trial: Trial) -> Followed:
     """Keep what can be drawn of a clip that was worked through."""
-    swing = None if trial.found is None else trial.found.swing
+    swing = trial.swing
     pendulum = None if swing is None else Pendulum(swing.rate_squared, swing.centre_px)
     return Followed(trial.result, trial.track, pendulum)
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.answers import Trial
 from count_video.errors import CountVideoError, UsageError
 from count_video.followed import Followed, followed
 from count_video.inputs import signature
@@ -24,7 +25,6 @@ from count_video.reports.json_object import json_object
 from count_video.reports.tables import collisions_array, track_array
 from count_video.reports.text import headline, result_text
 from count_video.settings import EvidenceSettings, PictureFormat, Shape
-from count_video.verdict.choosing import Trial
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,8 +16,7 @@ from pathlib import Path
 from count_video import pipeline
 from count_video.errors import FootageError
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import TrialResult
-from count_video.verdict import unread_result
+from count_video.records import TrialResult, unread_result
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from count_video.followed import Followed, packed, unpacked
-from count_video.records import BodyTrack, Collision, MotionLine, Track, Velocities
-from count_video.verdict import unread_result
+from count_video.records import BodyTrack, Collision, MotionLine, Track, Velocities, unread_result
 
 NAN, INF = float("nan"), float("inf")
 

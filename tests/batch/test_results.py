@@ -14,8 +14,8 @@ from count_video.batch.results import HIDDEN, ResultStore, open_store, signature
 from count_video.errors import UsageError
 from count_video.inputs import content_digest
 from count_video.pipeline import TrialSettings
+from count_video.records import unread_result
 from count_video.reports.json_object import json_line
-from count_video.verdict import unread_result
 
 
 @pytest.fixture

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from count_video.batch.manifest import Job
 from count_video.batch.summary import row_of, summarise
 from count_video.pipeline import TrialSettings
+from count_video.records import unread_result
 from count_video.reports.campaign import campaign_json, campaign_text
 from count_video.reports.json_object import json_object, read_result
 from count_video.reports.page import campaign_page
 from count_video.reports.tables import trials_csv
-from count_video.verdict import unread_result
 
 JOB = Job("trial", "trial.mp4", TrialSettings())
 RESULT = json_object(unread_result("trial.mp4", "nothing moves"))

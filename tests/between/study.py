@@ -17,12 +17,12 @@ from itertools import pairwise
 import numpy as np
 from synthetic_tracks import FilmedTrial, random_long_trial, random_trial
 
+from count_video.answers import MASS_RELATIVE_SIGMA
+from count_video.explanations import PROBABILITY_AT_LEAST, leaves_doubt
 from count_video.motion.fitted import Between, count_between
 from count_video.motion.priors import MODEL_WRONG
 from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import SeenCollisions, seen_collisions
-from count_video.verdict import leaves_doubt, sure_enough
-from count_video.verdict.trials import MASS_RELATIVE_SIGMA
 
 RATES = (960.0, 480.0, 240.0, 120.0, 60.0)
 LONG_RATES = (1000.0, 4000.0)
@@ -115,7 +115,8 @@ def _long_row(rate: float, masses: bool, drawn: Sequence[FilmedTrial]) -> str:
         given = (ratio, MASS_RELATIVE_SIGMA * ratio) if masses else ()
         found = seen_collisions(trial.track)
         fitted = count_between(trial.track, found, Knowledge(rate, *given))
-        sure = isinstance(fitted, Between) and sure_enough(fitted)
+        sure = isinstance(fitted, Between)
+        sure = sure and fitted.probability[fitted.count] >= PROBABILITY_AT_LEAST
         silent += not sure
         exact += sure and fitted.count == trial.count
         chances.append(fitted.probability.get(trial.count, 0.0) if sure else np.nan)

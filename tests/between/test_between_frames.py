@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from synthetic_tracks import FilmedTrial, Filming, film, random_trial
 
+from count_video.explanations import leaves_doubt
 from count_video.motion.fitted import Between, Misfit, count_between, measure_burst
 from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.records import Track
-from count_video.verdict import leaves_doubt
 from tiers import rest_slow
 
 SETUP = Setup(wall_gap_m=0.03, bodies_gap_m=0.002, restitution_bodies=0.98, restitution_wall=0.97)

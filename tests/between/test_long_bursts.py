@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from synthetic_tracks import FilmedTrial, Filming, film
 
+from count_video.answers import answer
+from count_video.explanations import Explanation, by_fit, shown_at_wall
 from count_video.motion.fitted import Between, count_between
 from count_video.motion.parameters import MOST_DEVIATIONS, deviation_places, deviations_of
 from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.records import FootageInfo, FootageReport, TrialResult
-from count_video.verdict import counted, inferred, left_open, sure_enough
+from count_video.settings import TrialSettings
 
 FPS = 1000.0
 SETUP = Setup(
@@ -79,26 +81,29 @@ def test_neighbours_of_a_kind_share_a_deviation_in_a_long_burst() -> None:
     assert sharing.max() - sharing.min() <= 1
 
 
-def test_a_count_is_given_only_if_it_is_likelier_than_all_others_together() -> None:
-    between = replace(fitted(), count=305, probability=PROBABILITIES_OF)
-    assert not sure_enough(between)
-    narrow = {303: 0.3, 305: 0.36, 307: 0.3, 309: 0.04}
-    assert not sure_enough(replace(between, probability=narrow))
-    assert sure_enough(replace(between, probability={303: 0.3, 305: 0.6, 307: 0.1}))
+def explained(count: int, chances: dict[int, float], *, masses_known: bool = True) -> Explanation:
+    shown = shown_at_wall(filmed().track, seen_collisions(filmed().track))
+    fit = replace(fitted(), count=count, probability=chances)
+    return by_fit(shown, fit, masses_known=masses_known)
 
 
-def stated(between: Between) -> TrialResult:
-    found = seen_collisions(filmed().track)
+def stated(count: int, chances: dict[int, float], *, masses_known: bool = True) -> TrialResult:
     info = FootageInfo(Path("trial.mp4"), "h264", "yuv420p", 640, 240, 0, None, 30.0, FPS, "option")
     report = FootageReport(len(filmed().track.frame), None, 0, 0, ())
-    seen = counted(info, report, filmed().track, found, None, 40.0)
-    return inferred(seen, found, between)
+    one = explained(count, chances, masses_known=masses_known)
+    return answer(one, info, report, TrialSettings())
+
+
+def test_a_count_is_given_only_if_it_is_likelier_than_all_others_together() -> None:
+    assert not explained(305, PROBABILITIES_OF).counts
+    assert not explained(305, {303: 0.3, 305: 0.36, 307: 0.3, 309: 0.04}).counts
+    assert explained(305, {303: 0.3, 305: 0.6, 307: 0.1}).counts
 
 
 def test_counts_of_which_none_is_likelier_than_the_others_are_named_and_none_is_given() -> None:
     count = fitted().count
     chances = {count - 2: 0.3, count: 0.36, count + 2: 0.31, count + 4: 0.03}
-    result = stated(replace(fitted(), probability=chances))
+    result = stated(count, chances)
     assert (result.status, result.count) == ("not_counted", None)
     assert result.reason is not None
     assert all(str(count + step) in result.reason for step in (-2, 0, 2))
@@ -106,14 +111,15 @@ def test_counts_of_which_none_is_likelier_than_the_others_are_named_and_none_is_
 
 def test_a_probable_count_leaves_nothing_open() -> None:
     count = fitted().count
-    result = stated(replace(fitted(), probability={count: 0.9, count + 2: 0.1}))
+    result = stated(count, {count: 0.9, count + 2: 0.1})
     assert (result.status, result.reason) == ("counted", None)
 
 
 def test_a_count_that_stays_open_is_given_as_a_range_with_what_would_help() -> None:
-    between = replace(fitted(), count=305, probability=dict.fromkeys(range(295, 315, 2), 0.1))
-    assert "every count from 295 to 313" in left_open(between, None)
-    assert "--masses" in left_open(between, None)
-    wide = replace(between, probability=dict.fromkeys(range(271, 305, 2), 0.05))
-    assert "about 290" in left_open(wide, None)
-    assert "--masses" not in left_open(between, RATIO)
+    chances = dict.fromkeys(range(295, 315, 2), 0.1)
+    reason = stated(305, chances, masses_known=False).reason or ""
+    assert "every count from 295 to 313" in reason
+    assert "--masses" in reason
+    wide = dict.fromkeys(range(271, 305, 2), 0.05)
+    assert "about 290" in (stated(287, wide).reason or "")
+    assert "--masses" not in (stated(305, chances).reason or "")

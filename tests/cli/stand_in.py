@@ -8,8 +8,7 @@ from pathlib import Path
 
 from count_video import pipeline
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import Collision, TrialResult, Velocities
-from count_video.verdict import unread_result
+from count_video.records import Collision, TrialResult, Velocities, unread_result
 
 Work = Callable[[Path], TrialResult]
 

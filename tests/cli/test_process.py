@@ -18,7 +18,7 @@ import time
 from dataclasses import replace
 from types import SimpleNamespace
 from count_video import pipeline
-from count_video.verdict import unread_result
+from count_video.records import unread_result
 from count_video.cli import run
 
 def work_through(path, settings, progress):

@@ -16,8 +16,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from count_video.records import unread_result
 from count_video.reports.json_object import json_object
-from count_video.verdict import unread_result
 
 KEYS = frozenset(json_object(unread_result("", "")))
 CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e]")

@@ -23,9 +23,9 @@ from count_video.footage.writer import WriteOptions, write_clip
 from count_video.outputs import OutputFolder
 from count_video.pipeline import TrialSettings
 from count_video.planning.request import PLAN_VERSION, PlanRequest, read_request, request_object
+from count_video.records import unread_result
 from count_video.reports.json_object import json_line
 from count_video.settings import EvidenceSettings
-from count_video.verdict import unread_result
 
 FRAMES = 12
 FRAMES_READ = 60

@@ -15,10 +15,10 @@ from filmed_trials import (
 )
 
 from count_video.motion.fitted import Between, measure_burst
-from count_video.motion.reasons import Cause
 from count_video.motion.seen import SeenCollisions, seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
+from count_video.reasons import Cause
 from count_video.records import Track
 from tiers import rest_slow
 

@@ -10,7 +10,7 @@ from count_video.motion.flight import Motion
 from count_video.motion.impacts import HYSTERESIS_SIGMAS, Impact
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.missing import TAIL_PICTURES, dies_out, in_series
-from count_video.motion.reasons import Cause
+from count_video.reasons import Cause
 
 FALLING = Motion(np.arange(2.0), np.zeros(2), 0.5, 0.01, 0.01)
 """A body that falls, seen with hardly any noise."""

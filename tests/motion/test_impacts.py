@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from count_video.motion.flight import usual_acceleration
 from count_video.motion.meeting import seen_impacts
-from count_video.motion.reasons import Cause
 from count_video.motion.weighing import SeenImpacts, chances_of_sum
+from count_video.reasons import Cause
 from count_video.records import Floats
 
 NOISE_PX = 0.2

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from filmed_trials import PX_PER_M, FilmedTrial, Filming, film, make_track, part
 
-from count_video.motion.reasons import ENDS_EARLY, Cause
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
+from count_video.reasons import ENDS_EARLY, Cause
 from count_video.records import BodyTrack, Track
 
 SETUP = Setup(heavy_mass_kg=0.0105 * 16, wall_gap_m=0.03)

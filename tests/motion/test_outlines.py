@@ -8,11 +8,13 @@ from pathlib import Path
 import pytest
 from filmed_trials import Filming, film
 
-from count_video import verdict
-from count_video.motion.reasons import Cause
+from count_video.answers import answer
+from count_video.explanations import leaves_doubt, shown_at_wall
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
+from count_video.reasons import Cause
 from count_video.records import FootageInfo, FootageReport, Track, TrialResult
+from count_video.settings import TrialSettings
 
 BALL_MM = 40.0
 CONTACT_PX = 0.3
@@ -34,23 +36,24 @@ def narrowed(track: Track, share: float) -> Track:
     return replace(track, ball=narrow, ball_diameter_px=track.ball_diameter_px - 2 * off)
 
 
-def answer(track: Track) -> TrialResult:
-    found = seen_collisions(track)
-    return verdict.counted(INFO, FootageReport(100, None, 0, 0, ()), track, found, None, BALL_MM)
+def answered(track: Track) -> TrialResult:
+    explained = shown_at_wall(track, seen_collisions(track))
+    report, settings = FootageReport(100, None, 0, 0, ()), TrialSettings(ball_diameter_mm=BALL_MM)
+    return answer(explained, INFO, report, settings)
 
 
 def test_outlines_that_are_right_meet_and_give_a_scale(track: Track) -> None:
     assert seen_collisions(track).outlines_apart_px == pytest.approx(0.0, abs=CONTACT_PX)
-    assert answer(track).millimetres_per_px == pytest.approx(BALL_MM / track.ball_diameter_px)
+    assert answered(track).millimetres_per_px == pytest.approx(BALL_MM / track.ball_diameter_px)
 
 
 @pytest.mark.parametrize("share", [0.15, 0.4, -0.3])
 def test_a_ball_of_the_wrong_width_gives_no_scale_but_its_count(track: Track, share: float) -> None:
     wrong = narrowed(track, share)
-    result = answer(wrong)
+    result = answered(wrong)
     off = share * track.ball_diameter_px / 2
     assert seen_collisions(wrong).outlines_apart_px == pytest.approx(off, abs=CONTACT_PX)
-    assert result.count == answer(track).count
+    assert result.count == answered(track).count
     assert result.millimetres_per_px is None
     assert any("millimetres" in warning for warning in result.warnings)
 
@@ -68,4 +71,4 @@ def test_outlines_further_apart_than_the_bodies_are_long_leave_a_count_to_the_mo
 
     assert found.outlines_apart_px > 2 * length
     assert Cause.NEVER_TOUCH in [doubt.cause for doubt in found.doubts]
-    assert verdict.leaves_doubt(found)
+    assert leaves_doubt(found)

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from count_video.motion.frame_times import seen_by_clock
 from count_video.motion.gaps import gaps_of
 from count_video.motion.ramps import Ramp, ramps_of, rate_changes
-from count_video.motion.reasons import Cause
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
+from count_video.reasons import Cause
 from count_video.records import BodyTrack, Floats, Track
 
 LIGHT_KG = 0.0105

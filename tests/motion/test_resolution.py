@@ -2,8 +2,8 @@ from __future__ import annotations
 
 from made_collisions import collision
 
-from count_video.motion.reasons import Cause
 from count_video.motion.resolution import unresolved
+from count_video.reasons import Cause
 
 
 def test_two_collisions_of_a_kind_in_a_row_lack_one_of_the_other() -> None:

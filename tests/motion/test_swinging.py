@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from count_video.motion.flight import motion_of
 from count_video.motion.meeting import seen_impacts
-from count_video.motion.reasons import Cause
 from count_video.motion.swinging import excess, is_sharp, is_smooth
+from count_video.reasons import Cause
 from count_video.records import Floats
 
 NOISE_PX = 0.2

@@ -31,9 +31,9 @@ from count_video.followed import Followed, followed, packed, unpacked
 from count_video.inputs import content_digest
 from count_video.parallel import Workers, as_done
 from count_video.process import shortage_explained
+from count_video.records import unread_result
 from count_video.reports.json_object import SCHEMA_VERSION, json_line, read_result
 from count_video.settings import EvidenceSettings
-from count_video.verdict import unread_result
 
 _Job = TypeVar("_Job")
 _Done = TypeVar("_Done")

@@ -22,7 +22,7 @@ import numpy as np
 
 from count_video.motion.gaps import Gaps
 from count_video.motion.joint import Contacts
-from count_video.motion.reasons import Cause, Reason
+from count_video.reasons import Cause, Reason
 from count_video.records import Collision
 from count_video.signals import low_points, sigma_of
 

@@ -33,7 +33,6 @@ from count_video.motion.posterior import (
     weigh,
     with_more,
 )
-from count_video.motion.reasons import Cause, Reason
 from count_video.motion.rivals import (
     FIRST_COLLISIONS,
     Knowledge,
@@ -46,6 +45,7 @@ from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Solution, modelled
 from count_video.motion.starting import MOST_COLLISIONS, rough_values
 from count_video.motion.time_base import lacks_frames, with_frames_left_out
+from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
 FRAMES_AT_LEAST = 20

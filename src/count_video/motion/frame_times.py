@@ -7,6 +7,7 @@ has to be placed among the frames that show it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,6 @@ from count_video.motion.cadence import Cadence, cadence_of
 from count_video.motion.gaps import gaps_of
 from count_video.motion.left_out import LeftOut, left_out
 from count_video.motion.ramps import Ramp, ramps_of, sharpened, stray_px
-from count_video.motion.reasons import ENDS_EARLY, Cause
 from count_video.motion.seen import (
     NOTHING_SEEN,
     SeenCollisions,
@@ -23,7 +23,8 @@ from count_video.motion.seen import (
     shows_motion,
 )
 from count_video.motion.swing import fit_path, path_fits
-from count_video.records import Track, TrialResult
+from count_video.reasons import ENDS_EARLY, Cause, Reason
+from count_video.records import Collision, Track
 
 STRAYS_LESS = 0.6
 """A clock of changing rate has two more parameters to choose. What the path leaves over hangs
@@ -110,16 +111,14 @@ def likeliest_ramp(track: Track, found: SeenCollisions) -> Ramp | None:
     return ramp if stray < STRAYS_LESS * _stray_px(track, found) else None
 
 
-def as_shown(
-    result: TrialResult, clock: Clock | None, left_out: LeftOut | None = None
-) -> TrialResult:
-    """Place collisions among the frames that show them, where these were not taken evenly.
+def as_shown(collisions: Sequence[Collision], clock: Clock | None) -> tuple[Collision, ...]:
+    """Place collisions among the frames that show them, where these were not taken evenly."""
+    return tuple(collisions if clock is None else map(clock.shown, collisions))
 
-    ``left_out`` are frames besides, which the collisions do not allow for yet.
-    """
-    collisions = result.collisions if clock is None else map(clock.shown, result.collisions)
+
+def notes_of(clock: Clock | None, more: LeftOut | None = None) -> tuple[Reason, ...]:
+    """Say what is unusual about a clip's times; ``more`` frames are left out besides."""
     unusual = clock
-    if left_out is not None:
-        unusual = left_out.joined(clock if isinstance(clock, LeftOut) else None)
-    warnings = () if unusual is None or isinstance(unusual, Cadence) else (unusual.warning,)
-    return replace(result, collisions=tuple(collisions), warnings=(*result.warnings, *warnings))
+    if more is not None:
+        unusual = more.joined(clock if isinstance(clock, LeftOut) else None)
+    return () if unusual is None or isinstance(unusual, Cadence) else (unusual.note,)

@@ -26,7 +26,7 @@ import numpy as np
 
 from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.pieces import HALF_EXPOSURE
-from count_video.motion.reasons import Cause, Reason
+from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
 
@@ -54,9 +54,9 @@ class LeftOut:
     """Whether the ball goes on as if it had met nothing in them."""
 
     @property
-    def warning(self) -> str:
-        """What is unusual about the clip, for the user."""
-        return f"about {self.frames} frames are left out after frame {self.after:.0f}"
+    def note(self) -> Reason:
+        """What is unusual about the clip."""
+        return Reason(Cause.GAP_MADE_UP_FOR, (self.after, self.frames))
 
     @property
     def doubts(self) -> tuple[Reason, ...]:

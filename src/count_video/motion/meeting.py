@@ -19,10 +19,10 @@ from count_video.motion.joint import Fitting, collisions_of
 from count_video.motion.missing import until_rest
 from count_video.motion.model import Paths
 from count_video.motion.pieces import HALF_EXPOSURE
-from count_video.motion.reasons import Cause, Reason
 from count_video.motion.seen import shows_motion
 from count_video.motion.swinging import excess, is_smooth
 from count_video.motion.weighing import SeenImpacts, weighed
+from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track
 
 

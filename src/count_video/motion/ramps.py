@@ -32,6 +32,7 @@ from count_video.motion.cadence import in_frames
 from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.swing import fit_path
+from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
 
@@ -149,10 +150,9 @@ class Ramp:
         return np.asarray(np.interp(frame, ends, times))
 
     @property
-    def warning(self) -> str:
-        """What is unusual about the clip, for the user."""
-        where = " and ".join(f"{change:.0f}" for change in self.changes)
-        return f"the rate of the footage changes at frame {where}, by a factor of {self.factor}"
+    def note(self) -> Reason:
+        """What is unusual about the clip."""
+        return Reason(Cause.RATE_CHANGES, (self.factor, *self.changes))
 
     def evened(self, track: Track) -> Track:
         """Time the pictures of a track by the steady clock."""

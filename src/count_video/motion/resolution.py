@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from count_video.motion.reasons import Cause, Reason
+from count_video.reasons import Cause, Reason
 from count_video.records import Collision
 
 RESOLVED_FRAMES = 2.5

@@ -17,9 +17,9 @@ from count_video.motion.cadence import (
 from count_video.motion.finding import find_contacts
 from count_video.motion.gaps import gaps_of
 from count_video.motion.joint import BodyErrors, collisions_of
-from count_video.motion.reasons import Cause, Reason
 from count_video.motion.resolution import shortest_interval, unresolved
 from count_video.motion.swing import Swing, fit_path, path_fits, swing_of
+from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Track
 from count_video.signals import Errors, sigma_of
 

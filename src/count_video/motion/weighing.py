@@ -34,8 +34,8 @@ from count_video.motion.priors import (
     CHANCES_LOST,
     CHANCES_TAIL,
 )
-from count_video.motion.reasons import Cause, Reason
 from count_video.motion.resolution import RESOLVED_FRAMES
+from count_video.reasons import Cause, Reason
 from count_video.records import Collision
 
 CLEAR_SIGMAS = 10.0

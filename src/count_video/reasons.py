@@ -1,6 +1,6 @@
 """Why a clip supports no count, or why a count is in doubt: causes with their figures.
 
-What is decided by them is decided by the cause; ``verdict`` makes the sentences.
+What is decided by them is decided by the cause; ``reports.wording`` makes the sentences.
 """
 
 from __future__ import annotations
@@ -40,6 +40,8 @@ class Cause(Enum):
     """Collisions follow each other too fast [the shortest interval, that which shows each]."""
     LEFT_OUT = auto()
     """Frames are missing without a trace in the time stamps [frame, how many]."""
+    FRAMES_MISSING = auto()
+    """Frames that the file promises are missing [how many]."""
     NO_IMPACT = auto()
     TOO_FAINT = auto()
     NO_FLIGHTS = auto()
@@ -65,12 +67,30 @@ class Cause(Enum):
     STARTS_TOGETHER = auto()
     PARTS_OF_BODIES = auto()
     """The bodies neither touch, nor show momentum to be kept, nor obey the law."""
+    OTHERS_LIKELY = auto()
+    """Other counts are together more probable [the count of the impacts seen, its probability]."""
     MODEL_LACKS_FRAMES = auto()
     MODEL_FITS_NOTHING = auto()
     MODEL_DIFFERS = auto()
     """The collisions of the fitted model are not those that are seen."""
     MODEL_STRAYS = auto()
     """The fitted model strays from the track [root mean square in px, what is allowed]."""
+    MODEL_HAS_FEWER = auto()
+    """The best fit has fewer collisions than are seen [how many, how many are seen]."""
+    MODEL_LEAVES_OPEN = auto()
+    """No count is likelier than all others [each count, followed by its probability]."""
+    MASSES_WOULD_HELP = auto()
+    """The masses are not known, and would narrow the count down."""
+
+    # What is unusual about a clip and stands against no count.
+    GAP_MADE_UP_FOR = auto()
+    """Frames are left out that the times allow for [frame, how many]."""
+    RATE_CHANGES = auto()
+    """The rate of the footage changes [by which factor, at which frames]."""
+    OUTLINES_APART = auto()
+    """The outlines of ball and cylinder do not meet where they touch [gap between them in px]."""
+    MASSES_CONTRADICT = auto()
+    """The motion shows another mass ratio than was given [given, shown, its uncertainty]."""
 
 
 ENDS_EARLY = frozenset(

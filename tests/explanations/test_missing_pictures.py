@@ -6,14 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from explained import bouncing
 from hypothesis import given
 from hypothesis import strategies as st
 
+from count_video.explanations import doubted_for_missing, with_missing
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import write_clip
-from count_video.records import Ending, FootageReport
-from count_video.verdict import doubted_for_missing, unread_result
-from count_video.verdict.answers import with_missing
+from count_video.reasons import Cause, Reason
+from count_video.records import FootageReport
 
 SURE = {1: 0.01, 2: 0.98, 3: 0.01}
 
@@ -40,11 +41,14 @@ def test_the_more_pictures_are_missing_the_less_sure_a_count_is() -> None:
     assert chances[2] < 0.9
 
 
-def test_a_burst_whose_end_is_known_stays_as_sure_as_it_is() -> None:
-    counted = replace(unread_result("a.mp4", ""), status="counted", count=2, probability=SURE)
-    ended = replace(counted, ending=Ending("geometric", 1.0, 1.0, 0.0))
-    assert doubted_for_missing(ended, report(77, 22)).probability == SURE
-    assert doubted_for_missing(counted, report(77, 22)).probability[2] < 0.9
+def test_a_count_is_doubted_for_what_is_missing_and_a_refusal_stays_one() -> None:
+    counted = replace(bouncing(2), probability=SURE)
+    doubted = doubted_for_missing(counted, report(77, 22))
+    assert doubted.probability[2] < 0.9
+    assert doubted.doubts == (Reason(Cause.FRAMES_MISSING, (22,)),)
+    assert doubted_for_missing(counted, report(99, 0)) == counted
+    refused = replace(counted, against=(Reason(Cause.NO_COLLISION),))
+    assert doubted_for_missing(refused, report(77, 22)) == refused
 
 
 def test_pictures_that_a_cut_file_lacks_are_counted(tmp_path: Path) -> None:

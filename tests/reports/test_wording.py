@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from count_video.motion.reasons import Cause, Reason
-from count_video.verdict.wording import sentence, sentences
+from count_video.reasons import Cause, Reason
+from count_video.reports.wording import sentence, sentences
 
 
 @pytest.mark.parametrize("cause", Cause)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
+from count_video import answers, explanations
+from count_video.explanations import at_a_stop
 from count_video.motion.meeting import seen_impacts
 from count_video.records import (
     BodyTrack,
@@ -17,7 +20,7 @@ from count_video.records import (
     Track,
     TrialResult,
 )
-from count_video.verdict import impacts_counted
+from count_video.settings import TrialSettings
 
 FRAMES, SPEED_PX, WIDTH_PX = 200, 3.0, 150.0
 INFO = FootageInfo(
@@ -37,7 +40,8 @@ def track() -> Track:
 
 def answer(shares: dict[int, float]) -> TrialResult:
     found = replace(seen_impacts(track()), probability=shares)
-    return impacts_counted(INFO, REPORT, track(), found)
+    with patch.object(explanations, "seen_impacts", return_value=found):
+        return answers.answer(at_a_stop(track(), REPORT), INFO, REPORT, TrialSettings())
 
 
 def test_a_count_is_given_where_it_is_probable() -> None:

@@ -1,11 +1,11 @@
-"""Sentences for the reasons why a clip supports no count, or why a count is in doubt."""
+"""Sentences for what stands against a count, leaves it in doubt, or is unusual about a clip."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final
 
-from count_video.motion.reasons import Cause, Reason
+from count_video.reasons import Cause, Reason
 
 ENDS = "the clip ends {}, before the burst can be over; let it run longer"
 SENTENCES: Final = {
@@ -36,6 +36,7 @@ SENTENCES: Final = {
     "show each for certain; film at a higher rate",
     Cause.LEFT_OUT: "about {1:.0f} frames are left out after frame {0:.0f}, in which collisions "
     "may have happened",
+    Cause.FRAMES_MISSING: "{:.0f} frames are missing, in which collisions may have happened",
     Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at all, "
     "and jumps nowhere",
     Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to be called impacts",
@@ -65,28 +66,64 @@ SENTENCES: Final = {
     Cause.PARTS_OF_BODIES: "what was followed as ball and heavy body may be parts of them: their "
     "outlines do not meet where they collide, and their motion shows no momentum to be kept; light "
     "the bodies better, or give their part of the picture with --region",
+    Cause.OTHERS_LIKELY: "that the impacts seen ({:.0f}) are all of them is {:.0%} probable",
     Cause.MODEL_LACKS_FRAMES: "too few frames surround the collisions to fit a model of the motion "
     "to them",
     Cause.MODEL_FITS_NOTHING: "no motion of two bodies and a wall resembles the track",
     Cause.MODEL_DIFFERS: "the fitted collisions are not those that were seen",
     Cause.MODEL_STRAYS: "the modelled motion strays from the track by {:.1f} px where {:.1f} are "
     "allowed: something else than two swinging bodies and a wall took part",
+    Cause.MODEL_HAS_FEWER: "the model of the motion that describes the track best has only {:.0f} "
+    "where the frames show {:.0f} collisions",
+    Cause.MODEL_LEAVES_OPEN: "{open_counts}",
+    Cause.MASSES_WOULD_HELP: "the masses, given with --masses, narrow it down",
+    Cause.GAP_MADE_UP_FOR: "about {1:.0f} frames are left out after frame {0:.0f}",
+    Cause.RATE_CHANGES: "the rate of the footage changes at frame {changes}, by a factor of "
+    "{0:.0f}",
+    Cause.OUTLINES_APART: "the outlines of ball and cylinder {apart} px where they touch: the "
+    "ball's width is not sure enough for a scale in millimetres",
+    Cause.MASSES_CONTRADICT: "the masses given have the ratio {:.4g}, the motion shows {:.4g} +- "
+    "{:.2g}: check --masses, the cylinder's first",
 }
+LISTED_AT_MOST = 4
+"""Of more likely counts than so many only the range is named, ..."""
+RANGED_AT_MOST = 10
+"""... and of more than so many only about where they are: the ends were not searched."""
 
 
 def sentence(reason: Reason) -> str:
     """Put a reason into words for the user."""
     figures = reason.figures
+    first, pairs = (
+        figures[0] if figures else 0.0,
+        list(zip(figures[::2], figures[1::2], strict=False)),
+    )
     return SENTENCES[reason.cause].format(
         *figures,
         turns=", ".join(f"{figure:.0f}" for figure in figures),
-        spans=", ".join(
-            f"{first:.0f} to {last:.0f}"
-            for first, last in zip(figures[:-1:2], figures[1::2], strict=True)
-        ),
+        spans=", ".join(f"{begin:.0f} to {end:.0f}" for begin, end in pairs),
+        changes=" and ".join(f"{figure:.0f}" for figure in figures[1:]),
+        apart=f"{'are apart' if first > 0 else 'overlap'} by {abs(first):.0f}",
+        open_counts=_open_counts(pairs),
     )
 
 
 def sentences(reasons: Iterable[Reason]) -> str | None:
     """Put reasons into words, one after the other; None if there are none."""
     return "; ".join(map(sentence, reasons)) or None
+
+
+def _open_counts(likely: Sequence[tuple[float, float]]) -> str:
+    """Say between which counts, each with its probability, the fit cannot decide."""
+    counts = [count for count, _ in likely]
+    if not likely:
+        return "by a model of the motion no count is likely"
+    if len(likely) > RANGED_AT_MOST:
+        about = round(sum(counts) / len(counts), -1)
+        return f"a model of the motion leaves open how many there are, about {about:.0f}"
+    if len(likely) > LISTED_AT_MOST:
+        low, high = min(counts), max(counts)
+        return f"a model of the motion allows every count from {low:.0f} to {high:.0f}"
+    *others, last = (f"{count:.0f} ({chance:.0%})" for count, chance in likely)
+    listed = f"{', '.join(others)} or {last}" if others else last
+    return f"by a model of the motion the count is {listed}"

@@ -1,0 +1,167 @@
+"""From the explanation that stands to the answer: every field is read off it once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from count_video.explanations import Explanation
+from count_video.footage.capture_rate import real_time_s
+from count_video.motion.rivals import Knowledge
+from count_video.motion.swing import Swing
+from count_video.physics.theory import pi_bounds
+from count_video.reasons import Cause, Reason
+from count_video.records import (
+    Collision,
+    Estimate,
+    FootageInfo,
+    FootageReport,
+    Track,
+    TrialResult,
+    unread_result,
+)
+from count_video.reports.wording import sentence, sentences
+from count_video.settings import TrialSettings
+
+RELATIVE_SIGMA_AT_MOST = 0.1
+"""A measured mass ratio is given only if it is known to this share."""
+WEIGHED_SHARE = 0.01
+"""Standard uncertainty of a mass ratio that somebody gives: kitchen scales, tape on the ball."""
+CONTRADICTING_SIGMAS = 4.0
+"""Given masses contradict the motion beyond this many standard uncertainties of both."""
+MASS_RELATIVE_SIGMA = 0.002
+"""Standard uncertainty of a given mass ratio in the fit: kitchen scales and a ring of thread."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One clip worked through: the answer and what it rests on."""
+
+    result: TrialResult
+    info: FootageInfo
+    track: Track | None
+    """None where no bodies could be followed."""
+    swing: Swing | None
+    """That of the heavy body; None where it does not show."""
+
+
+def knowledge(info: FootageInfo, masses: tuple[Fraction, Fraction] | None) -> Knowledge:
+    """Give a fit what is known besides the track."""
+    if masses is None:
+        return Knowledge(info.capture_fps)
+    ratio = float(masses[0] / masses[1])
+    return Knowledge(info.capture_fps, ratio, MASS_RELATIVE_SIGMA * ratio)
+
+
+def nothing_to_count(info: FootageInfo, report: FootageReport, reason: str) -> TrialResult:
+    """Answer for a clip that was read but shows nothing that can be counted."""
+    if report.frames_decoded == 1:
+        reason = "one picture alone could be read, in which nothing moves; give the whole clip"
+    return replace(
+        unread_result(str(info.path), reason),
+        capture_fps=info.capture_fps,
+        capture_fps_source=info.capture_fps_source,
+        frames_decoded=report.frames_decoded,
+        frames_promised=report.frames_promised,
+        warnings=report.warnings,
+    )
+
+
+def answer(
+    explained: Explanation, info: FootageInfo, report: FootageReport, settings: TrialSettings
+) -> TrialResult:
+    """Read the answer off an explanation."""
+    track, count, fit = explained.track, explained.count, explained.fit
+    collisions = tuple(_timed(collision, info.capture_fps) for collision in explained.collisions)
+    seen = sum(collision.seen for collision in collisions[:count])
+    at_wall, counts = explained.scene == "wall", explained.counts
+    scaled = at_wall and not explained.outlines_apart
+    result = replace(
+        nothing_to_count(info, report, ""),
+        status="counted" if counts else "not_counted",
+        reason=sentences(explained.against or explained.doubts),
+        count=count if counts else None,
+        seen=seen,
+        between_frames=count - seen if counts else None,
+        probability={} if explained.against else explained.probability,
+        count_after_burst=len(collisions) - count,
+        collisions=collisions,
+        wall_side=None if explained.scene == "bodies" else track.wall_side,
+        upright=track.line.upright,
+        ball_diameter_px=track.ball_diameter_px,
+        millimetres_per_px=settings.ball_diameter_mm / track.ball_diameter_px if scaled else None,
+        warnings=(*report.warnings, *track.warnings, *map(sentence, explained.notes)),
+    )
+    if fit is not None:
+        result = replace(
+            result,
+            energy_kept=fit.energy_kept,
+            restitution_bodies=fit.restitution_bodies,
+            restitution_wall=fit.restitution_wall,
+            ending=fit.ending,
+            setup=fit.setup,
+        )
+    return weighed(result, measured_ratios(explained), settings.masses)
+
+
+def _timed(collision: Collision, capture_fps: float | None) -> Collision:
+    """Add the time since the clip's start in seconds, where the camera's rate is known."""
+    if capture_fps is None:
+        return collision
+    return replace(collision, time_s=real_time_s(collision.frame, capture_fps))
+
+
+def swing_of(explained: Explanation) -> Swing | None:
+    """Swing of the heavy body, if it shows."""
+    return explained.found.swing if explained.found is not None else None
+
+
+def measured_ratios(explained: Explanation) -> list[Estimate]:
+    """Mass ratios that the motion gives, as far as it determines them: the fit's, the swing's."""
+    swing, fit = swing_of(explained), explained.fit
+    ratios = [] if fit is None else [fit.mass_ratio]
+    if swing is not None:
+        ratio = float(swing.mass_ratio)
+        ratios.append(Estimate(ratio, ratio * swing.mass_ratio_relative_sigma))
+    return [one for one in ratios if one.sigma <= RELATIVE_SIGMA_AT_MOST * one.value]
+
+
+def weighed(
+    result: TrialResult, measured: list[Estimate], masses: tuple[Fraction, Fraction] | None
+) -> TrialResult:
+    """Complete an answer by the masses, exact and in any one unit, or else by a measured ratio.
+
+    The best of ``measured`` comes first. Pi is bounded by N theta and (N + 1) theta.
+    """
+    heavy: Fraction | float
+    light: Fraction | float
+    if masses is None and not measured:
+        return result
+    if masses is None:
+        heavy, light, sigma = measured[0].value, 1.0, measured[0].sigma
+    else:
+        (heavy, light), sigma = masses, None
+        # The fit knows what was given; the swing, which comes last, does not.
+        result = replace(
+            result,
+            warnings=(*result.warnings, *contradiction(float(heavy / light), measured[-1:])),
+        )
+    pi = pi_bounds(result.count, heavy, light) if result.count else None
+    return replace(
+        result,
+        mass_ratio=float(heavy / light),
+        mass_ratio_sigma=sigma,
+        pi_low=pi.low if pi else None,
+        pi_high=pi.high if pi else None,
+    )
+
+
+def contradiction(given: float, measured: list[Estimate]) -> list[str]:
+    """Say that a given mass ratio contradicts what the motion shows; empty if it does not."""
+    return [
+        sentence(Reason(Cause.MASSES_CONTRADICT, (given, one.value, one.sigma)))
+        for one in measured
+        if abs(given - one.value)
+        > CONTRADICTING_SIGMAS * math.hypot(WEIGHED_SHARE * given, one.sigma)
+    ]

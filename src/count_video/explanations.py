@@ -1,0 +1,364 @@
+"""The table of explanations of a clip, of which the answer is read off one.
+
+    bodies             scene             times                 count: probability
+    ball and cylinder  at a wall         even                  31: 0.97, 33: 0.03
+    two bodies         without a wall    with copies            3: 0.99
+    one body           at a stop         rate changes at 120    8: 0.90, 9: 0.08
+
+Each has the probability of every count and, as values, what stands against any. A count is given if
+nothing does and it is as probable as all others together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from count_video.motion.cadence import cadence_of
+from count_video.motion.fitted import Between, Misfit, count_between, measure_burst
+from count_video.motion.frame_times import Clock, as_shown, notes_of, seen_by_clock
+from count_video.motion.left_out import LeftOut
+from count_video.motion.meeting import only_turns, seen_impacts, without_wall
+from count_video.motion.posterior import doubted, with_more
+from count_video.motion.priors import STRAYING_WRONG
+from count_video.motion.rivals import PAIR, Knowledge
+from count_video.motion.seen import SeenCollisions, with_errors
+from count_video.motion.weighing import SeenImpacts
+from count_video.reasons import ENDS_EARLY, Cause, Reason
+from count_video.records import Collision, FootageReport, Track
+
+PROBABILITY_AT_LEAST = 0.5
+"""A count must be as probable as all others together."""
+LIKELY_ABOVE = 0.02
+"""Less likely counts are not named."""
+OUTLINES_SHARE = 0.05
+"""A ball whose width is wrong by a tenth has its edge wrong by this share of it. Outlines that are
+learnt rightly meet to a hundredth."""
+PATH_SIGMAS = 4.0
+"""The heavy body's path shows its collisions if they exceed their uncertainty by this factor."""
+IMPACTS_OF_ONE_ALONE = 3
+"""So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
+
+Scene = Literal["wall", "bodies", "stop"]
+"""Ball and cylinder at a wall, two bodies without one, or one body at a stop."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What one explanation of a clip says of the count."""
+
+    track: Track
+    """With uncertainties that hold the errors which last."""
+    scene: Scene
+    collisions: tuple[Collision, ...]
+    """In order of time, by the clip's frames; real times are not filled in."""
+    count: int
+    """How many of them are counted, if any count is given."""
+    probability: dict[int, float]
+    """Of each count."""
+    against: tuple[Reason, ...] = ()
+    """Why the clip supports no count."""
+    doubts: tuple[Reason, ...] = ()
+    """What lowers the probability."""
+    notes: tuple[Reason, ...] = ()
+    """What is unusual about the clip."""
+    found: SeenCollisions | None = None
+    """What the frames show of a trial at a wall."""
+    fit: Between | None = None
+    """The fit of the whole burst, if the count rests on it."""
+
+    @property
+    def counts(self) -> bool:
+        """Whether a count is given."""
+        likely = self.probability.get(self.count, 0.0) >= PROBABILITY_AT_LEAST
+        return likely and not self.against
+
+    @property
+    def path_fits(self) -> bool:
+        """Whether the heavy body's path fits its collisions at a wall."""
+        return self.found is not None and self.found.path_fits
+
+    @property
+    def path_shows(self) -> bool:
+        """Whether the path fits them, and would not do so without them.
+
+        Scenery that is taken for a body drifts along without any.
+        """
+        swing = self.found.swing if self.found is not None else None
+        shows = swing is not None and PATH_SIGMAS * swing.mass_ratio_relative_sigma < 1
+        return shows and self.path_fits
+
+    @property
+    def outlines_apart(self) -> bool:
+        """Whether the outlines do not meet where the bodies touch: the width is wrong."""
+        return any(note.cause is Cause.OUTLINES_APART for note in self.notes)
+
+
+# ---- a trial at a wall ---------------------------------------------------------------------------
+
+
+def at_wall(
+    track: Track, known: Knowledge, report: FootageReport, *, seen_only: bool = False
+) -> Explanation:
+    """Explain a track by a ball and a heavy body at a wall.
+
+    With ``seen_only`` nothing is inferred between the frames.
+    """
+    clock, timed, found = seen_by_clock(track)
+    explained = shown_at_wall(track, found)
+    left_out = None
+    if found.burst and (not explained.against or (leaves_doubt(found) and not seen_only)):
+        gap = clock if isinstance(clock, LeftOut) else None
+        if explained.against:
+            fit = count_between(timed, found, known, gap)
+        else:
+            fit = measure_burst(timed, found, known)
+        left_out = fit.left_out if isinstance(fit, Between) else None
+        explained = by_fit(explained, fit, masses_known=known.mass_ratio is not None)
+    if explained.fit is None:
+        explained = doubted_for_missing(explained, report)
+    return _by_frames(explained, clock, left_out)
+
+
+def shown_at_wall(track: Track, found: SeenCollisions) -> Explanation:
+    """Explain a track by the collisions that its frames show."""
+    against = (*found.shortcomings, *found.doubts)
+    apart = found.outlines_apart_px
+    vague = abs(apart) > OUTLINES_SHARE * track.ball_diameter_px
+    return Explanation(
+        track=with_errors(track, found.errors),
+        scene="wall",
+        collisions=found.collisions,
+        count=found.burst,
+        probability=doubted({found.burst: 1.0}),
+        against=against if found.burst else (Reason(Cause.NO_COLLISION),),
+        notes=(Reason(Cause.OUTLINES_APART, (apart,)),) if vague else (),
+        found=found,
+    )
+
+
+def leaves_doubt(found: SeenCollisions) -> bool:
+    """Whether collisions may lie where no frame shows them, and the beginning is there."""
+    doubtful = bool(found.doubts or found.shortcomings)
+    whole = all(shortcoming.cause in ENDS_EARLY for shortcoming in found.shortcomings)
+    return found.burst > 1 and doubtful and whole
+
+
+def by_fit(shown: Explanation, fit: Between | Misfit, *, masses_known: bool) -> Explanation:
+    """Let the fit of the whole burst complete what the frames show, or stand against it."""
+    if isinstance(fit, Misfit):
+        return _not_described(shown, fit.reason)
+    count, seen = fit.count, shown.count
+    if shown.against and count < seen and fit.left_out is None:
+        fewer = Reason(Cause.MODEL_HAS_FEWER, (count, seen))
+        return replace(shown, against=(*shown.against, fewer))
+    if fit.probability[count] < PROBABILITY_AT_LEAST:
+        likely = [pair for pair in fit.probability.items() if pair[1] > LIKELY_ABOVE]
+        still_open = Reason(Cause.MODEL_LEAVES_OPEN, tuple(f for pair in likely for f in pair))
+        helps = () if masses_known else (Reason(Cause.MASSES_WOULD_HELP),)
+        doubts = (*shown.against, still_open, *helps)
+        return replace(shown, against=(), doubts=doubts, probability=fit.probability)
+    after = shown.collisions[min(count, seen) :]
+    later = tuple(replace(one, number=count + place) for place, one in enumerate(after, 1))
+    more = 1.0 - fit.following.get(0, 0.0)
+    goes_on = more > LIKELY_ABOVE
+    return replace(
+        shown,
+        collisions=(*fit.collisions, *later),
+        count=count,
+        probability=with_more(fit.probability, fit.following) if goes_on else fit.probability,
+        against=(),
+        doubts=(Reason(Cause.ENDS_BEFORE_NEXT, (more,)),) if goes_on else (),
+        fit=fit,
+    )
+
+
+NOT_DESCRIBED = frozenset((Cause.MODEL_STRAYS, Cause.MODEL_DIFFERS))
+
+
+def _not_described(shown: Explanation, reason: Reason) -> Explanation:
+    """Doubt a count, or refuse one that was in doubt, if the model does not describe the track.
+
+    Two collisions are missed together if any are, one with either thing.
+    """
+    if shown.against:
+        return replace(shown, against=(*shown.against, reason))
+    if reason.cause not in NOT_DESCRIBED:
+        return shown
+    missed = {0: 1 - STRAYING_WRONG, PAIR: STRAYING_WRONG}
+    return replace(shown, doubts=(reason,), probability=with_more(shown.probability, missed))
+
+
+# ---- impacts of one body alone, or of two without a wall -----------------------------------------
+
+
+def without_a_wall(
+    track: Track, report: FootageReport, stands_ahead: Callable[[], bool]
+) -> Explanation:
+    """Explain a track by two bodies that meet.
+
+    Where one moves towards something else when the clip ends, they may be those of a trial whose
+    wall is not reached in the clip.
+    """
+    found = seen_impacts(without_wall(track))
+    if found.collisions and not found.shortcomings and stands_ahead():
+        found = replace(found, shortcomings=(Reason(Cause.WALL_AHEAD),))
+    return _by_impacts(track, found, report)
+
+
+def at_a_stop(track: Track, report: FootageReport) -> Explanation:
+    """Explain a track by one body alone."""
+    clock = cadence_of(track)
+    found = seen_impacts(clock.evened(track) if clock else track)
+    return _by_frames(_by_impacts(track, found, report), clock)
+
+
+def _by_impacts(track: Track, found: SeenImpacts, report: FootageReport) -> Explanation:
+    count = len(found.collisions)
+    turned = track.heavy is not None and track.wall_side == "right"
+    probability = with_missing(found.probability, count, report)
+    chance, doubts = probability.get(count, 0.0), found.doubts
+    if chance < PROBABILITY_AT_LEAST:
+        doubts = (*doubts, Reason(Cause.OTHERS_LIKELY, (count, chance)))
+    return Explanation(
+        track=with_errors(track, found.errors[::-1] if turned else found.errors),
+        scene="stop" if track.heavy is None else "bodies",
+        collisions=found.collisions,
+        count=count,
+        probability=probability,
+        against=found.shortcomings,
+        doubts=doubts,
+    )
+
+
+def of_pair(
+    track: Track,
+    known: Knowledge,
+    report: FootageReport,
+    stands_ahead: Callable[[], bool],
+    *,
+    seen_only: bool = False,
+) -> Explanation:
+    """Explain a track of two bodies, at a wall or, where none is shown, without one.
+
+    ``stands_ahead`` says whether one of them moves towards something when the clip ends.
+    """
+    walled = at_wall(track, known, report, seen_only=seen_only) if track.wall_seen else None
+    if walled is not None and not only_turns(track, walled.collisions):
+        return walled
+    free = without_a_wall(track, report, stands_ahead)
+    return free if walled is None or free.counts or walled.counts else walled
+
+
+# ---- what all have in common ---------------------------------------------------------------------
+
+
+def with_missing(
+    probability: Mapping[int, float], count: int, report: FootageReport
+) -> dict[int, float]:
+    """Let collisions happen in the pictures that are missing as often as in those that are there.
+
+    They come at random then (Poisson): the chance that none is missing is exp(-expected), and what
+    this takes from the chances is that of one more.
+    """
+    expected = count * report.frames_missing / max(1, report.frames_decoded)
+    none = float(np.exp(-expected))
+    changed = {number: chance * none for number, chance in probability.items()}
+    if expected:
+        changed[count + 1] = changed.get(count + 1, 0.0) + (1 - none) * sum(probability.values())
+    return changed
+
+
+def doubted_for_missing(explained: Explanation, report: FootageReport) -> Explanation:
+    """Doubt a count where pictures are missing and nothing says that the burst was over."""
+    if not explained.counts or not report.frames_missing:
+        return explained
+    return replace(
+        explained,
+        doubts=(*explained.doubts, Reason(Cause.FRAMES_MISSING, (report.frames_missing,))),
+        probability=with_missing(explained.probability, explained.count, report),
+    )
+
+
+def _by_frames(
+    explained: Explanation, clock: Clock | None, left_out: LeftOut | None = None
+) -> Explanation:
+    """Place collisions that were found by a clock among the frames that show them."""
+    return replace(
+        explained,
+        collisions=as_shown(explained.collisions, clock),
+        notes=(*explained.notes, *notes_of(clock, left_out)),
+    )
+
+
+# ---- which explanation stands --------------------------------------------------------------------
+
+
+def likeliest_pair(explanations: Iterable[Explanation]) -> Explanation | None:
+    """Choose one of two bodies each; they come with the likeliest first and are made one by one.
+
+    The first whose heavy body's path fits its collisions is taken, or that counts at a wall. If
+    none does, one that counts comes first, and one at a wall before others.
+    """
+    others = []
+    for one in explanations:
+        if one.path_fits or (one.track.wall_seen and one.counts):
+            return one
+        others.append(one)
+    return max(others, key=lambda one: (one.counts, one.track.wall_seen), default=None)
+
+
+def of_bodies_alone(explanations: Sequence[Explanation]) -> Explanation:
+    """Choose one of several bodies, each taken alone: the only one that counts, or the first.
+
+    If more count, which of them is meant is not known; and a few impacts, where more than one body
+    moves, may be those of a trial.
+    """
+    counted = [one for one in explanations if one.counts]
+    first = (*counted, explanations[0])[0]
+    if len(counted) > 1:
+        why = Reason(Cause.SEVERAL_BOUNCE, (len(counted),))
+    elif counted and first.count < IMPACTS_OF_ONE_ALONE and len(explanations) > 1:
+        why = Reason(Cause.OTHERS_MOVE, (first.count, len(explanations) - 1))
+    else:
+        return first
+    return replace(first, against=(why,))
+
+
+def is_settled(pair: Explanation) -> bool:
+    """Whether a count of two bodies need not be compared with that of one body alone.
+
+    Without a wall many impacts may be those of one body alone on its mirror image.
+    """
+    few = pair.scene == "wall" or pair.count < IMPACTS_OF_ONE_ALONE
+    return pair.counts and few and may_be_bodies(pair)
+
+
+def may_be_bodies(pair: Explanation) -> bool:
+    """Whether what was followed to a wall touches, shows momentum to be kept, or obeys the law.
+
+    Parts of bodies that were followed do none of these.
+    """
+    touching = not pair.outlines_apart
+    return pair.scene != "wall" or touching or pair.fit is not None or pair.path_shows
+
+
+def stands_before(pair: Explanation, alone: Explanation, moving: int) -> bool:
+    """Whether the explanation by two bodies comes before that by one body alone.
+
+    It does if one alone gives no count, or at a wall one of a few impacts; or if a ball was seen to
+    strike both wall and heavy body, and the heavy body's path shows it, where more bodies move on
+    their own: the path of a body and its shadow may fit a few collisions.
+
+    ``moving`` is the number of bodies that move on their own.
+    """
+    if not may_be_bodies(pair):
+        return not alone.counts and not (alone.count and not pair.counts)
+    if not alone.counts:
+        return True
+    few = alone.count < IMPACTS_OF_ONE_ALONE and pair.track.wall_seen
+    both = len({collision.kind for collision in pair.collisions}) > 1
+    return few or (pair.path_shows and both and moving > 1)

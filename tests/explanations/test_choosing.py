@@ -1,0 +1,100 @@
+"""Which explanation of a clip stands."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from explained import at_a_wall, bouncing, collision, track
+
+from count_video.explanations import (
+    Explanation,
+    is_settled,
+    likeliest_pair,
+    may_be_bodies,
+    of_bodies_alone,
+    stands_before,
+)
+from count_video.reasons import Cause, Reason
+
+
+@pytest.mark.parametrize("path_shows", [True, False])
+def test_a_trial_comes_before_one_body_alone_only_if_the_path_shows_it(path_shows: bool) -> None:
+    assert stands_before(at_a_wall(path_shows=path_shows), bouncing(9), 2) is path_shows
+
+
+def test_a_body_comes_before_a_pair_of_it_and_what_goes_with_it() -> None:
+    assert not stands_before(at_a_wall(path_shows=True), bouncing(9), 1)
+
+
+@pytest.mark.parametrize(("impacts", "stands"), [(2, True), (3, False)])
+def test_few_impacts_of_one_body_alone_do_not_come_before_a_wall(
+    impacts: int, stands: bool
+) -> None:
+    assert stands_before(at_a_wall(path_shows=False), bouncing(impacts), 2) is stands
+
+
+def test_a_pair_that_cannot_be_bodies_gives_way_to_impacts() -> None:
+    apart = (Reason(Cause.OUTLINES_APART, (9.0,)),)
+    parts = replace(at_a_wall(path_shows=False), notes=apart)
+
+    assert not may_be_bodies(parts)
+    assert may_be_bodies(replace(at_a_wall(path_shows=True), notes=apart))
+    assert not stands_before(parts, bouncing(1), 1)
+    assert stands_before(parts, bouncing(None), 1)
+
+
+def met(count: int) -> Explanation:
+    """Two bodies that meet without a wall."""
+    shown = tuple(collision(number, "bodies") for number in range(1, count + 1))
+    return Explanation(track(wall_seen=False), "bodies", shown, count, {count: 0.9})
+
+
+def test_only_a_wall_or_few_impacts_settle_a_count() -> None:
+    assert is_settled(at_a_wall(path_shows=True, counts=True))
+    assert is_settled(met(1))
+    assert not is_settled(met(5))
+    assert not is_settled(at_a_wall(path_shows=True))
+
+
+def test_the_first_pair_whose_path_fits_is_taken_and_no_other_is_made() -> None:
+    fits = at_a_wall(path_shows=True)
+    made = iter([met(1), at_a_wall(path_shows=False), fits, met(2)])
+
+    assert likeliest_pair(made) is fits
+    assert len(list(made)) == 1
+
+
+def test_if_no_path_fits_a_count_comes_first_and_then_a_wall() -> None:
+    refused = at_a_wall(path_shows=False)
+    apart = replace(met(1), against=(Reason(Cause.UNLIKE),))
+    counted = met(1)
+
+    assert likeliest_pair([apart, refused, counted]) is counted
+    assert likeliest_pair([apart, refused]) is refused
+    assert likeliest_pair([]) is None
+
+
+@pytest.mark.parametrize("counts", [[5], [None, 5], [5, None, None], [None, None]])
+def test_of_bodies_taken_alone_the_one_that_is_counted_gives_the_answer(
+    counts: list[int | None],
+) -> None:
+    chosen = of_bodies_alone([bouncing(count) for count in counts])
+
+    assert chosen.counts == any(counts)
+    assert chosen.count == next((count for count in counts if count), 0)
+
+
+def test_of_several_bodies_that_bounce_none_is_counted() -> None:
+    chosen = of_bodies_alone([bouncing(None), bouncing(5), bouncing(5)])
+
+    assert not chosen.counts
+    assert chosen.against == (Reason(Cause.SEVERAL_BOUNCE, (2,)),)
+
+
+def test_few_impacts_of_one_of_several_bodies_may_be_those_of_a_trial() -> None:
+    chosen = of_bodies_alone([bouncing(2), bouncing(None)])
+
+    assert not chosen.counts
+    assert [reason.cause for reason in chosen.against] == [Cause.OTHERS_MOVE]
+    assert of_bodies_alone([bouncing(2)]).counts

@@ -1,0 +1,45 @@
+"""What a fitted model that does not describe the track says of a count."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from explained import bouncing
+
+from count_video.explanations import Explanation, by_fit
+from count_video.motion.fitted import Misfit
+from count_video.motion.posterior import doubted
+from count_video.motion.priors import MODEL_WRONG, STRAYING_WRONG
+from count_video.reasons import Cause, Reason
+
+COUNT = 14
+STRAYS = Reason(Cause.MODEL_STRAYS, (0.5, 0.3))
+
+
+def shown(count: int = COUNT) -> Explanation:
+    return replace(bouncing(count), scene="wall", probability=doubted({count: 1.0}))
+
+
+@pytest.mark.parametrize("reason", [STRAYS, Reason(Cause.MODEL_DIFFERS)])
+def test_a_count_whose_motion_no_model_describes_is_in_doubt(reason: Reason) -> None:
+    stated = by_fit(shown(), Misfit(reason), masses_known=False)
+
+    assert (stated.counts, stated.count, stated.doubts) == (True, COUNT, (reason,))
+    assert stated.probability[COUNT] == pytest.approx((1 - MODEL_WRONG) * (1 - STRAYING_WRONG))
+    assert sum(stated.probability.values()) == pytest.approx(1.0)
+
+
+def test_what_was_in_doubt_is_refused_if_no_model_describes_it() -> None:
+    unsure = replace(shown(), against=(Reason(Cause.UNRESOLVED, (1.0, 2.5)),))
+
+    stated = by_fit(unsure, Misfit(STRAYS), masses_known=False)
+
+    assert not stated.counts
+    assert stated.against == (*unsure.against, STRAYS)
+
+
+def test_a_model_that_could_not_be_tried_says_nothing() -> None:
+    for cause in (Cause.MODEL_LACKS_FRAMES, Cause.MODEL_FITS_NOTHING):
+        one = shown()
+        assert by_fit(one, Misfit(Reason(cause)), masses_known=False) is one
