@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from count_video.explanations import Explanation
 from count_video.footage.capture_rate import real_time_s
-from count_video.motion.rivals import Knowledge
+from count_video.motion.parameters import Knowledge
 from count_video.motion.swing import Swing
 from count_video.physics.theory import pi_bounds
 from count_video.reasons import Cause, Reason

@@ -17,15 +17,16 @@ from typing import Literal
 
 import numpy as np
 
-from count_video.motion.cadence import cadence_of
-from count_video.motion.fitted import Between, Misfit, count_between, measure_burst
-from count_video.motion.frame_times import Clock, as_shown, notes_of, seen_by_clock
-from count_video.motion.left_out import LeftOut
+from count_video.motion.copies import with_copies
+from count_video.motion.fitted import Between, Misfit, fit_burst
 from count_video.motion.meeting import only_turns, seen_impacts, without_wall
+from count_video.motion.parameters import Knowledge
 from count_video.motion.posterior import doubted, with_more
 from count_video.motion.priors import STRAYING_WRONG
-from count_video.motion.rivals import PAIR, Knowledge
+from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
+from count_video.motion.time_base import TimeBase, even
+from count_video.motion.timed import seen_by_time_base
 from count_video.motion.weighing import SeenImpacts
 from count_video.reasons import ENDS_EARLY, Cause, Reason
 from count_video.records import Collision, FootageReport, Track
@@ -107,20 +108,19 @@ def at_wall(
 
     With ``seen_only`` nothing is inferred between the frames.
     """
-    clock, timed, found = seen_by_clock(track)
+    base, found, gap = seen_by_time_base(track)
     explained = shown_at_wall(track, found)
-    left_out = None
+    notes = base.notes
     if found.burst and (not explained.against or (leaves_doubt(found) and not seen_only)):
-        gap = clock if isinstance(clock, LeftOut) else None
-        if explained.against:
-            fit = count_between(timed, found, known, gap)
-        else:
-            fit = measure_burst(timed, found, known)
-        left_out = fit.left_out if isinstance(fit, Between) else None
+        fit = fit_burst(base.evened(track), found, known, gap)
+        if isinstance(fit, Between) and fit.left_out is not None:
+            frames = fit.left_out.frames + (gap.frames if gap else 0)
+            notes = (replace(fit.left_out, frames=frames).note,)
         explained = by_fit(explained, fit, masses_known=known.mass_ratio is not None)
     if explained.fit is None:
         explained = doubted_for_missing(explained, report)
-    return _by_frames(explained, clock, left_out)
+    explained = replace(explained, notes=(*explained.notes, *notes))
+    return _by_frames(explained, base)
 
 
 def shown_at_wall(track: Track, found: SeenCollisions) -> Explanation:
@@ -211,9 +211,8 @@ def without_a_wall(
 
 def at_a_stop(track: Track, report: FootageReport) -> Explanation:
     """Explain a track by one body alone."""
-    clock = cadence_of(track)
-    found = seen_impacts(clock.evened(track) if clock else track)
-    return _by_frames(_by_impacts(track, found, report), clock)
+    base = with_copies(track) or even(track.frame)
+    return _by_frames(_by_impacts(track, seen_impacts(base.evened(track)), report), base)
 
 
 def _by_impacts(track: Track, found: SeenImpacts, report: FootageReport) -> Explanation:
@@ -283,15 +282,9 @@ def doubted_for_missing(explained: Explanation, report: FootageReport) -> Explan
     )
 
 
-def _by_frames(
-    explained: Explanation, clock: Clock | None, left_out: LeftOut | None = None
-) -> Explanation:
-    """Place collisions that were found by a clock among the frames that show them."""
-    return replace(
-        explained,
-        collisions=as_shown(explained.collisions, clock),
-        notes=(*explained.notes, *notes_of(clock, left_out)),
-    )
+def _by_frames(explained: Explanation, base: TimeBase) -> Explanation:
+    """Place collisions that were found by the pictures' times among the frames that show them."""
+    return replace(explained, collisions=tuple(map(base.shown, explained.collisions)))
 
 
 # ---- which explanation stands --------------------------------------------------------------------

@@ -19,9 +19,9 @@ from synthetic_tracks import FilmedTrial, random_long_trial, random_trial
 
 from count_video.answers import MASS_RELATIVE_SIGMA
 from count_video.explanations import PROBABILITY_AT_LEAST, leaves_doubt
-from count_video.motion.fitted import Between, count_between
+from count_video.motion.fitted import Between, fit_burst
+from count_video.motion.parameters import Knowledge
 from count_video.motion.priors import MODEL_WRONG
-from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import SeenCollisions, seen_collisions
 
 RATES = (960.0, 480.0, 240.0, 120.0, 60.0)
@@ -60,7 +60,7 @@ def outcome_of(trial: FilmedTrial, seed: int) -> Outcome:
     found = seen_collisions(trial.track)
     fitted = None
     if leaves_doubt(found):
-        fitted = count_between(trial.track, found, Knowledge(trial.filming.capture_fps))
+        fitted = fit_burst(trial.track, found, Knowledge(trial.filming.capture_fps))
     count, probability, inferred = _claimed(found, fitted)
     ratio_error, restitution_error = _errors(trial, fitted)
     return Outcome(
@@ -114,7 +114,7 @@ def _long_row(rate: float, masses: bool, drawn: Sequence[FilmedTrial]) -> str:
         ratio = trial.motion.setup.heavy_mass_kg / trial.motion.setup.light_mass_kg
         given = (ratio, MASS_RELATIVE_SIGMA * ratio) if masses else ()
         found = seen_collisions(trial.track)
-        fitted = count_between(trial.track, found, Knowledge(rate, *given))
+        fitted = fit_burst(trial.track, found, Knowledge(rate, *given))
         sure = isinstance(fitted, Between)
         sure = sure and fitted.probability[fitted.count] >= PROBABILITY_AT_LEAST
         silent += not sure

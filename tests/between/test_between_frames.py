@@ -9,8 +9,8 @@ import pytest
 from synthetic_tracks import FilmedTrial, Filming, film, random_trial
 
 from count_video.explanations import leaves_doubt
-from count_video.motion.fitted import Between, Misfit, count_between, measure_burst
-from count_video.motion.rivals import Knowledge
+from count_video.motion.fitted import Between, Misfit, fit_burst
+from count_video.motion.parameters import Knowledge
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
@@ -32,7 +32,7 @@ def fitted(setup: Setup = SETUP, capture_fps: float = FPS, seed: int = 1) -> Bet
     trial = filmed(setup, capture_fps, seed)
     found = seen_collisions(trial.track)
     assert leaves_doubt(found)
-    between = count_between(trial.track, found, Knowledge(capture_fps))
+    between = fit_burst(trial.track, found, Knowledge(capture_fps))
     assert isinstance(between, Between)
     return between
 
@@ -60,7 +60,7 @@ def test_rough_values_that_are_px_off_do_not_lead_the_fit_astray(seed: int) -> N
     # The ball starts so far from the wall that its swing bends the first flights by some px.
     setup = Setup(1.195, wall_gap_m=0.0677, bodies_gap_m=0.0033, release_m=0.0566)
     trial = film(setup, Filming(126.9, clock_phase=0.1 * seed), seed)
-    between = count_between(trial.track, seen_collisions(trial.track))
+    between = fit_burst(trial.track, seen_collisions(trial.track))
     assert isinstance(between, Between)
     assert between.count == trial.count
 
@@ -126,14 +126,14 @@ def test_a_burst_that_keeps_its_energy_ends_geometrically() -> None:
 
 def test_the_count_needs_no_capture_rate() -> None:
     track = filmed().track
-    between = count_between(track, seen_collisions(track), Knowledge())
+    between = fit_burst(track, seen_collisions(track), Knowledge())
     assert isinstance(between, Between)
     assert between.count == filmed().count
 
 
 def test_mirrored_footage_gives_the_same_count() -> None:
     track = mirrored(filmed().track)
-    between = count_between(track, seen_collisions(track), Knowledge(FPS))
+    between = fit_burst(track, seen_collisions(track), Knowledge(FPS))
     assert isinstance(between, Between)
     assert between.count == filmed().count
 
@@ -149,7 +149,7 @@ def test_a_last_collision_at_the_very_turn_is_judged_by_the_model() -> None:
     trial = random_trial(4016, FPS)
     found = seen_collisions(trial.track)
     assert leaves_doubt(found)
-    between = count_between(trial.track, found, Knowledge(FPS))
+    between = fit_burst(trial.track, found, Knowledge(FPS))
     assert isinstance(between, Between)
     assert between.count == trial.count
 
@@ -159,7 +159,7 @@ def test_a_ball_that_creeps_to_the_wall_at_last_is_counted() -> None:
     heavy = 33 * SETUP.light_mass_kg
     trial = filmed(replace(SETUP, heavy_mass_kg=heavy, wall_gap_m=0.0133), 2500.0)
 
-    between = measure_burst(trial.track, seen_collisions(trial.track))
+    between = fit_burst(trial.track, seen_collisions(trial.track))
 
     assert isinstance(between, Between)
     assert between.count == trial.count
@@ -198,7 +198,7 @@ def test_a_shine_that_creeps_before_the_burst_is_not_taken_for_short_threads() -
     crept = heavy.position_px - CREPT_PX * (before / before.min()) ** 2
 
     track = replace(trial.track, heavy=replace(heavy, position_px=crept))
-    between = count_between(track, seen_collisions(track))
+    between = fit_burst(track, seen_collisions(track))
 
     assert isinstance(between, Between)
     assert between.count == trial.count
@@ -212,4 +212,4 @@ def test_a_knock_in_the_middle_is_said_not_to_fit() -> None:
     ball = replace(track.ball, position_px=track.ball.position_px + 0.5 * later)
     knocked = replace(track, ball=ball, heavy=heavy)
     found = seen_collisions(knocked)
-    assert isinstance(count_between(knocked, found, Knowledge(FPS)), Misfit)
+    assert isinstance(fit_burst(knocked, found, Knowledge(FPS)), Misfit)

@@ -7,10 +7,9 @@ import pytest
 from synthetic_tracks import FilmedTrial, Filming, film
 
 from count_video.motion.exposures import blur_of
-from count_video.motion.fitted import Between, count_between
-from count_video.motion.parameters import DRIFTS, FIRST_DEVIATION, Column, drift_shape
+from count_video.motion.fitted import Between, fit_burst
+from count_video.motion.parameters import DRIFTS, FIRST_DEVIATION, Column, Knowledge, drift_shape
 from count_video.motion.pendulums import follow_one
-from count_video.motion.rivals import Knowledge
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.records import Floats, Track
@@ -40,7 +39,7 @@ def test_the_drift_falls_steadily_along_the_path() -> None:
 
 def test_an_outline_that_drifts_near_the_wall_changes_neither_count_nor_mass_ratio() -> None:
     trial = film(SETUP, Filming(FPS, clock_phase=0.3), seed=1)
-    between = count_between(drifting(trial), seen_collisions(drifting(trial)), Knowledge(FPS))
+    between = fit_burst(drifting(trial), seen_collisions(drifting(trial)), Knowledge(FPS))
     assert isinstance(between, Between)
     assert between.count == trial.count
     ratio = between.mass_ratio

@@ -10,9 +10,13 @@ from synthetic_tracks import FilmedTrial, Filming, film
 
 from count_video.answers import answer
 from count_video.explanations import Explanation, by_fit, shown_at_wall
-from count_video.motion.fitted import Between, count_between
-from count_video.motion.parameters import MOST_DEVIATIONS, deviation_places, deviations_of
-from count_video.motion.rivals import Knowledge
+from count_video.motion.fitted import Between, fit_burst
+from count_video.motion.parameters import (
+    MOST_DEVIATIONS,
+    Knowledge,
+    deviation_places,
+    deviations_of,
+)
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.records import FootageInfo, FootageReport, TrialResult
@@ -40,7 +44,7 @@ def filmed() -> FilmedTrial:
 def fitted() -> Between:
     track = filmed().track
     known = Knowledge(FPS, RATIO, RATIO_SIGMA)
-    between = count_between(track, seen_collisions(track), known)
+    between = fit_burst(track, seen_collisions(track), known)
     assert isinstance(between, Between)
     return between
 

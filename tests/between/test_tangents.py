@@ -91,7 +91,7 @@ def measured(at: Floats) -> tuple[Floats, Floats, Floats]:
 def derivatives(at: Floats) -> tuple[Floats, Floats, Floats]:
     paths = motion(at)
     tangents = tangents_of(paths, at)
-    ball, heavy = sampled_tangents(paths, sample(paths, at[None], FRAME), tangents, at, FRAME)
+    ball, heavy = sampled_tangents(paths, sample(paths, at[None], FRAME), tangents, at)
     return ball, heavy, tangents.time
 
 

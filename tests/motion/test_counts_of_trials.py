@@ -14,7 +14,7 @@ from filmed_trials import (
     resolving_fps,
 )
 
-from count_video.motion.fitted import Between, measure_burst
+from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.seen import SeenCollisions, seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
@@ -129,7 +129,7 @@ def test_resolved_trials_are_counted_exactly_with_kinds_and_times(seed: int) -> 
 def test_a_contact_that_one_fit_misplaces_is_put_right_by_that_of_the_burst(seed: int) -> None:
     trial, _ = drawn(seed)
 
-    measured = measure_burst(trial.track, seen_collisions(trial.track))
+    measured = fit_burst(trial.track, seen_collisions(trial.track))
 
     assert isinstance(measured, Between)
     assert tuple(collision.kind for collision in measured.collisions) == trial.kinds

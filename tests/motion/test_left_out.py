@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from filmed_trials import FilmedTrial, Filming, film
 
-from count_video.motion.fitted import Between, measure_burst
-from count_video.motion.frame_times import seen_by_clock
+from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.left_out import LeftOut, left_out
 from count_video.motion.seen import seen_collisions
+from count_video.motion.timed import seen_by_time_base
 from count_video.physics.setup import Setup
 from count_video.records import BodyTrack, Track
 
@@ -60,10 +60,10 @@ def test_frames_left_out_of_a_flight_are_noticed_and_made_up_for(
     whole: FilmedTrial, frames: int
 ) -> None:
     for after in clear_places(whole):
-        clock, _, found = seen_by_clock(without(whole.track, after, frames))
+        _, found, gap = seen_by_time_base(without(whole.track, after, frames))
 
-        assert isinstance(clock, LeftOut)
-        assert (clock.after, clock.frames) == (after, frames)
+        assert gap is not None
+        assert (gap.after, gap.frames) == (after, frames)
         assert found.burst == whole.motion.count
 
 
@@ -73,11 +73,12 @@ def test_collisions_in_frames_left_out_are_not_passed_over(whole: FilmedTrial) -
     after = float(np.floor(middle[0] - 2))
     frames = int(np.ceil(middle[1] + 2) - after)
 
-    clock, _, found = seen_by_clock(without(whole.track, after, frames))
+    base, found, gap = seen_by_time_base(without(whole.track, after, frames))
 
     assert found.burst < whole.motion.count
     assert found.doubts or found.shortcomings
-    assert clock is None or isinstance(clock, LeftOut)
+    assert base.keeps_rate
+    assert (base.gap is None) == (gap is None)
 
 
 @pytest.mark.parametrize("number", [2, 4, 6])
@@ -87,7 +88,7 @@ def test_a_collision_in_frames_left_out_leaves_the_times_of_others_right(
     frames, at = 2, float(np.floor(whole.frames[number]))
     track = without(whole.track, at, frames)
 
-    measured = measure_burst(track, seen_collisions(track))
+    measured = fit_burst(track, seen_collisions(track))
 
     assert isinstance(measured, Between)
     assert measured.left_out is not None
@@ -100,19 +101,19 @@ def test_a_collision_in_frames_left_out_leaves_the_times_of_others_right(
 
 def test_what_happened_in_frames_left_out_is_known_to_half_a_frame(whole: FilmedTrial) -> None:
     found = replace(seen_collisions(whole.track).collisions[0], frame_sigma=0.01)
-    clock = LeftOut(after=100.0, frames=9, flown=True)
+    base = LeftOut(after=100.0, frames=9, flown=True).time_base(whole.track.frame)
 
-    stated = [clock.shown(replace(found, frame=at)).frame_sigma for at in (99.0, 105.0, 111.0)]
+    stated = [base.shown(replace(found, frame=at)).frame_sigma for at in (99.0, 105.0, 111.0)]
 
     assert stated == [0.01, 0.5, 0.01]
 
 
 def test_collisions_are_dated_by_the_frames_that_are_there(whole: FilmedTrial) -> None:
     found = seen_collisions(whole.track).collisions[0]
-    clock = LeftOut(after=100.0, frames=9, flown=True)
+    base = LeftOut(after=100.0, frames=9, flown=True).time_base(whole.track.frame)
 
     stated = [
-        clock.shown(replace(found, frame=at)).frame for at in (99.0, 100.0, 105.0, 110.0, 120.0)
+        base.shown(replace(found, frame=at)).frame for at in (99.0, 100.0, 105.0, 110.0, 120.0)
     ]
 
     assert stated == pytest.approx([99.0, 100.0, 100.5, 101.0, 111.0])

@@ -10,10 +10,10 @@ import pytest
 from filmed_trials import FilmedTrial, Filming, film_motion, part
 from numpy.typing import NDArray
 
-from count_video.motion.frame_times import seen_by_clock
 from count_video.motion.gaps import gaps_of
 from count_video.motion.ramps import Ramp, ramps_of, rate_changes
 from count_video.motion.seen import seen_collisions
+from count_video.motion.timed import resolves, seen_by_time_base
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.reasons import Cause
@@ -61,12 +61,11 @@ def test_a_ramp_is_undone(factor: int) -> None:
     whole = trial()
     track, kept = ramped(whole, factor)
 
-    ramp, _, found = seen_by_clock(track)
+    base, found, _ = seen_by_time_base(track)
 
-    assert isinstance(ramp, Ramp)
     assert found.burst == len(whole.frames)
-    assert f"factor of {factor}" in ramp.warning
-    shown = np.array([ramp.shown(collision).frame for collision in found.collisions])
+    assert [(note.cause, note.figures[0]) for note in base.notes] == [(Cause.RATE_CHANGES, factor)]
+    shown = np.array([base.shown(collision).frame for collision in found.collisions])
     truth = np.interp(whole.frames, kept, track.frame)
     assert np.abs(shown[: found.burst] - truth).max() < TIME_WITHIN
 
@@ -74,10 +73,10 @@ def test_a_ramp_is_undone(factor: int) -> None:
 def test_velocities_of_a_ramp_are_those_of_the_frames() -> None:
     whole = trial()
     track, _ = ramped(whole, 4)
-    ramp, _, found = seen_by_clock(track)
-    assert isinstance(ramp, Ramp)
+    base, found, _ = seen_by_time_base(track)
+    assert not base.keeps_rate
 
-    first = ramp.shown(found.collisions[0])
+    first = base.shown(found.collisions[0])
 
     # One picture of four is left about the first collision: the cylinder comes on by so much.
     assert track.heavy is not None
@@ -94,14 +93,12 @@ def test_a_ramp_next_to_a_collision_is_undone(after: float) -> None:
     end = float(whole.frames[-3] + whole.frames[-2]) / 2
     kept = np.flatnonzero((frame > begin) & (frame < end) | (frame % 4 == 0))
 
-    ramp, _, found = seen_by_clock(rows_of(whole.track, kept))
+    base, found, _ = seen_by_time_base(rows_of(whole.track, kept))
 
-    assert isinstance(ramp, Ramp)
-    assert ramp.factor == 4
     assert found.burst == len(whole.frames)
-    assert ramp.changes == pytest.approx(
-        np.interp([begin, end], frame[kept], range(len(kept))), abs=1
-    )
+    factor, *changes = base.notes[0].figures
+    assert factor == 4
+    assert changes == pytest.approx(np.interp([begin, end], frame[kept], range(len(kept))), abs=1)
 
 
 def test_the_ball_at_rest_says_nothing_against_a_change() -> None:
@@ -137,10 +134,10 @@ def test_a_ball_on_its_way_to_the_wall_at_the_end_hides_no_change() -> None:
     whole = film_motion(simulate(setup), Filming(CAPTURE_FPS, NOISE_PX, tail_frames=40))
     track, _ = ramped(whole, 2)
 
-    ramp, _, found = seen_by_clock(track)
+    base, found, _ = seen_by_time_base(track)
 
     assert [reason.cause for reason in found.shortcomings] == [Cause.ENDS_RETURNING]
-    assert isinstance(ramp, Ramp)
+    assert not base.keeps_rate
     assert found.burst == len(whole.frames)
 
 
@@ -150,9 +147,9 @@ def test_no_other_clock_makes_up_for_collisions_that_are_missed(end: int) -> Non
     whole = trial(60.0)
     kept = np.arange(0, len(whole.track.frame) * end // 4, 8)
 
-    clock, _, found = seen_by_clock(rows_of(whole.track, kept))
+    base, found, _ = seen_by_time_base(rows_of(whole.track, kept))
 
-    assert clock is None
+    assert not base.notes
     assert found.doubts or found.shortcomings
 
 
@@ -163,32 +160,33 @@ def test_a_clip_of_one_rate_has_no_other_clock(ratio: float) -> None:
 
 
 def test_a_clock_counts_many_times_where_pictures_are_left_out() -> None:
-    ramp = Ramp(np.arange(7.0), (2.0, 4.5), sparse_first=True, factor=4)
+    ramp = Ramp((2.0, 4.5), sparse_first=True, factor=4)
 
-    assert ramp.steady.tolist() == [0.0, 4.0, 8.0, 9.0, 10.0, 12.5, 16.5]
+    base = ramp.time_base(np.arange(7.0))
+
+    assert base.time.tolist() == [0.0, 4.0, 8.0, 9.0, 10.0, 12.5, 16.5]
 
 
 def test_a_collision_converted_to_a_clock_and_back_is_the_same() -> None:
     hit = seen_collisions(trial().track).collisions[0]
-    ramp = Ramp(np.arange(200.0), (40.0, 90.0), sparse_first=False, factor=3)
+    base = Ramp((40.0, 90.0), sparse_first=False, factor=3).time_base(trial().track.frame)
 
     for frame in (20.3, 61.7, 120.1):
-        there = ramp.timed(replace(hit, frame=frame))
-        back = ramp.shown(there)
+        there = base.timed(replace(hit, frame=frame))
+        back = base.shown(there)
         assert back.frame == pytest.approx(frame)
         assert back.velocity_after.ball_px_frame == pytest.approx(hit.velocity_after.ball_px_frame)
 
 
 def test_collisions_must_be_resolved_also_where_pictures_are_rare() -> None:
     whole = trial()
-    ramp = Ramp(np.arange(80.0), (10.0,), sparse_first=True, factor=4)
-    hits = seen_collisions(whole.track).collisions
+    base = Ramp((10.0,), sparse_first=True, factor=4).time_base(whole.track.frame)
+    found = seen_collisions(whole.track)
+    first, second, *_ = found.collisions
 
-    rare = [replace(hits[0], frame=12.0), replace(hits[1], frame=18.0)]
-    dense = [replace(hits[0], frame=50.0), replace(hits[1], frame=56.0)]
-
-    assert not ramp.resolves(rare)
-    assert ramp.resolves(dense)
+    for begin, resolved in ((12.0, False), (50.0, True)):
+        two = replace(first, frame=begin), replace(second, frame=begin + 6.0)
+        assert resolves(base, replace(found, collisions=two, burst=2)) is resolved
 
 
 def test_a_cylinder_that_leaves_its_path_is_no_evidence() -> None:

@@ -7,12 +7,15 @@ import pytest
 from count_video.reasons import Cause, Reason
 from count_video.reports.wording import sentence, sentences
 
+FIGURES = (12.0, 15.0, 1.0)
+"""As many as any cause has."""
+
 
 @pytest.mark.parametrize("cause", Cause)
 def test_each_cause_has_a_sentence_of_its_own(cause: Cause) -> None:
-    others = {sentence(Reason(other, (12.0, 15.0))) for other in Cause if other is not cause}
+    others = {sentence(Reason(other, FIGURES)) for other in Cause if other is not cause}
 
-    stated = sentence(Reason(cause, (12.0, 15.0)))
+    stated = sentence(Reason(cause, FIGURES))
 
     assert stated not in others
     assert not set(stated) & set("{}")

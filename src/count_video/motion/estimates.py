@@ -13,10 +13,12 @@ fit's uncertainty, and the differences between the fits.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from count_video.motion.left_out import LeftOut
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import Column
 from count_video.motion.pendulums import Paths, follow_one
@@ -28,7 +30,6 @@ from count_video.motion.solving import Solution
 from count_video.motion.tangents import tangents_of
 from count_video.records import (
     Collision,
-    CollisionKind,
     Ending,
     EndingKind,
     Estimate,
@@ -67,14 +68,6 @@ def variances_of(solution: Solution) -> Floats:
     return np.asarray(np.maximum(np.diag(np.linalg.pinv(solution.hessian, hermitian=True)), 0.0))
 
 
-class _Arrangement(NamedTuple):
-    gap_px: Floats
-    release_px: Floats
-    bodies_gap_px: Floats
-    heavy_period_frames: Floats
-    ball_period_frames: Floats
-
-
 def fitted_setup(weighed: Weighed, shares: Floats) -> FittedSetup:
     """Mean and standard uncertainty of the set-up over all fits, of which each has its share."""
     fits = [fit for _, fit in weighed.values()]
@@ -84,19 +77,15 @@ def fitted_setup(weighed: Weighed, shares: Floats) -> FittedSetup:
     return FittedSetup(*(Estimate(float(m), float(s)) for m, s in zip(mean, sigma, strict=True)))
 
 
-def _arranged(values: Floats) -> _Arrangement:
-    """Derive the set-up from parameters, shape (columns,) or (columns, sets)."""
+def _arranged(values: Floats) -> Floats:
+    """Derive the set-up, in the order of its record, from parameters, shape (columns, ...)."""
     rate = np.exp(values[Column.SWING])
     from_rest = -values[Column.HEAVY_PULL] / rate**2
-    rest = values[Column.HEAVY] - from_rest
+    gap = values[Column.BALL_REST] - values[Column.WALL]
+    release = np.hypot(from_rest, values[Column.HEAVY_RATE] / rate)
+    bodies_gap = values[Column.HEAVY] - from_rest - values[Column.BALL_REST]
     period = 2.0 * np.pi / rate
-    return _Arrangement(
-        gap_px=values[Column.BALL_REST] - values[Column.WALL],
-        release_px=np.hypot(from_rest, values[Column.HEAVY_RATE] / rate),
-        bodies_gap_px=rest - values[Column.BALL_REST],
-        heavy_period_frames=period,
-        ball_period_frames=period * np.exp(-values[Column.BALL_SWING]),
-    )
+    return np.array([gap, release, bodies_gap, period, period * np.exp(-values[Column.BALL_SWING])])
 
 
 DISSIPATED_BELOW = 0.1
@@ -137,6 +126,15 @@ def ending_of(paths: Paths, values: Floats) -> Ending:
     return Ending(kind, kept, heavy, ball)
 
 
+def left_out_of(observed: Observations, values: Floats) -> LeftOut | None:
+    """Frames left out that a fit found besides those that the track allows for."""
+    frames = round(values[Column.SKIP])
+    if frames == 0:
+        return None
+    before = observed.frame[observed.after == 0]
+    return LeftOut(observed.origin + float(before[-1]), frames, flown=False)
+
+
 SAME_SIGMAS = 3.0
 """A modelled collision is the one seen if they are not further apart than so many times their
 uncertainty: in a zigzag of which corners are missing the others are not where they seem, ..."""
@@ -153,141 +151,93 @@ def collisions_of(
     events = [_events(observed, fit) for fit in fits]
     # What never happens lies at infinity: such a fit has no part in a mean, or is all there is.
     happens = np.array([np.isfinite(values).all() for values, _ in events])
-    values, sigmas = events[int(np.argmax(shares))]
+    likeliest = int(np.argmax(shares))
+    values, sigmas = events[likeliest]
     if happens.any():
         kept = [event for event, finite in zip(events, happens, strict=True) if finite]
         each, spread = (np.array(part) for part in zip(*kept, strict=True))
         values, sigmas = mixed(shares[happens] / shares[happens].sum(), each, spread**2)
-    partners = _partners(values[:, 0], sigmas[:, 0], found.collisions[: found.burst])
-    begin, end = _left_out(observed, fits[int(np.argmax(shares))].values)
-    for event in np.flatnonzero((values[:, 0] > begin) & (values[:, 0] < end)):
-        partners.pop(int(event), None)
-    return tuple(
-        _collision(observed.sign, event, (values[event], sigmas[event]), partners.get(event))
-        for event in range(len(values))
+    rows = zip(values, sigmas, strict=True)
+    modelled = [_modelled(observed.sign, event, *row) for event, row in enumerate(rows)]
+    hidden = np.zeros(len(modelled), dtype=bool)
+    gap = left_out_of(observed, fits[likeliest].values)
+    if gap is not None:
+        base = gap.time_base(observed.origin + observed.frame)
+        hidden = base.in_gap(values[:, 0])
+        modelled = [base.shown(collision) for collision in modelled]
+    return _confirmed(
+        modelled, hidden, [one for one in found.collisions[: found.burst] if one.seen]
     )
 
 
 def _events(observed: Observations, solution: Solution) -> tuple[Floats, Floats]:
     """Time, state before and state after each event, and their uncertainties; (events, 9) each."""
     paths = follow_one(solution.values, solution.count, float(observed.frame[0]) - 1.0)
-    time, before, after = _sigmas(solution, paths)
-    frames, time = _shown(observed, solution.values, (paths.time[0, 1:], time))
-    values = (frames[:, None], paths.before[:, 0, 1:].T, paths.states[:, 0, 1:].T)
-    return np.hstack(values), np.hstack([time[:, None], before, after])
-
-
-def _left_out(observed: Observations, values: Floats) -> tuple[float, float]:
-    """Frames before and after the place where others are left out; inf where none are."""
-    gap = np.flatnonzero(np.diff(observed.after))
-    if len(gap) == 0 or not values[Column.SKIP]:
-        return np.inf, np.inf
-    begin, end = observed.origin + observed.frame[gap[0] : gap[0] + 2]
-    return float(begin), float(end)
-
-
-def _shown(
-    observed: Observations, values: Floats, when: tuple[Floats, Floats]
-) -> tuple[Floats, Floats]:
-    """Give times and uncertainties by the frames that are there, where others are left out."""
-    begin, end = _left_out(observed, values)
-    times, sigmas = observed.origin + when[0], when[1]
-    if np.isinf(begin):
-        return times, sigmas
-    skip, since, there = values[Column.SKIP], times - begin, end - begin
-    inside = (since > 0) & (since < there + skip)
-    shown = np.where(since > 0, since - skip, since)
-    shown[inside] = since[inside] * there / (there + skip)
-    return begin + shown, np.where(inside, np.maximum(sigmas, SAME_FRAMES * there), sigmas)
-
-
-def _sigmas(solution: Solution, paths: Paths) -> list[Floats]:
-    """Give the standard uncertainties of the events.
-
-    Returns
-    -------
-    list
-        Of the times, shape (events,); of the state before and of that after, shape (events, 4).
-    """
     tangents = tangents_of(paths, solution.values)
     covariance = np.linalg.pinv(solution.hessian, hermitian=True)
     sigmas = []
-    for jacobian in (tangents.time, tangents.arriving, tangents.states[1:]):
+    for jacobian in (tangents.time[:, None], tangents.arriving, tangents.states[1:]):
         known = np.where(np.isfinite(jacobian), jacobian, 0.0)
         variances = np.einsum("...p,pq,...q->...", known, covariance, known, optimize=True)
-        sigmas.append(np.asarray(np.sqrt(np.maximum(variances, 0.0))))
-    return sigmas
+        sigmas.append(np.sqrt(np.maximum(variances, 0.0)))
+    frames = observed.origin + paths.time[0, 1:]
+    values = (frames[:, None], paths.before[:, 0, 1:].T, paths.states[:, 0, 1:].T)
+    return np.hstack(values), np.hstack(sigmas)
 
 
-def _partners(frames: Floats, sigmas: Floats, seen: Sequence[Collision]) -> dict[int, Collision]:
-    """Find the collision seen for each modelled one, as far as there is one; nearest first."""
-    # What never happens lies at infinity, and may do so more than once.
-    apart = np.diff(np.minimum(frames, np.finfo(np.float64).max), prepend=-np.inf, append=np.inf)
-    share = SAME_SHARE * np.minimum(apart[:-1], apart[1:])
-    # No frame is clear of its neighbours on either side of it: the exposures hold them all.
-    hidden = np.maximum(apart[:-1], apart[1:]) < 2 * HALF_EXPOSURE
-    pairs = []
-    for event, frame in enumerate(frames):
-        if hidden[event]:
-            continue
-        for place, collision in enumerate(seen):
-            sigma = float(np.hypot(sigmas[event], collision.frame_sigma))
-            least = SAME_FRAMES if share[event] >= SAME_SHARE * RESOLVED_FRAMES else 0.0
-            reach = min(share[event], max(least, SAME_SIGMAS * sigma))
-            apart = abs(collision.frame - frame)
-            if collision.seen and collision.kind == _kind(event) and apart <= reach:
-                pairs.append((apart, event, place))
-    pairs.sort()
-    partners: dict[int, Collision] = {}
-    used: set[int] = set()
-    for _, event, place in pairs:
-        if event not in partners and place not in used:
-            partners[event] = seen[place]
-            used.add(place)
-    return partners
-
-
-def _kind(event: int) -> CollisionKind:
-    return "wall" if event % 2 else "bodies"
-
-
-def _collision(
-    sign: int, event: int, known: tuple[Floats, Floats], partner: Collision | None
-) -> Collision:
-    """One collision: by the model, in whose motion all frames share, and as its frames show it.
-
-    Its time is the mean of both, weighted by their precisions. Where they differ by more than their
-    uncertainties, something else acted there or frames misled, and the mean is less sure by the
-    Birge ratio (Birge 1932).
-    """
-    values, sigmas = known
-    frame, sigma = values[0], sigmas[0]
-    if partner is not None:
-        share = sigma**2 / (sigma**2 + partner.frame_sigma**2)
-        apart = partner.frame - frame
-        birge = abs(apart) / np.hypot(sigma, partner.frame_sigma)
-        frame += share * apart
-        # Both rest on the same frames, so that the mean is no surer than the better one.
-        sigma = min(sigma, partner.frame_sigma) * max(1.0, birge)
-    heavy, ball = slice(2, None, 4), slice(4, None, 4)
+def _modelled(sign: int, event: int, values: Floats, sigmas: Floats) -> Collision:
+    """One collision by the model, in whose motion all frames share."""
+    # After the time come place and velocity of the heavy body and those of the ball, before and
+    # after the event.
     before, after = (
-        Velocities(*each)
-        for each in zip(
-            (sign * values[ball]).tolist(),
-            (sign * values[heavy]).tolist(),
-            sigmas[ball].tolist(),
-            sigmas[heavy].tolist(),
-            strict=True,
+        Velocities(
+            ball_px_frame=sign * float(values[first + 3]),
+            heavy_px_frame=sign * float(values[first + 1]),
+            ball_sigma_px_frame=float(sigmas[first + 3]),
+            heavy_sigma_px_frame=float(sigmas[first + 1]),
         )
+        for first in (1, 5)
     )
     return Collision(
         number=event + 1,
-        kind=_kind(event),
-        frame=float(frame),
-        frame_sigma=float(sigma),
+        kind="wall" if event % 2 else "bodies",
+        frame=float(values[0]),
+        frame_sigma=float(sigmas[0]),
         time_s=None,
-        seen=partner is not None,
+        seen=False,
         position_px=sign * float(values[7]),
         velocity_before=before,
         velocity_after=after,
     )
+
+
+def _confirmed(
+    modelled: Sequence[Collision], hidden: NDArray[np.bool_], seen: Sequence[Collision]
+) -> tuple[Collision, ...]:
+    """Let frames confirm the collisions that they show, but for those that must be ``hidden``.
+
+    The time is the mean of both, weighted by their precisions. Where they differ by more than their
+    uncertainties, something else acted there or frames misled, and the mean is less sure by the
+    Birge ratio (Birge 1932).
+    """
+    # What never happens lies at infinity, and may do so more than once.
+    frames = np.minimum([one.frame for one in modelled], np.finfo(np.float64).max)
+    apart = np.diff(frames, prepend=-np.inf, append=np.inf)
+    shares = SAME_SHARE * np.minimum(apart[:-1], apart[1:])
+    # No frame is clear of its neighbours on either side of it: the exposures hold them all.
+    hidden = hidden | (np.maximum(apart[:-1], apart[1:]) < 2 * HALF_EXPOSURE)
+    confirmed = []
+    for one, share, unseen in zip(modelled, shares.tolist(), hidden, strict=True):
+        least = SAME_FRAMES if share >= SAME_SHARE * RESOLVED_FRAMES else 0.0
+        same = [other for other in seen if other.kind == one.kind and not unseen]
+        partner = min(same, key=lambda other: abs(other.frame - one.frame), default=one)
+        off = partner.frame - one.frame
+        sigma = float(np.hypot(one.frame_sigma, partner.frame_sigma))
+        if partner is one or abs(off) > min(share, max(least, SAME_SIGMAS * sigma)):
+            confirmed.append(one)
+            continue
+        frame = one.frame + off * one.frame_sigma**2 / sigma**2
+        # Both rest on the same frames, so that the mean is no surer than the better one.
+        surest = min(one.frame_sigma, partner.frame_sigma) * max(1.0, abs(off) / sigma)
+        confirmed.append(replace(one, frame=frame, frame_sigma=surest, seen=True))
+    return tuple(confirmed)

@@ -30,6 +30,12 @@ class Sampled:
     """Mean over the exposure."""
     heavy: Floats
     """At the middle of the exposure, as the outline of the face is measured."""
+    opened: Moment
+    """When the exposures begin, ..."""
+    closed: Moment
+    """... end, ..."""
+    middle: Moment
+    """... and are half over."""
 
 
 @dataclass(frozen=True)
@@ -41,20 +47,20 @@ class Moment:
 
     def of(self, values: Floats) -> Floats:
         """Take the pieces' values out of an array of shape (sets, pieces)."""
-        return np.take_along_axis(values, self.piece, axis=1)
+        return np.asarray(values[np.arange(len(values))[:, None], self.piece])
 
 
 def sample(paths: Paths, sets: Floats, frame: Floats) -> Sampled:
     """Sample the motions at times from the model's 0 on, shape (frames,) or (sets, frames)."""
     half = sets[:, Column.EXPOSURE, None] / 2
     whole = _piece_integrals(paths)
-    opened = _integral(paths, moment(paths, frame - half), whole)
-    closed = _integral(paths, moment(paths, frame + half), whole)
+    opened, closed = moment(paths, frame - half), moment(paths, frame + half)
     middle = moment(paths, np.broadcast_to(frame, (len(sets), frame.shape[-1])))
+    swept = _integral(paths, closed, whole) - _integral(paths, opened, whole)
     heavy = _place(paths, middle, "heavy")
     from_rest = heavy - sets[:, Column.BALL_REST, None]
     outline = sets[:, Column.CONTACT, None] + sets[:, Column.PARALLAX, None] * from_rest
-    return Sampled((closed - opened) / (2 * half), heavy + outline)
+    return Sampled(swept / (2 * half), heavy + outline, opened, closed, middle)
 
 
 def blur_of(paths: Paths, values: Floats, frame: Floats) -> Floats:
@@ -73,7 +79,7 @@ def moment(paths: Paths, time: Floats) -> Moment:
     rows = zip(paths.time, time, strict=True)
     piece = np.stack([np.searchsorted(row, when, side="right") for row, when in rows])
     piece = np.maximum(piece - 1, 0)
-    return Moment(piece, time - np.take_along_axis(paths.time, piece, axis=1))
+    return Moment(piece, time - Moment(piece, time).of(paths.time))
 
 
 def law_of(paths: Paths, body: str) -> tuple[Floats, Floats]:
@@ -114,28 +120,21 @@ def _integral(paths: Paths, when: Moment, whole: Floats) -> Floats:
 
 
 def sampled_tangents(
-    paths: Paths, sampled: Sampled, tangents: Tangents, values: Floats, frame: Floats
+    paths: Paths, sampled: Sampled, tangents: Tangents, values: Floats
 ) -> tuple[Floats, Floats]:
     """Differentiate ball and heavy body of the first sampled motion by its parameters.
 
     Both results have shape (frames, columns); in ``SKIP`` is the velocity of all frames.
     """
-    half = float(values[Column.EXPOSURE]) / 2
+    exposure, parallax = float(values[Column.EXPOSURE]), float(values[Column.PARALLAX])
     whole = _integrals_by(paths, tangents)
-    opened, closed = moment(paths, (frame - half)[None]), moment(paths, (frame + half)[None])
-    swept = _swept_by(paths, tangents, whole, closed) - _swept_by(paths, tangents, whole, opened)
-    ball = swept / (2 * half)
-    ends = _ball_place(paths, opened) + _ball_place(paths, closed)
-    ball[:, Column.EXPOSURE] += (ends / 2 - sampled.ball[0]) / (2 * half)
-    ball[:, Column.SKIP] = (_ball_place(paths, closed) - _ball_place(paths, opened)) / (2 * half)
-    return ball, _heavy(paths, sampled, tangents, values, frame)
-
-
-def _heavy(
-    paths: Paths, sampled: Sampled, tangents: Tangents, values: Floats, frame: Floats
-) -> Floats:
-    when = moment(paths, frame[None])
-    piece, since = when.piece[0], when.since[0]
+    ball = _swept_by(paths, tangents, whole, sampled.closed)
+    ball -= _swept_by(paths, tangents, whole, sampled.opened)
+    ball /= exposure
+    first, last = (_place(paths, at, "ball")[0] for at in (sampled.opened, sampled.closed))
+    ball[:, Column.EXPOSURE] += ((first + last) / 2 - sampled.ball[0]) / exposure
+    ball[:, Column.SKIP] = (last - first) / exposure
+    piece, since = sampled.middle.piece[0], sampled.middle.since[0]
     rate, rest = (float(value[0, 0]) for value in law_of(paths, "heavy"))
     place, velocity = paths.states[:2, 0, piece]
     by_state, by_law = swing_derivatives(rate, place - rest, velocity, since)
@@ -144,20 +143,12 @@ def _heavy(
     heavy += by_law[:, 0] @ tangents.laws[:2]
     angle = rate * since
     heavy[:, Column.SKIP] = velocity * np.cos(angle) - (place - rest) * rate * np.sin(angle)
-    parallax = float(values[Column.PARALLAX])
     heavy *= 1 + parallax
     heavy[:, Column.BALL_REST] -= parallax
     heavy[:, Column.CONTACT] += 1.0
     from_rest = sampled.heavy[0] - values[Column.CONTACT] - values[Column.BALL_REST]
     heavy[:, Column.PARALLAX] += from_rest / (1 + parallax)
-    return np.asarray(heavy)
-
-
-def _ball_place(paths: Paths, when: Moment) -> Floats:
-    rate, rest = law_of(paths, "ball")
-    place, velocity = when.of(paths.states[2]), when.of(paths.states[3])
-    angle = rate * when.since
-    return np.ravel(rest + (place - rest) * np.cos(angle) + velocity / rate * np.sin(angle))
+    return ball, heavy
 
 
 def _integrals_by(paths: Paths, tangents: Tangents) -> Floats:

@@ -8,6 +8,7 @@ of it, and the bend of the heavy body's path decide between them; the theory's c
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,34 +18,33 @@ from count_video.motion.estimates import (
     energy_kept,
     estimate,
     fitted_setup,
+    left_out_of,
     mass_ratio,
 )
 from count_video.motion.left_out import LeftOut
 from count_video.motion.observations import Observations, observe
-from count_video.motion.parameters import FIRST_DEVIATION, Column, Prior
+from count_video.motion.parameters import FIRST_DEVIATION, Column, Knowledge, prior_of
 from count_video.motion.posterior import (
     Weighed,
     doubted,
     end_chances,
-    fine_fits,
     probabilities,
+    residual_noise,
     scattered,
     shares_of,
     weigh,
     with_more,
 )
-from count_video.motion.rivals import (
-    FIRST_COLLISIONS,
-    Knowledge,
-    calm_beginning,
-    coarse_fits,
-    forward_fit,
-    prior_of,
-)
+from count_video.motion.rivals import FLOORS_PX, Rivals
 from count_video.motion.seen import SeenCollisions
-from count_video.motion.solving import Solution, modelled
-from count_video.motion.starting import MOST_COLLISIONS, rough_values
-from count_video.motion.time_base import lacks_frames, with_frames_left_out
+from count_video.motion.skips import lacks_frames, with_frames_left_out
+from count_video.motion.solving import Question, Solution, modelled
+from count_video.motion.starting import (
+    FIRST_COLLISIONS,
+    calm_beginning,
+    forward_fit,
+    rough_values,
+)
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
@@ -54,10 +54,6 @@ MISFIT_SIGMAS = 8.0
 MISFIT_SHARE, MISFIT_AT_MOST = 0.005, 0.5
 """... or by the first share of the ball's diameter, as a root mean square; but never by its radius,
 however unsteady the track."""
-RIVALS = 5
-"""Counts that are fitted finely, ..."""
-COARSELY_LOST = 40.0
-"""... if their coarse fits are not worse than the best one's by so much."""
 LIKELY = 0.5
 """The last fitted collision is left to what follows the burst if this is more likely than not; and
 more collisions than were seen are given if they are."""
@@ -98,14 +94,16 @@ class Misfit:
     reason: Reason
 
 
-def count_between(
+def fit_burst(
     track: Track,
     found: SeenCollisions,
     known: Knowledge = NOTHING_KNOWN,
     gap: LeftOut | None = None,
-    most: int = MOST_COLLISIONS,
 ) -> Between | Misfit:
     """Fit the model to a track and count the collisions of its burst.
+
+    Where the frames show the whole burst, the number seen is fitted first. Others are tried only
+    if by that number the model does not describe the track, or only with frames left out.
 
     Parameters
     ----------
@@ -117,79 +115,81 @@ def count_between(
         What is known besides.
     gap
         Frames left out that the track allows for; their number is in question.
-    most
-        More collisions than this are no explanation.
     """
     observed = observe(track, found)
-    start = _start(observed, found, known)
-    if isinstance(start, Misfit):
-        return start
-    rough, prior = start
-    calm = calm_beginning(found.collisions[: found.burst])
-    whole = None
-    if calm >= FIRST_COLLISIONS:
-        first = forward_fit(observed, rough, prior, found, calm)
-        lightness = rough[Column.LIGHTNESS]
-        rough = first.values[:FIRST_DEVIATION].copy()
-        rough[Column.LIGHTNESS] = lightness
-        whole = first if calm == found.burst and np.isfinite(first.loss) else None
-    coarse = coarse_fits(observed, rough, prior, found.burst, whole)
-    if coarse[0].count > most:
-        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
-    observed, coarse = with_frames_left_out(observed, rough, prior, coarse, found.burst, gap)
-    if not np.isfinite(coarse[0].loss):
-        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
-    promising = [fit for fit in coarse[:RIVALS] if fit.loss < coarse[0].loss + COARSELY_LOST]
-    fits, noise = fine_fits(observed, prior, promising)
-    answer = _answer(found, observed, weigh(observed, noise, prior, fits, coarse))
-    return _strayed(answer.misfit_px, observed, track) or answer
-
-
-def measure_burst(
-    track: Track, found: SeenCollisions, known: Knowledge = NOTHING_KNOWN
-) -> Between | Misfit:
-    """Fit the model to a burst whose collisions are all seen, for what it says of the physics.
-
-    Parameters as for ``count_between``. The count is the number seen, unless by that number the
-    model does not describe the track, or only with frames left out, and another describes it.
-    """
-    observed = observe(track, found)
-    start = _start(observed, found, known)
-    if isinstance(start, Misfit):
-        return start
-    rough, prior = start
-    coarse = forward_fit(observed, rough, prior, found, found.burst)
-    if not np.isfinite(coarse.loss):
-        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
-    fits, noise = fine_fits(observed, prior, [coarse])
-    strayed = _strayed(_root_mean_square(fits[0]), observed, track)
-    if strayed is None and not lacks_frames(observed, noise, prior, fits[0]):
-        measured = _answer(found, observed, scattered(observed, noise, prior, fits[0]))
-        seen = sum(collision.seen for collision in measured.collisions)
-        if seen >= found.shown and measured.count == found.burst:
-            return measured
-    other = count_between(track, found, known, most=MOST_OVER_SEEN * found.burst)
-    if _stands(other, found.burst):
-        return other
-    return strayed or Misfit(Reason(Cause.MODEL_DIFFERS))
-
-
-def _stands(between: Between | Misfit, seen: int) -> bool:
-    """Whether as many collisions as were seen, or more, are likelier than not."""
-    if isinstance(between, Misfit) or between.count < seen:
-        return False
-    return between.probability[between.count] > LIKELY
-
-
-def _start(
-    observed: Observations, found: SeenCollisions, known: Knowledge
-) -> tuple[Floats, Prior] | Misfit:
-    """Rough parameters and the prior; a misfit where there is nothing to begin with."""
     before = int((observed.frame < -1).sum())
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
         return Misfit(Reason(Cause.MODEL_LACKS_FRAMES))
     rough = rough_values(observed, known.expected_rate, found.swing)
-    return rough, prior_of(rough, known)
+    coarse = Rivals(observed, prior_of(rough, known))
+    calm = calm_beginning(found.collisions[: found.burst])
+    first = None
+    if found.is_whole or calm >= FIRST_COLLISIONS:
+        number = found.burst if found.is_whole else calm
+        first = forward_fit(observed, rough, coarse.prior, found, number)
+    if not found.is_whole:
+        return _any_count(track, found, coarse, _Start(rough, first, gap))
+    if first is None or not np.isfinite(first.loss):
+        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
+    answer = _count_seen(track, found, coarse, first)
+    if isinstance(answer, Between):
+        return answer
+    other = _any_count(track, found, coarse, _Start(rough, first, gap))
+    # As many collisions as were seen, or more, must be likelier than not.
+    if isinstance(other, Between) and found.burst <= other.count <= MOST_OVER_SEEN * found.burst:
+        return other if other.probability[other.count] > LIKELY else answer
+    return answer
+
+
+class _Start(NamedTuple):
+    """From where all counts are fitted."""
+
+    rough: Floats
+    first: Solution | None
+    """The fit of the calm beginning of the burst."""
+    gap: LeftOut | None
+
+
+def _count_seen(
+    track: Track, found: SeenCollisions, coarse: Rivals, first: Solution
+) -> Between | Misfit:
+    """Confirm the number seen; else say why the model does not describe the track by it."""
+    observed, prior = coarse.observed, coarse.prior
+    fit, noise = residual_noise(observed, prior, first)
+    strayed = _strayed(_root_mean_square(fit), observed, track)
+    if strayed is not None:
+        return strayed
+    if not lacks_frames(observed, noise, prior, fit):
+        weighed = scattered(Question(observed, noise, prior, fit.count), fit.values)
+        answer = _answer(found, observed, weighed)
+        seen = sum(collision.seen for collision in answer.collisions)
+        if seen >= found.shown and answer.count == found.burst:
+            return answer
+    return Misfit(Reason(Cause.MODEL_DIFFERS))
+
+
+def _any_count(
+    track: Track, found: SeenCollisions, coarse: Rivals, start: _Start
+) -> Between | Misfit:
+    """Fit every count that comes into question, with frames left out where that is likelier."""
+    rough, first, gap = start
+    calm = rough.copy()
+    if first is not None:
+        calm = first.values[:FIRST_DEVIATION].copy()
+        calm[Column.LIGHTNESS] = rough[Column.LIGHTNESS]
+    if first is not None and first.count == found.burst and np.isfinite(first.loss):
+        coarse.add(first.count, first.values[:FIRST_DEVIATION], FLOORS_PX[-1:])
+    # Of two bodies in n frames noise alone makes a loss of n, half its chi-square.
+    if not coarse.fits or coarse.best.loss >= len(coarse.observed.frame):
+        coarse.scan(calm, found.burst)
+    coarse.climb()
+    coarse = with_frames_left_out(coarse, calm, found.burst, gap)
+    observed = coarse.observed
+    if not np.isfinite(coarse.best.loss):
+        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
+    best, noise = residual_noise(observed, coarse.prior, coarse.best)
+    answer = _answer(found, observed, weigh(coarse, best, noise))
+    return _strayed(answer.misfit_px, observed, track) or answer
 
 
 def _strayed(misfit_px: float, observed: Observations, track: Track) -> Misfit | None:
@@ -241,14 +241,5 @@ def _answer(
         setup=fitted_setup(weighed, shares),
         misfit_px=_root_mean_square(solution),
         following=following,
-        left_out=_left_out(observed, solution),
+        left_out=left_out_of(observed, values),
     )
-
-
-def _left_out(observed: Observations, solution: Solution) -> LeftOut | None:
-    """Frames left out that the fit found besides those that the track allows for."""
-    frames = round(solution.values[Column.SKIP])
-    if frames == 0:
-        return None
-    before = observed.frame[observed.after == 0]
-    return LeftOut(observed.origin + float(before[-1]), frames, flown=False)

@@ -26,6 +26,7 @@ import numpy as np
 
 from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.pieces import HALF_EXPOSURE
+from count_video.motion.time_base import TimeBase, even
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
@@ -58,30 +59,17 @@ class LeftOut:
         """What is unusual about the clip."""
         return Reason(Cause.GAP_MADE_UP_FOR, (self.after, self.frames))
 
-    @property
-    def doubts(self) -> tuple[Reason, ...]:
-        """Why collisions may be missing; none if the ball flew on."""
-        return () if self.flown else (Reason(Cause.LEFT_OUT, (self.after, self.frames)),)
-
-    def joined(self, other: LeftOut | None) -> LeftOut:
-        """Add frames that are left out at the same place."""
-        return self if other is None else replace(self, frames=self.frames + other.frames)
-
-    def evened(self, track: Track) -> Track:
-        """Time the pictures of a track as if the frames were there."""
-        late = track.frame > self.after
-        return replace(track, frame=track.frame + self.frames * late)
-
-    def shown(self, collision: Collision) -> Collision:
-        """Place a collision among the frames that are there."""
-        since = collision.frame - self.after
-        if since <= 0:
-            return collision
-        # Within what is left out, all happens between two frames.
-        frame = self.after + max(since / (self.frames + 1), since - self.frames)
-        if since >= self.frames + 1:
-            return replace(collision, frame=frame)
-        return replace(collision, frame=frame, frame_sigma=max(collision.frame_sigma, 0.5))
+    def time_base(self, frame: Floats) -> TimeBase:
+        """Time pictures in these frames, shape (n,), as if those left out were there."""
+        late = frame > self.after
+        doubts = () if self.flown else (Reason(Cause.LEFT_OUT, (self.after, self.frames)),)
+        return replace(
+            even(frame),
+            time=frame + self.frames * late,
+            gap=int(np.argmax(late)) - 1,
+            notes=(self.note,),
+            doubts=doubts,
+        )
 
 
 def left_out(track: Track, collisions: Sequence[Collision], burst: int) -> LeftOut | None:

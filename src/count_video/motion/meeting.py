@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from count_video.motion.batches import fit_contacts
-from count_video.motion.cadence import frames_per_picture, in_frames, in_pictures
 from count_video.motion.finding import JUMP_SIGMAS
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import Impact, find_impacts
@@ -21,6 +20,7 @@ from count_video.motion.model import Paths
 from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.seen import shows_motion
 from count_video.motion.swinging import excess, is_smooth
+from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
 from count_video.motion.weighing import SeenImpacts, weighed
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track

@@ -18,6 +18,17 @@ from enum import IntEnum
 
 import numpy as np
 
+from count_video.motion.priors import (
+    BALL_RATE_SIGMA,
+    DRIFT_SIGMA_PX,
+    EXPOSURE,
+    PARALLAX_SIGMA,
+    PULL_SHARE,
+    RATE_SIGMA,
+    RATE_SIGMA_UNKNOWN,
+    RESTITUTION,
+    USUAL_RATE_PER_S,
+)
 from count_video.records import Floats
 
 
@@ -96,6 +107,54 @@ class Prior:
         means, sigmas = self.mean.copy(), self.sigma.copy()
         means[column], sigmas[column] = mean, sigma
         return Prior(means, sigmas)
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """What is known of a trial besides its track."""
+
+    capture_fps: float | None = None
+    """The camera's rate; None if unknown."""
+    mass_ratio: float | None = None
+    """Heavy over light; None to let the fit measure it."""
+    mass_ratio_sigma: float = 0.0
+    """Its standard uncertainty."""
+
+    @property
+    def expected_rate(self) -> float | None:
+        """Angular rate of usual threads in radians per frame."""
+        return None if self.capture_fps is None else USUAL_RATE_PER_S / self.capture_fps
+
+
+def prior_of(rough: Floats, known: Knowledge) -> Prior:
+    """State what is known before the fit about the parameters without deviations."""
+    prior = Prior(rough.copy(), np.full(FIRST_DEVIATION, np.inf))
+    rate, sigma = float(rough[Column.SWING]), RATE_SIGMA_UNKNOWN
+    if known.expected_rate is not None:
+        rate, sigma = float(np.log(known.expected_rate)), RATE_SIGMA
+    pull = PULL_SHARE * np.exp(2 * rate) * (rough[Column.BALL_REST] - rough[Column.WALL])
+    prior = prior.with_value(Column.HEAVY_PULL, 0.0, float(pull))
+    prior = prior.with_value(Column.SWING, rate, sigma)
+    prior = prior.with_value(Column.BALL_SWING, 0.0, BALL_RATE_SIGMA)
+    prior = prior.with_value(Column.EXPOSURE, *EXPOSURE)
+    prior = prior.with_value(Column.PARALLAX, 0.0, PARALLAX_SIGMA)
+    prior.sigma[FIRST_DRIFT:FIRST_DEVIATION] = DRIFT_SIGMA_PX
+    prior = prior.with_value(Column.SKIP, 0.0, 0.0)
+    prior = prior.with_value(Column.BODIES, *RESTITUTION)
+    prior = prior.with_value(Column.BOUNCE, *RESTITUTION)
+    if known.mass_ratio is not None:
+        relative = max(known.mass_ratio_sigma / known.mass_ratio, 1e-4)
+        prior = prior.with_value(Column.LIGHTNESS, -float(np.log(known.mass_ratio)), relative)
+    return prior
+
+
+def with_deviations(prior: Prior, count: int, scatter: float) -> Prior:
+    """Let the restitution of each collision deviate by a scatter."""
+    sharing = np.bincount(deviation_places(count))
+    return Prior(
+        np.concatenate([prior.mean[:FIRST_DEVIATION], np.zeros(len(sharing))]),
+        np.concatenate([prior.sigma[:FIRST_DEVIATION], scatter / np.sqrt(sharing)]),
+    )
 
 
 def limits_of(columns: int) -> tuple[Floats, Floats]:

@@ -13,9 +13,9 @@ twentieth of it. A scan over thousands of sets wants arrays, a fit follows one m
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -25,64 +25,35 @@ from count_video.records import Floats
 Number = TypeVar("Number", float, Floats)
 
 
-@dataclass(frozen=True)
-class Arithmetic(Generic[Number]):
-    """Functions on numbers of one kind; what is not defined is NaN."""
+class Numbers:
+    """The functions of NumPy that a motion needs, on single numbers; undefined values are NaN."""
 
-    exp: Callable[[Number], Number]
-    sin: Callable[[Number], Number]
-    cos: Callable[[Number], Number]
-    arctan2: Callable[[Number, Number], Number]
-    arccos: Callable[[Number], Number]
-    hypot: Callable[[Number, Number], Number]
-    maximum: Callable[[Number, Number], Number]
-    divide: Callable[[Number, Number], Number]
-    where: Callable[[object, Number, Number], Number]
-    """Of condition, value if it holds, value if not."""
-    lost: Callable[[Number], bool]
-    """Whether none of the values is finite."""
+    exp, sin, cos, arctan2, hypot = math.exp, math.sin, math.cos, math.atan2, math.hypot
+    any, isfinite = bool, math.isfinite
 
+    @staticmethod
+    def arccos(value: float) -> float:
+        """Arc cosine; NaN outside -1 to 1."""
+        return math.acos(value) if -1.0 <= value <= 1.0 else math.nan
 
-def _arccos(value: float) -> float:
-    return math.acos(value) if -1.0 <= value <= 1.0 else math.nan
+    @staticmethod
+    def divide(over: float, under: float) -> float:
+        """Quotient; NaN by 0."""
+        return over / under if under else math.nan
 
+    @staticmethod
+    def where(condition: object, yes: float, no: float) -> float:
+        """Return the first value if the condition holds, else the second."""
+        return yes if condition else no
 
-def _divide(over: float, under: float) -> float:
-    return over / under if under else math.nan
-
-
-def _where(condition: object, yes: float, no: float) -> float:
-    return yes if condition else no
+    @staticmethod
+    def maximum(one: float, other: float) -> float:
+        """Return the larger one; NaN stays NaN."""
+        return one if one > other or one != one else other  # noqa: PLR0124
 
 
-def _maximum(one: float, other: float) -> float:
-    return one if one > other or one != one else other  # noqa: PLR0124 - NaN stays NaN
-
-
-NUMBERS: Arithmetic[float] = Arithmetic(
-    exp=math.exp,
-    sin=math.sin,
-    cos=math.cos,
-    arctan2=math.atan2,
-    arccos=_arccos,
-    hypot=math.hypot,
-    maximum=_maximum,
-    divide=_divide,
-    where=_where,
-    lost=lambda value: not math.isfinite(value),
-)
-ARRAYS: Arithmetic[Floats] = Arithmetic(
-    exp=np.exp,
-    sin=np.sin,
-    cos=np.cos,
-    arctan2=np.arctan2,
-    arccos=np.arccos,
-    hypot=np.hypot,
-    maximum=np.maximum,
-    divide=np.divide,
-    where=lambda condition, yes, no: np.where(np.asarray(condition), yes, no),
-    lost=lambda values: not np.isfinite(values).any(),
-)
+Arithmetic = Any
+"""``Numbers``, or NumPy for arrays."""
 
 NEWTON_STEPS = 2
 """From the closed form for equal threads; each squares the error."""
@@ -127,11 +98,11 @@ def follow(sets: Floats, count: int, first_time: float) -> Paths:
     states = np.full((4, len(sets), count + 1), np.nan)
     before = np.full_like(states, np.nan)
     columns: Sequence[Floats] = list(np.ascontiguousarray(sets.T))
-    pendulums = _pendulums(columns, ARRAYS)
+    pendulums = _pendulums(columns, np)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        state = _start(columns, pendulums, np.full(len(sets), first_time), ARRAYS)
+        state = _start(columns, pendulums, np.full(len(sets), first_time), np)
         times[:, 0], states[:, :, 0], before[:, :, 0] = first_time, state, state
-        for event, step in enumerate(_events(columns, pendulums, (state, count), ARRAYS)):
+        for event, step in enumerate(_events(columns, pendulums, (state, count), np)):
             flight, arrived, left = step
             times[:, event + 1] = times[:, event] + flight
             states[:, :, event + 1], before[:, :, event + 1] = left, arrived
@@ -141,10 +112,10 @@ def follow(sets: Floats, count: int, first_time: float) -> Paths:
 def follow_one(values: Floats, count: int, first_time: float) -> Paths:
     """Follow the motion of one set, shape (columns,), as :func:`follow` does."""
     columns: Sequence[float] = values.tolist()
-    pendulums = _pendulums(columns, NUMBERS)
-    state = _start(columns, pendulums, first_time, NUMBERS)
+    pendulums = _pendulums(columns, Numbers)
+    state = _start(columns, pendulums, first_time, Numbers)
     flights, before, states = [first_time], [state], [state]
-    for flight, arrived, left in _events(columns, pendulums, (state, count), NUMBERS):
+    for flight, arrived, left in _events(columns, pendulums, (state, count), Numbers):
         flights.append(flight)
         before.append(arrived)
         states.append(left)
@@ -170,7 +141,7 @@ State = tuple[Number, Number, Number, Number]
 """Heavy body's place and velocity, then the ball's."""
 
 
-def _pendulums(columns: Sequence[Number], on: Arithmetic[Number]) -> Pendulums[Number]:
+def _pendulums(columns: Sequence[Number], on: Arithmetic) -> Pendulums[Number]:
     rate = on.exp(columns[Column.SWING])
     pull = columns[Column.HEAVY_PULL] / (rate * rate)
     return Pendulums(
@@ -185,7 +156,7 @@ def _start(
     columns: Sequence[Number],
     pendulums: Pendulums[Number],
     time: Number,
-    on: Arithmetic[Number],
+    on: Arithmetic,
 ) -> State[Number]:
     """State at the first time: the heavy body on its free path, the ball at rest."""
     place, velocity = columns[Column.HEAVY], columns[Column.HEAVY_RATE]
@@ -198,7 +169,7 @@ def _events(
     columns: Sequence[Number],
     pendulums: Pendulums[Number],
     begin: tuple[State[Number], int],
-    on: Arithmetic[Number],
+    on: Arithmetic,
 ) -> Iterator[tuple[Number, State[Number], State[Number]]]:
     """Yield flight, state on arrival and state after it for each event, while there are any."""
     state, count = begin
@@ -210,7 +181,7 @@ def _events(
             state = _closed_in(wall, state, on)
         reach = _wall_flight if to_wall else _bodies_flight
         flight = reach(pendulums, state, wall, on)
-        if on.lost(flight):
+        if not on.any(on.isfinite(flight)):
             return
         arrived = _advance(pendulums, state, flight, on)
         restitution = columns[Column.BOUNCE if to_wall else Column.BODIES]
@@ -224,7 +195,7 @@ def _events(
 
 
 def _advance(
-    pendulums: Pendulums[Number], state: State[Number], time: Number, on: Arithmetic[Number]
+    pendulums: Pendulums[Number], state: State[Number], time: Number, on: Arithmetic
 ) -> State[Number]:
     """Carry a state over a flight."""
     heavy_law = (pendulums.heavy_rate, pendulums.heavy_rest)
@@ -239,7 +210,7 @@ def _swung(
     place: Number,
     velocity: Number,
     time: Number,
-    on: Arithmetic[Number],
+    on: Arithmetic,
 ) -> tuple[Number, Number]:
     rate, rest = law
     angle = rate * time
@@ -249,7 +220,7 @@ def _swung(
 
 
 def _wall_flight(
-    pendulums: Pendulums[Number], state: State[Number], wall: Number, on: Arithmetic[Number]
+    pendulums: Pendulums[Number], state: State[Number], wall: Number, on: Arithmetic
 ) -> Number:
     """Time of the ball to the wall; NaN if it never comes there."""
     _, _, ball, ball_velocity = state
@@ -258,7 +229,7 @@ def _wall_flight(
 
 
 def _bodies_flight(
-    pendulums: Pendulums[Number], state: State[Number], wall: Number, on: Arithmetic[Number]
+    pendulums: Pendulums[Number], state: State[Number], wall: Number, on: Arithmetic
 ) -> Number:
     """Time until the bodies meet; NaN if they never do."""
     heavy, heavy_velocity, ball, ball_velocity = state
@@ -266,18 +237,17 @@ def _bodies_flight(
     opening = heavy_velocity - ball_velocity
     time = _reaches(pendulums.heavy_rate, rest_gap, heavy - ball, opening, on)
     for _ in range(NEWTON_STEPS):
-        if on.lost(time):
+        if not on.any(on.isfinite(time)):
             return time
         there = _advance(pendulums, state, time, on)
         closing = there[1] - there[3]
         missing = on.divide(there[0] - there[2], closing)
         time = time - on.where(closing < 0, missing, 0.0 * closing)
-    return on.where(time >= 0, time, time * np.nan)
+    met: Number = on.where(time >= 0, time, time * np.nan)
+    return met
 
 
-def _reaches(
-    rate: Number, rest: Number, gap: Number, opening: Number, on: Arithmetic[Number]
-) -> Number:
+def _reaches(rate: Number, rest: Number, gap: Number, opening: Number, on: Arithmetic) -> Number:
     """First time at which a swinging gap, not negative now, falls to zero; NaN if it never does.
 
     gap(t) = rest + A cos(rate t - phase) falls through zero at rate t = phase + arccos(-rest / A).
@@ -287,10 +257,11 @@ def _reaches(
     angle = phase + on.arccos(on.divide(-rest, on.hypot(offset, quarter)))
     # A ball that has just left the contact falls through zero one swing later, not now.
     left_now = (angle < -1e-9) | ((gap <= 0) & (gap >= 0) & (opening > 0) & (angle < 1e-9))
-    return on.where(left_now, angle + 2 * np.pi, on.maximum(angle, 0.0 * angle)) / rate
+    first: Number = on.where(left_now, angle + 2 * np.pi, on.maximum(angle, 0.0 * angle)) / rate
+    return first
 
 
-def _closed_in(wall: Number, state: State[Number], on: Arithmetic[Number]) -> State[Number]:
+def _closed_in(wall: Number, state: State[Number], on: Arithmetic) -> State[Number]:
     """Undo the rounding of the last flight, so that bodies do not start inside each other."""
     ball = on.maximum(state[2], wall)
     return on.maximum(state[0], ball), state[1], ball, state[3]

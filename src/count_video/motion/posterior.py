@@ -16,17 +16,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from count_video.motion.observations import Observations
-from count_video.motion.parameters import Column, Prior, within_limits
+from count_video.motion.parameters import Column, Prior, deviation_places, within_limits
 from count_video.motion.pendulums import follow
 from count_video.motion.priors import BELIEVED, MODEL_WRONG, SCATTERS
-from count_video.motion.rivals import (
-    HOPELESS,
-    fine_fit,
-    log_evidence,
-    neighbouring,
-    refloored,
-)
-from count_video.motion.solving import Noise, Solution, noise_of, scaled
+from count_video.motion.rivals import HOPELESS, Rivals, coarse_fit, fine_fit, neighbouring
+from count_video.motion.solving import Noise, Question, Solution, noise_of
 from count_video.records import Floats
 
 Weighed = dict[tuple[int, float], tuple[float, Solution]]
@@ -41,27 +35,21 @@ CLIPPED_SIGMAS = 6.0
 """Larger residuals count as this: the tracker was misled."""
 
 
-def fine_fits(
-    observed: Observations, prior: Prior, coarse: list[Solution]
-) -> tuple[list[Solution], Noise]:
-    """Fit the likeliest counts finely, best first, and widen the noise to what is left over.
+def residual_noise(
+    observed: Observations, prior: Prior, coarse: Solution
+) -> tuple[Solution, Noise]:
+    """Fit a count finely, and widen the noise to what is left over; returns the fit with it.
 
     The restitution may scatter as much as it ever does, or its scatter would be taken for noise.
     """
-    noise = noise_of(observed, coarse[0].values, coarse[0].count)
-    scatter = SCATTERS[-1]
-    fits: list[Solution] = []
-    for solution in coarse:
-        bearable = min((fit.loss for fit in fits), default=np.inf) + HOPELESS
-        fits.append(fine_fit(observed, noise, prior, solution, scatter, bearable))
-    fits.sort(key=lambda solution: solution.loss)
-    best = fits[0]
-    noise = noise_of(observed, best.values, best.count)
-    return fits, scaled(
-        noise,
-        _spread(best.ball_residuals / noise.ball),
-        _spread(best.heavy_residuals / noise.heavy),
+    noise = noise_of(observed, coarse.values, coarse.count)
+    fit = fine_fit(Question(observed, noise, prior, coarse.count), coarse.values, SCATTERS[-1])
+    noise = noise_of(observed, fit.values, fit.count)
+    ball, heavy = (
+        _spread(fit.ball_residuals / noise.ball),
+        _spread(fit.heavy_residuals / noise.heavy),
     )
+    return fit, Noise(noise.ball * ball, noise.heavy * heavy)
 
 
 def _spread(residuals: np.ndarray) -> float:
@@ -72,59 +60,60 @@ def _spread(residuals: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.clip(kept, -CLIPPED_SIGMAS, CLIPPED_SIGMAS) ** 2)))
 
 
-def weigh(
-    observed: Observations,
-    noise: Noise,
-    prior: Prior,
-    rivals: list[Solution],
-    coarse: list[Solution],
-) -> Weighed:
-    """Fit each count that comes into question, for each scatter; ``rivals`` begin with the best.
+def weigh(rivals: Rivals, start: Solution, noise: Noise) -> Weighed:
+    """Fit each count that comes into question, for each scatter; it begins with the ``start``.
 
-    From the best count it goes up and down, each count from its coarse fit where that is of use, or
-    from the fit of its neighbour or, as the kind of the last collision is mostly seen, of the one a
-    pair away, until on either side two in a row are out of the question.
+    From there it goes up and down, each count from its coarse fit where that is of use, or from the
+    fit of its neighbour or, as the kind of the last collision is mostly seen, of the one a pair
+    away, until on either side two in a row are out of the question.
     """
-    bearable = coarse[0].loss + HOPELESS
-    starts = {fit.count: fit for fit in coarse if fit.loss < bearable}
-    starts |= {fit.count: fit for fit in rivals}
-    weighed = scattered(observed, noise, prior, rivals[0])
-    best = rivals[0].count
+    observed, prior = rivals.observed, rivals.prior
+    starts = {fit.count: fit for fit in rivals.by_loss()}
+    weighed = scattered(Question(observed, noise, prior, start.count), start.values)
     for side in (-1, 1):
         lost = 0
-        for count in range(best + side, best + side * (MOST_RIVALS + 1), side):
+        for count in range(start.count + side, start.count + side * (MOST_RIVALS + 1), side):
             if lost == IMPROBABLE_AT_LEAST or count < 1:
                 break
-            start = starts.get(count) or _from_neighbour(weighed, observed, prior, count)
             bearable = min(fit.loss for _, fit in weighed.values()) + HOPELESS
-            weighed |= scattered(observed, noise, prior, start, bearable)
+            if count in starts:
+                begin = starts[count]
+            else:
+                near = [(n, s) for (n, s), (_, fit) in weighed.items() if fit.loss < bearable]
+                key = min(near, key=lambda k: ((k[0] - count) % 2, abs(k[0] - count), k[1]))
+                begin = coarse_fit(observed, prior, neighbouring(weighed[key][1], count), count)
+            question = Question(observed, noise, prior, count)
+            weighed |= scattered(question, begin.values, bearable)
             lost = 0 if _evidence_of(weighed, count) > -IMPROBABLE else lost + 1
     return {key: fit for key, fit in weighed.items() if np.isfinite(fit[0])}
 
 
-def scattered(
-    observed: Observations,
-    noise: Noise,
-    prior: Prior,
-    start: Solution,
-    bearable: float = np.inf,
-) -> Weighed:
-    """Weigh the scatters of the restitution for the count of one fit, from which a finer starts."""
-    weighed, fit = {}, start
+def scattered(question: Question, start: Floats, bearable: float = np.inf) -> Weighed:
+    """Weigh the scatters of the restitution for one count, from the values of a fit."""
+    weighed: Weighed = {}
     for scatter in SCATTERS[::-1]:
-        fit = fine_fit(observed, noise, prior, fit, scatter, bearable)
-        weighed[start.count, scatter] = log_evidence(fit, scatter), fit
+        fit = fine_fit(question, start, scatter, bearable)
+        weighed[question.count, scatter] = log_evidence(fit, scatter), fit
+        start = fit.values
         if fit.loss > bearable:
             break
     return weighed
 
 
-def _from_neighbour(weighed: Weighed, observed: Observations, prior: Prior, count: int) -> Solution:
-    """Fit a count coarsely, from the nearest one that was weighed, with the least scatter."""
-    bearable = min(fit.loss for _, fit in weighed.values()) + HOPELESS
-    near = [(n, s) for (n, s), (_, fit) in weighed.items() if fit.loss < bearable]
-    nearest = min(near, key=lambda key: ((key[0] - count) % 2, abs(key[0] - count), key[1]))
-    return refloored(observed, prior, neighbouring(weighed[nearest][1], count), count)
+def log_evidence(solution: Solution, scatter: float) -> float:
+    """Logarithm of the evidence for a count, up to what all counts have in common.
+
+    It is the likelihood integrated over all parameters by Laplace's approximation about the fit, so
+    that a count that needs unlikely scatter of the restitution pays for it.
+    """
+    if not np.isfinite(solution.loss):
+        return -np.inf
+    scale = np.sqrt(np.maximum(np.diag(solution.hessian), 1e-300))
+    scaled = solution.hessian / scale[:, None] / scale
+    _, log_determinant = np.linalg.slogdet(scaled + 1e-10 * np.eye(len(scaled)))
+    volume = log_determinant + 2 * np.log(scale).sum()
+    spread = np.log(scatter / np.sqrt(np.bincount(deviation_places(solution.count)))).sum()
+    return float(-solution.loss - 0.5 * volume - spread)
 
 
 def _evidence_of(weighed: Weighed, count: int) -> float:

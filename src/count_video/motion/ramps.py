@@ -23,15 +23,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from count_video.motion.cadence import in_frames
 from count_video.motion.gaps import Gaps, gaps_of
-from count_video.motion.resolution import RESOLVED_FRAMES
-from count_video.motion.swing import fit_path
+from count_video.motion.time_base import TimeBase, even
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
@@ -125,10 +122,8 @@ def _mass_share(collisions: Sequence[Collision]) -> float:
 
 @dataclass(frozen=True)
 class Ramp:
-    """The clock of a clip with changes of its rate."""
+    """Changes of a clip's rate."""
 
-    frame: Floats
-    """Frame coordinates of the pictures, shape (n,)."""
     changes: tuple[float, ...]
     """Frame coordinates at which the rate changes, increasing."""
     sparse_first: bool
@@ -136,74 +131,42 @@ class Ramp:
     factor: int
     """Time from picture to picture where some are left out over that where none are."""
 
-    @property
-    def steady(self) -> Floats:
-        """Times of the pictures in the shortest of their steps, shape (n,)."""
-        return self.time_of(self.frame)
-
-    def time_of(self, frame: Floats) -> Floats:
-        """Steady times of frame coordinates, shape (n,)."""
-        ends = np.concatenate([self.frame[:1], self.changes, self.frame[-1:]])
+    def time_base(self, frame: Floats) -> TimeBase:
+        """Time pictures in these frames, shape (n,), in the shortest of their steps."""
+        ends = np.concatenate([frame[:1], self.changes, frame[-1:]])
         number = np.arange(len(ends) - 1)
         pace = np.where((number % 2 == 0) == self.sparse_first, self.factor, 1)
         times = np.concatenate([[0.0], np.cumsum(np.diff(ends) * pace)])
-        return np.asarray(np.interp(frame, ends, times))
+        note = Reason(Cause.RATE_CHANGES, (self.factor, *self.changes))
+        time = np.interp(frame, ends, times)
+        return replace(even(frame), time=time, keeps_rate=False, notes=(note,))
 
-    @property
-    def note(self) -> Reason:
-        """What is unusual about the clip."""
-        return Reason(Cause.RATE_CHANGES, (self.factor, *self.changes))
-
-    def evened(self, track: Track) -> Track:
-        """Time the pictures of a track by the steady clock."""
-        return replace(track, frame=self.steady)
-
-    def shown(self, collision: Collision) -> Collision:
-        """Convert a collision that was found by the steady clock to frames."""
-        frame = float(np.interp(collision.frame, self.steady, self.frame))
-        return replace(in_frames(collision, 1 / self._pace(frame)), frame=frame)
-
-    def timed(self, collision: Collision) -> Collision:
-        """Convert a collision from frames to the steady clock."""
-        time = float(self.time_of(np.array([collision.frame]))[0])
-        return replace(in_frames(collision, self._pace(collision.frame)), frame=time)
-
-    def _pace(self, frame: float) -> float:
-        """Steady time of the frame about a coordinate."""
-        middle = float(np.clip(frame, self.frame[0] + 0.5, self.frame[-1] - 0.5))
-        ends = np.array([middle - 0.5, middle + 0.5])
-        return float(np.diff(self.time_of(ends))[0])
-
-    def slows(self, collisions: Sequence[Collision]) -> bool:
-        """Whether a collision, given in frames, lies where no pictures are left out.
+    def slows(self, frames: Sequence[float]) -> bool:
+        """Whether a collision, of which the frames are given, lies where no pictures are left out.
 
         Where none does, no count hangs on the change, and it may be none: bodies that are let go
         speed up as well.
         """
-        stretches = np.searchsorted(self.changes, [collision.frame for collision in collisions])
+        stretches = np.searchsorted(self.changes, frames)
         return bool(((stretches % 2 == 0) != self.sparse_first).any())
-
-    def resolves(self, collisions: Sequence[Collision]) -> bool:
-        """Whether there are pictures enough between collisions also where they are rarer."""
-        frames = [self.shown(collision).frame for collision in collisions]
-        return all(b - a >= RESOLVED_FRAMES for a, b in pairwise(frames))
 
 
 def ramps_of(track: Track, collisions: Sequence[Collision]) -> Iterator[list[Ramp]]:
-    """Clocks that the clip may have been made by; none where nothing shows any.
+    """Yield changes of the rate that the clip may have; none where nothing shows any.
 
     The rate rises where collisions are close and falls again later, by the same factor; or the clip
-    shows one of both changes. Exports leave out pictures, so the factor is a whole number. Clocks
-    of the same changes, by the factors that come into question, come together, the likeliest first.
+    shows one of both changes. Exports leave out pictures, so the factor is a whole number. Those
+    at the same places, by the factors that come into question, come together, the likeliest first.
     """
     changes = sorted(rate_changes(gaps_of(track), collisions), key=lambda change: -change.size)
     rises = [change for change in changes if change.factor < 1][:CHANGES_AT_MOST]
     falls = [change for change in changes if change.factor > 1][:CHANGES_AT_MOST]
     both = [(r, f) for r in rises for f in falls if r.frame < f.frame]
     for some in (*both, *((change,) for change in (*rises, *falls))):
-        ramps = [_ramp(track.frame, some, factor) for factor in _factors(some)]
-        if ramps:
-            yield ramps
+        at, sparse_first = tuple(one.frame for one in some), some[0].factor < 1
+        factors = _factors(some)
+        if factors:
+            yield [Ramp(at, sparse_first, factor) for factor in factors]
 
 
 def _factors(changes: Sequence[RateChange]) -> list[int]:
@@ -214,30 +177,25 @@ def _factors(changes: Sequence[RateChange]) -> list[int]:
     return sorted(wholes, key=lambda whole: abs(whole - float(np.sqrt(low * high))))
 
 
-def _ramp(frame: Floats, changes: Sequence[RateChange], factor: int) -> Ramp:
-    return Ramp(frame, tuple(one.frame for one in changes), changes[0].factor < 1, factor)
-
-
 def stray_px(ramp: Ramp, track: Track, collisions: Sequence[Collision]) -> float:
-    """By how much the heavy body strays from its path by a clock; inf if the path is not known.
+    """By how much the heavy body strays from its path by a ramp; inf if the path is not known.
 
     ``collisions`` are those that the clip shows, in frames.
     """
-    timed = [ramp.timed(collision) for collision in collisions]
-    path = fit_path(gaps_of(ramp.evened(track)), timed)
-    return float("inf") if path is None else path.stray_px
+    base = ramp.time_base(track.frame)
+    return base.stray_px(track, tuple(map(base.timed, collisions)))
 
 
 def sharpened(ramp: Ramp, track: Track, collisions: Sequence[Collision]) -> tuple[float, Ramp]:
-    """Move the changes to where the heavy body strays least; returns the stray with the clock."""
-    from scipy.optimize import fmin  # noqa: PLC0415 - few clips have such a clock
+    """Move the changes to where the heavy body strays least; returns the stray with the ramp."""
+    from scipy.optimize import fmin  # noqa: PLC0415 - few clips have such a rate
 
     def at(changes: Floats) -> Ramp:
         return replace(ramp, changes=tuple(changes.tolist()))
 
     def stray(changes: Floats) -> float:
         far = np.abs(changes - ramp.changes).max() > MOVED_AT_MOST_FRAMES
-        unordered = np.any(np.diff([ramp.frame[0], *changes, ramp.frame[-1]]) <= 0)
+        unordered = np.any(np.diff([track.frame[0], *changes, track.frame[-1]]) <= 0)
         if far or unordered:
             return NO_PATH_PX
         return min(stray_px(at(changes), track, collisions), NO_PATH_PX)

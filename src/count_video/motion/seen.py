@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.motion.burst import find_burst
-from count_video.motion.cadence import (
-    frames_per_picture,
-    in_frames,
-    in_pictures,
-    swing_in_frames,
-)
 from count_video.motion.finding import find_contacts
 from count_video.motion.gaps import gaps_of
 from count_video.motion.joint import BodyErrors, collisions_of
 from count_video.motion.resolution import shortest_interval, unresolved
 from count_video.motion.swing import Swing, fit_path, path_fits, swing_of
+from count_video.motion.time_base import (
+    frames_per_picture,
+    in_frames,
+    in_pictures,
+    swing_in_frames,
+)
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Track
 from count_video.signals import Errors, sigma_of
@@ -59,6 +59,11 @@ class SeenCollisions:
     bodies were followed rightly."""
     errors: BodyErrors
     """Of the places of ball and heavy body."""
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the frames show the whole burst, and nothing is in doubt."""
+        return not self.shortcomings and not self.doubts
 
     @property
     def shown(self) -> int:

@@ -68,11 +68,6 @@ def noise_of(observed: Observations, values: Floats, count: int, floor_px: float
     return Noise(ball, float(np.hypot(observed.heavy_sigma_px, floor_px)))
 
 
-def scaled(noise: Noise, ball: float, heavy: float) -> Noise:
-    """Noise with a factor for each body."""
-    return Noise(noise.ball * ball, noise.heavy * heavy)
-
-
 def modelled(observed: Observations, sets: Floats, count: int) -> tuple[Paths, Sampled]:
     """Follow and sample parameter sets, shape (sets, columns), where there are observations."""
     start = float(observed.frame[0]) - 1.0
@@ -159,8 +154,7 @@ class Fit:
         observed, noise, prior = self.question.observed, self.question.noise, self.question.prior
         tangents = tangents_of(self.paths, self.values)
         with np.errstate(invalid="ignore", over="ignore"):
-            time = observed.times(self.values[None])[0]
-            ball, heavy = sampled_tangents(self.paths, self.sampled, tangents, self.values, time)
+            ball, heavy = sampled_tangents(self.paths, self.sampled, tangents, self.values)
             heavy[:, FIRST_DRIFT:FIRST_DEVIATION] = observed.drift
             jacobian = np.concatenate([ball / noise.ball[:, None], heavy / noise.heavy])
             velocity = jacobian[:, Column.SKIP].copy()
@@ -179,7 +173,7 @@ class Fit:
             hessian += np.outer(last, last)
         fixed = prior.sigma == 0
         gradient[fixed], hessian[fixed], hessian[:, fixed] = 0.0, 0.0, 0.0
-        row = np.tile(np.arange(len(time)), 2)[usable]
+        row = np.tile(np.arange(len(observed.frame)), 2)[usable]
         return Linearised(row, data, jacobian, velocity[usable], weights, gradient, hessian)
 
 

@@ -13,14 +13,25 @@ bad as what is far from one. The best places of each count are where fits may st
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from count_video.motion.observations import Observations, at_rows
-from count_video.motion.parameters import FIRST_DEVIATION, Column, Prior, within_limits
+from count_video.motion.observations import Observations, at_rows, until
+from count_video.motion.parameters import (
+    FIRST_DEVIATION,
+    Column,
+    Prior,
+    deviations_of,
+    with_deviations,
+    within_limits,
+)
 from count_video.motion.priors import CLEAR_FRAMES
-from count_video.motion.solving import modelled
+from count_video.motion.resolution import RESOLVED_FRAMES
+from count_video.motion.seen import SeenCollisions
+from count_video.motion.solving import Question, Solution, modelled, noise_of, solve
 from count_video.motion.swing import Swing
-from count_video.records import Floats
+from count_video.records import Collision, Floats
 
 BEYOND_SHARE = 0.02
 """Share of the places that may be wrong."""
@@ -167,3 +178,65 @@ def _capped(residuals: Floats) -> Floats:
     squares = (residuals / SCAN_FLOOR_PX) ** 2
     finite = np.where(np.isfinite(squares), squares, 1e6)
     return np.asarray(np.log1p(finite).sum(axis=1))
+
+
+# ---- the beginning of a burst, of which every collision is seen ----------------------------------
+
+FORWARD_FLOORS_PX = (6.0, 0.3)
+"""Anything nearer than this is as good, for the first few collisions and from then on."""
+FIRST_COLLISIONS = 4
+GROWTH = 2
+"""Each fit spans so many times the collisions of the one before: they foresee the others' times to
+a small part of a collision."""
+SCATTER = 0.006
+"""Of the restitution from collision to collision, to begin with."""
+SWING_SIGMAS = 4.0
+"""The heavy body's swing must be measured this clearly to begin with it."""
+
+
+def forward_fit(
+    observed: Observations, rough: Floats, prior: Prior, found: SeenCollisions, seen: int
+) -> Solution:
+    """Fit the first so many collisions of a burst, every one of which is seen."""
+    burst = found.collisions[: found.burst]
+    values = rough
+    if seen == len(burst) and found.swing is not None:
+        values = _with_swing(rough, found.swing)
+    counts, (far_px, near_px) = stages(seen), FORWARD_FLOORS_PX
+    # The rough values may be px off: the first few are fitted coarsely before.
+    for count, floor_px in [(counts[0], far_px), *((n, near_px) for n in counts)]:
+        part = observed
+        if count < len(burst):
+            part = until(observed, burst[count].frame - observed.origin - CLEAR_FRAMES)
+        missing = FIRST_DEVIATION + deviations_of(count) - len(values)
+        values = np.concatenate([values, np.zeros(max(missing, 0))])
+        noise = noise_of(part, values, count, floor_px)
+        full = with_deviations(prior, count, SCATTER)
+        solution = solve(Question(part, noise, full, count), values)
+        values = solution.values
+    return solution
+
+
+def calm_beginning(burst: Sequence[Collision]) -> int:
+    """Count the collisions up to the first two between which some may be missing."""
+    flights = np.diff([collision.frame for collision in burst])
+    close = np.flatnonzero(flights < RESOLVED_FRAMES)
+    return int(close[0]) + 1 if len(close) else len(burst)
+
+
+def _with_swing(rough: Floats, swing: Swing) -> Floats:
+    """Take from the heavy body's path what it gives better than the rough values do."""
+    values = rough.copy()
+    if swing.mass_ratio_relative_sigma < 1 / SWING_SIGMAS:
+        values[Column.LIGHTNESS] = -np.log(swing.mass_ratio)
+    if swing.rate_squared > SWING_SIGMAS * swing.rate_squared_sigma:
+        values[Column.SWING] = np.log(swing.rate_squared) / 2
+    return within_limits(values)
+
+
+def stages(count: int) -> list[int]:
+    """Numbers of collisions that are fitted one after the other; the last is all of them."""
+    rising = [min(FIRST_COLLISIONS, count)]
+    while rising[-1] < count:
+        rising.append(min(rising[-1] * GROWTH, count))
+    return rising

@@ -94,10 +94,8 @@ RANGED_AT_MOST = 10
 def sentence(reason: Reason) -> str:
     """Put a reason into words for the user."""
     figures = reason.figures
-    first, pairs = (
-        figures[0] if figures else 0.0,
-        list(zip(figures[::2], figures[1::2], strict=False)),
-    )
+    first = figures[0] if figures else 0.0
+    pairs = list(zip(figures[::2], figures[1::2], strict=False))
     return SENTENCES[reason.cause].format(
         *figures,
         turns=", ".join(f"{figure:.0f}" for figure in figures),

@@ -11,7 +11,7 @@ from free_paths import alone, between_stops, noisy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from count_video.motion.cadence import cadence_of
+from count_video.motion.copies import with_copies
 from count_video.motion.meeting import seen_impacts
 from count_video.records import Collision, Floats, Track
 
@@ -49,7 +49,7 @@ def when_shown(impact: float, every: int) -> float:
 def test_pictures_with_copies_between_them_are_timed_evenly(every: int) -> None:
     track, impacts = filmed()
     copied = replace(track, frame=first_shown(every))
-    cadence = cadence_of(copied)
+    cadence = with_copies(copied)
     assert cadence is not None
     assert np.ptp(np.diff(cadence.evened(copied).frame)) == pytest.approx(0.0, abs=1e-9)
     found = [cadence.shown(c).frame for c in seen_impacts(cadence.evened(copied)).collisions]
@@ -65,7 +65,7 @@ def test_copies_that_were_not_noticed_at_first_are_left_out_once_their_time_is_k
     body = track.ball
     ball = replace(body, position_px=body.position_px[rows], sigma_px=body.sigma_px[rows])
     missed = replace(track, frame=np.r_[0:12, noticed.frame[10:]].astype(float), ball=ball)
-    cadence = cadence_of(missed)
+    cadence = with_copies(missed)
     assert cadence is not None
     assert cadence.frame.tolist() == noticed.frame.tolist()
     assert cadence.evened(missed).ball.position_px == pytest.approx(body.position_px)
@@ -78,18 +78,18 @@ def test_frames_stay_even_where_copies_stand_for_lost_pictures(every: int) -> No
     ball = replace(
         track.ball, position_px=track.ball.position_px[kept], sigma_px=track.ball.sigma_px[kept]
     )
-    assert cadence_of(replace(track, frame=track.frame[kept], ball=ball)) is None
+    assert with_copies(replace(track, frame=track.frame[kept], ball=ball)) is None
 
 
 def test_frames_without_copies_are_even() -> None:
     track, _ = filmed()
-    assert cadence_of(track) is None
-    assert cadence_of(replace(track, frame=2.0 * track.frame)) is None
+    assert with_copies(track) is None
+    assert with_copies(replace(track, frame=2.0 * track.frame)) is None
 
 
 def test_a_body_at_rest_shows_no_cadence() -> None:
     still = alone(noisy(np.full(PICTURES, 50.0), NOISE_PX))
-    assert cadence_of(replace(still, frame=first_shown(5))) is None
+    assert with_copies(replace(still, frame=first_shown(5))) is None
 
 
 @given(st.integers(2, 30), st.lists(st.floats(0.0, PICTURES - 1.001), min_size=2, max_size=8))
@@ -97,11 +97,13 @@ def test_shown_frames_keep_the_order_and_lie_between_the_pictures(
     every: int, places: list[float]
 ) -> None:
     track, _ = filmed()
-    cadence = cadence_of(replace(track, frame=first_shown(every)))
+    cadence = with_copies(replace(track, frame=first_shown(every)))
     assert cadence is not None
     one = an_impact()
     shown = [
-        cadence.shown(replace(one, frame=cadence.frame[0] + cadence.step * place)).frame
+        cadence.shown(
+            replace(one, frame=cadence.time[0] + (cadence.time[1] - cadence.time[0]) * place)
+        ).frame
         for place in sorted(places)
     ]
     assert np.all(np.diff(shown) >= -1e-6)

@@ -1,4 +1,4 @@
-"""The clock of a clip into which copies were put: its pictures were taken evenly, its frames not.
+"""Copies that were put into a clip: its pictures were taken evenly, its frames not.
 
 A clip of 25 pictures a second that is shown at 30 holds a copy after every fifth picture::
 
@@ -16,13 +16,11 @@ in frames.
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass, replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.motion.swing import Swing
-from count_video.records import BodyTrack, Collision, Floats, Track, Velocities
+from count_video.motion.time_base import TimeBase
+from count_video.records import BodyTrack, Track
 from count_video.signals import sigma_of
 
 STEPS_AT_LEAST = 6
@@ -36,43 +34,10 @@ SMOOTHER = 0.5
 """Pictures are taken for even if the paths are so much smoother for it."""
 
 
-@dataclass(frozen=True)
-class Cadence:
-    """Even times of the pictures of a clip."""
-
-    rows: NDArray[np.bool_]
-    """Which rows of the track show a new picture, shape (rows,)."""
-    frame: Floats
-    """Frame in which each picture comes first, shape (n,)."""
-    step: float
-    """Frames from one picture to the next on average."""
-
-    def evened(self, track: Track) -> Track:
-        """Time the pictures of a track evenly, in frames on average."""
-        heavy = None if track.heavy is None else self._pictures_of(track.heavy)
-        frame = self.frame[0] + self.step * np.arange(len(self.frame))
-        return replace(track, frame=frame, ball=self._pictures_of(track.ball), heavy=heavy)
-
-    def _pictures_of(self, body: BodyTrack) -> BodyTrack:
-        return replace(
-            body, position_px=body.position_px[self.rows], sigma_px=body.sigma_px[self.rows]
-        )
-
-    def shown(self, collision: Collision) -> Collision:
-        """Place a collision that was found between evened pictures among the frames that show it.
-
-        It lies between the last frame that shows the picture before it and the first that shows
-        the picture after it.
-        """
-        place = (collision.frame - self.frame[0]) / self.step
-        before = int(np.clip(np.floor(place), 0, len(self.frame) - 2))
-        return replace(collision, frame=float(self.frame[before + 1]) - 1.0 + place - before)
-
-
-def cadence_of(track: Track) -> Cadence | None:
+def with_copies(track: Track) -> TimeBase | None:
     """Find copies that were put between evenly taken pictures; None where the frames are even.
 
-    Both clocks are tried on the bodies' steps wherever the step between frames changes.
+    Both times are tried on the bodies' steps wherever the step between frames changes.
     """
     rows = ~_missed_copies(track)
     frame = track.frame[rows]
@@ -91,7 +56,8 @@ def cadence_of(track: Track) -> Cadence | None:
     rough, smooth = np.concatenate(by_frame), np.concatenate(by_picture)
     if len(rough) < STEPS_AT_LEAST or np.median(smooth) > SMOOTHER * np.median(rough):
         return None
-    return Cadence(rows, frame, step)
+    until = np.append(frame[1:] - 1.0, frame[-1])
+    return TimeBase(frame, frame[0] + step * np.arange(len(frame)), until, rows)
 
 
 def _missed_copies(track: Track) -> NDArray[np.bool_]:
@@ -121,41 +87,3 @@ def _missed_copies(track: Track) -> NDArray[np.bool_]:
 
 def _bodies(track: Track) -> list[BodyTrack]:
     return [track.ball] if track.heavy is None else [track.ball, track.heavy]
-
-
-def frames_per_picture(track: Track) -> float:
-    """Usual number of frames from one new picture to the next; 1 for footage as it was filmed."""
-    if len(track.frame) < 2:
-        return 1.0
-    return float(np.median(np.diff(track.frame)))
-
-
-def in_pictures(track: Track, pace: float) -> Track:
-    """Count the track's frames in pictures."""
-    return track if pace == 1.0 else replace(track, frame=track.frame / pace)
-
-
-def in_frames(collision: Collision, pace: float) -> Collision:
-    """Convert a collision that was found in pictures to frames."""
-    return replace(
-        collision,
-        frame=collision.frame * pace,
-        frame_sigma=collision.frame_sigma * pace,
-        velocity_before=_slowed(collision.velocity_before, pace),
-        velocity_after=_slowed(collision.velocity_after, pace),
-    )
-
-
-def _slowed(velocities: Velocities, pace: float) -> Velocities:
-    return Velocities(*(value / pace for value in astuple(velocities)))
-
-
-def swing_in_frames(swing: Swing | None, pace: float) -> Swing | None:
-    """Convert a swing that was fitted in pictures to frames."""
-    if swing is None:
-        return None
-    return replace(
-        swing,
-        rate_squared=swing.rate_squared / pace**2,
-        rate_squared_sigma=swing.rate_squared_sigma / pace**2,
-    )
