@@ -101,7 +101,7 @@ def test_a_collision_in_frames_left_out_leaves_the_times_of_others_right(
 
 def test_what_happened_in_frames_left_out_is_known_to_half_a_frame(whole: FilmedTrial) -> None:
     found = replace(seen_collisions(whole.track).collisions[0], frame_sigma=0.01)
-    base = LeftOut(after=100.0, frames=9, flown=True).time_base(whole.track.frame)
+    base = LeftOut(after=100.0, frames=9).time_base(whole.track.frame)
 
     stated = [base.shown(replace(found, frame=at)).frame_sigma for at in (99.0, 105.0, 111.0)]
 
@@ -110,7 +110,7 @@ def test_what_happened_in_frames_left_out_is_known_to_half_a_frame(whole: Filmed
 
 def test_collisions_are_dated_by_the_frames_that_are_there(whole: FilmedTrial) -> None:
     found = seen_collisions(whole.track).collisions[0]
-    base = LeftOut(after=100.0, frames=9, flown=True).time_base(whole.track.frame)
+    base = LeftOut(after=100.0, frames=9).time_base(whole.track.frame)
 
     stated = [
         base.shown(replace(found, frame=at)).frame for at in (99.0, 100.0, 105.0, 110.0, 120.0)

@@ -132,7 +132,7 @@ def left_out_of(observed: Observations, values: Floats) -> LeftOut | None:
     if frames == 0:
         return None
     before = observed.frame[observed.after == 0]
-    return LeftOut(observed.origin + float(before[-1]), frames, flown=False)
+    return LeftOut(observed.origin + float(before[-1]), frames)
 
 
 SAME_SIGMAS = 3.0

@@ -41,6 +41,7 @@ from count_video.motion.skips import lacks_frames, with_frames_left_out
 from count_video.motion.solving import Question, Solution, modelled
 from count_video.motion.starting import (
     FIRST_COLLISIONS,
+    MOST_COLLISIONS,
     calm_beginning,
     forward_fit,
     rough_values,
@@ -121,7 +122,8 @@ def fit_burst(
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
         return Misfit(Reason(Cause.MODEL_LACKS_FRAMES))
     rough = rough_values(observed, known.expected_rate, found.swing)
-    coarse = Rivals(observed, prior_of(rough, known))
+    most = MOST_OVER_SEEN * found.burst if found.is_whole else MOST_COLLISIONS
+    coarse = Rivals(observed, prior_of(rough, known), most)
     calm = calm_beginning(found.collisions[: found.burst])
     first = None
     if found.is_whole or calm >= FIRST_COLLISIONS:
@@ -136,7 +138,7 @@ def fit_burst(
         return answer
     other = _any_count(track, found, coarse, _Start(rough, first, gap))
     # As many collisions as were seen, or more, must be likelier than not.
-    if isinstance(other, Between) and found.burst <= other.count <= MOST_OVER_SEEN * found.burst:
+    if isinstance(other, Between) and other.count >= found.burst:
         return other if other.probability[other.count] > LIKELY else answer
     return answer
 
@@ -158,6 +160,11 @@ def _count_seen(
     fit, noise = residual_noise(observed, prior, first)
     strayed = _strayed(_root_mean_square(fit), observed, track)
     if strayed is not None:
+        # The scatter of the restitution may have led astray: begin again without it.
+        coarse.add(first.count, first.values[:FIRST_DEVIATION], FLOORS_PX[-1:])
+        fit, noise = residual_noise(observed, prior, coarse.best)
+        strayed = _strayed(_root_mean_square(fit), observed, track)
+    if strayed is not None:
         return strayed
     if not lacks_frames(observed, noise, prior, fit):
         weighed = scattered(Question(observed, noise, prior, fit.count), fit.values)
@@ -177,7 +184,8 @@ def _any_count(
     if first is not None:
         calm = first.values[:FIRST_DEVIATION].copy()
         calm[Column.LIGHTNESS] = rough[Column.LIGHTNESS]
-    if first is not None and first.count == found.burst and np.isfinite(first.loss):
+    through = first is not None and first.count == found.burst and np.isfinite(first.loss)
+    if first is not None and through and not coarse.fits:
         coarse.add(first.count, first.values[:FIRST_DEVIATION], FLOORS_PX[-1:])
     # Of two bodies in n frames noise alone makes a loss of n, half its chi-square.
     if not coarse.fits or coarse.best.loss >= len(coarse.observed.frame):

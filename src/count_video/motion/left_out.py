@@ -14,12 +14,12 @@ number. The heavy body shows it best, as it turns round but once; the ball shows
 step, but may have collided in what is left out.
 
 Where collisions are close no flight is long enough for a line: there the fit of the whole burst
-seeks them (see ``time_base``).
+seeks them (see ``skips``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,10 +37,8 @@ SIDE_ROWS = 3
 STEP_SIGMAS = 8.0
 """Of all steps of a thousand clips none is so large by noise that lasts for some frames."""
 FRAMES_AT_LEAST = 0.75
-"""What moves a body by less than this part of a frame's way is an uneven clock, no frame."""
+"""What moves a body by less than this part of a frame's way is an uneven time base, no frame."""
 FRAMES_AT_MOST = 500
-SAME_FRAMES = 0.5
-"""Both bodies give the same number to this part of a frame."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +49,6 @@ class LeftOut:
     """Frame coordinate of the picture before them."""
     frames: int
     """How many they are."""
-    flown: bool
-    """Whether the ball goes on as if it had met nothing in them."""
 
     @property
     def note(self) -> Reason:
@@ -62,13 +58,11 @@ class LeftOut:
     def time_base(self, frame: Floats) -> TimeBase:
         """Time pictures in these frames, shape (n,), as if those left out were there."""
         late = frame > self.after
-        doubts = () if self.flown else (Reason(Cause.LEFT_OUT, (self.after, self.frames)),)
         return replace(
             even(frame),
             time=frame + self.frames * late,
             gap=int(np.argmax(late)) - 1,
             notes=(self.note,),
-            doubts=doubts,
         )
 
 
@@ -78,9 +72,9 @@ def left_out(track: Track, collisions: Sequence[Collision], burst: int) -> LeftO
     Parameters
     ----------
     track
-        Both bodies by the clock that is in question.
+        Both bodies by the times that are in question.
     collisions
-        What it shows by that clock.
+        What it shows by them.
     burst
         How many of these belong to the burst; what is left out beyond them may hold more of it.
     """
@@ -88,55 +82,48 @@ def left_out(track: Track, collisions: Sequence[Collision], burst: int) -> LeftO
         return None
     gaps = gaps_of(track)
     later = min((one.frame for one in collisions[burst:]), default=np.inf)
-    steps = _steps(gaps, collisions[:burst], later)
-    clearest = max(steps, key=lambda step: step.clarity, default=None)
-    if clearest is None:
+    steps = list(_steps(gaps, collisions[:burst], later))
+    clarity, row, frames = max(steps, default=(0.0, 0, 0.0))
+    # The heavy body is likelier to have met nothing in them.
+    frames = next((last for _, other, last in steps[::-1] if other == row), frames)
+    if clarity == 0.0 or frames > FRAMES_AT_MOST:
         return None
-    here = {step.heavy: step.frames for step in steps if step.row == clearest.row}
-    frames = here.get(True, clearest.frames)
-    if frames > FRAMES_AT_MOST:
-        return None
-    flown = len(here) > 1 and abs(here[False] - here[True]) < SAME_FRAMES
-    return LeftOut(float(gaps.frame[clearest.row]), max(1, round(frames)), flown)
+    return LeftOut(float(gaps.frame[row]), max(1, round(frames)))
 
 
-@dataclass(frozen=True)
-class _Step:
-    row: int
-    """Of the picture before it."""
-    clarity: float
-    frames: float
-    heavy: bool
+def _steps(
+    gaps: Gaps, collisions: Sequence[Collision], end: float
+) -> Iterator[tuple[float, int, float]]:
+    """Yield clear steps that no contact explains, from the first contact on: the heavy body's last.
 
-
-def _steps(gaps: Gaps, collisions: Sequence[Collision], end: float) -> list[_Step]:
-    """List clear steps of either body that no contact explains, from the first contact on."""
-    found, first = [], collisions[0].frame
-    for heavy, signal in ((False, gaps.ball_px), (True, gaps.heavy_px)):
-        struck = [c.frame for c in collisions if not heavy or c.kind == "bodies"]
+    Of each its clarity, the row of the picture before it, and the frames that it is worth.
+    """
+    first = collisions[0].frame
+    for signal, kinds in ((gaps.ball_px, ("bodies", "wall")), (gaps.heavy_px, ("bodies",))):
+        struck = [c.frame for c in collisions if c.kind in kinds]
         seen, sigma = np.isfinite(signal), sigma_of(signal)
-        for row in np.flatnonzero((gaps.frame[:-1] > first) & (gaps.frame[1:] < end)):
+        for row in np.flatnonzero((gaps.frame[:-1] > first) & (gaps.frame[1:] < end)).tolist():
             low = max([at for at in struck if at <= gaps.frame[row]], default=-np.inf)
             high = min([at for at in struck if at > gaps.frame[row]], default=end)
             middle = (gaps.frame[row] + gaps.frame[row + 1]) / 2
             inside = seen & (gaps.frame > low + HALF_EXPOSURE) & (gaps.frame < high - HALF_EXPOSURE)
             inside &= np.abs(gaps.frame - middle) < SIDE_FRAMES
-            step = _step(gaps.frame[inside] - middle, signal[inside], sigma)
-            if step is not None and high > gaps.frame[row + 1]:
-                found.append(_Step(int(row), step[0], step[1], heavy))
-    return [step for step in found if step.clarity > STEP_SIGMAS and step.frames > FRAMES_AT_LEAST]
+            clarity, frames = _step(gaps.frame[inside] - middle, signal[inside], sigma)
+            clear = clarity > STEP_SIGMAS and frames > FRAMES_AT_LEAST
+            if clear and high > gaps.frame[row + 1]:
+                yield clarity, row, frames
 
 
-def _step(time: Floats, place: Floats, sigma: float) -> tuple[float, float] | None:
-    """Clarity of a step at time 0 and the frames that it is worth; None if places are too few."""
+def _step(time: Floats, place: Floats, sigma: float) -> tuple[float, float]:
+    """Clarity of a step at time 0 and the frames that it is worth; 0 if places are too few."""
     after = time > 0
     if min(after.sum(), (~after).sum()) < SIDE_ROWS:
-        return None
+        return 0.0, 0.0
     design = np.column_stack([np.ones_like(time), time, after])
     inverse = np.linalg.inv(design.T @ design)
     _, rate, step = inverse @ design.T @ place
     if rate == 0:
-        return None
+        return 0.0, 0.0
     rest = place - design @ (inverse @ design.T @ place)
     variance = max(sigma**2, float(rest @ rest) / max(len(time) - 3, 1))
     return abs(float(step)) / float(np.sqrt(variance * inverse[2, 2])), float(step / rate)

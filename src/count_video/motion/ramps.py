@@ -95,11 +95,8 @@ def rate_changes(gaps: Gaps, collisions: Sequence[Collision]) -> list[RateChange
     found = []
     for place in np.flatnonzero(size):
         if size[place] == size[max(0, place - SIDE_STEPS) : place + far].max():
-            step = place + SIDE_STEPS
-            between = np.hypot(heavy[step], np.sqrt(share) * ball[step])
-            when = (after[place] - between) / (after[place] - before[place])
-            at = frame[step] + np.clip(when, 0.0, 1.0) * (frame[step + 1] - frame[step])
-            found.append(RateChange(float(at), float(np.exp(jump[place]))))
+            middle = frame[place + SIDE_STEPS : place + far + 1].mean()
+            found.append(RateChange(float(middle), float(np.exp(jump[place]))))
     return found
 
 

@@ -53,6 +53,8 @@ class Rivals:
     observed: Observations
     prior: Prior
     """Of the parameters without deviations."""
+    most: int = MOST_COLLISIONS
+    """More collisions are not tried."""
     noise: Noise | None = None
     fits: dict[int, Solution] = field(default_factory=dict)
 
@@ -84,7 +86,7 @@ class Rivals:
     def scan(self, rough: Floats, seen: int) -> None:
         """Fit the number that was seen, and the counts that a scan likes best."""
         rows = scan(self.observed, rough, self.prior)
-        counts = [int(count) for count in rows[:, -2] if 0 < count <= MOST_COLLISIONS]
+        counts = [int(count) for count in rows[:, -2] if 0 < count <= self.most]
         likeliest = list(dict.fromkeys(counts))[:STARTS]
         wanted = [seen] if not likeliest or seen > SEEN_SHARE * likeliest[0] else []
         for count in dict.fromkeys(wanted + likeliest):
@@ -101,7 +103,7 @@ class Rivals:
             before = self.best
             for count in (before.count - step, before.count + step):
                 known = self.fits.get(count)
-                if 0 < count <= MOST_COLLISIONS and (not known or known.loss > self.bearable):
+                if 0 < count <= self.most and (not known or known.loss > self.bearable):
                     self.add(count, neighbouring(before, count))
             if self.best is before:
                 # Half as far, in whole pairs; at last a single one.

@@ -11,7 +11,7 @@ from count_video.motion.burst import find_burst
 from count_video.motion.finding import find_contacts
 from count_video.motion.gaps import gaps_of
 from count_video.motion.joint import BodyErrors, collisions_of
-from count_video.motion.resolution import shortest_interval, unresolved
+from count_video.motion.resolution import unresolved
 from count_video.motion.swing import Swing, fit_path, path_fits, swing_of
 from count_video.motion.time_base import (
     frames_per_picture,
@@ -47,8 +47,6 @@ class SeenCollisions:
     """Why the clip does not show the whole burst; empty if it does."""
     doubts: tuple[Reason, ...]
     """Why the fit of the whole burst has to confirm what is seen; empty if all is resolved."""
-    shortest_interval_frames: float
-    """Between neighbours of the first burst; inf for fewer than two."""
     swing: Swing | None
     """The heavy body's path; None where the frames do not show all velocity steps."""
     outlines_apart_px: float
@@ -71,7 +69,7 @@ class SeenCollisions:
         return sum(collision.seen for collision in self.collisions[: self.burst])
 
 
-NOTHING_SEEN = SeenCollisions((), 0, (), (), np.inf, None, np.nan, False, (None, None))
+NOTHING_SEEN = SeenCollisions((), 0, (), (), None, np.nan, False, (None, None))
 """Of a track that shows no motion of two bodies."""
 
 
@@ -131,7 +129,6 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
         burst=burst.count,
         shortcomings=shortcomings,
         doubts=doubts,
-        shortest_interval_frames=shortest_interval(inside) * pace,
         swing=swing_in_frames(swing_of(fit_path(gaps, inside)), pace),
         outlines_apart_px=apart,
         path_fits=bool(right),

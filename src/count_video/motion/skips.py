@@ -12,7 +12,7 @@ fits with them there decide, in which the restitution scatters, for which they m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -50,7 +50,7 @@ class _Hypothesis:
         """The best fit with whole frames left out, and restitutions that scatter."""
         observed, best = self.coarse.observed, self.coarse.best
         noise = noise_of(observed, best.values, best.count, FLOORS_PX[-1])
-        fine = Rivals(observed, self.coarse.prior, noise)
+        fine = replace(self.coarse, noise=noise, fits={})
         for fit in self.coarse.by_loss()[:COUNTS]:
             fine.add(fit.count, fit.values)
         fine.climb(least=PAIR)
@@ -68,10 +68,10 @@ def with_frames_left_out(coarse: Rivals, rough: Floats, seen: int, gap: LeftOut 
     if gap is not None:
         start = rough.copy()
         start[Column.SKIP] = -gap.frames
-        none = Rivals(left_out_after(observed, gap.after), coarse.prior)
+        none = replace(coarse, observed=left_out_after(observed, gap.after), fits={})
         none.scan(start, seen)
         none.climb()
-        some = _skipping(none.observed, coarse.prior, coarse.best, -gap.frames)
+        some = _skipping(coarse, none.observed, coarse.best, -gap.frames)
         likelier = min(_Hypothesis(some), best, key=lambda one: one.best.loss)
         evened = _Hypothesis(none).best.loss < likelier.best.loss + price
         return none if evened else likelier.coarse
@@ -82,7 +82,7 @@ def with_frames_left_out(coarse: Rivals, rough: Floats, seen: int, gap: LeftOut 
             if frame not in tried:
                 tried.add(frame)
                 there = left_out_after(observed, frame)
-                some = _skipping(there, coarse.prior, before.coarse.best, skip)
+                some = _skipping(coarse, there, before.coarse.best, skip)
                 dearer = 0.0 if best.coarse is not coarse else price
                 other = _Hypothesis(some)
                 skips = other.best.values[Column.SKIP] > 0
@@ -93,13 +93,14 @@ def with_frames_left_out(coarse: Rivals, rough: Floats, seen: int, gap: LeftOut 
     return best.coarse
 
 
-def _skipping(observed: Observations, prior: Prior, start: Solution, skip: float) -> Rivals:
+def _skipping(even: Rivals, observed: Observations, start: Solution, skip: float) -> Rivals:
     """Fit with frames left out, from different numbers of them."""
-    rivals = Rivals(observed, prior.with_value(Column.SKIP, 0.0, np.inf))
+    free = even.prior.with_value(Column.SKIP, 0.0, np.inf)
+    rivals = replace(even, observed=observed, prior=free, fits={})
     for frames in (skip, *SKIPS):
         values = start.values.copy()
         values[Column.SKIP] = frames
-        rivals.add(start.count, values[: len(prior.mean)])
+        rivals.add(start.count, values[: len(free.mean)])
     rivals.climb()
     return rivals
 

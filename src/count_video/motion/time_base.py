@@ -48,8 +48,6 @@ class TimeBase:
     """Number of the picture after which frames are left out; None if none are."""
     notes: tuple[Reason, ...] = ()
     """What is unusual about the clip."""
-    doubts: tuple[Reason, ...] = ()
-    """Why collisions may be missing."""
 
     def evened(self, track: Track) -> Track:
         """Time the pictures of a track by this hypothesis."""

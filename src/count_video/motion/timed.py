@@ -25,7 +25,7 @@ from count_video.motion.seen import (
 )
 from count_video.motion.swing import fit_path, path_fits
 from count_video.motion.time_base import TimeBase, even
-from count_video.reasons import ENDS_EARLY, Cause
+from count_video.reasons import ENDS_EARLY, Cause, Reason
 from count_video.records import Track
 
 STRAYS_LESS = 0.6
@@ -59,13 +59,14 @@ def seen_by_time_base(track: Track) -> tuple[TimeBase, SeenCollisions, LeftOut |
         steady = ramp.time_base(track.frame)
         other = _judged_by_burst(seen_collisions(steady.evened(track), pace=1.0), steady, track)
         likelier = gap is None or (
-            not gap.flown
-            and min(abs(change - gap.after) for change in ramp.changes) > STEP_FRAMES
+            min(abs(change - gap.after) for change in ramp.changes) > STEP_FRAMES
             and _stray_px(steady, track, other) < _stray_px(whole, track, without)
         )
         if likelier and _is_sure(other) and resolves(steady, other):
             return steady, other, None
-    return whole, replace(without, doubts=(*without.doubts, *whole.doubts)), gap
+    # In frames left out there may have been collisions.
+    lacks = (Reason(Cause.LEFT_OUT, (gap.after, gap.frames)),) if gap else ()
+    return whole, replace(without, doubts=(*without.doubts, *lacks)), gap
 
 
 def _is_sure(found: SeenCollisions) -> bool:
