@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from free_paths import alone, bouncing, noisy
 
-from count_video.motion.flight import Motion
-from count_video.motion.impacts import HYSTERESIS_SIGMAS, Impact
+from count_video.motion.flight import HYSTERESIS_SIGMAS, Motion
+from count_video.motion.impacts import Impact
 from count_video.motion.meeting import seen_impacts
-from count_video.motion.missing import TAIL_PICTURES, dies_out, in_series
+from count_video.motion.weighing import TAIL_PICTURES, dies_out
 from count_video.reasons import Cause
 
 FALLING = Motion(np.arange(2.0), np.zeros(2), 0.5, 0.01, 0.01)
@@ -18,7 +18,10 @@ FALLING = Motion(np.arange(2.0), np.zeros(2), 0.5, 0.01, 0.01)
 
 def _impacts(frames: np.ndarray) -> list[Impact]:
     """Impacts on one stop at these frames."""
-    return [Impact(float(frame), 0.05, 1, 0.0, 5.0, -4.0, 50.0, 4) for frame in frames]
+    return [
+        Impact(50.0, np.zeros(1), float(frame), 0.0, 5.0, -4.0, 4, side=1, chance=0.99)
+        for frame in frames
+    ]
 
 
 def _series(first: float, share: float, number: int) -> np.ndarray:
@@ -49,19 +52,6 @@ def test_a_last_impact_at_a_wrong_time_does_not_make_a_series_die_out() -> None:
     frames = _series(40.0, 0.8, 6)
     frames[-1] -= 13.0
     assert not dies_out(FALLING, _impacts(frames))
-
-
-@pytest.mark.parametrize("share", [0.6, 0.75, 0.9])
-def test_each_impact_of_a_series_is_in_it(share: float) -> None:
-    assert all(in_series(_impacts(_series(50.0, share, 8))))
-
-
-def test_a_missed_impact_and_one_too_many_are_not_in_the_series() -> None:
-    frames = _series(50.0, 0.85, 10)
-    missed = in_series(_impacts(np.delete(frames, 5)))
-    assert [number for number, known in enumerate(missed) if not known] == [5, 6]
-    more = in_series(_impacts(np.insert(frames, 5, frames[4:6].mean())))
-    assert not more[5]
 
 
 REST_FRAMES = 30

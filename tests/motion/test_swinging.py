@@ -8,17 +8,21 @@ from free_paths import alone, between_stops, bouncing, noisy, pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from count_video.motion.corners import weigh
 from count_video.motion.flight import motion_of
+from count_video.motion.impacts import find_turns
 from count_video.motion.meeting import seen_impacts
-from count_video.motion.swinging import excess, is_sharp, is_smooth
+from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.reasons import Cause
 from count_video.records import Floats
 
 NOISE_PX = 0.2
 PICTURES = 160
 SURE = 0.9
-EXACTLY = 1e-6
-"""The law of a swing holds to rounding, relative to the turn's bend."""
+SURE_LOG_ODDS = 7.0
+"""A probability of 0.999."""
+TIME_WITHIN = 0.1
+"""Pictures, of a body that moves by 3 px in each, the place of which is known to 0.1 px."""
 
 seeds = st.integers(0, 999)
 phases = st.floats(0.0, 6.28)
@@ -93,28 +97,17 @@ def test_bounces_that_lose_much_are_impacts(kept: float) -> None:
     assert len(found.collisions) == len(impacts)
 
 
-@given(st.floats(8.0, 100.0), phases, reaches)
-def test_the_law_of_a_swing_leaves_nothing_over_at_its_turns(
-    period: float, phase: float, reach: float
-) -> None:
-    frame = np.arange(PICTURES, dtype=np.float64)
-    motion = motion_of(frame, swing(period, phase, reach))
-    turn = (np.ceil(1 + phase / np.pi) * np.pi - phase) * period / (2 * np.pi)
-
-    left = excess(motion, turn, (turn - period / 2, turn + period / 2), 0.5)
-
-    assert left is None or abs(left.share) < EXACTLY
-
-
-def test_what_the_law_leaves_over_at_a_corner_of_straight_flights_is_all_of_it() -> None:
+@given(st.floats(0.3, 1.0), st.floats(19.6, 20.4))
+def test_a_corner_of_straight_flights_is_an_impact_at_its_time(kept: float, time: float) -> None:
     frame = np.arange(41, dtype=np.float64)
+    place = np.where(frame < time, 3.0, -3.0 * kept) * (time - frame)
+    motion = motion_of(frame, place)
+    (turn,) = find_turns(motion)
 
-    left = excess(motion_of(frame, np.abs(frame - 20.0) * 3), 20.0, (0.0, 40.0), 0.5)
+    corner = weigh(motion, turn, (-np.inf, np.inf), 20.0, HALF_EXPOSURE)
 
-    assert left is not None
-    assert left.share == pytest.approx(1.0)
-    assert is_sharp(left)
-    assert not is_smooth(left)
+    assert corner.log_odds > SURE_LOG_ODDS
+    assert corner.frame == pytest.approx(time, abs=TIME_WITHIN)
 
 
 def test_two_bodies_that_are_not_of_a_kind_lack_their_wall() -> None:

@@ -1,16 +1,9 @@
-"""One body's motion seen from a frame of reference that falls along with it.
-
-Between impacts a body that is thrown, or slides down an incline, has one constant acceleration: its
-path bends, and turns round smoothly where no contact is. With half that acceleration times the time
-squared taken off, flights become straight lines, whatever their height, and only impacts are left
-as corners.
-"""
+"""One body's motion along a line: where it is, how noisy that is, and what usually pulls it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,21 +11,18 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.signals import low_points
 
-Rows = NDArray[np.intp]
-
-STRAY_SHARE = 0.03
-"""A free flight strays from its parabola by less than this share of its extent (RMS); half a swing
-of a pendulum or a spring strays by 4 %, as it holds no parabola."""
-STRAY_SIGMAS = 3.0
 QUARTILE = 0.3186
 """Lower quartile of a standard normal value without its sign."""
+QUARTILE_TO_SIGMA = 1.4826
+"""Standard deviation of a normal value over half the range of its quartiles."""
 NOISE_AT_LEAST_PX = 0.1
 """The centre of a patch is known no better than this."""
+HYSTERESIS_SIGMAS = 3.0
+"""What is no more than noise has no turn, and lies at no stop."""
 STEP_SHARE = 0.2
 """Step of the differences that give the acceleration, as a share of the time between turns."""
-TURN_SIGMAS = 3.0
-POINTS_FOR_BEND = 5
-POINTS_AT_LEAST = 3
+PULL_SHARE = 0.1
+"""An acceleration is known to this share of itself: lenses, slopes, the air."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +40,56 @@ class Motion:
     sigma_px: float
     """Noise of one place."""
 
-    @property
-    def levelled_px(self) -> Floats:
-        """Places seen from the falling frame of reference, in which flights are straight."""
-        clock = self.frame - self.frame[0]
-        return np.asarray(self.place_px - self.acceleration * clock**2 / 2)
+    @cached_property
+    def middle_px(self) -> float:
+        """Mean place."""
+        return float(np.nanmean(self.place_px))
+
+    @cached_property
+    def way_px(self) -> float:
+        """How far it comes."""
+        return float(np.nanmax(self.place_px) - np.nanmin(self.place_px)) + self.sigma_px
+
+    @cached_property
+    def moving(self) -> NDArray[np.bool_]:
+        """Which pictures show the body, but for its rest at both ends of the clip."""
+        seen = np.isfinite(self.place_px)
+        rows = np.flatnonzero(seen)
+        place, depth = self.place_px[rows], HYSTERESIS_SIGMAS * self.sigma_px
+        for ordered in (slice(None), slice(None, None, -1)):
+            away = np.abs(place[ordered] - place[ordered][:1]) > depth
+            rest = int(np.argmax(away)) if away.any() else len(rows)
+            if rest > REST_PICTURES:
+                seen[rows[ordered][: rest - 1]] = False
+        return seen
+
+    @cached_property
+    def speed(self) -> float:
+        """How fast it moves at most, in px per picture; misplaced pictures aside."""
+        steps = np.abs(np.diff(self.place_px)) / np.diff(self.frame)
+        known = steps[np.isfinite(steps)]
+        return (float(np.quantile(known, 0.95)) if len(known) else 0.0) + self.sigma_px
+
+    @cached_property
+    def acceleration_sigma(self) -> float:
+        """Standard deviation of the acceleration from flight to flight."""
+        spread = min(self.acceleration_spread, self.speed) * QUARTILE_TO_SIGMA
+        share = PULL_SHARE * self.acceleration
+        return float(np.hypot(np.hypot(spread, share), self.sigma_px / STILL_PICTURES**2))
+
+    @cached_property
+    def swing_sigma(self) -> float:
+        """Standard deviation of w^2 in (radians per picture) squared.
+
+        A swing is no faster than the accelerations of the clip differ over the body's way.
+        """
+        return 2 * self.acceleration_sigma / (float(np.nanstd(self.place_px)) + self.sigma_px)
+
+
+REST_PICTURES = 6
+"""A body rests that does not move for longer."""
+STILL_PICTURES = 10.0
+"""A flight over so many pictures shows its acceleration to the noise of one place."""
 
 
 def motion_of(frame: Floats, place_px: Floats) -> Motion:
@@ -98,33 +133,6 @@ def usual_acceleration(frame: Floats, place_px: Floats) -> tuple[float, float]:
 
 def _between_turns(frame: Floats, place_px: Floats) -> float:
     """Median time in pictures between turns of a path, of whatever sort; 0 for fewer than two."""
-    depth = TURN_SIGMAS * _noise_px(place_px)
+    depth = HYSTERESIS_SIGMAS * _noise_px(place_px)
     turns = np.sort(np.concatenate([low_points(sign * place_px, depth) for sign in (1, -1)]))
     return float(np.median(np.diff(frame[turns]))) if len(turns) > 1 else 0.0
-
-
-def flies_freely(motion: Motion, rows: Rows) -> bool:
-    """Whether one parabola describes the places in these rows within their errors."""
-    if len(rows) <= POINTS_AT_LEAST:
-        return True
-    time, places = motion.frame[rows], motion.levelled_px[rows]
-    order = 2 if len(time) >= POINTS_FOR_BEND else 1
-    flight = np.polynomial.Polynomial.fit(time, places, order)
-    freedom = max(len(time) - order - 1, 1)
-    stray = float(np.sqrt(np.sum((places - flight(time)) ** 2) / freedom))
-    extent = float(np.ptp(motion.place_px[rows]))
-    return stray <= max(STRAY_SIGMAS * motion.sigma_px, STRAY_SHARE * extent)
-
-
-def straying(motion: Motion, impacts: Sequence[float], contact: float) -> list[tuple[float, float]]:
-    """Flights between neighbouring impacts that are not those of a free body.
-
-    ``contact`` is half the time in pictures that a contact takes; flights are judged clear of it.
-    """
-    seen = np.isfinite(motion.place_px)
-    flights = []
-    for low, high in pairwise(impacts):
-        inside = (motion.frame > low + contact) & (motion.frame < high - contact)
-        if not flies_freely(motion, np.flatnonzero(inside & seen)):
-            flights.append((low, high))
-    return flights

@@ -11,17 +11,16 @@ from dataclasses import replace
 import numpy as np
 
 from count_video.motion.batches import fit_contacts
-from count_video.motion.finding import JUMP_SIGMAS
+from count_video.motion.corners import weigh
 from count_video.motion.flight import motion_of
-from count_video.motion.impacts import Impact, find_impacts
+from count_video.motion.impacts import find_impacts, find_turns, usual_flight
 from count_video.motion.joint import Fitting, collisions_of
-from count_video.motion.missing import until_rest
 from count_video.motion.model import Paths
 from count_video.motion.pieces import HALF_EXPOSURE
+from count_video.motion.priors import TURN_LOG_RATIO
 from count_video.motion.seen import shows_motion
-from count_video.motion.swinging import excess, is_smooth
 from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
-from count_video.motion.weighing import SeenImpacts, weighed
+from count_video.motion.weighing import SeenImpacts, until_rest, weighed
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track
 
@@ -35,20 +34,22 @@ def seen_impacts(track: Track) -> SeenImpacts:
     if slow.heavy is not None:
         return seen_meetings(slow, slow.heavy, pace)
     motion = motion_of(slow.frame, slow.ball.position_px)
-    every, contact = find_impacts(motion)
-    impacts = until_rest(every)
+    found = find_impacts(motion)
+    impacts = until_rest(found.impacts)
+    found = replace(found, impacts=impacts)
     fitted = fit_contacts(
         Paths(slow.frame, slow.ball.position_px, None),
         ["wall" if impact.side < 0 else "far" for impact in impacts],
         [impact.frame for impact in impacts],
-        Fitting(touching=contact),
+        Fitting(touching=found.contact),
     )
     collisions = [in_frames(collision, pace) for collision in collisions_of(fitted)]
-    found = weighed(motion, impacts, (contact, pace), collisions)
-    return replace(found, errors=fitted.errors)
+    return replace(weighed(motion, found, pace, collisions), errors=fitted.errors)
 
 
 SAME_CONTACT_PICTURES = 2.5
+CLEAR_LOG_ODDS = 5.0
+"""Of an impact of one body on something else than the other: what noise does not make."""
 END_PICTURES = 3
 LENGTH_FACTOR = 1.35
 MASS_FACTOR = 1.6
@@ -66,17 +67,17 @@ def seen_meetings(track: Track, heavy: BodyTrack, pace: float) -> SeenImpacts:
     """
     gap = heavy.position_px - track.ball.position_px - track.ball.high_edge_px
     motion = motion_of(track.frame, gap)
-    every, contact = find_impacts(motion)
-    impacts = [impact for impact in every if _touches(impact, track.ball_diameter_px)]
+    found = find_impacts(motion, TOUCH_SHARE * track.ball_diameter_px)
+    impacts = found.impacts
     frames = [impact.frame for impact in impacts]
     fitted = fit_contacts(
         Paths(track.frame, track.ball.position_px, heavy.position_px),
         ["bodies"] * len(frames),
         frames,
-        Fitting(touching=contact),
+        Fitting(touching=found.contact),
     )
     collisions = [in_frames(collision, pace) for collision in collisions_of(fitted)]
-    judged = weighed(motion, impacts, (contact, pace), collisions)
+    judged = weighed(motion, found, pace, collisions)
     reasons = (
         *judged.shortcomings,
         *_elsewhere(frames, track, heavy),
@@ -100,13 +101,17 @@ def without_wall(track: Track) -> Track:
 def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:
     """Whether all that seem to be the ball's collisions with a wall are smooth turns of a swing."""
     motion = motion_of(track.frame, track.ball.position_px)
+    turns = find_turns(motion)
+    flight = usual_flight(turns, motion)
     ends = [-np.inf, *(collision.frame for collision in collisions), np.inf]
-    walls = [
-        excess(motion, collision.frame, (before, after), HALF_EXPOSURE)
-        for before, collision, after in zip(ends[:-2], collisions, ends[2:], strict=True)
-        if collision.kind == "wall"
-    ]
-    return all(left is not None and is_smooth(left) for left in walls)
+    for before, collision, after in zip(ends[:-2], collisions, ends[2:], strict=True):
+        if collision.kind != "wall":
+            continue
+        near = [t for t in turns if abs(t.frame - collision.frame) < SAME_CONTACT_PICTURES]
+        weighed_ = [weigh(motion, t, (before, after), flight, HALF_EXPOSURE) for t in near]
+        if not near or max(corner.log_odds for corner in weighed_) > -TURN_LOG_RATIO:
+            return False
+    return True
 
 
 def _unlike(collisions: Sequence[Collision], track: Track, heavy: BodyTrack) -> list[Reason]:
@@ -129,16 +134,12 @@ def _steps(collision: Collision) -> float:
     return abs(after.ball_px_frame - before.ball_px_frame) / other if other > 0 else np.nan
 
 
-def _touches(impact: Impact, size_px: float) -> bool:
-    return impact.side < 0 and abs(impact.place_px) < TOUCH_SHARE * size_px
-
-
 def _elsewhere(frames: Sequence[float], track: Track, heavy: BodyTrack) -> list[Reason]:
     """Say if one of two bodies also meets something that is not the other."""
     for body in (track.ball, heavy):
-        for impact in find_impacts(motion_of(track.frame, body.position_px))[0]:
+        for impact in find_impacts(motion_of(track.frame, body.position_px)).impacts:
             apart = [abs(impact.frame - frame) > SAME_CONTACT_PICTURES for frame in frames]
-            if impact.clarity > JUMP_SIGMAS and all(apart):
+            if impact.log_odds > CLEAR_LOG_ODDS and all(apart):
                 return [Reason(Cause.MEETS_OTHERS)]
     return []
 

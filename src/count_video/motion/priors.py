@@ -62,32 +62,22 @@ to a second's fraction of them: an estimate."""
 # Impacts of one body alone, or of two without a wall: chances, estimates all of them.
 
 CHANCE_CLEAR: Final = 0.995
-CHANCE_WEAK: Final = 0.9
-CHANCE_HARDLY_SHOWN: Final = 0.6
-"""Chances that an impact is one: its jump exceeds its uncertainty by far or not, or too few
-pictures show the body before or after it."""
-CHANCE_SINGLE: Final = 0.8
-"""And where it is the only one at its stop, so that nothing else shows where the stop is; two
-bodies that touch show it by their outlines."""
-CHANCE_PASSED_OVER: Final = 0.5
 CHANCE_CUT_OFF: Final = 0.5
-"""Chances that a turn at the stop which is no clear impact is one, and that a clip which begins or
-ends with the body at the stop shows one more."""
-CHANCE_LEAVING: Final = 0.5
+"""Chances that an impact is one that seems certain, and that a clip which begins or ends with the
+body at its stop shows one more."""
 CHANCE_UNSEEN: Final = 0.3
-"""Chances that an impact lies before the first one, in pictures that do not show the body: it comes
-into sight as it moves away from the stop, or toward it."""
+"""Chance that an impact lies before the first one, in pictures that do not show the body."""
 CHANCE_STRAYING: Final = 0.4
 """Chance that a flight which strays from free flight hides one more."""
-CHANCES_TAIL: Final = (0.5, 0.25, 0.15)
-"""Where impacts follow each other faster than pictures resolve them, the chances of one more, and
-of each after it."""
 CHANCE_DYING: Final = 0.25
 """Where the flights shrink below what pictures show, the chance that these show one more impact:
 where that limit lies is known to about one flight."""
-CHANCES_LOST: Final = (0.8, 0.25, 0.15)
-"""The same where the body must have fallen back to its stop while the clip went on: something may
-have caught it meanwhile."""
+CHANCES_LOST: Final = (0.6, 0.25, 0.15)
+"""Where impacts follow each other faster than pictures resolve them, or the body must have fallen
+back to its stop while the clip went on, the chances of one more and of each after it."""
+FLIGHT_FACTOR: Final = 1.6
+"""A flight is at most so much longer than the others: bodies that lose 60 % of their speed at an
+impact are hardly said to bounce."""
 
 # What no model knows.
 
@@ -106,3 +96,23 @@ BELIEVED: Final = 0.5
 what it foresees. A tracker's errors hang together in more ways than the fit allows for: of ten
 rendered clips of long bursts, whose truth is known, the counts strayed by one and a half times what
 the whole evidence says."""
+
+# One body's path: its turns, and its stops.
+
+TURNS: Final = (0.5, 0.2, 0.25, 0.05)
+"""What a turn is before its shape is seen: an impact, that of a swing or a throw, that of a path
+that a hand leads, or one misplaced picture; estimates."""
+CONTACT_SHARE: Final = 0.04
+CONTACT_PICTURES: Final = 5.6
+"""Half the longest contact over the usual flight, and at most in pictures: bumpers are springs, and
+soft balls touch for several pictures of a fast camera."""
+FRICTION_SHARE: Final = 0.2
+"""Dry friction over the usual acceleration: carts on inclined tracks."""
+NOISE_KNOWN: Final = 4.0
+"""Degrees of freedom by which the noise of places is known beforehand: to about a third."""
+NO_BOUNCE: Final = -5.0
+"""Logarithm of the odds of an impact by whose best fit the body does not bounce, at the most."""
+STOP_SHARE: Final = 0.08
+"""Impacts on one stop lie within this share of the body's way, as cameras see it obliquely."""
+HAND_JUMPS: Final = 0.2
+"""Chance that a clip shows a corner of the path which a hand or a knock makes: an estimate."""

@@ -1,8 +1,7 @@
 """What speaks for the impacts found in a clip, what is in doubt, and why it supports no count.
 
-Every impact and every doubt is one independent chance: an impact that few pictures show may be
-none, a flight that strays from free flight may hide one more. The count's probabilities are those
-of their sum.
+Every impact and every doubt is one independent chance. The count's probabilities are those of their
+sum.
 """
 
 from __future__ import annotations
@@ -11,38 +10,35 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from count_video.motion.flight import Motion, straying
-from count_video.motion.impacts import Impact
+import numpy as np
+
+from count_video.motion.corners import strays
+from count_video.motion.flight import HYSTERESIS_SIGMAS, Motion
+from count_video.motion.impacts import Found, Impact
 from count_video.motion.joint import BodyErrors
-from count_video.motion.missing import (
-    chance_before,
-    dies_out,
-    ends_at_stop,
-    in_series,
-    lost_after,
-    passed_over,
-)
 from count_video.motion.priors import (
     CHANCE_CLEAR,
     CHANCE_CUT_OFF,
     CHANCE_DYING,
-    CHANCE_HARDLY_SHOWN,
-    CHANCE_PASSED_OVER,
-    CHANCE_SINGLE,
     CHANCE_STRAYING,
-    CHANCE_WEAK,
+    CHANCE_UNSEEN,
     CHANCES_LOST,
-    CHANCES_TAIL,
+    FLIGHT_FACTOR,
 )
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision
 
-CLEAR_SIGMAS = 10.0
-CERTAIN_PICTURES = 4
-"""One impact at least must be as clear as this, and shown by so many pictures on either side."""
+CERTAIN_LOG_ODDS, CERTAIN_PICTURES = 9.0, 4
+"""One impact at least is as sure as this by its own shape, with so many pictures on either side."""
 STRAYING_AT_MOST = 0.4
 """Where a larger share of the flights strays, the turns are not those of a body that bounces."""
+CHANCE_AT_LEAST = 0.005
+"""Less probable counts, and less probable impacts, are left out."""
+TAIL_PICTURES = 4.0
+"""A flight shorter than this holds too few pictures clear of its ends to show its impacts."""
+FLIGHTS_AT_LEAST = 3
+"""Fewer flights do not show that they shrink by a constant share."""
 
 
 @dataclass(frozen=True)
@@ -62,52 +58,144 @@ class SeenImpacts:
 
 
 def weighed(
-    motion: Motion,
-    impacts: Sequence[Impact],
-    timing: tuple[float, float],
-    collisions: Sequence[Collision],
+    motion: Motion, found: Found, pace: float, collisions: Sequence[Collision]
 ) -> SeenImpacts:
     """Weigh what was found.
 
-    ``timing`` is half the time that a contact takes, in pictures, and the frames a picture;
-    ``collisions`` are the impacts as they will be given.
+    ``pace`` is the frames a picture; ``collisions`` are the impacts as they will be given.
     """
-    contact, pace = timing
-    frames = [impact.frame for impact in impacts]
-    strays = straying(motion, frames, contact)
-    paired = zip(impacts, collisions, strict=True)
-    chances = [_chance(impact, impacts, collision.kind) for impact, collision in paired]
-    out = dies_out(motion, impacts)
-    if out:  # an impact where the series has one is no chance turn
-        expected = in_series(impacts)
-        chances = [
-            max(chance, CHANCE_CLEAR) if known else chance
-            for chance, known in zip(chances, expected, strict=True)
-        ]
-    doubts: list[Reason] = []
-    if strays:
-        spans = tuple(frame * pace for span in strays for frame in span)
-        doubts.append(Reason(Cause.NOT_FREE, spans))
-        chances += [CHANCE_STRAYING] * len(strays)
-    if impacts and (unseen := chance_before(motion, impacts)) > 0:
-        doubts.append(Reason(Cause.BEFORE_UNSEEN))
-        chances.append(unseen)
-    over = [turn for turn in passed_over(motion, impacts) if not (out and turn > frames[-1])]
-    if over:
-        doubts.append(Reason(Cause.TURNS_OPEN, tuple(frame * pace for frame in over)))
-        chances += [CHANCE_PASSED_OVER] * len(over)
-    if out:  # what follows is not counted, and comes to rest at the stop
-        doubts.append(Reason(Cause.DIES_OUT))
-        chances.append(CHANCE_DYING)
-    elif cut_off := ends_at_stop(motion, impacts):
-        doubts.append(Reason(Cause.CUT_AT_STOP))
-        chances += [CHANCE_CUT_OFF] * cut_off
-    close = any(b - a < RESOLVED_FRAMES for a, b in pairwise(frames))
-    if not out and (close or lost_after(motion, impacts)):
-        doubts.append(Reason(Cause.TOO_FREQUENT))
-        chances += CHANCES_TAIL if close else CHANCES_LOST
-    shortcomings = tuple(_shortcomings(impacts, len(strays)))
-    return SeenImpacts(tuple(collisions), shortcomings, tuple(doubts), chances_of_sum(chances))
+    impacts = found.impacts
+    spans = [
+        (before.frame, after.frame)
+        for before, after in pairwise(impacts)
+        if strays(motion, before.frame, after.frame, found.contact)
+    ]
+    turns = [turn for turn in found.open if impacts and turn.chance > CHANCE_AT_LEAST]
+    doubts = [
+        (
+            Cause.NOT_FREE,
+            [frame for span in spans for frame in span],
+            (CHANCE_STRAYING,) * len(spans),
+        ),
+        (Cause.BEFORE_UNSEEN, [], _before(motion, impacts)),
+        (Cause.TURNS_OPEN, [turn.frame for turn in turns], [turn.chance for turn in turns]),
+        _after(motion, found),
+    ]
+    chances = [min(impact.chance, CHANCE_CLEAR) for impact in impacts]
+    chances += [chance for _, _, more in doubts for chance in more]
+    return SeenImpacts(
+        tuple(collisions),
+        _shortcomings(impacts, len(spans)),
+        tuple(
+            Reason(cause, tuple(pace * f for f in frames)) for cause, frames, more in doubts if more
+        ),
+        chances_of_sum(chances),
+    )
+
+
+def _shortcomings(impacts: Sequence[Impact], strays_in: int) -> tuple[Reason, ...]:
+    certain = (i.log_odds > CERTAIN_LOG_ODDS and i.pictures >= CERTAIN_PICTURES for i in impacts)
+    if not impacts:
+        return (Reason(Cause.NO_IMPACT),)
+    if not any(certain):
+        return (Reason(Cause.TOO_FAINT),)
+    straying = strays_in > STRAYING_AT_MOST * max(len(impacts) - 1, 1)
+    return (Reason(Cause.NO_FLIGHTS),) if straying else ()
+
+
+def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:
+    """Chance of an impact in pictures before the first one that do not show the body.
+
+    There the flight that ends at the first impact would have to begin, and no sooner.
+    """
+    if not impacts:
+        return ()
+    first, flights = impacts[0], np.diff([impact.frame for impact in impacts])
+    pull = first.side * motion.acceleration
+    back = 2 * first.side * first.before / pull if pull > 0 else np.inf
+    begins = first.frame - min(back, FLIGHT_FACTOR * flights.max(initial=0.0) or back)
+    seen = motion.frame[np.isfinite(motion.place_px)]
+    hidden = motion.frame[0] - 1.0 <= begins < seen[0] > motion.frame[0]
+    return (CHANCE_UNSEEN,) if hidden else ()
+
+
+def _after(motion: Motion, found: Found) -> tuple[Cause, list[float], tuple[float, ...]]:
+    """Say what may have come after the last impact, or at the clip's ends, with its chances."""
+    impacts = found.impacts
+    if dies_out(motion, impacts):
+        return Cause.DIES_OUT, [], (CHANCE_DYING,)
+    flights = np.diff([impact.frame for impact in impacts])
+    if flights.min(initial=np.inf) < RESOLVED_FRAMES or _lost(motion, impacts):
+        return Cause.TOO_FREQUENT, [], CHANCES_LOST
+    return Cause.CUT_AT_STOP, [], (CHANCE_CUT_OFF,) * _ends_at_stop(motion, found)
+
+
+def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
+    """Whether the body must have come back to the stop after the last impact that was found.
+
+    Flights last as long as they begin fast, or longer: the one before says how long.
+    """
+    if len(impacts) < 2 or impacts[-1].side * motion.acceleration <= 0:
+        return False
+    before, last = impacts[-2:]
+    back = (last.frame - before.frame) * last.after / before.after
+    return before.side == last.side and last.frame + FLIGHT_FACTOR * back < motion.frame[-1]
+
+
+def dies_out(motion: Motion, impacts: Sequence[Impact]) -> bool:
+    """Whether the flights shrink by a nearly constant share until pictures show none any more.
+
+    A body that bounces on one stop keeps the same share e of its speed at every impact, so its
+    flights under a constant pull form a geometric series: endlessly many within a finite time, of
+    which pictures show the first ones. ``e`` is the median ratio of neighbours; most are nearer to
+    it than to half or twice of it. By it each flight says how long the next one after the last
+    would be, and the median of them is taken.
+    """
+    flights = np.diff([impact.frame for impact in impacts])
+    if len({impact.side for impact in impacts}) != 1 or len(flights) < FLIGHTS_AT_LEAST:
+        return False
+    ratios = flights[1:] / flights[:-1]
+    kept = float(np.median(ratios))
+    steady = np.abs(np.log2(ratios / kept)) < 0.5
+    if kept >= 1.0 or steady.mean() <= 0.5:
+        return False
+    following = float(np.median(flights * kept ** np.arange(len(flights), 0, -1)))
+    # A flight of t pictures rises by pull t^2 / 8, which the noise of both its ends must not hide.
+    pull = abs(motion.acceleration)
+    shown = pull * following**2 / 8 > 2 * HYSTERESIS_SIGMAS * motion.sigma_px
+    return following < TAIL_PICTURES or (pull > motion.acceleration_spread and not shown)
+
+
+def until_rest(impacts: Sequence[Impact]) -> tuple[Impact, ...]:
+    """Leave out what noise makes of a body that lies at rest after its bounces have died out.
+
+    There, nothing clear comes after a flight longer than all that the series has left to last.
+    """
+    flights = np.diff([impact.frame for impact in impacts])
+    for last in range(FLIGHTS_AT_LEAST, len(flights)):
+        kept = float(np.median(flights[1:last] / flights[: last - 1]))
+        ends = kept < 1.0 and flights[last] * (1 - kept) > flights[last - 1] * kept
+        if ends and all(impact.log_odds < CERTAIN_LOG_ODDS for impact in impacts[last + 1 :]):
+            return tuple(impacts[: last + 1])
+    return tuple(impacts)
+
+
+def _ends_at_stop(motion: Motion, found: Found) -> int:
+    """At how many ends of the clip an impact may lie that no turn shows.
+
+    There the body comes to the stop, and its last step leads to it, or is too short to lead on.
+    """
+    seen, number = np.flatnonzero(np.isfinite(motion.place_px)), 0
+    for rows in (seen[:4], seen[::-1][:4]) if found.impacts else ():
+        frame, place = motion.frame[rows], motion.place_px[rows]
+        steps = np.diff(place) / np.diff(frame)
+        speed = float(np.abs(steps).max())
+        turned = 2.0 if abs(steps[0]) < 0.75 * speed else 0.6
+        apart = min(abs(impact.frame - float(frame[0])) for impact in found.impacts)
+        for side, stop in found.stops.items():
+            nearing = side * (place[0] - place[-1]) > 0
+            number += nearing and apart > 4 and side * (stop - place[0]) < turned * speed
+    return number
 
 
 def with_wall_ahead(found: SeenImpacts) -> SeenImpacts:
@@ -118,39 +206,10 @@ def with_wall_ahead(found: SeenImpacts) -> SeenImpacts:
     return replace(found, shortcomings=(*found.shortcomings, Reason(Cause.WALL_AHEAD)))
 
 
-def _shortcomings(impacts: Sequence[Impact], strays: int) -> list[Reason]:
-    if not impacts:
-        return [Reason(Cause.NO_IMPACT)]
-    if not any(_is_certain(impact) for impact in impacts):
-        return [Reason(Cause.TOO_FAINT)]
-    if strays > STRAYING_AT_MOST * max(len(impacts) - 1, 1):
-        return [Reason(Cause.NO_FLIGHTS)]
-    return []
-
-
-def _is_certain(impact: Impact) -> bool:
-    return impact.clarity > CLEAR_SIGMAS and impact.pictures >= CERTAIN_PICTURES
-
-
-def _chance(impact: Impact, impacts: Sequence[Impact], kind: str) -> float:
-    if impact.clarity == 0:
-        return CHANCE_HARDLY_SHOWN
-    clear = CHANCE_CLEAR if impact.clarity > CLEAR_SIGMAS else CHANCE_WEAK
-    alone = sum(other.side == impact.side for other in impacts) == 1
-    return min(clear, CHANCE_SINGLE) if alone and kind == "wall" else clear
-
-
-CHANCE_AT_LEAST = 0.005
-"""Counts less probable than this are left out."""
-
-
 def chances_of_sum(chances: Sequence[float]) -> dict[int, float]:
     """Probability of each number of independent events that come true, given the chance of each."""
-    sums = [1.0]
+    sums = np.ones(1)
     for chance in chances:
-        missed = [share * (1 - chance) for share in (*sums, 0.0)]
-        met = [share * chance for share in (0.0, *sums)]
-        sums = [a + b for a, b in zip(missed, met, strict=True)]
-    likely = {number: share for number, share in enumerate(sums) if share >= CHANCE_AT_LEAST}
-    total = sum(likely.values())
-    return {number: share / total for number, share in likely.items()}
+        sums = np.convolve(sums, [1.0 - chance, chance])
+    likely = {number: float(p) for number, p in enumerate(sums) if p >= CHANCE_AT_LEAST}
+    return {number: share / sum(likely.values()) for number, share in likely.items()}
