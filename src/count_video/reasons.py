@@ -63,6 +63,8 @@ class Cause(Enum):
     UNLIKE = auto()
     """Two bodies are not of a kind, and neither reaches a wall."""
     MEETS_OTHERS = auto()
+    STRUCK = auto()
+    """Something that is not followed strikes the body at rest [frame]."""
     ENDS_TOGETHER = auto()
     STARTS_TOGETHER = auto()
     PARTS_OF_BODIES = auto()

@@ -12,10 +12,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from count_video.motion.corners import strays
+from count_video.motion.corners import STRAY_SHARE, STRAY_SIGMAS, strays
 from count_video.motion.flight import HYSTERESIS_SIGMAS, Motion
 from count_video.motion.impacts import Found, Impact
 from count_video.motion.joint import BodyErrors
+from count_video.motion.pieces import WINDOW_FRAMES
 from count_video.motion.priors import (
     CHANCE_CLEAR,
     CHANCE_CUT_OFF,
@@ -35,6 +36,10 @@ STRAYING_AT_MOST = 0.4
 """Where a larger share of the flights strays, the turns are not those of a body that bounces."""
 CHANCE_AT_LEAST = 0.005
 """Less probable counts, and less probable impacts, are left out."""
+STARTS = np.arange(-24.0, 1.25, 0.25)
+"""When a body at rest was set in motion, in pictures from that which first shows it."""
+PICTURES_AT_LEAST = 4
+"""Fewer at rest, or in motion, show no blow."""
 TAIL_PICTURES = 4.0
 """A flight shorter than this holds too few pictures clear of its ends to show its impacts."""
 FLIGHTS_AT_LEAST = 3
@@ -85,7 +90,7 @@ def weighed(
     chances += [chance for _, _, more in doubts for chance in more]
     return SeenImpacts(
         tuple(collisions),
-        _shortcomings(impacts, len(spans)),
+        _shortcomings(motion, found, len(spans), pace),
         tuple(
             Reason(cause, tuple(pace * f for f in frames)) for cause, frames, more in doubts if more
         ),
@@ -93,14 +98,49 @@ def weighed(
     )
 
 
-def _shortcomings(impacts: Sequence[Impact], strays_in: int) -> tuple[Reason, ...]:
+def _shortcomings(motion: Motion, found: Found, strays_in: int, pace: float) -> tuple[Reason, ...]:
+    impacts = found.impacts
     certain = (i.log_odds > CERTAIN_LOG_ODDS and i.pictures >= CERTAIN_PICTURES for i in impacts)
     if not impacts:
         return (Reason(Cause.NO_IMPACT),)
     if not any(certain):
         return (Reason(Cause.TOO_FAINT),)
-    straying = strays_in > STRAYING_AT_MOST * max(len(impacts) - 1, 1)
-    return (Reason(Cause.NO_FLIGHTS),) if straying else ()
+    if strays_in > STRAYING_AT_MOST * max(len(impacts) - 1, 1):
+        return (Reason(Cause.NO_FLIGHTS),)
+    blow = struck_at_rest(motion, impacts[0].frame - found.contact)
+    return () if blow is None else (Reason(Cause.STRUCK, (pace * blow,)),)
+
+
+def struck_at_rest(motion: Motion, until: float) -> float | None:
+    """Picture in which a blow sets a body in motion that was at rest when the clip began.
+
+    Let go, or led by a hand, it gathers speed over some pictures; a blow gives it all at once:
+
+        x(t) = p + v s + a s^2 / 2,     s = max(t - t0, 0),     v = 0 without a blow.
+
+    Only what comes before the frame ``until`` is judged. None if there was no such blow: if one is
+    not far likelier, or does not describe the start either, as where a hand throws.
+    """
+    rows = np.flatnonzero(np.isfinite(motion.place_px) & (motion.frame < until))
+    begin = motion.frame[int(np.argmax(motion.moving))]
+    rows = rows[np.abs(motion.frame[rows] - begin) <= WINDOW_FRAMES]
+    time, place = motion.frame[rows] - begin, motion.place_px[rows]
+    if min((time < 0).sum(), (time > 0).sum()) < PICTURES_AT_LEAST:
+        return None
+    left = np.full((2, len(STARTS)), np.inf)
+    for number, start in enumerate(STARTS):
+        since = np.maximum(time - start, 0.0)
+        design = np.stack([np.ones_like(since), since**2, since], axis=1)
+        for blow in (0, 1):
+            law = np.linalg.lstsq(design[:, : 2 + blow], place, rcond=None)[0]
+            left[blow, number] = np.sum((place - design[:, : 2 + blow] @ law) ** 2)
+    smooth, struck = left.min(axis=1)
+    noise = motion.sigma_px**2
+    log_ratio = len(time) / 2 * np.log((smooth + noise) / (struck + noise))
+    described = struck / len(time) < max(STRAY_SIGMAS**2 * noise, STRAY_SHARE**2 * np.var(place))
+    if log_ratio < CERTAIN_LOG_ODDS or not described:
+        return None
+    return float(begin + STARTS[int(np.argmin(left[1]))])
 
 
 def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:

@@ -57,6 +57,8 @@ SENTENCES: Final = {
     "({:.0f}): it may be the ball of a trial whose heavy body could not be followed",
     Cause.UNLIKE: "the two bodies are not of a kind, and neither reaches a wall: let the clip run "
     "until the burst is over",
+    Cause.STRUCK: "something that could not be followed strikes the body at rest in frame "
+    "{:.0f}: it may be the ball of a trial whose heavy body was not found",
     Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else: show the trial "
     "from the ball at rest until the heavy body is driven back, or bodies that meet nothing but "
     "each other",

@@ -39,6 +39,8 @@ AS_HIGH_SHARE = 0.6
 rows: it may be that of one end."""
 PIECES_AT_LEAST, PIXELS = 12, 1_000_000
 """Of large bodies fewer pieces are taken, so that all have no more pixels than this together."""
+WIDENED_AT_MOST = 2
+"""A view is widened so often, to twice as much around a body each time, while that goes on."""
 AREA_SHARE = 0.6
 """What fills more of the picture than this is the scene."""
 SIGHTINGS_AT_LEAST = 4
@@ -89,7 +91,10 @@ class Stage:
 def wide_cut(
     source: Source, stage: Stage, margin: tuple[int, int], fence: Fence
 ) -> tuple[Stage, Outline] | None:
-    """Cut out what moves with a body and hangs together with its box; None if nothing does."""
+    """Cut out what moves with a body and hangs together with its box; None if nothing does.
+
+    The view is widened by at least the margin until it holds all of that.
+    """
     return _cut(source, replace(stage, own=None), margin, fence)
 
 
@@ -104,15 +109,14 @@ def _cut(
 ) -> tuple[Stage, Outline] | None:
     if len(stage.places) < SIGHTINGS_AT_LEAST or stage.fills(source):
         return None
-    frames = list(stage.places)
-    pixels = (stage.shape[0] + 2 * margin[0]) * (stage.shape[1] + 2 * margin[1])
-    count = max(PIECES_AT_LEAST, PIXELS // pixels)
-    some = np.linspace(0, len(frames) - 1, min(count, len(frames))).astype(int).tolist()
-    pieces = cut_pieces(
-        source, {frames[k]: stage.places[frames[k]] for k in some}, (stage.shape, margin)
-    )
-    mean = median_of(pieces, stage.scale)
+    mean = _mean(source, stage, margin)
     own = _connected(mean, stage, margin)
+    for _ in range(WIDENED_AT_MOST):
+        if own is None or stage.own is not None or not _cut_off(own):
+            break
+        margin = 2 * margin[0], 2 * margin[1]
+        mean = _mean(source, stage, margin)
+        own = _connected(mean, stage, margin)
     if own is None:
         return None
     edge = -(-EDGE_PX // stage.scale)
@@ -133,6 +137,21 @@ def _cut(
     held = own[part][:, outline.begin_px : outline.begin_px + shape[1]]
     corner = stage.corner[0] + x, stage.corner[1] + y
     return Stage(stage.scale, corner, shape, places, held), outline
+
+
+def _mean(source: Source, stage: Stage, margin: tuple[int, int]) -> Mean:
+    """Lay pieces of some pictures upon each other."""
+    frames = list(stage.places)
+    pixels = (stage.shape[0] + 2 * margin[0]) * (stage.shape[1] + 2 * margin[1])
+    count = max(PIECES_AT_LEAST, PIXELS // pixels)
+    some = np.linspace(0, len(frames) - 1, min(count, len(frames))).astype(int).tolist()
+    places = {frames[k]: stage.places[frames[k]] for k in some}
+    return median_of(cut_pieces(source, places, (stage.shape, margin)), stage.scale)
+
+
+def _cut_off(own: NDArray[np.bool_]) -> bool:
+    """Whether what moves with a body reaches an end of the view."""
+    return bool(own[[0, -1]].any() or own[:, [0, -1]].any())
 
 
 def _connected(mean: Mean, stage: Stage, margin: tuple[int, int]) -> NDArray[np.bool_] | None:
