@@ -169,6 +169,8 @@ def _count_seen(
     if not lacks_frames(observed, noise, prior, fit):
         weighed = scattered(Question(observed, noise, prior, fit.count), fit.values)
         answer = _answer(found, observed, weighed)
+        if isinstance(answer, Misfit):
+            return answer
         seen = sum(collision.seen for collision in answer.collisions)
         if seen >= found.shown and answer.count == found.burst:
             return answer
@@ -197,6 +199,8 @@ def _any_count(
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     best, noise = residual_noise(observed, coarse.prior, coarse.best)
     answer = _answer(found, observed, weigh(coarse, best, noise))
+    if isinstance(answer, Misfit):
+        return answer
     return _strayed(answer.misfit_px, observed, track) or answer
 
 
@@ -215,11 +219,24 @@ def _root_mean_square(solution: Solution) -> float:
     return float(np.sqrt(squares[: max(1, int(0.98 * len(squares)))].mean()))
 
 
+def _is_one(observed: Observations, fit: Solution) -> bool:
+    """Whether all collisions of a fit, but perhaps the last one, belong to one burst.
+
+    It ends when the heavy body, driven back, turns round again.
+    """
+    paths, _ = modelled(observed, fit.values[None], fit.count)
+    leaving, coming = paths.states[1, 0, 1 : fit.count - 1], paths.before[1, 0, 2 : fit.count]
+    return not bool(((leaving > 0) & (coming < 0)).any())
+
+
 def _answer(
     found: SeenCollisions,
     observed: Observations,
     weighed: Weighed,
-) -> Between:
+) -> Between | Misfit:
+    weighed = {key: (log, fit) for key, (log, fit) in weighed.items() if _is_one(observed, fit)}
+    if not weighed:
+        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     chances = probabilities(weighed)
     shares = shares_of(weighed)
     count = max(chances, key=lambda number: chances[number])
