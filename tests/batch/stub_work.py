@@ -25,7 +25,7 @@ class Worked:
 
     result: TrialResult
     track: None = None
-    found: None = None
+    swing: None = None
 
 
 def work_through(

@@ -231,3 +231,27 @@ def test_the_sum_of_certain_events_is_their_number() -> None:
 
 def test_the_sum_of_two_even_chances_is_binomial() -> None:
     assert chances_of_sum([0.5, 0.5]) == pytest.approx({0: 0.25, 1: 0.5, 2: 0.25})
+
+
+BLOW, REST = 20.3, 40.0
+"""Frame at which a ball at rest is struck, and its place in px."""
+
+
+def struck(over_frames: float) -> Floats:
+    """Places of a body at rest that gets 6 px a frame within so many, between two stops."""
+    since = np.arange(180.0) - BLOW
+    led = np.clip(since, 0.0, over_frames) ** 2 / (2 * max(over_frames, 1e-9))
+    way = REST + 6.0 * (led + np.maximum(since - over_frames, 0.0))
+    return np.asarray(210.0 - np.abs(way % 420.0 - 210.0))
+
+
+def test_a_body_that_something_strikes_at_rest_is_not_counted_alone() -> None:
+    found = seen_impacts(alone(noisy(struck(0.0), NOISE_PX)))
+
+    assert [reason.cause for reason in found.shortcomings] == [Cause.STRUCK]
+    assert found.shortcomings[0].figures == (pytest.approx(BLOW, abs=0.5),)
+
+
+@pytest.mark.parametrize("over_frames", [12.0, 24.0])
+def test_a_body_that_a_hand_pushes_off_is_counted(over_frames: float) -> None:
+    assert counts(seen_impacts(alone(noisy(struck(over_frames), NOISE_PX))))

@@ -73,6 +73,27 @@ def test_a_neighbour_that_touches_most_of_the_time_is_no_part_of_a_body() -> Non
     assert right_px == pytest.approx(SIDE - 0.5, abs=EDGE_PX)
 
 
+def test_a_body_is_learnt_whole_from_corners_on_a_small_part_of_it() -> None:
+    part = 10
+    path = {frame: (right_at(frame), float(TOP)) for frame in FRAMES}
+    still = dict.fromkeys(FRAMES, (0.0, 0.0))
+    seen = {}
+    for frame in FRAMES:
+        picture = texture(1, SIZE, 90, 130, BLOCK_PX)
+        body = texture(3, (SIDE, SIDE), 20, 230, BLOCK_PX)
+        left = round(right_at(frame))
+        picture[TOP : TOP + SIDE, left : left + SIDE] = body[:, : SIZE[1] - left]
+        seen[frame] = picture
+    background = background_of(seen, still, dict.fromkeys(FRAMES, Light()))
+    rough = Rough(path, (0.0, 0.0, float(part), float(part)), (-np.inf, np.inf))
+
+    body_found = learn(seen, background, rough, [])
+
+    assert body_found is not None
+    width = body_found.right_edge_px - body_found.left_edge_px
+    assert width == pytest.approx(SIDE - 1.0, abs=2 * EDGE_PX)
+
+
 def test_a_body_is_painted_where_it_is() -> None:
     right = shape_of_right()
     piece = np.zeros((SIDE + 20, SIDE + 20), np.float32)

@@ -87,6 +87,16 @@ def test_a_shaken_camera_is_followed_from_its_first_frame_on(
     assert float(np.std(errors(motion, shifts), axis=0).max()) <= SHIFT_PX
 
 
+def test_a_tremble_of_half_a_pixel_is_followed_where_nothing_is_known_of_it(
+    still: list[Luma],
+) -> None:
+    rng = np.random.default_rng(5)
+    tremble = rng.normal(0.0, 0.5, (FRAMES, 2))
+    motion = measured(shaken(still, tremble), swept=SWEPT)
+
+    assert float(np.std(errors(motion, tremble), axis=0).max()) <= 2 * SHIFT_PX
+
+
 def test_brightness_and_contrast_do_not_move_the_picture(still: list[Luma]) -> None:
     shifts = shake()
     lamp = 0.85 + 0.15 * np.sin(np.arange(FRAMES))
