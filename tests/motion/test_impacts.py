@@ -5,7 +5,9 @@ import pytest
 from free_paths import SIZE_PX, alone, between_stops, bouncing, noisy, pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.special import log_ndtr
 
+from count_video.motion.corners import _log_normal
 from count_video.motion.flight import usual_acceleration
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.weighing import SeenImpacts, chances_of_sum
@@ -255,3 +257,9 @@ def test_a_body_that_something_strikes_at_rest_is_not_counted_alone() -> None:
 @pytest.mark.parametrize("over_frames", [12.0, 24.0])
 def test_a_body_that_a_hand_pushes_off_is_counted(over_frames: float) -> None:
     assert counts(seen_impacts(alone(noisy(struck(over_frames), NOISE_PX))))
+
+
+def test_the_logarithm_of_the_normal_distribution_is_that_of_scipy_far_out_too() -> None:
+    x = np.array([-1e3, -50.0, -36.1, -35.9, -5.0, 0.0, 3.0, 40.0])
+
+    assert _log_normal(x) == pytest.approx(log_ndtr(x), abs=1e-3)

@@ -73,25 +73,25 @@ def test_a_neighbour_that_touches_most_of_the_time_is_no_part_of_a_body() -> Non
     assert right_px == pytest.approx(SIDE - 0.5, abs=EDGE_PX)
 
 
-def test_a_body_is_learnt_whole_from_corners_on_a_small_part_of_it() -> None:
-    part = 10
-    path = {frame: (right_at(frame), float(TOP)) for frame in FRAMES}
-    still = dict.fromkeys(FRAMES, (0.0, 0.0))
+@pytest.mark.parametrize("corners", [(0.0, 0.0, 20.0, 20.0), (60.0, 0.0, 90.0, 20.0)])
+def test_a_plain_body_is_learnt_whole_from_corners_on_a_small_part_of_it(
+    corners: tuple[float, float, float, float],
+) -> None:
+    """A cylinder shows along its axis nothing but its two ends."""
+    height, width = 50, 90
+    shading = np.linspace(40, 220, height).astype(np.uint8)[:, None]
+    path = {frame: (40.0 + 3.0 * frame, 20.0) for frame in FRAMES}
     seen = {}
-    for frame in FRAMES:
-        picture = texture(1, SIZE, 90, 130, BLOCK_PX)
-        body = texture(3, (SIDE, SIDE), 20, 230, BLOCK_PX)
-        left = round(right_at(frame))
-        picture[TOP : TOP + SIDE, left : left + SIDE] = body[:, : SIZE[1] - left]
-        seen[frame] = picture
+    for frame, (left, top) in path.items():
+        seen[frame] = texture(1, SIZE, 90, 130, BLOCK_PX)
+        seen[frame][int(top) : int(top) + height, int(left) : int(left) + width] = shading
+    still = dict.fromkeys(FRAMES, (0.0, 0.0))
     background = background_of(seen, still, dict.fromkeys(FRAMES, Light()))
-    rough = Rough(path, (0.0, 0.0, float(part), float(part)), (-np.inf, np.inf))
 
-    body_found = learn(seen, background, rough, [])
+    body = learn(seen, background, Rough(path, corners, (-np.inf, np.inf)), [])
 
-    assert body_found is not None
-    width = body_found.right_edge_px - body_found.left_edge_px
-    assert width == pytest.approx(SIDE - 1.0, abs=2 * EDGE_PX)
+    assert body is not None
+    assert body.right_edge_px - body.left_edge_px == pytest.approx(width, abs=EDGE_PX)
 
 
 def test_a_body_is_painted_where_it_is() -> None:
