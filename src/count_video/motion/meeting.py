@@ -99,7 +99,10 @@ def without_wall(track: Track) -> Track:
 
 
 def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:
-    """Whether all that seem to be the ball's collisions with a wall are smooth turns of a swing."""
+    """Whether all that seem to be the ball's collisions with a wall are smooth turns of a swing.
+
+    What no picture shows on either side is no smooth turn.
+    """
     motion = motion_of(track.frame, track.ball.position_px)
     turns = find_turns(motion)
     flight = usual_flight(turns, motion)
@@ -109,7 +112,8 @@ def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:
             continue
         near = [t for t in turns if abs(t.frame - collision.frame) < SAME_CONTACT_PICTURES]
         weighed_ = [weigh(motion, t, (before, after), flight, HALF_EXPOSURE) for t in near]
-        if not near or max(corner.log_odds for corner in weighed_) > -TURN_LOG_RATIO:
+        shown = [corner.log_odds for corner in weighed_ if corner.pictures]
+        if not shown or max(shown) > -TURN_LOG_RATIO:
             return False
     return True
 
