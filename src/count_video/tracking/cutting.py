@@ -93,9 +93,9 @@ def wide_cut(
 ) -> tuple[Stage, Outline] | None:
     """Cut out what moves with a body and hangs together with its box; None if nothing does.
 
-    The view is widened by at least the margin until it holds all of that.
+    The view is widened if that reaches an end of it and shows no outline.
     """
-    return _cut(source, replace(stage, own=None), margin, fence)
+    return _cut(source, replace(stage, own=None), margin, fence, WIDENED_AT_MOST)
 
 
 def close_cut(source: Source, wide: Stage, fence: Fence) -> tuple[Stage, Outline] | None:
@@ -105,18 +105,12 @@ def close_cut(source: Source, wide: Stage, fence: Fence) -> tuple[Stage, Outline
 
 
 def _cut(
-    source: Source, stage: Stage, margin: tuple[int, int], fence: Fence
+    source: Source, stage: Stage, margin: tuple[int, int], fence: Fence, widened: int = 0
 ) -> tuple[Stage, Outline] | None:
     if len(stage.places) < SIGHTINGS_AT_LEAST or stage.fills(source):
         return None
     mean = _mean(source, stage, margin)
     own = _connected(mean, stage, margin)
-    for _ in range(WIDENED_AT_MOST):
-        if own is None or stage.own is not None or not _cut_off(own):
-            break
-        margin = 2 * margin[0], 2 * margin[1]
-        mean = _mean(source, stage, margin)
-        own = _connected(mean, stage, margin)
     if own is None:
         return None
     edge = -(-EDGE_PX // stage.scale)
@@ -130,7 +124,9 @@ def _cut(
         (ends[0], ends[1]),
     )
     if outline is None:
-        return None
+        if not widened or not _cut_off(own):
+            return None
+        return _cut(source, stage, (2 * margin[0], 2 * margin[1]), fence, widened - 1)
     x, y = begin + outline.begin_px, top - margin[0]
     shape = outline.template.shape
     places = {k: (place[0] + x, place[1] + y) for k, place in stage.places.items()}
