@@ -22,7 +22,7 @@ from count_video.motion.fitted import Between, Misfit, fit_burst
 from count_video.motion.meeting import only_turns, seen_impacts, without_wall
 from count_video.motion.parameters import Knowledge
 from count_video.motion.posterior import doubted, with_more
-from count_video.motion.priors import STRAYING_WRONG
+from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL, STRAYING_WRONG
 from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
 from count_video.motion.time_base import TimeBase, even
@@ -209,10 +209,28 @@ def without_a_wall(
     return _by_impacts(track, found, report)
 
 
-def at_a_stop(track: Track, report: FootageReport) -> Explanation:
-    """Explain a track by one body alone."""
+def at_a_stop(
+    track: Track, report: FootageReport, moves_beside: Callable[[float], bool]
+) -> Explanation:
+    """Explain a track by one body alone.
+
+    ``moves_beside`` says whether something that was not followed moves where the body turns at a
+    frame: then, or if nothing shows it, it may be the heavy body of a trial.
+    """
     base = with_copies(track) or even(track.frame)
-    return _by_frames(_by_impacts(track, seen_impacts(base.evened(track)), report), base)
+    alone = _by_frames(_by_impacts(track, seen_impacts(base.evened(track)), report), base)
+    if not alone.counts or alone.count >= IMPACTS_OF_ONE_ALONE:
+        return alone
+    moving = [one.frame for one in alone.collisions if moves_beside(one.frame)]
+    still = STANDS_STILL if not moving else tuple(1 - chance for chance in STANDS_STILL)
+    stop, partner = (1 - PARTNER_UNSEEN) * still[0], PARTNER_UNSEEN * still[1]
+    unseen = partner / (stop + partner)
+    return replace(
+        alone,
+        probability={number: (1 - unseen) * p for number, p in alone.probability.items()},
+        against=tuple(Reason(Cause.MOVES_BESIDE, (frame,)) for frame in moving[:1]),
+        doubts=(*alone.doubts, Reason(Cause.PARTNER_UNSEEN, (unseen,))),
+    )
 
 
 def _by_impacts(track: Track, found: SeenImpacts, report: FootageReport) -> Explanation:
@@ -348,10 +366,12 @@ def stands_before(pair: Explanation, alone: Explanation, moving: int) -> bool:
 
     ``moving`` is the number of bodies that move on their own.
     """
+    few = alone.count < IMPACTS_OF_ONE_ALONE and pair.track.wall_seen
     if not may_be_bodies(pair):
+        if few and pair.count > alone.count:
+            return True
         return not alone.counts and not (alone.count and not pair.counts)
     if not alone.counts:
         return True
-    few = alone.count < IMPACTS_OF_ONE_ALONE and pair.track.wall_seen
     both = len({collision.kind for collision in pair.collisions}) > 1
     return few or (pair.path_shows and both and moving > 1)

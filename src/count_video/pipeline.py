@@ -33,7 +33,7 @@ from count_video.reasons import Cause, Reason
 from count_video.records import TrialResult
 from count_video.reports.wording import sentence
 from count_video.settings import TrialSettings
-from count_video.tracking.ahead import stands_ahead
+from count_video.tracking.beside import moves_beside, stands_ahead
 from count_video.tracking.observation import Observation, observe, pair_tracks
 from count_video.tracking.single import single_tracks
 from count_video.tracking.view import TrackSettings
@@ -80,7 +80,10 @@ def _explained(seen: Observation, settings: TrialSettings) -> Trial:
         )
     if pair is None or not is_settled(pair):
         try:
-            one_by_one = [at_a_stop(track, report) for track in single_tracks(seen)]
+            one_by_one = [
+                at_a_stop(track, report, partial(moves_beside, seen, track))
+                for track in single_tracks(seen)
+            ]
             alone = of_bodies_alone(one_by_one)
             if pair is None or not stands_before(pair, alone, len(one_by_one)):
                 best = alone

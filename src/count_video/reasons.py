@@ -65,6 +65,10 @@ class Cause(Enum):
     MEETS_OTHERS = auto()
     STRUCK = auto()
     """Something that is not followed strikes the body at rest [frame]."""
+    MOVES_BESIDE = auto()
+    """Something that is not followed moves beside the body where it turns [frame]."""
+    PARTNER_UNSEEN = auto()
+    """The body may have struck something that could not be followed [probability]."""
     ENDS_TOGETHER = auto()
     STARTS_TOGETHER = auto()
     PARTS_OF_BODIES = auto()

@@ -40,8 +40,16 @@ def test_a_pair_that_cannot_be_bodies_gives_way_to_impacts() -> None:
 
     assert not may_be_bodies(parts)
     assert may_be_bodies(replace(at_a_wall(path_shows=True), notes=apart))
-    assert not stands_before(parts, bouncing(1), 1)
+    assert not stands_before(parts, bouncing(3), 1)
     assert stands_before(parts, bouncing(None), 1)
+
+
+def test_one_impact_alone_does_not_come_before_a_pair_that_collides_more_often() -> None:
+    apart = (Reason(Cause.OUTLINES_APART, (9.0,)),)
+    parts = replace(at_a_wall(path_shows=False), notes=apart)
+
+    assert stands_before(replace(parts, count=5), bouncing(1), 1)
+    assert not stands_before(replace(parts, count=1), bouncing(1), 1)
 
 
 def met(count: int) -> Explanation:

@@ -12,6 +12,7 @@ import pytest
 from count_video import answers, explanations
 from count_video.explanations import at_a_stop
 from count_video.motion.meeting import seen_impacts
+from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL
 from count_video.records import (
     BodyTrack,
     FootageInfo,
@@ -38,10 +39,14 @@ def track() -> Track:
     return Track(np.arange(float(FRAMES)), body, None, "left", 40.0, line, ())
 
 
-def answer(shares: dict[int, float]) -> TrialResult:
-    found = replace(seen_impacts(track()), probability=shares)
+def answer(
+    shares: dict[int, float], impacts: int | None = None, *, moves: bool = False
+) -> TrialResult:
+    shown = seen_impacts(track())
+    found = replace(shown, probability=shares, collisions=shown.collisions[:impacts])
     with patch.object(explanations, "seen_impacts", return_value=found):
-        return answers.answer(at_a_stop(track(), REPORT), INFO, REPORT, TrialSettings())
+        explained = at_a_stop(track(), REPORT, lambda _: moves)
+        return answers.answer(explained, INFO, REPORT, TrialSettings())
 
 
 def test_a_count_is_given_where_it_is_probable() -> None:
@@ -58,3 +63,16 @@ def test_none_is_given_where_others_are_together_more_probable(others: dict[int,
     assert result.reason is not None
     assert "(4)" in result.reason
     assert "48%" in result.reason
+
+
+def test_one_impact_may_be_the_burst_of_a_ball_that_was_not_found() -> None:
+    still, moving = (answer({1: 0.9, 2: 0.1}, 1, moves=moves) for moves in (False, True))
+    hidden = PARTNER_UNSEEN * STANDS_STILL[1]
+    hidden /= hidden + (1 - PARTNER_UNSEEN) * STANDS_STILL[0]
+
+    assert (still.status, still.count) == ("counted", 1)
+    assert still.probability == pytest.approx({1: 0.9 * (1 - hidden), 2: 0.1 * (1 - hidden)})
+    assert still.reason is not None
+    assert f"{hidden:.0%}" in still.reason
+    assert (moving.status, moving.count) == ("not_counted", None)
+    assert answer({4: 1.0}, moves=True).count == 4

@@ -75,6 +75,12 @@ where that limit lies is known to about one flight."""
 CHANCES_LOST: Final = (0.6, 0.25, 0.15)
 """Where impacts follow each other faster than pictures resolve them, or the body must have fallen
 back to its stop while the clip went on, the chances of one more and of each after it."""
+PARTNER_UNSEEN: Final = 0.5
+"""Chance that a body alone which turns once or twice is the heavy body of a trial whose ball could
+not be followed: so it was with 3 of 5 clips that were not made by this project."""
+STANDS_STILL: Final = (0.7, 0.3)
+"""Chances that nothing seems to move where a body turns, if it strikes what stands still (but for
+shadows and reflections), and if it strikes a ball that could not be followed: an estimate."""
 FLIGHT_FACTOR: Final = 1.6
 """A flight is at most so much longer than the others: bodies that lose 60 % of their speed at an
 impact are hardly said to bounce."""

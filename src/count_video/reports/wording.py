@@ -59,6 +59,10 @@ SENTENCES: Final = {
     "until the burst is over",
     Cause.STRUCK: "something that could not be followed strikes the body at rest in frame "
     "{:.0f}: it may be the ball of a trial whose heavy body was not found",
+    Cause.MOVES_BESIDE: "something that could not be followed moves where the body turns in frame "
+    "{:.0f}: the body may be the cylinder of a trial whose ball was not found",
+    Cause.PARTNER_UNSEEN: "one body alone turns a few times: with a probability of {:.0%} it is "
+    "the cylinder of a trial whose ball was not found",
     Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else: show the trial "
     "from the ball at rest until the heavy body is driven back, or bodies that meet nothing but "
     "each other",

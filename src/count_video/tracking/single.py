@@ -62,7 +62,7 @@ def single_tracks(seen: Observation) -> list[Track]:
     TrackingError
         If there is no such body; the message says why.
     """
-    places = [_places(body, seen) for body in seen.movers.bodies if was_followed(body.x_px)]
+    places = [places_of(body, seen) for body in seen.movers.bodies if was_followed(body.x_px)]
     if not places:
         raise TrackingError("nothing moves that can be followed through the clip as one body")
     places = [place for place in places if _is_followed(place)]
@@ -102,7 +102,7 @@ def _track(body: Places, seen: Observation) -> Track:
     )
 
 
-def _places(body: Followed, seen: Observation) -> Places:
+def places_of(body: Followed, seen: Observation) -> Places:
     """Turn the places of a template into those of its middle in the footage."""
     view, upright = seen.view, seen.movers.upright
     along = np.where(np.isfinite(body.sure_x_px), body.middle_px, np.nan)

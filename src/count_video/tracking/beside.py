@@ -1,0 +1,190 @@
+"""What the pictures show beside a body: whether something stands in its way, or moves there.
+
+Two like bodies that meet once, without a wall, move as those of a trial do whose wall is not
+reached in the clip. Its end may show the difference: a face ahead, across the line of motion.
+
+One body that turns round once moves as the heavy body of a trial does whose ball could not be
+followed. There the pictures change where the body turned, in front of the face that it turned with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats, Track
+from count_video.tracking.observation import Observation
+from count_video.tracking.single import Places, places_of
+
+LAST_PICTURES = 8
+"""The velocity at the end is that of so many pictures; what stands still does so in the first and
+the last of them."""
+MOVES_SIZES = 0.02
+"""A body that moves by less than this share of its size from picture to picture comes nowhere."""
+HEIGHT_SHARE = 0.3
+"""A face is sought so far above and below the line, as a share of the body's size."""
+FACE_LEVELS = 4.0
+ROWS_SHARE = 0.85
+"""Grey levels from one side of an edge to the other, all along it, in this share of the rows."""
+EDGE_PX = 2
+SMOOTHING_PX = 1.0
+PICTURES = 12
+"""In so many pictures of a clip something that moves is not always at one place."""
+CHANGED_SHARE = 0.1
+"""A ball in front of a face covers more of it than this share."""
+APART_PX = 3.0
+"""The edges of a body are as wide as this."""
+
+
+def stands_ahead(seen: Observation, track: Track) -> bool:
+    """Whether one of two bodies moves towards a face when the clip ends."""
+    ways = _ways(track)
+    if not ways:
+        return False
+    pictures = [_whole(seen, luma, track) for luma in seen.pictures[-LAST_PICTURES:]]
+    if not pictures:
+        return False
+    return any(
+        has_face(*(_strip(luma, track, way)[0] for luma in (pictures[0], pictures[-1])))
+        for way in ways
+    )
+
+
+def moves_beside(seen: Observation, track: Track, frame: float) -> bool:
+    """Whether something moves that was not followed, where a body alone turns round at a frame.
+
+    What lies beyond its place there is compared in pictures that show the body. Light that changes
+    is no motion, and neither is that of the other bodies that were followed.
+    """
+    place, body = track.ball.position_px, track.ball
+    turned = place[int(np.argmin(np.abs(track.frame - frame)))]
+    side = 1 if turned >= np.nanmedian(place) else -1
+    face = np.nanmax(place) + body.high_edge_px if side > 0 else np.nanmin(place) + body.low_edge_px
+    way = (float(face) + side * APART_PX, side)
+    length = body.high_edge_px - body.low_edge_px
+    others = [places_of(one, seen) for one in seen.movers.bodies]
+    strips = []
+    rows = np.flatnonzero(np.isfinite(place))
+    for row in rows[np.linspace(0, len(rows) - 1, PICTURES).astype(int)].tolist():
+        shift = (0.0, 0.0) if track.shift_px is None else track.shift_px[row].tolist()
+        strip, x, y = _strip(_whole(seen, seen.pictures[row], track), track, way, length, shift)
+        if track.line.upright:
+            x, y = y, x
+        hidden = [_covers(other, row, x - shift[0], y - shift[1]) for other in others]
+        strips.append(np.where(np.any(hidden, axis=0), np.nan, strip))
+    return changes(np.array(strips))
+
+
+def _covers(body: Places, row: int, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    """Which places in a picture a body that was followed may cover."""
+    near_x = np.abs(x - body.x_px[row]) < body.width_px / 2 + APART_PX
+    return np.asarray(near_x & (np.abs(y - body.y_px[row]) < body.height_px / 2 + APART_PX))
+
+
+def changes(strips: Floats) -> bool:
+    """Whether strips of one place, shape (pictures, across, along), show something that moves.
+
+    Each is compared with their median, after its light has been made the same; NaN is covered. One
+    that is unlike all others may be a title.
+    """
+    if strips[0].size == 0:
+        return False
+    shown = np.isfinite(strips).any(axis=0)
+    usual = np.full(shown.shape, np.nan)
+    usual[shown] = np.nanmedian(strips[:, shown], axis=0)
+    unlike = 0
+    for strip in strips:
+        known = np.isfinite(strip)
+        if np.count_nonzero(known) <= 2:
+            continue
+        light = np.column_stack([usual[known], np.ones(np.count_nonzero(known))])
+        same = light @ np.linalg.lstsq(light, strip[known], rcond=None)[0]
+        changed = np.count_nonzero(np.abs(strip[known] - same) > FACE_LEVELS)
+        unlike += changed > CHANGED_SHARE * strip.size
+    return unlike > 1
+
+
+def _whole(seen: Observation, luma: NDArray[np.uint8], track: Track) -> NDArray[np.uint8]:
+    """Picture in px of the footage, with x along the line of motion; 0 beyond the region."""
+    x, y, width, height = seen.view.region
+    info = seen.view.footage.info
+    whole = np.zeros((info.height_px, info.width_px), dtype=np.uint8)
+    whole[y : y + height, x : x + width] = cv2.resize(luma, (width, height))
+    return whole.T if track.line.upright else whole
+
+
+def _ways(track: Track) -> list[tuple[float, int]]:
+    """For each body that moves outward at the end: where its middle is, and in which direction."""
+    if track.heavy is None or len(track.frame) < LAST_PICTURES:
+        return []
+    bodies = sorted((track.ball, track.heavy), key=lambda body: float(np.nanmean(body.position_px)))
+    ways = []
+    for body, side in zip(bodies, (-1, 1), strict=True):
+        recent = body.position_px[-LAST_PICTURES:]
+        rows = np.flatnonzero(np.isfinite(recent))
+        if len(rows) < 2 or rows[-1] < len(recent) - 1:
+            continue  # it has left the picture
+        step = side * float(recent[rows[-1]] - recent[rows[0]]) / float(rows[-1] - rows[0])
+        if step > MOVES_SIZES * (body.high_edge_px - body.low_edge_px):
+            middle = (body.low_edge_px + body.high_edge_px) / 2
+            ways.append((float(recent[-1]) + middle, side))
+    return ways
+
+
+def _strip(
+    luma: NDArray[np.uint8],
+    track: Track,
+    way: tuple[float, int],
+    length: float = np.inf,
+    shift_px: Sequence[float] = (0.0, 0.0),
+) -> tuple[Floats, Floats, Floats]:
+    """Cut out what lies ahead from a place on, as far as the border or so long.
+
+    Returns the strip and where in the picture each of its values is, by the axis along the line and
+    by the other one, all of shape (across, along).
+    """
+    begins, side = way
+    line = track.line
+    about, level = (
+        (line.anchor_y_px, line.anchor_x_px)
+        if line.upright
+        else (line.anchor_x_px, line.anchor_y_px)
+    )
+    border = luma.shape[1] - 1.0 if side > 0 else 0.0
+    end = begins + side * min(length, max(0.0, (border - begins) * side))
+    along = np.arange(min(begins, end), max(begins, end))
+    half = max(1.0, HEIGHT_SHARE * track.ball_diameter_px)
+    across = level + np.tan(np.radians(line.tilt_deg)) * (along - about)
+    rows = np.arange(-half, half + 1)
+    smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), SMOOTHING_PX)
+    right, down = shift_px[::-1] if line.upright else shift_px
+    x = np.tile(along, (len(rows), 1)) + right
+    y = across[None] + rows[:, None] + down
+    if x.size == 0:
+        return x, x, y
+    picked = cv2.remap(
+        np.asarray(smooth),
+        x.astype(np.float32),
+        y.astype(np.float32),
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REPLICATE,
+    )
+    return np.asarray(picked, dtype=np.float64), x, y
+
+
+def has_face(before: Floats, after: Floats) -> bool:
+    """Whether an edge goes across two strips, shape (across, along), at the same place in both.
+
+    Those of the body itself move on from one to the other.
+    """
+    if before.shape[1] <= EDGE_PX:
+        return False
+    steps = [strip[:, EDGE_PX:] - strip[:, :-EDGE_PX] for strip in (before, after)]
+    for sign in (1, -1):
+        shares = (np.mean(sign * step > FACE_LEVELS, axis=0) > ROWS_SHARE for step in steps)
+        if bool(np.logical_and(*shares).any()):
+            return True
+    return False
