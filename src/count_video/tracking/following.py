@@ -48,8 +48,6 @@ ORDERS = 1, 2
 FRAMES_AT_LEAST, PRESENT_AT_LEAST, SEEN_AT_LEAST = 12, 0.2, 0.5
 """A body comes in and goes out again, but is seen in so many pictures and this share of all, and in
 this share of those between its first and its last; else it was not followed."""
-LOST_LONG, SEARCH_STRIDE = 8, 4
-"""A body that was lost for so many frames is searched in every fourth only."""
 
 
 @dataclass(frozen=True)
@@ -177,7 +175,7 @@ class _Path:
         self._background = around.background
         self._trail: deque[tuple[int, Place]] = deque(maxlen=max(ORDERS) + 1)
         self._fastest: Place = (0.0, 0.0)
-        self._lost = 0
+        self._lost = self._unsure = 0
 
     def find(
         self, frame: int, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
@@ -190,6 +188,7 @@ class _Path:
                 best = fit
             if best is not None and self._is_sure(best):
                 break
+        self._unsure = 0 if best is not None and self._is_sure(best) else self._unsure + 1
         if best is None:
             self.lose()
             return None
@@ -199,12 +198,16 @@ class _Path:
     def _fits(
         self, frame: int, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
     ) -> Iterator[Fit | None]:
-        """Fits that are believed, or None: the nearest places first, then those of a search."""
+        """Fits that are believed, or None: the nearest places first, then those of a search.
+
+        The longer none has been sure, the rarer are the searches: in the 1st, 2nd, 4th, 8th picture
+        and so on. The samples guess where the body is when it shows again.
+        """
         yield self._registered(picture, guess, shown)
         if self._trail and not self._lost:
             for order in ORDERS:
                 yield self._registered(picture, self.onward(frame, guess, order), shown)
-        if self._lost < LOST_LONG or frame % SEARCH_STRIDE == 0:
+        if self._unsure & (self._unsure - 1) == 0:
             near = guess if self._lost else self.onward(frame, guess)
             yield self._searched(picture, near, shown)
 
