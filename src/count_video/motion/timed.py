@@ -13,7 +13,6 @@ from dataclasses import replace
 from itertools import pairwise
 
 from count_video.motion.copies import with_copies
-from count_video.motion.gaps import gaps_of
 from count_video.motion.left_out import LeftOut, left_out
 from count_video.motion.ramps import Ramp, ramps_of, sharpened, stray_px
 from count_video.motion.resolution import RESOLVED_FRAMES
@@ -23,7 +22,6 @@ from count_video.motion.seen import (
     seen_collisions,
     shows_motion,
 )
-from count_video.motion.swing import fit_path, path_fits
 from count_video.motion.time_base import TimeBase, even
 from count_video.reasons import ENDS_EARLY, Cause, Reason
 from count_video.records import Track
@@ -57,7 +55,7 @@ def seen_by_time_base(track: Track) -> tuple[TimeBase, SeenCollisions, LeftOut |
     ramp = _likeliest_ramp(track, base, found)
     if ramp is not None:
         steady = ramp.time_base(track.frame)
-        other = _judged_by_burst(seen_collisions(steady.evened(track), pace=1.0), steady, track)
+        other = seen_collisions(steady.evened(track), pace=1.0)
         likelier = gap is None or (
             min(abs(change - gap.after) for change in ramp.changes) > STEP_FRAMES
             and _stray_px(steady, track, other) < _stray_px(whole, track, without)
@@ -83,18 +81,6 @@ def resolves(base: TimeBase, found: SeenCollisions) -> bool:
 def _stray_px(base: TimeBase, track: Track, found: SeenCollisions) -> float:
     """By how much the heavy body strays from its path through the burst."""
     return base.stray_px(track, found.collisions[: found.burst])
-
-
-def _judged_by_burst(found: SeenCollisions, base: TimeBase, track: Track) -> SeenCollisions:
-    """Let the heavy body's path confirm the burst alone.
-
-    A clip that leaves pictures out after it may not show each collision that follows.
-    """
-    gaps = gaps_of(base.evened(track))
-    if not path_fits(fit_path(gaps, found.collisions[: found.burst]), gaps):
-        return found
-    others = tuple(one for one in found.shortcomings if one.cause is not Cause.STRAYS)
-    return replace(found, path_fits=True, shortcomings=others)
 
 
 def _likeliest_ramp(track: Track, base: TimeBase, found: SeenCollisions) -> Ramp | None:
