@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from count_video.records import unread_result
+from count_video.records import Ending, Estimate, unread_result
 from count_video.reports.campaign import TrialRow
-from count_video.reports.json_object import json_object
 
 Masses = tuple[Fraction, Fraction] | None
 
@@ -24,21 +24,22 @@ def row(
 ) -> TrialRow:
     """Return a row with a count of some probability, or one not counted for a count of None.
 
-    ``changes`` are keys of the JSON object; ``restitution_wall=0.9`` stands for that value.
+    ``changes`` are fields of the result; ``restitution_wall=0.9`` stands for that value, and
+    ``ending="geometric"`` for that kind.
     """
-    result: dict[str, Any] = json_object(unread_result(f"clips/{name}.mp4", "nothing moves"))
+    values: dict[str, Any] = {}
     if count is not None:
-        chances = {str(count): chance} | ({str(count - 1): 1 - chance} if chance < 1 else {})
-        result |= {"status": "counted", "reason": None, "count": count, "seen": count}
-        result |= {"between_frames": 0, "probability": chances}
-        result |= {"mass_ratio": 100.0, "mass_ratio_sigma": 1.0}
-    for kind in ("bodies", "wall"):
-        value = changes.pop(f"restitution_{kind}", None)
-        if value is not None:
-            result["restitution"] = {kind: {"value": value, "sigma": 0.01}}
+        chances = {count: chance} | ({count - 1: 1 - chance} if chance < 1 else {})
+        values |= {"status": "counted", "reason": None, "count": count, "seen": count}
+        values |= {"between_frames": 0, "probability": chances}
+        values |= {"mass_ratio": 100.0, "mass_ratio_sigma": 1.0}
+    for kind in ("restitution_bodies", "restitution_wall"):
+        if kind in changes:
+            changes[kind] = Estimate(changes[kind], 0.01)
     if "ending" in changes:
-        changes["ending"] = {"kind": changes["ending"]}
-    return TrialRow(name, result | changes, masses, not_kept, files)
+        changes["ending"] = Ending(changes["ending"], 1.0, 1.0, 0.5)
+    result = replace(unread_result(f"clips/{name}.mp4", "nothing moves"), **values | changes)
+    return TrialRow(name, result, masses, not_kept, files)
 
 
 def rows_of(histogram: dict[int, int]) -> list[TrialRow]:

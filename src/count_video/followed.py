@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from dataclasses import asdict, dataclass, is_dataclass
 from pathlib import Path
 from types import UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from count_video.answers import Trial
 from count_video.inputs import json_value
 from count_video.records import Track, TrialResult
 from count_video.reports.material import Pendulum
+
+_Record = TypeVar("_Record")
 
 
 @dataclass(frozen=True)
@@ -44,13 +47,13 @@ def followed(trial: Trial) -> Followed:
     return Followed(trial.result, trial.track, pendulum)
 
 
-def packed(one: Followed) -> str:
-    """Write it as text."""
-    return json.dumps(_packed(asdict(one)), allow_nan=False)
+def packed(record: Any) -> str:
+    """Write a record as text."""
+    return json.dumps(_packed(asdict(record)), allow_nan=False)
 
 
-def unpacked(text: str) -> Followed:
-    """Read it from text.
+def unpacked(kind: type[_Record], text: str) -> _Record:
+    """Read a record of some kind from text.
 
     Raises
     ------
@@ -58,11 +61,9 @@ def unpacked(text: str) -> Followed:
         It is no such text, or of another version of the program.
     """
     try:
-        found = _unpacked(Followed, json_value(text))
-    except (TypeError, LookupError, AttributeError) as error:
-        raise ValueError(f"nothing that was followed: {error}") from error
-    if not isinstance(found, Followed):
-        raise ValueError("nothing that was followed")
+        found: _Record = _unpacked(kind, json_value(text))
+    except (TypeError, LookupError, AttributeError, OverflowError) as error:
+        raise ValueError(f"no {kind.__name__}: {error}") from error
     return found
 
 
@@ -81,19 +82,21 @@ def _packed(value: Any) -> Any:
 def _unpacked(kind: Any, value: Any) -> Any:  # noqa: PLR0911 - a kind a line
     """Make a value of a kind, as a type hint names it."""
     origin, parts = get_origin(kind), get_args(kind)
-    if value is None:
-        return None
+    if origin in (Union, UnionType):
+        return None if value is None else _unpacked(parts[0], value)
     if kind is float:
         return float(value)
     if isinstance(kind, type) and is_dataclass(kind):
         kinds = get_type_hints(kind)
         return kind(**{name: _unpacked(kinds[name], one) for name, one in value.items()})
-    if origin in (Union, UnionType):
-        return _unpacked(parts[0], value)
     if origin is np.ndarray:
         return np.array(value, np.float64)
     if origin is tuple:
         return tuple(_unpacked(parts[0], one) for one in value)
     if origin is dict:
         return {parts[0](key): _unpacked(parts[1], one) for key, one in value.items()}
+    if value not in parts if origin is Literal else not isinstance(value, kind):
+        raise ValueError(f"{value!r} is no {kind}")
+    if kind is int and abs(value) > sys.maxsize:
+        raise ValueError("a number that nothing has")
     return value

@@ -314,6 +314,17 @@ class TrialResult:
     """Comparison with the plan that was given; None where none was."""
 
     @property
+    def ratio(self) -> Estimate | None:
+        """The mass ratio, with an uncertainty of 0 where none is known; None if it is not known."""
+        ratio = self.mass_ratio
+        return None if ratio is None else Estimate(ratio, self.mass_ratio_sigma or 0.0)
+
+    @property
+    def chance(self) -> float | None:
+        """Probability of the count; None where there is none."""
+        return None if self.count is None else self.probability.get(self.count)
+
+    @property
     def burst_size(self) -> int:
         """How many of the collisions found belong to the burst, counted or not."""
         return self.count if self.count is not None else self.seen or 0

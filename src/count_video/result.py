@@ -85,8 +85,7 @@ class Result:
     @property
     def mass_ratio(self) -> Estimate | None:
         """Heavy over light mass, with an uncertainty of 0 if the masses were given."""
-        ratio = self.answer.mass_ratio
-        return None if ratio is None else Estimate(ratio, self.answer.mass_ratio_sigma or 0.0)
+        return self.answer.ratio
 
     @property
     def pi_bounds(self) -> tuple[float, float] | None:

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -15,6 +14,7 @@ from count_video.batch.executor import Answer, answers, failure, tool_version
 from count_video.batch.manifest import Job
 from count_video.batch.summary import run_campaign
 from count_video.pipeline import TrialSettings
+from count_video.records import unread_result
 
 Work = Callable[[Job], Answer]
 
@@ -38,7 +38,8 @@ class PaperWorkers:
         if job.name in self.killers:
             future.set_exception(BrokenProcessPool())
         else:
-            future.set_result(Answer(f'"{job.name}"', "content", True, tool_version()))
+            result = unread_result(job.clip, job.name)
+            future.set_result(Answer(result, "content", True, tool_version()))
         return future
 
     def lost(self) -> bool:
@@ -53,7 +54,7 @@ def done_by(workers: PaperWorkers, *names: str) -> dict[str, str | None]:
     found: dict[str, str | None] = {}
     for asked, answer in answers(map(job, names), workers):
         assert asked.name not in found
-        found[asked.name] = json.loads(answer.text) if answer.final else None
+        found[asked.name] = answer.result.reason if answer.final else None
     return found
 
 
@@ -84,7 +85,7 @@ def test_a_fault_in_the_work_is_the_answer_of_its_job_alone() -> None:
             return future
 
     said = dict(answers([job("a"), job("b"), job("c")], Faulty()))
-    reason = json.loads(said[job("b")].text)["reason"]
+    reason = said[job("b")].result.reason or ""
     assert "ZeroDivisionError: a fault" in reason
     assert [said[job(name)].final for name in "abc"] == [True, False, True]
 
@@ -98,7 +99,7 @@ def test_a_job_that_the_cluster_lets_go_fails() -> None:
             return future
 
     ((_, answer),) = answers([job("a")], Careless())
-    assert "let the clip go" in json.loads(answer.text)["reason"]
+    assert "let the clip go" in (answer.result.reason or "")
 
 
 def test_jobs_of_workers_that_are_lost_fail_though_it_never_says_so() -> None:
@@ -117,12 +118,12 @@ def test_an_answer_of_another_version_of_the_tool_is_refused() -> None:
     class Outdated(PaperWorkers):
         def submit(self, work: Work, job: Job) -> Future[Answer]:
             future: Future[Answer] = Future()
-            future.set_result(Answer("{}", "content", True, "0.0.0"))
+            future.set_result(Answer(unread_result("", ""), "content", True, "0.0.0"))
             return future
 
     ((_, answer),) = answers([job("a")], Outdated())
     assert not answer.final
-    assert "the worker has count-video 0.0.0" in json.loads(answer.text)["reason"]
+    assert "the worker has count-video 0.0.0" in (answer.result.reason or "")
 
 
 def test_an_interruption_ends_the_workers_at_once() -> None:
@@ -145,7 +146,7 @@ def test_a_campaign_that_is_done_lets_its_workers_end() -> None:
 
     workers = Plain()
     said = list(run_campaign([job("a"), job("b")], lambda: workers, None))
-    assert [one.result["reason"] for one in said] == ["nothing to see"] * 2
+    assert [one.result.reason for one in said] == ["nothing to see"] * 2
     assert workers.closed == [False]
 
 

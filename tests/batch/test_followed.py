@@ -37,7 +37,7 @@ def test_what_is_kept_is_json() -> None:
 
 def test_numbers_without_a_value_come_back_as_they_were() -> None:
     kept = followed_once()
-    back = unpacked(packed(kept))
+    back = unpacked(Followed, packed(kept))
 
     assert back.track is not None
     assert kept.track is not None
@@ -56,4 +56,4 @@ def test_numbers_without_a_value_come_back_as_they_were() -> None:
 @pytest.mark.parametrize("word", ["wide", "", "[]"])
 def test_a_word_in_place_of_a_number_is_refused(word: str) -> None:
     with pytest.raises(ValueError, match=r"."):
-        unpacked(packed(followed_once()).replace('"nan"', json.dumps(word), 1))
+        unpacked(Followed, packed(followed_once()).replace('"nan"', json.dumps(word), 1))

@@ -14,7 +14,7 @@ from count_video.batch.results import HIDDEN, ResultStore, open_store, signature
 from count_video.errors import UsageError
 from count_video.inputs import content_digest
 from count_video.pipeline import TrialSettings
-from count_video.records import unread_result
+from count_video.records import TrialResult, unread_result
 from count_video.reports.json_object import json_line
 
 
@@ -33,21 +33,21 @@ def kept(tmp_path: Path) -> ResultStore:
 
 
 def answer_to(job: Job, *, final: bool = True, reason: str = "nothing moves") -> Answer:
-    text = json_line(unread_result(job.clip, reason))
-    return Answer(text, content_digest(job.file) if final else None, final, tool_version())
+    result = unread_result(job.clip, reason)
+    return Answer(result, content_digest(job.file) if final else None, final, tool_version())
 
 
-def keep(kept: ResultStore, job: Job) -> str:
+def keep(kept: ResultStore, job: Job) -> TrialResult:
     answer = answer_to(job)
     kept.keep(job, answer, signature(job.file))
-    return answer.text
+    return answer.result
 
 
 def test_a_result_is_known_while_nothing_changes(kept: ResultStore, job: Job) -> None:
     assert kept.known(job) is None
-    text = keep(kept, job)
-    assert kept.known(job) == text
-    assert (kept.folder / "trial.json").read_text("utf-8") == f"{text}\n"
+    result = keep(kept, job)
+    assert kept.known(job) == result
+    assert (kept.folder / "trial.json").read_text("utf-8") == f"{json_line(result)}\n"
 
 
 def test_another_content_makes_a_result_unknown(kept: ResultStore, job: Job) -> None:
@@ -57,21 +57,21 @@ def test_another_content_makes_a_result_unknown(kept: ResultStore, job: Job) -> 
 
 
 def test_the_same_content_in_a_newer_file_is_known(kept: ResultStore, job: Job) -> None:
-    text = keep(kept, job)
+    result = keep(kept, job)
     os.utime(job.file, ns=(1, 1))
-    assert kept.known(job) == text
+    assert kept.known(job) == result
 
 
 def test_a_clip_whose_signature_did_not_change_is_not_read(
     kept: ResultStore, job: Job, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    text = keep(kept, job)
+    result = keep(kept, job)
 
     def read(file: Path) -> str:
         raise AssertionError(f"{file} was read")
 
     monkeypatch.setattr(results, "content_digest", read)
-    assert kept.known(job) == text
+    assert kept.known(job) == result
 
 
 def test_other_options_make_a_result_unknown(kept: ResultStore, job: Job) -> None:
@@ -94,8 +94,9 @@ def test_a_fresh_start_knows_nothing(kept: ResultStore, job: Job) -> None:
 
 
 def test_a_result_that_was_tampered_with_is_unknown(kept: ResultStore, job: Job) -> None:
-    text = keep(kept, job)
-    (kept.folder / "trial.json").write_text(text.replace("null", "0"), "utf-8")
+    result = keep(kept, job)
+    text = json_line(result).replace("null", "0")
+    (kept.folder / "trial.json").write_text(f"{text}\n", "utf-8")
     assert kept.known(job) is None
 
 
@@ -106,12 +107,12 @@ def test_a_result_of_which_it_is_lost_what_it_depends_on_is_unknown(
     """It is counted again, so that its pages can be drawn later without that."""
     answer = replace(answer_to(job), followed="a swing")
     kept.keep(job, answer, signature(job.file))
-    assert (kept.known(job), kept.followed(job)) == (answer.text, "a swing")
+    assert (kept.known(job), kept.followed(job)) == (answer.result, "a swing")
     place = kept.folder / HIDDEN / "trial.jsonl"
     place.unlink() if damage is None else place.write_text(damage)
     assert kept.known(job) is None
     kept.keep(job, answer, signature(job.file))
-    assert (kept.known(job), kept.followed(job)) == (answer.text, "a swing")
+    assert (kept.known(job), kept.followed(job)) == (answer.result, "a swing")
 
 
 def test_what_was_kept_for_a_result_that_never_came_is_no_result(
@@ -135,11 +136,11 @@ def test_a_moved_clip_is_known_under_its_new_path(kept: ResultStore, job: Job) -
     kept.keep(job, replace(answer_to(job), followed="a swing"), signature(job.file))
     moved = replace(job, clip=str(job.file.with_name("other.mp4")))
     job.file.rename(moved.file)
-    text = kept.known(moved)
-    assert text is not None
-    assert json.loads(text)["clip"] == moved.clip
+    result = kept.known(moved)
+    assert result is not None
+    assert result.clip == moved.clip
     assert kept.followed(moved) == "a swing"
-    assert (kept.folder / "trial.json").read_text("utf-8") == f"{text}\n"
+    assert (kept.folder / "trial.json").read_text("utf-8") == f"{json_line(result)}\n"
 
 
 def test_a_passing_failure_is_written_but_not_used_again(kept: ResultStore, job: Job) -> None:
@@ -151,9 +152,9 @@ def test_a_passing_failure_is_written_but_not_used_again(kept: ResultStore, job:
 
 
 def test_a_passing_failure_does_not_cost_a_good_result(kept: ResultStore, job: Job) -> None:
-    text = keep(kept, job)
+    result = keep(kept, job)
     kept.keep(job, answer_to(job, final=False), signature(job.file))
-    assert kept.known(job) == text
+    assert kept.known(job) == result
 
 
 def test_one_process_at_a_time_has_the_folder(tmp_path: Path) -> None:

@@ -101,7 +101,7 @@ def test_sure_counts_leave_the_mean_no_uncertainty() -> None:
 
 
 def test_doubts_that_lean_to_no_side_add_up_as_variances() -> None:
-    rows = [row(str(k), 31, probability={"30": 0.1, "31": 0.8, "32": 0.1}) for k in range(4)]
+    rows = [row(str(k), 31, probability={30: 0.1, 31: 0.8, 32: 0.1}) for k in range(4)]
     summary = whole(rows)
     # Each count has the variance 0.2; the mean of 4 has 0.2 / 4.
     assert summary.mean_uncertainty == pytest.approx(math.sqrt(0.05), rel=ROUNDING)
@@ -109,7 +109,7 @@ def test_doubts_that_lean_to_no_side_add_up_as_variances() -> None:
 
 
 def test_doubts_that_lean_to_one_side_add_up_as_they_are() -> None:
-    rows = [row(str(k), 31, probability={"30": 0.5, "31": 0.5}) for k in range(100)]
+    rows = [row(str(k), 31, probability={30: 0.5, 31: 0.5}) for k in range(100)]
     summary = whole(rows)
     # Off by a half each, all the same way, beside the variance of a quarter each.
     assert summary.mean_uncertainty == pytest.approx(math.hypot(0.5, 0.05), rel=ROUNDING)
@@ -117,8 +117,8 @@ def test_doubts_that_lean_to_one_side_add_up_as_they_are() -> None:
 
 
 def test_probabilities_that_are_cut_off_are_taken_as_shares() -> None:
-    every = whole([row(probability={"30": 0.25, "31": 0.75})])
-    part = whole([row(probability={"30": 0.2, "31": 0.6})])
+    every = whole([row(probability={30: 0.25, 31: 0.75})])
+    part = whole([row(probability={30: 0.2, 31: 0.6})])
     assert part.mean_expected == pytest.approx(every.mean_expected, rel=ROUNDING)
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from count_video.batch.executor import tool_version
 from count_video.batch.manifest import Job, read_manifest
 from count_video.batch.results import ResultStore
-from count_video.batch.summary import row_of
 from count_video.corrections import reviewed
 from count_video.errors import CountVideoError
 from count_video.followed import Followed, packed, unpacked
@@ -23,7 +22,7 @@ from count_video.footage.writer import WriteOptions, write_clip
 from count_video.outputs import OutputFolder
 from count_video.pipeline import TrialSettings
 from count_video.planning.request import PLAN_VERSION, PlanRequest, read_request, request_object
-from count_video.records import unread_result
+from count_video.records import TrialResult, unread_result
 from count_video.reports.json_object import json_line
 from count_video.settings import EvidenceSettings
 
@@ -87,12 +86,12 @@ def _write_plan(path: Path) -> None:
 
 
 def _write_result(path: Path) -> None:
-    path.write_text(json_line(unread_result("clip.mp4", "nothing moves")), "utf-8")
+    path.write_text(packed(unread_result("clip.mp4", "nothing moves")), "utf-8")
 
 
 def _read_result(path: Path) -> None:
     try:
-        row_of(Job("clip", "clip.mp4", TrialSettings()), path.read_text("utf-8", "replace"))
+        unpacked(TrialResult, path.read_text("utf-8", "replace"))
     except ValueError:  # what the store takes for no result
         return
 
@@ -109,11 +108,11 @@ def _read_record(path: Path) -> None:
 
 def _write_kept(path: Path) -> None:
     path.parent.mkdir(exist_ok=True)
-    result = json_line(unread_result("clip.mp4", "nothing moves"))
-    (path.parents[1] / "clip.json").write_text(result, "utf-8")
+    result = unread_result("clip.mp4", "nothing moves")
+    (path.parents[1] / "clip.json").write_text(f"{json_line(result)}\n", "utf-8")
     options = json.dumps(asdict(TrialSettings()), default=str, sort_keys=True)
     kept = {"clip": "0", "tool": tool_version(), "options": options, "signature": []}
-    kept |= {"result": result, "evidence": {"clip.html": [1, 2]}}
+    kept |= {"result": packed(result), "evidence": {"clip.html": [1, 2]}}
     path.write_text(f"{json.dumps(kept)}\nfollowed", "utf-8")
 
 
@@ -131,7 +130,7 @@ def _write_followed(path: Path) -> None:
 
 def _read_followed(path: Path) -> None:
     try:
-        unpacked(path.read_text("utf-8", "replace"))
+        unpacked(Followed, path.read_text("utf-8", "replace"))
     except ValueError:  # then the clip is counted again
         return
 

@@ -26,6 +26,7 @@ from count_video.reports.campaign import (
     campaign_text,
     trial_line,
 )
+from count_video.reports.json_object import json_line
 from count_video.reports.tables import trials_csv
 from count_video.reports.words import WIDTH, plural
 from count_video.settings import EvidenceSettings, TrialSettings
@@ -80,7 +81,7 @@ def answer_campaign(
             show(TRIAL_HEADING)
         for row in run_campaign(jobs, _workers(options), store, progress):
             rows.append(row)
-            show(row.text if options.json else trial_line(row))
+            show(json_line(row.result) if options.json else trial_line(row))
         summary = summarise(rows)
         if not options.json:
             show(f"\n{campaign_text(rows, summary, columns)}")

@@ -31,8 +31,8 @@ from count_video.followed import Followed, followed, packed, unpacked
 from count_video.inputs import content_digest
 from count_video.parallel import Workers, as_done
 from count_video.process import shortage_explained
-from count_video.records import unread_result
-from count_video.reports.json_object import SCHEMA_VERSION, json_line, read_result
+from count_video.records import TrialResult, unread_result
+from count_video.reports.json_object import SCHEMA_VERSION
 from count_video.settings import EvidenceSettings
 
 _Job = TypeVar("_Job")
@@ -44,8 +44,7 @@ CONNECT_TIMEOUT_S = 10
 class Answer:
     """What came of a job."""
 
-    text: str
-    """The result as one line of JSON, without the line's end."""
+    result: TrialResult
     content: str | None
     """Digest of the clip; None where it could not be read."""
     final: bool
@@ -91,16 +90,15 @@ def count_job(job: Job) -> Answer:
         result = unread_result(job.clip, reason_of(error, job.file))
         # What hinders the work, a full disk for example, may be gone the next time.
         final = isinstance(error, FootageError | TrackingError)
-    text = json_line(replace(result, clip=job.clip))
-    read_result(text)  # else a fault of the program, which is not to be kept
-    return Answer(text, content, final, tool_version(), evidence, kept)
+    result = replace(result, clip=job.clip)
+    return Answer(result, content, final, tool_version(), evidence, kept)
 
 
 def _followed(job: Job) -> Followed:
     """Return what an earlier run counted and followed, or do so now."""
     if job.followed is not None:
         with suppress(ValueError):
-            found = unpacked(job.followed)
+            found = unpacked(Followed, job.followed)
             return replace(found, result=replace(found.result, clip=str(job.file)))
     return followed(pipeline.work_through(job.file, job.settings))
 
@@ -114,7 +112,7 @@ def _drawn(job: Job, pages: EvidenceSettings, found: Followed) -> tuple[str, ...
 
 def failure(job: Job, reason: str) -> Answer:
     """Make the answer of a job that failed for a reason other than its clip."""
-    return Answer(json_line(unread_result(job.clip, reason)), None, False, tool_version())
+    return Answer(unread_result(job.clip, reason), None, False, tool_version())
 
 
 def answers(jobs: Iterable[Job], workers: Workers) -> Generator[tuple[Job, Answer], None, None]:

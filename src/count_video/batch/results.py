@@ -13,13 +13,15 @@ import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from count_video.batch.executor import Answer, tool_version
 from count_video.batch.manifest import Job
 from count_video.errors import UsageError
+from count_video.followed import packed, unpacked
 from count_video.inputs import (
     Signature,
     content_digest,
@@ -29,7 +31,8 @@ from count_video.inputs import (
     signature,
 )
 from count_video.outputs import HIDDEN, OutputFolder, held, open_outputs, write_whole
-from count_video.reports.json_object import read_result
+from count_video.records import TrialResult
+from count_video.reports.json_object import json_line
 from count_video.reports.words import storable
 
 _MOST_BYTES = 100_000_000
@@ -49,25 +52,24 @@ class ResultStore:
         """What this program wrote into the folder."""
         return OutputFolder(self.folder)
 
-    def known(self, job: Job) -> str | None:
-        """Return the result of an earlier run as its JSON text; None if it does not hold now.
+    def known(self, job: Job) -> TrialResult | None:
+        """Return the result of an earlier run; None if it does not hold now.
 
         It holds while the clip's content, the options and the tool are the same. A clip whose
         signature did not change is not read again.
         """
         kept = {} if self.fresh else self._kept(job)
-        with suppress(OSError, UsageError, ValueError):
-            text = read_text(self._place(job), _MOST_BYTES).removesuffix("\n") if kept else ""
-            if not kept or text != kept.get("result"):
+        with suppress(OSError, UsageError, ValueError, LookupError):
+            result = unpacked(TrialResult, kept["result"])
+            if read_text(self._place(job), _MOST_BYTES) != f"{json_line(result)}\n":
                 return None
             now = signature(job.file)
             same = kept.get("signature") == now
             if not same and content_digest(job.file) != kept.get("clip"):
                 return None
-            renamed = _with_clip(text, job.clip)
-            if renamed != text or not same:
-                changes = {"signature": now, "result": renamed}
-                self._write(job, {**kept, **changes}, self.followed(job))
+            renamed = replace(result, clip=job.clip)
+            if renamed.clip != result.clip or not same:
+                self._write(job, renamed, {**kept, "signature": now}, self.followed(job))
             return renamed
         return None
 
@@ -96,8 +98,8 @@ class ResultStore:
 
     def shows_another_clip(self, job: Job) -> bool:
         """Return whether the result kept under a job's name is that of a clip elsewhere."""
-        with suppress(OSError, UsageError, ValueError):
-            clip = read_result(read_text(self._place(job), _MOST_BYTES))["clip"]
+        with suppress(OSError, UsageError, ValueError, LookupError, TypeError):
+            clip = str(json_value(read_text(self._place(job), _MOST_BYTES))["clip"])
             elsewhere = os.path.abspath(clip) != os.path.abspath(storable(job.clip))
             content = self.outputs.written().get(self._place(job).name)
             return elsewhere and content_digest(job.file) != content
@@ -125,23 +127,24 @@ class ResultStore:
                 "options": _settings_text(job),
                 "signature": seen,
                 "evidence": {name: self._written_at(name) for name in answer.evidence},
-                "result": answer.text,
             }
-            self._write(job, kept, answer.followed)
+            self._write(job, answer.result, kept, answer.followed)
         elif not self._kept(job):
-            self.write(self._place(job).name, answer.text + "\n")
+            self.write(self._place(job).name, f"{json_line(answer.result)}\n")
 
     def write(self, name: str, text: str) -> None:
         """Write a file of the campaign, whole or not at all; raises as ``keep`` does."""
         self.outputs.write(name, text.encode("utf-8"))
 
-    def _write(self, job: Job, kept: Mapping[str, object], followed: str | None) -> None:
-        name = self._place(job).name
-        self.outputs.claim(name, str(kept.get("clip", "")))
-        write_whole(self._kept_place(job), f"{json.dumps(kept)}\n{followed or ''}".encode("ascii"))
-        write_whole(self.folder / name, f"{kept['result']}\n".encode("ascii"))
+    def _write(
+        self, job: Job, result: TrialResult, kept: Mapping[str, Any], followed: str | None
+    ) -> None:
+        line = json.dumps({**kept, "result": packed(result)})
+        self.outputs.claim(self._place(job).name, str(kept.get("clip", "")))
+        write_whole(self._kept_place(job), f"{line}\n{followed or ''}".encode("ascii"))
+        write_whole(self._place(job), f"{json_line(result)}\n".encode("ascii"))
 
-    def _kept(self, job: Job) -> Mapping[str, object]:
+    def _kept(self, job: Job) -> Mapping[str, Any]:
         """Return what the kept result depends on; empty unless options and tool are the same."""
         with (
             suppress(OSError, UsageError, ValueError),
@@ -188,10 +191,3 @@ def open_store(folder: Path, own: Iterable[str] = (), *, fresh: bool) -> Iterato
 def _settings_text(job: Job) -> str:
     """Write the settings as a text that is the same for the same settings."""
     return json.dumps(asdict(job.settings), default=str, sort_keys=True)
-
-
-def _with_clip(text: str, clip: str) -> str:
-    """Put the clip's present path into a result; ValueError if the text is none."""
-    result = read_result(text)
-    path = storable(clip)
-    return text if result["clip"] == path else json.dumps(result | {"clip": path})

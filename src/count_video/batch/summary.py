@@ -18,9 +18,8 @@ from count_video.parallel import Workers
 from count_video.physics.theory import collision_count
 from count_video.planning.spread import count_figures
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import Estimate
+from count_video.records import Estimate, TrialResult
 from count_video.reports.campaign import CampaignSummary, Spread, Summary, TrialRow
-from count_video.reports.json_object import read_result
 
 ALIKE = 0.05
 """Mass ratios that differ by less, as a share, are of the same bodies: clay and balances vary."""
@@ -48,11 +47,11 @@ def run_campaign(
     done: dict[str, TrialRow] = {}
     rest = []
     for job in jobs:
-        text = None if store is None else store.known(job)
-        if store is None or text is None:
+        result = None if store is None else store.known(job)
+        if store is None or result is None:
             rest.append(job)
         elif store.has_pages(job):
-            done[job.name] = row_of(job, text, None, store.evidence(job))
+            done[job.name] = row_of(job, result, None, store.evidence(job))
         else:
             rest.append(replace(job, followed=store.followed(job)))
     if not rest:
@@ -76,44 +75,37 @@ def run_campaign(
 def _kept_row(job: Job, answer: Answer, seen: Signature, store: ResultStore | None) -> TrialRow:
     """Keep an answer, and return its row, which says so if that failed."""
     if store is None:
-        return row_of(job, answer.text)
+        return row_of(job, answer.result)
     try:
         store.keep(job, answer, seen)
     except OSError as error:
         reason = f"the result could not be written ({error.strerror}); free space and start again"
-        return row_of(job, answer.text, reason)
+        return row_of(job, answer.result, reason)
     except UsageError as error:
-        return row_of(job, answer.text, f"the result could not be written ({error})")
+        return row_of(job, answer.result, f"the result could not be written ({error})")
     # What is not final leaves the record of an earlier result.
-    return row_of(job, answer.text, None, store.evidence(job) if answer.final else frozenset())
+    return row_of(job, answer.result, None, store.evidence(job) if answer.final else frozenset())
 
 
 def row_of(
-    job: Job, text: str, not_kept: str | None = None, files: frozenset[str] = frozenset()
+    job: Job,
+    result: TrialResult,
+    not_kept: str | None = None,
+    files: frozenset[str] = frozenset(),
 ) -> TrialRow:
-    """Read a result's JSON text; one path for results of this run and of earlier ones.
-
-    Raises
-    ------
-    ValueError
-        It is no result of this program.
-    """
-    return TrialRow(job.name, read_result(text), job.settings.masses, not_kept, files, text)
+    """Make the row of a trial, from a result of this run or of an earlier one."""
+    return TrialRow(job.name, result, job.settings.masses, not_kept, files)
 
 
 def summarise(rows: Sequence[TrialRow]) -> CampaignSummary:
     """Sum up a campaign over its counted trials, and over those of each mass ratio."""
     groups = [_summary(group) for group in _groups(rows)]
     whole = _summary(rows)
-    if len(groups) > 1:
-        nothing: dict[str, Any] = {
-            "theory": None,
-            "theory_source": None,
-            "theory_low": None,
-            "theory_high": None,
-        }
-        whole = replace(whole, **nothing, mass_ratio=None)
-    return CampaignSummary(whole, tuple(groups) if len(groups) > 1 else (whole,))
+    if len(groups) < 2:
+        return CampaignSummary(whole, (whole,))
+    # No one theory holds for all of them.
+    theory: dict[str, Any] = dict.fromkeys(("theory", "theory_source", "theory_low", "theory_high"))
+    return CampaignSummary(replace(whole, **theory, mass_ratio=None), tuple(groups))
 
 
 def _groups(rows: Sequence[TrialRow]) -> list[list[TrialRow]]:
@@ -122,84 +114,88 @@ def _groups(rows: Sequence[TrialRow]) -> list[list[TrialRow]]:
     The surest ratios come first, and each row joins the nearest group whose first ratio it may
     have: so a vague ratio cannot join two sure ones that differ.
     """
+
+    def vagueness(row: TrialRow) -> float:
+        ratio = row.mass_ratio
+        return math.inf if ratio is None else ratio.sigma / ratio.value
+
     groups: list[list[TrialRow]] = []
     firsts: list[Estimate | None] = []
     known = [row for row in rows if row.count is not None or row.masses is not None]
-    for row in sorted(known, key=_vagueness):
-        ratio = row.mass_ratio
-        near = [k for k, first in enumerate(firsts) if _alike(ratio, first)]
-        if near:
-            groups[min(near, key=lambda k: _apart(ratio, firsts[k]))].append(row)
-        else:
+    for row in sorted(known, key=vagueness):
+        apart = [_apart(row.mass_ratio, first) for first in firsts]
+        nearest = min(range(len(groups)), key=apart.__getitem__, default=None)
+        if nearest is None or math.isinf(apart[nearest]):
             groups.append([row])
-            firsts.append(ratio)
+            firsts.append(row.mass_ratio)
+        else:
+            groups[nearest].append(row)
     order = sorted(range(len(groups)), key=lambda k: getattr(firsts[k], "value", math.inf))
     return [groups[k] for k in order]
 
 
-def _vagueness(row: TrialRow) -> float:
-    ratio = row.mass_ratio
-    return math.inf if ratio is None else ratio.sigma / ratio.value
-
-
-def _alike(one: Estimate | None, other: Estimate | None) -> bool:
-    if one is None or other is None:
-        return one is other
-    within = max(ALIKE * other.value, ALIKE_SIGMAS * math.hypot(one.sigma, other.sigma))
-    return abs(one.value - other.value) <= within
-
-
 def _apart(one: Estimate | None, other: Estimate | None) -> float:
-    return 0.0 if one is None or other is None else abs(one.value - other.value)
+    """Difference of two mass ratios; infinite where they are not of the same bodies."""
+    if one is None or other is None:
+        return 0.0 if one is other else math.inf
+    apart = abs(one.value - other.value)
+    within = max(ALIKE * other.value, ALIKE_SIGMAS * math.hypot(one.sigma, other.sigma))
+    return apart if apart <= within else math.inf
 
 
 def _summary(rows: Sequence[TrialRow]) -> Summary:
-    counted = [row for row in rows if row.count is not None]
-    counts = [row.count for row in counted if row.count is not None]
+    counted = [row.result for row in rows if row.count is not None]
+    counts = [row.count for row in rows if row.count is not None]
     expected, uncertainty = _by_the_probabilities(counted)
-    endings = [row.ending for row in counted if row.ending is not None]
+    endings = [one.ending.kind for one in counted if one.ending is not None]
     ratio = _ratio(rows)
-    theories = _theories(rows, ratio)
+    given = sorted({row.theory for row in rows if row.theory is not None})
+    theories: Sequence[int] = given
+    if ratio is not None and not given:
+        # Of lossless bodies of these masses, of which the heavy one is the heavier.
+        off = THEORY_SIGMAS * ratio.sigma
+        low, high = (max(1.0, ratio.value + side * off) for side in (-1, 1))
+        theories = range(collision_count(low), collision_count(high) + 1)
     return Summary(
         trials=len(rows),
         counted=len(counts),
         mean_uncertainty=uncertainty,
         mean_expected=expected,
         theory=theories[0] if theories and theories[0] == theories[-1] else None,
-        theory_source=None if not theories else "masses" if _given(rows) else "measured",
+        theory_source=None if not theories else "masses" if given else "measured",
         theory_low=theories[0] if theories else None,
         theory_high=theories[-1] if theories else None,
         mass_ratio=ratio,
-        restitution_bodies=_spread(row.figure("restitution", "bodies", "value") for row in counted),
-        restitution_wall=_spread(row.figure("restitution", "wall", "value") for row in counted),
-        energy_kept=_spread(row.figure("energy_kept") for row in counted),
+        restitution_bodies=_spread(
+            one.restitution_bodies.value for one in counted if one.restitution_bodies
+        ),
+        restitution_wall=_spread(
+            one.restitution_wall.value for one in counted if one.restitution_wall
+        ),
+        energy_kept=_spread(one.energy_kept[-1] for one in counted if one.energy_kept),
         geometric_share=endings.count("geometric") / len(endings) if endings else None,
         **count_figures(counts),
     )
 
 
-def _by_the_probabilities(counted: Sequence[TrialRow]) -> tuple[float | None, float | None]:
+def _by_the_probabilities(counted: Sequence[TrialResult]) -> tuple[float | None, float | None]:
     """Return the expected mean and the root mean square error of the mean as printed.
 
     The trials err independently: the variance of their sum is the sum of the variances. Where the
     probabilities lean to one side, the sum is off by the sum of the differences on top.
     """
-    if not counted or not all(sum(row.chances.values()) > 0 for row in counted):
+    if not counted or not all(sum(one.probability.values()) > 0 for one in counted):
         return None, None
     off = variance = 0.0
-    for row in counted:
-        total = sum(row.chances.values())
-        mean = sum(count * chance for count, chance in row.chances.items()) / total
-        squares = sum((count - mean) ** 2 * chance for count, chance in row.chances.items())
+    for one in counted:
+        total = sum(one.probability.values())
+        mean = sum(count * chance for count, chance in one.probability.items()) / total
+        squares = sum((count - mean) ** 2 * chance for count, chance in one.probability.items())
         variance += squares / total
-        off += mean - (row.count or 0)
+        off += mean - (one.count or 0)
     n = len(counted)
-    stated = fmean(row.count or 0 for row in counted)
+    stated = fmean(one.count or 0 for one in counted)
     return stated + off / n, math.sqrt(variance + off * off) / n
-
-
-def _given(rows: Sequence[TrialRow]) -> set[int]:
-    return {row.theory for row in rows if row.theory is not None}
 
 
 def _ratio(rows: Sequence[TrialRow]) -> Estimate | None:
@@ -216,16 +212,6 @@ def _ratio(rows: Sequence[TrialRow]) -> Estimate | None:
     return Estimate(mean, birge * weight**-0.5)
 
 
-def _theories(rows: Sequence[TrialRow], ratio: Estimate | None) -> Sequence[int]:
-    """List the counts of lossless bodies of these masses; none where nothing is known."""
-    given = sorted(_given(rows))
-    if given or ratio is None:
-        return given
-    # The heavy body is the heavier one.
-    low, high = (max(1.0, ratio.value + side * THEORY_SIGMAS * ratio.sigma) for side in (-1, 1))
-    return range(collision_count(low), collision_count(high) + 1)
-
-
-def _spread(values: Iterable[float | None]) -> Spread | None:
-    known = [value for value in values if value is not None]
+def _spread(values: Iterable[float]) -> Spread | None:
+    known = [value for value in values if math.isfinite(value)]
     return Spread(len(known), fmean(known), pstdev(known)) if known else None

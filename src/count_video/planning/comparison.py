@@ -126,8 +126,8 @@ def _found(result: TrialResult, fitted: FittedSetup, setup: Setup) -> Iterator[_
             period = Estimate(frames.value / rate, frames.sigma / rate)
             planned_s = 2.0 * math.pi * math.sqrt(planned_m / gravity)
             yield _Found(name, planned_s, period, field, _thread_m(period.value, gravity))
-    if result.mass_ratio is not None:
-        ratio = Estimate(result.mass_ratio, result.mass_ratio_sigma or 0.0)
+    ratio = result.ratio
+    if ratio is not None:
         light_kg = setup.light_mass_kg
         planned = setup.heavy_mass_kg / light_kg
         yield _Found("mass_ratio", planned, ratio, "heavy_mass_kg", ratio.value * light_kg)

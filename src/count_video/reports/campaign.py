@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
-from count_video.inputs import MASS_RATIO, stored_number
+from count_video.inputs import MASS_RATIO
 from count_video.physics.theory import collision_count
-from count_video.records import Estimate
-from count_video.reports.json_object import FIGURE, SCHEMA_VERSION, plain
+from count_video.records import Estimate, TrialResult
+from count_video.reports.json_object import SCHEMA_VERSION, plain
 from count_video.reports.words import WIDTH, counts_words, percent, plural, printable, ratio_words
 
 if TYPE_CHECKING:
@@ -36,32 +37,23 @@ class TrialRow:
 
     name: str
     """Name of the trial, whose result is in ``NAME.json``."""
-    result: Mapping[str, Any]
-    """That JSON object, checked by ``read_result``."""
+    result: TrialResult
     masses: tuple[Fraction, Fraction] | None = None
     """Heavy and light mass that were given; None where none were."""
     not_kept: str | None = None
     """Why the result is not on the disk; None for one that is."""
     files: frozenset[str] = frozenset()
     """Names of the files that show it, beside the campaign's page."""
-    text: str = ""
-    """The result as it is kept: one line of JSON."""
 
     @property
     def count(self) -> int | None:
         """Collisions counted; None where the clip was not counted."""
-        count: int | None = self.result["count"]
-        return count
-
-    @property
-    def chances(self) -> dict[int, float]:
-        """Probability of each count; empty where nothing is said."""
-        return {int(count): chance for count, chance in self.result["probability"].items()}
+        return self.result.count
 
     @property
     def probability(self) -> float | None:
         """Probability of the count; None where there is none."""
-        return None if self.count is None else self.chances.get(self.count)
+        return self.result.chance
 
     @property
     def theory(self) -> int | None:
@@ -73,33 +65,17 @@ class TrialRow:
         """Heavy over light, given or measured; None where neither is known."""
         if self.masses is not None:
             return Estimate(float(self.masses[0] / self.masses[1]), 0.0)
-        value = stored_number(self.result["mass_ratio"], MASS_RATIO)
-        sigma = self.figure("mass_ratio_sigma") or 0.0
-        if value is None:
+        ratio = self.result.ratio
+        if ratio is None or not MASS_RATIO.holds(ratio.value):
             return None
-        return Estimate(value, sigma if sigma > EXACT * value else 0.0)
+        known = EXACT * ratio.value < ratio.sigma < math.inf
+        return ratio if known else Estimate(ratio.value, 0.0)
 
     @property
     def needs_a_person(self) -> bool:
         """True for what is not counted, not kept, or less than sure."""
         sure = self.probability is None or self.probability >= SURE
         return self.count is None or self.not_kept is not None or not sure
-
-    def figure(self, *path: str) -> float | None:
-        """Return a number of the result by the keys that lead to it; the last of a list."""
-        value: object = self.result
-        for key in path:
-            value = value.get(key) if isinstance(value, Mapping) else None
-        if isinstance(value, list):
-            value = value[-1] if value else None
-        return stored_number(value, FIGURE)
-
-    @property
-    def ending(self) -> str | None:
-        """How the burst ended: ``geometric``, ``pendulum`` or ``dissipative``; None if unknown."""
-        ending = self.result["ending"]
-        kind = ending.get("kind") if isinstance(ending, Mapping) else None
-        return kind if isinstance(kind, str) else None
 
 
 _theory = cache(collision_count)
@@ -193,7 +169,7 @@ def advice(row: TrialRow) -> str:
         return "remove what prevented the writing and start the same command again"
     if row.count is not None:
         return "compare the clip with the listed collisions (count-video CLIP)"
-    if row.result["frames_decoded"] is None:
+    if row.result.frames_decoded is None:
         return "give a video file that can be read, and start the same command again"
     return (
         "if the clip shows the trial, say where with start, end and region or name the wall's "
@@ -233,12 +209,12 @@ def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
 
 
 def _why(row: TrialRow) -> str:
-    reason: str | None = row.result["reason"]
+    reason = row.result.reason
     if row.not_kept is not None:
         return row.not_kept
     if row.count is None:
         return reason or "not counted"
-    chances = sorted(row.chances.items(), key=lambda item: -item[1])
+    chances = sorted(row.result.probability.items(), key=lambda item: -item[1])
     listed = ", ".join(f"{count}: {percent(chance)}" for count, chance in chances[:4])
     return "; ".join(filter(None, (f"probably {row.count} ({listed})", reason)))
 
@@ -314,9 +290,11 @@ def campaign_json(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
     need = [
         {
             "name": plain(row.name),
-            **{key: row.result[key] for key in ("clip", "status", "count")},
-            "probability": row.probability,
-            "reason": row.not_kept or row.result["reason"],
+            "clip": plain(row.result.clip),
+            "status": row.result.status,
+            "count": row.count,
+            "probability": plain(row.probability),
+            "reason": plain(row.not_kept or row.result.reason),
             "what_to_do": advice(row),
         }
         for row in rows

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from count_video.inputs import Range, json_value, stored_number
 from count_video.planning.request import PLAN_VERSION, request_object
 from count_video.records import TrialResult
 from count_video.reports.words import storable
@@ -46,8 +45,6 @@ _KEYS = (
     *("ending", "fitted_setup", "warnings", "reviewed_count", "corrections", "plan"),
 )
 """Keys of a result, in the order in which one reads."""
-_COUNT, _CHANCE, FIGURE = Range(0, 1e9, ""), Range(0, 1.001, ""), Range(-1e50, 1e50, "")
-"""What numbers of a stored result make sense."""
 
 
 def plain(value: Any) -> Any:
@@ -86,35 +83,6 @@ def json_object(result: TrialResult) -> dict[str, object]:
         "plan": compared,
     }
     return {key: values[key] for key in _KEYS}
-
-
-def read_result(text: str) -> dict[str, Any]:
-    """Parse a result's JSON text, and check what tables need of it.
-
-    Raises
-    ------
-    ValueError
-        It is no result of this program: a file may have been edited, or be of another program.
-    """
-    result = json_value(text)
-    if not isinstance(result, dict) or not result.keys() >= set(_KEYS):
-        raise ValueError("no result")
-    status, count, chances = result["status"], result["count"], result["probability"]
-    if (
-        not isinstance(result["clip"], str)
-        or not isinstance(result["reason"], str | None)
-        or not isinstance(chances, dict)
-        or (status, count is None) not in (("counted", False), ("not_counted", True))
-        or not all(
-            number is None
-            or (isinstance(number, int) and stored_number(number, _COUNT) is not None)
-            for number in (count, result["seen"], result["between_frames"])
-        )
-        or not all(stored_number(chance, _CHANCE) is not None for chance in chances.values())
-        or not all(counted.isascii() and counted.isdecimal() for counted in chances)
-    ):
-        raise ValueError("a value that no result has")
-    return result
 
 
 def plan_line(plan: Plan) -> str:

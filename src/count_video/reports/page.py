@@ -22,7 +22,7 @@ from markupsafe import Markup
 from count_video.planning import plan as planned_clips
 from count_video.planning.comparison import expected_counts
 from count_video.planning.plan import Plan
-from count_video.records import Estimate, Floats, TrialResult
+from count_video.records import Floats, TrialResult
 from count_video.reports.campaign import (
     CampaignSummary,
     TrialRow,
@@ -151,14 +151,13 @@ def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | N
 def _facts(result: TrialResult) -> dict[str, str]:
     """List what stands beside the count at the top; what is not known is left out."""
     facts = {}
-    if result.count in result.probability:
-        facts["Probability"] = percent(result.probability[result.count])
+    if result.chance is not None:
+        facts["Probability"] = percent(result.chance)
     expected = expected_counts(result)
     if expected is not None:
         facts["Theory"] = counts_words(*expected.free)
-    if result.mass_ratio is not None:
-        ratio = Estimate(result.mass_ratio, result.mass_ratio_sigma or 0.0)
-        facts["Mass ratio"] = f"{ratio_words(ratio)} : 1"
+    if result.ratio is not None:
+        facts["Mass ratio"] = f"{ratio_words(result.ratio)} : 1"
     if result.pi_low is not None and result.pi_high is not None:
         facts["π lies between"] = f"{result.pi_low:.5g} and {result.pi_high:.5g}"
     return facts
@@ -186,7 +185,7 @@ def campaign_page(
 def _doubt(row: TrialRow) -> str:
     """Say what is doubtful about a trial and what to do, in sentences."""
     what_to_do = advice(row)
-    sentences = (row.not_kept or row.result["reason"], what_to_do[:1].upper() + what_to_do[1:])
+    sentences = (row.not_kept or row.result.reason, what_to_do[:1].upper() + what_to_do[1:])
     return printable(". ".join(filter(None, sentences)))
 
 

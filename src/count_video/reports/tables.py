@@ -16,7 +16,7 @@ from count_video.planning.spread import Chart, rate_needed_fps
 from count_video.records import Track, TrialResult
 from count_video.reports.campaign import TrialRow, advice
 from count_video.reports.material import scale_of
-from count_video.reports.words import WIDTH, fixed, printable
+from count_video.reports.words import WIDTH, fixed, printable, storable
 
 _TYPES = {"number": "i8", "kind": "U6", "seen": "?", "in_burst": "?", "quality": "U5"}
 """Types of the columns that are not float64."""
@@ -47,24 +47,24 @@ _FORMATS = {
 """How numbers are written for a spreadsheet; with 4 decimals where a column is not named."""
 TRIAL_COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
     "name": lambda row: row.name,
-    "clip": lambda row: row.result["clip"],
-    "status": lambda row: row.result["status"],
+    "clip": lambda row: storable(row.result.clip),
+    "status": lambda row: row.result.status,
     "count": lambda row: row.count,
     "probability": lambda row: row.probability,
     "needs_a_person": lambda row: row.needs_a_person,
-    "reason": lambda row: "; ".join(filter(None, (row.result["reason"], row.not_kept))),
+    "reason": lambda row: storable("; ".join(filter(None, (row.result.reason, row.not_kept)))),
     "what_to_do": advice,
-    "seen": lambda row: row.result["seen"],
-    "between_frames": lambda row: row.result["between_frames"],
-    "capture_fps": lambda row: row.figure("capture_fps"),
+    "seen": lambda row: row.result.seen,
+    "between_frames": lambda row: row.result.between_frames,
+    "capture_fps": lambda row: row.result.capture_fps,
     "theory": lambda row: row.theory,
-    "mass_ratio": lambda row: row.figure("mass_ratio"),
-    "pi_low": lambda row: row.figure("pi_low"),
-    "pi_high": lambda row: row.figure("pi_high"),
-    "restitution_bodies": lambda row: row.figure("restitution", "bodies", "value"),
-    "restitution_wall": lambda row: row.figure("restitution", "wall", "value"),
-    "energy_kept": lambda row: row.figure("energy_kept"),
-    "ending": lambda row: row.ending,
+    "mass_ratio": lambda row: row.result.mass_ratio,
+    "pi_low": lambda row: row.result.pi_low,
+    "pi_high": lambda row: row.result.pi_high,
+    "restitution_bodies": lambda row: getattr(row.result.restitution_bodies, "value", None),
+    "restitution_wall": lambda row: getattr(row.result.restitution_wall, "value", None),
+    "energy_kept": lambda row: row.result.energy_kept[-1] if row.result.energy_kept else None,
+    "ending": lambda row: getattr(row.result.ending, "kind", None),
 }
 """Columns of the table of trials, and what stands in them; None is an empty cell."""
 NOT_KNOWN = "-"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from count_video.physics.theory import pi_bounds
 from count_video.planning.comparison import Expected, expected_counts, ratio_range
-from count_video.records import Ending, Estimate, PlanComparison, TrialResult
+from count_video.records import Ending, PlanComparison, TrialResult
 from count_video.reports.tables import NOT_KNOWN, Column, collision_lines, text_table
 from count_video.reports.words import (
     WIDTH,
@@ -117,9 +117,7 @@ def _collision_notes(result: TrialResult) -> Iterator[Note]:
     if result.count_after_burst:
         more = plural(result.count_after_burst, "more collision")
         yield "Afterwards", f"{more} after the heavy body turned back, which the count leaves out"
-    if result.mass_ratio is not None:
-        ratio = Estimate(result.mass_ratio, result.mass_ratio_sigma or 0.0)
-        yield "Mass ratio", ratio_words(ratio, "+-")
+    yield "Mass ratio", "" if result.ratio is None else ratio_words(result.ratio, "+-")
     yield "Expected", _expected(expected_counts(result), result.count)
     yield "Pi", _pi(result)
     restitutions = {
