@@ -17,6 +17,7 @@ import matplotlib.patheffects as effects
 import numpy as np
 from matplotlib import style
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont
@@ -36,6 +37,7 @@ OWN = "#8fd4b4"
 
 FONT = "DejaVu Sans"
 """Comes with matplotlib, so that pictures are the same on every machine."""
+DOTS_PER_INCH = 110
 STYLE: Any = {
     "font.family": FONT,
     "font.size": 11,
@@ -52,7 +54,6 @@ STYLE: Any = {
     "svg.hashsalt": "count-video",  # the same picture gives the same file
     "svg.fonttype": "none",  # letters stay letters, which can be searched and edited
 }
-DOTS_PER_INCH = 110
 MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 HALO = (effects.withStroke(linewidth=2.5, foreground="white"),)
 """A white rim that keeps numbers readable on footage."""
@@ -90,8 +91,11 @@ def picture_bytes(figure: Figure, picture_format: str) -> bytes:
     """Write a figure as PNG, SVG or JPEG; the same figure gives the same bytes."""
     target = io.BytesIO()
     metadata = {"svg": {"Date": None}, "png": {"Software": "count-video"}}.get(picture_format)
+    figure.dpi = DOTS_PER_INCH
     with styled():
-        figure.savefig(target, format=picture_format, dpi=DOTS_PER_INCH, metadata=metadata)
+        canvas: Any = get_registered_canvas_class(picture_format)(figure)
+        # Not savefig, which lays the figure out once more before it draws it.
+        getattr(canvas, f"print_{picture_format}")(target, metadata=metadata)
     return target.getvalue()
 
 
@@ -152,7 +156,13 @@ def thin_numbers(figure: Figure) -> None:
     The same goes for one that is nearer to another mark than to its own: the numbers beside it say
     which it is.
     """
-    figure.draw_without_rendering()  # lays out the panels, so that data have a place
+    figure.dpi = DOTS_PER_INCH
+    engine = figure.get_layout_engine()
+    if engine is not None:  # here alone, so that data have their final place
+        engine.execute(figure)
+        if any(axes.get_aspect() != "auto" for axes in figure.axes):
+            engine.execute(figure)  # again, for such a panel takes less than it was given
+        figure.set_layout_engine("none")
     for axes in figure.axes:
         drawn = [one for one in axes.collections if isinstance(one, PathCollection)]
         places = [axes.transData.transform(np.asarray(one.get_offsets())) for one in drawn]
