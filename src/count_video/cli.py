@@ -14,7 +14,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO, cast
+from typing import TYPE_CHECKING, cast
 
 from count_video.errors import CountVideoError, MachineError, UsageError
 from count_video.options import complete_options, is_campaign, read_options
@@ -67,10 +67,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     show_any_file_name()
     try:
         with shortage_explained():
-            code = _answered(arguments)
+            try:
+                code = _answer(read_options(arguments))
+            except SystemExit as done:  # --help and --version
+                code = int(done.code or EXIT_COUNTED)
         flush_stdout()
     except (UsageError, MachineError, ImportError) as error:
-        _complain(_not_loaded(error) if isinstance(error, ImportError) else str(error))
+        said = str(error)
+        if isinstance(error, ImportError):  # of something else of a part's name, or of a library
+            said = f"a part of this program cannot be loaded ({error}); install count-video again, "
+            said += "in an environment of its own"
+        _complain(said)
         return EXIT_USAGE
     except KeyboardInterrupt:
         _complain("interrupted")
@@ -85,22 +92,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def _not_loaded(error: ImportError) -> str:
-    """Say it of something else of a part's name, or of a library that the system lacks."""
-    return (
-        f"a part of this program cannot be loaded ({error}); install count-video again, in an "
-        "environment of its own"
-    )
-
-
-def _answered(arguments: Sequence[str] | None) -> int:
-    try:
-        options = read_options(arguments)
-    except SystemExit as done:  # --help and --version
-        return EXIT_COUNTED if done.code is None else int(done.code)
-    return _answer(options)
-
-
 def _answer(options: argparse.Namespace) -> int:
     check_limits()
     if options.output is not None:
@@ -110,9 +101,7 @@ def _answer(options: argparse.Namespace) -> int:
         return _answer_theory(options)
     if options.plan is not None:
         return _answer_plan(options)
-    if is_campaign(options):
-        return _answer_campaign(options)
-    return _answer_clips(options)
+    return _answer_campaign(options) if is_campaign(options) else _answer_clips(options)
 
 
 def _answer_campaign(options: argparse.Namespace) -> int:
@@ -135,20 +124,42 @@ def _answer_clips(options: argparse.Namespace) -> int:
     """Answer clip by clip; the exit code is that of the worst."""
     from count_video import api
 
-    plan = _plan_of(options)
+    plan = None
+    if options.plan_file is not None:
+        from count_video.planning.request import read_request
+
+        plan = read_request(options.plan_file)  # before a long count
+    replaces = False
+    if options.output is not None:
+        from count_video.evidence import shows_another_clip
+
+        with suppress(OSError, UsageError):  # its answer says so
+            replaces = shows_another_clip(options.output, options.clips[0])
     code, gap = EXIT_COUNTED, ""
     progress = _progress()
-    replaces = _replaces_evidence(options)
     for path in options.clips:
         try:
             result, kept = _count(path, options, plan, progress)
         except (CountVideoError, OSError) as error:
             result, kept = api.refused(path, error), []
+        # A clip without count and without findings has its reason alone to say, on stderr.
+        shown = result.count is not None or bool(result.collisions or result.answer.warnings)
+        seen = False
         if options.json:
-            _show_as_json(result)
-        elif _show_as_text(result, gap, kept):
-            gap = "\n"
-        code = max(code, _exit_code(result))
+            from count_video.reports.json_object import json_line
+
+            print(json_line(result.answer), flush=True)
+        elif shown:
+            print(gap, result.text(_columns()), sep="", flush=True)
+            # It has the reason in it: on a terminal that is enough, from a file nobody sees it now.
+            gap, seen = "\n", sys.stdout is not None and sys.stdout.isatty()
+        if result.count is None and not seen:
+            _complain(f"{result.clip}: {result.answer.reason or 'not counted'}")
+        if not options.json:
+            _say_what_is_kept(kept)
+        if result.count is None:
+            wrong = isinstance(result.error, UsageError)
+            code = max(code, EXIT_USAGE if wrong else EXIT_NOT_COUNTED)
         if replaces and result.error is None:
             _complain(f"{result.clip}: replaced the evidence of another clip of this name")
     return code
@@ -178,26 +189,6 @@ def _count(
         return result, result.save(options.output, **formats, progress=progress)
     finally:
         progress.finish()
-
-
-def _plan_of(options: argparse.Namespace) -> PlanRequest | None:
-    """Read the plan to compare with, before a long count."""
-    if options.plan_file is None:
-        return None
-    from count_video.planning.request import read_request
-
-    return read_request(options.plan_file)
-
-
-def _replaces_evidence(options: argparse.Namespace) -> bool:
-    """Return whether a clip's evidence will take the place of another's."""
-    if options.output is None:
-        return False
-    from count_video.evidence import shows_another_clip
-
-    with suppress(OSError, UsageError):  # its answer says so
-        return shows_another_clip(options.output, options.clips[0])
-    return False
 
 
 def _load_the_drawing() -> None:
@@ -235,10 +226,10 @@ def _answer_plan(options: argparse.Namespace) -> int:
     request = PlanRequest(**plan_values(options), tolerances=tolerances)
     kept = options.output is not None
     if kept:
-        from count_video.reports.plan_picture import NAMES, open_folder, write_plan
+        from count_video.outputs import open_outputs
+        from count_video.reports.plan_picture import NAMES, write_plan
 
-        outputs = open_folder(options.output)
-        outputs.csv_dialect = options.csv_dialect
+        outputs = open_outputs(options.output, NAMES, options.csv_dialect)
     wanted = kept or options.trials is not None
     progress = _progress("steps")
     plan = make_plan(request, with_table=wanted, with_chart=kept, progress=progress)
@@ -265,38 +256,11 @@ def _settings(options: argparse.Namespace) -> Settings:
 
 
 def _progress(unit: str = "frames") -> Progress:
-    if not _on_terminal(sys.stderr):
+    if sys.stderr is None or not sys.stderr.isatty():
         return NO_PROGRESS
     bar = TerminalBar(sys.stderr, unit, per_minute=unit == "clips")
     before_the_end(bar.finish)
     return bar
-
-
-def _exit_code(result: Result) -> int:
-    if isinstance(result.error, UsageError):
-        return EXIT_USAGE
-    return EXIT_NOT_COUNTED if _not_counted(result) else EXIT_COUNTED
-
-
-def _show_as_json(result: Result) -> None:
-    from count_video.reports.json_object import json_line
-
-    print(json_line(result.answer), flush=True)
-    if _not_counted(result):
-        _complain_about(result)
-
-
-def _show_as_text(result: Result, gap: str, kept: Sequence[Path]) -> bool:
-    """Show a result below what came before it; true if that put anything on stdout."""
-    # A clip without count and without findings has its reason alone to say: one line on stderr.
-    shown = not _not_counted(result) or bool(result.collisions or result.answer.warnings)
-    if shown:
-        print(gap, result.text(_columns()), sep="", flush=True)
-    # The text has the reason in it: on a terminal that is enough, from a file nobody sees it now.
-    if _not_counted(result) and not (shown and _on_terminal(sys.stdout)):
-        _complain_about(result)
-    _say_what_is_kept(kept)
-    return shown
 
 
 def _say_what_is_kept(files: Sequence[Path], more: str = "") -> None:
@@ -321,18 +285,6 @@ def _columns() -> int:
             os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout else 0
         )
     return min(max(columns or 80, NARROWEST), WIDEST)
-
-
-def _not_counted(result: Result) -> bool:
-    return result.count is None
-
-
-def _on_terminal(stream: TextIO | None) -> bool:
-    return stream is not None and stream.isatty()
-
-
-def _complain_about(result: Result) -> None:
-    _complain(f"{result.clip}: {result.answer.reason or 'not counted'}")
 
 
 def _complain(message: str) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -27,7 +26,7 @@ from count_video.outputs import (
 )
 from count_video.process import DRAWING_BYTES, check_memory
 from count_video.progress import NO_PROGRESS, Progress, counted_off
-from count_video.records import FootageInfo, Track
+from count_video.records import Track
 from count_video.reports.clip import AnnotatedClip, Pixels, layout_of
 from count_video.reports.drawing import MEDIA_TYPES, picture_bytes
 from count_video.reports.figure import (
@@ -89,42 +88,83 @@ def draw_evidence(
         If the evidence cannot be written.
     """
     check_memory(DRAWING_BYTES)
-    files = _opened(found.path, evidence)
+    outputs, name, content = _opened(found.path, evidence)
+    written: list[str] = []
+
+    def claim(suffix: str) -> Path:
+        # Not with_suffix: a name may hold dots.
+        target = outputs.folder / f"{name}.{suffix}"
+        with explained(target):
+            outputs.claim(target.name, content)
+        written.append(target.name)
+        return target
+
+    def write(suffix: str, data: bytes) -> None:
+        target = claim(suffix)
+        with explained(target):
+            write_whole(target, outputs.as_written(target.name, data))
+
     # Two clips of one name that are drawn at the same time would leave files of both.
-    with held(files.outputs.hidden / f"{files.name}.lock", wait=True):
+    with held(outputs.hidden / f"{name}.lock", wait=True):
         if with_json:
-            files.write("json", f"{json_line(found.result)}\n".encode("ascii"))
+            write("json", f"{json_line(found.result)}\n".encode("ascii"))
         if found.track is None:
-            files.write("html", clip_page(found.result, None, None).encode("utf-8"))
-        else:
-            _write_all(found, found.track, files, progress)
-    return tuple(files.written)
+            write("html", clip_page(found.result, None, None).encode("utf-8"))
+            return tuple(written)
+        result, kind = found.result, evidence.picture_format
+        clip, pendulum, size = _clip_of(found, found.track)
+        track_csv = table_csv(track_array(clip.track, result), frame=".0f")
+        write("track.csv", track_csv.encode("ascii"))
+        write("collisions.csv", table_csv(collisions_array(result)).encode("ascii"))
+        annotated = claim("annotated.mp4")
+        _write_clip(found.path, annotated, clip, progress)
+        material = Material(result, clip.track, clip.space_time(), pendulum)
+        sheet = trial_figure(material)
+        picture = picture_bytes(sheet, kind)
+        write(kind, picture)
+        for panel, figure in panel_figures(material).items():
+            write(f"{panel}.{kind}", picture_bytes(figure, kind))
+        write("strip.jpg", thumbnail_jpeg(material))
+        mp4 = annotated.read_bytes()
+        shown = Footage(mp4, clip.track.frame, clip.shown_s, clip.cuts, content)
+        drawn = Picture(picture, MEDIA_TYPES[kind], time_panels(sheet))
+        write("html", clip_page(result, shown, drawn).encode("utf-8"))
+        if evidence.presenter is not None:
+            wall, most = found.track.wall_side, result.burst_size
+            layout = presenter_layout(evidence.presenter, *size, wall, most)
+            talk, gif = AnnotatedClip(result, clip.track, layout, clip.shown_s), Gif(clip.shown_s)
+            _write_clip(found.path, claim("presenter.mp4"), talk, progress, gif.keeping)
+            write("presenter.gif", gif.data())
+    return tuple(written)
 
 
 def draw_trial(found: Followed) -> Figure | None:
     """Draw the picture of a counted clip, which is decoded once more; None if nothing moved."""
     if found.track is None:
         return None
+    clip, pendulum, _ = _clip_of(found, found.track)
     with open_footage(found.path) as footage:
-        clip, pendulum = _clip_of(found, found.track, footage.info)
         deque(clip.pictures(footage.frames(*_ends(clip.track))), maxlen=0)  # keeps the lines
     return trial_figure(Material(found.result, clip.track, clip.space_time(), pendulum))
 
 
-def _opened(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
-    """Open the folder for a clip; raise UsageError if a file in it is not this program's own.
+def _opened(path: Path, evidence: EvidenceSettings, *more: str) -> tuple[OutputFolder, str, str]:
+    """Open the folder for a clip; return it, the name of its files, and the digest of the clip.
 
     ``more`` are endings of files that will be written besides those of the evidence.
+
+    Raises
+    ------
+    UsageError
+        A file in the folder is not this program's own.
     """
-    outputs = open_outputs(evidence.folder)
-    outputs.csv_dialect = evidence.csv_dialect
-    content = content_digest(path) if path.is_file() else ""
     name, kind = evidence.name or output_name(path.stem), evidence.picture_format
     # The pictures are all panels on a sheet, and each alone.
     suffixes = [*_SUFFIXES, kind, *(f"{panel}.{kind}" for panel in PANELS), *more]
-    for suffix in suffixes + (list(_PRESENTER) if evidence.presenter else []):
-        outputs.check(f"{name}.{suffix}")
-    return _Files(outputs, evidence, name, content)
+    suffixes += _PRESENTER if evidence.presenter else ()
+    names = [f"{name}.{suffix}" for suffix in suffixes]
+    outputs = open_outputs(evidence.folder, names, evidence.csv_dialect)
+    return outputs, name, content_digest(path) if path.is_file() else ""
 
 
 def shows_another_clip(folder: Path, path: Path) -> bool:
@@ -138,64 +178,6 @@ def shows_another_clip(folder: Path, path: Path) -> bool:
     page = f"{output_name(path.stem)}.html"
     clip = OutputFolder(folder).written().get(page)
     return bool(clip) and (folder / page).exists() and clip != content_digest(path)
-
-
-@dataclass(frozen=True)
-class _Files:
-    """The files of one clip."""
-
-    outputs: OutputFolder
-    wanted: EvidenceSettings
-    name: str
-    clip: str
-    """Digest of the clip."""
-    written: list[str] = field(default_factory=list)
-    """Names of those that are there, or on their way."""
-
-    def claim(self, suffix: str) -> Path:
-        """Return where a file may be written."""
-        # Not with_suffix: a name may hold dots.
-        target = self.outputs.folder / f"{self.name}.{suffix}"
-        with explained(target):
-            self.outputs.claim(target.name, self.clip)
-        self.written.append(target.name)
-        return target
-
-    def write(self, suffix: str, data: bytes) -> None:
-        """Let a file appear under its name when it is complete."""
-        target = self.claim(suffix)
-        with explained(target):
-            write_whole(target, self.outputs.as_written(target.name, data))
-
-
-def _write_all(found: Followed, measured: Track, files: _Files, progress: Progress) -> None:
-    result, picture_format = found.result, files.wanted.picture_format
-    with open_footage(found.path) as footage:
-        info = footage.info
-    clip, pendulum = _clip_of(found, measured, info)
-    track_csv = table_csv(track_array(clip.track, result), frame=".0f")
-    files.write("track.csv", track_csv.encode("ascii"))
-    files.write("collisions.csv", table_csv(collisions_array(result)).encode("ascii"))
-    annotated = files.claim("annotated.mp4")
-    _write_clip(found.path, annotated, clip, progress)
-    material = Material(result, clip.track, clip.space_time(), pendulum)
-    sheet = trial_figure(material)
-    picture = picture_bytes(sheet, picture_format)
-    files.write(picture_format, picture)
-    for name, figure in panel_figures(material).items():
-        files.write(f"{name}.{picture_format}", picture_bytes(figure, picture_format))
-    files.write("strip.jpg", thumbnail_jpeg(material))
-    mp4 = annotated.read_bytes()
-    shown = Footage(mp4, clip.track.frame, clip.shown_s, clip.cuts, files.clip)
-    drawn = Picture(picture, MEDIA_TYPES[picture_format], time_panels(sheet))
-    files.write("html", clip_page(result, shown, drawn).encode("utf-8"))
-    if files.wanted.presenter is not None:
-        shape = files.wanted.presenter
-        size, most = (info.width_px, info.height_px), result.burst_size
-        layout = presenter_layout(shape, *size, measured.wall_side, most)
-        talk, gif = AnnotatedClip(result, clip.track, layout, clip.shown_s), Gif(clip.shown_s)
-        _write_clip(found.path, files.claim("presenter.mp4"), talk, progress, gif.keeping)
-        files.write("presenter.gif", gif.data())
 
 
 def _write_clip(
@@ -215,14 +197,18 @@ def _write_clip(
 
 
 def _clip_of(
-    found: Followed, measured: Track, info: FootageInfo
-) -> tuple[AnnotatedClip, Pendulum | None]:
-    """Prepare the drawing of a clip, with the heavy body's face where the ball touches it."""
-    result = found.result
-    track, pendulum = touching(measured, result.collisions, found.pendulum)
-    shown_s = frame_times_s(track.frame, [c.frame for c in result.collisions], info.container_fps)
-    layout = layout_of(info.width_px, info.height_px)
-    return AnnotatedClip(result, track, layout, shown_s), pendulum
+    found: Followed, measured: Track
+) -> tuple[AnnotatedClip, Pendulum | None, tuple[int, int]]:
+    """Prepare the drawing of a clip, with the heavy body's face where the ball touches it.
+
+    Returned are the drawing, the swing of that face, and width and height of the footage.
+    """
+    with open_footage(found.path) as footage:
+        info = footage.info
+    collisions, size = found.result.collisions, (info.width_px, info.height_px)
+    track, pendulum = touching(measured, collisions, found.pendulum)
+    shown_s = frame_times_s(track.frame, [c.frame for c in collisions], info.container_fps)
+    return AnnotatedClip(found.result, track, layout_of(*size), shown_s), pendulum, size
 
 
 def _ends(track: Track) -> tuple[int, int]:

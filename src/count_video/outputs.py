@@ -21,7 +21,7 @@ import re
 import stat
 import sys
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Literal
@@ -130,27 +130,29 @@ class OutputFolder:
         """Return what a file of this name holds: a table in the folder's dialect, else ``data``."""
         if not name.endswith(".csv") or self.csv_dialect == "comma":
             return data
-        return _with_semicolons(data.decode("utf-8")).encode("utf-8")
+        target = io.StringIO()
+        writer = csv.writer(target, delimiter=";", lineterminator="\n")
+        for row in csv.reader(io.StringIO(data.decode("utf-8"), newline="")):
+            writer.writerow(c.replace(".", ",") if _POINTED.fullmatch(c) else c for c in row)
+        return target.getvalue().encode("utf-8")
 
 
-def _with_semicolons(table: str) -> str:
-    """Put semicolons between the cells of a table, and commas into its decimal numbers."""
-    target = io.StringIO()
-    writer = csv.writer(target, delimiter=";", lineterminator="\n")
-    for row in csv.reader(io.StringIO(table, newline="")):
-        writer.writerow(
-            cell.replace(".", ",") if _POINTED.fullmatch(cell) else cell for cell in row
-        )
-    return target.getvalue()
-
-
-def open_outputs(folder: Path) -> OutputFolder:
+def open_outputs(
+    folder: Path, names: Iterable[str] = (), csv_dialect: CsvDialect = "comma"
+) -> OutputFolder:
     """Open a folder for results, made if needed, and clear away what killed processes left.
+
+    Parameters
+    ----------
+    names
+        Of files that will be written; none of them may be somebody else's.
+    csv_dialect
+        Dialect of the tables.
 
     Raises
     ------
     UsageError
-        The folder cannot be made or read.
+        The folder cannot be made or read, or a file in it was not written by this program.
     """
     hidden = folder / HIDDEN
     try:
@@ -161,7 +163,11 @@ def open_outputs(folder: Path) -> OutputFolder:
         clear_unfinished(hidden)
     except OSError as error:
         raise UsageError(f"{folder}: no folder for results ({error.strerror})") from error
-    return OutputFolder(folder)
+    outputs = OutputFolder(folder)
+    outputs.csv_dialect = csv_dialect
+    for name in names:
+        outputs.check(name)
+    return outputs
 
 
 def output_name(wanted: str) -> str:
@@ -211,7 +217,12 @@ def appearing(target: Path) -> Iterator[Path]:
         yield partial
         os.fsync(descriptor)
         os.replace(partial, target)
-        _flush_folder(target.parent)
+        with suppress(OSError):  # the renaming lasts through a power cut; Windows needs this not
+            folder = os.open(target.parent, os.O_RDONLY)
+            try:
+                os.fsync(folder)
+            finally:
+                os.close(folder)
     finally:
         os.close(descriptor)
         partial.unlink(missing_ok=True)
@@ -270,18 +281,13 @@ def held(file: Path, *, wait: bool = False) -> Iterator[None]:
     try:
         try:
             _take(descriptor, wait=wait)
-        except (BlockingIOError, PermissionError) as error:
-            if not wait:
-                raise UsageError(
-                    f"{folder}: another run is at work in this folder; wait for its end, or give "
-                    "another folder with -o"
-                ) from error
         except OSError as error:
+            why = f"this folder cannot be locked ({error.strerror}); give one on another disk with"
+            if isinstance(error, BlockingIOError | PermissionError):
+                why = "another run is at work in this folder; wait for its end, or give another "
+                why += "folder with"
             if not wait:
-                raise UsageError(
-                    f"{folder}: this folder cannot be locked ({error.strerror}); give one on "
-                    "another disk with -o"
-                ) from error
+                raise UsageError(f"{folder}: {why} -o") from error
         yield
     finally:
         os.close(descriptor)
@@ -316,13 +322,3 @@ def _open_own(file: Path, flags: int) -> int:
         os.close(descriptor)
         raise FileExistsError(0, f"{HIDDEN}/{file.name} in it is no regular file")
     return descriptor
-
-
-def _flush_folder(folder: Path) -> None:
-    """Make a renaming last through a power cut, where the system can."""
-    with suppress(OSError):  # Windows opens no folders, and needs this not
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)

@@ -13,6 +13,7 @@ from count_video.batch.manifest import Job
 from count_video.batch.results import HIDDEN, ResultStore, open_store, signature
 from count_video.errors import UsageError
 from count_video.inputs import content_digest
+from count_video.outputs import OutputFolder
 from count_video.pipeline import TrialSettings
 from count_video.records import TrialResult, unread_result
 from count_video.reports.json_object import json_line
@@ -29,7 +30,7 @@ def job(tmp_path: Path) -> Job:
 def kept(tmp_path: Path) -> ResultStore:
     folder = tmp_path / "results"
     (folder / HIDDEN).mkdir(parents=True)
-    return ResultStore(folder, fresh=False)
+    return ResultStore(OutputFolder(folder), fresh=False)
 
 
 def answer_to(job: Job, *, final: bool = True, reason: str = "nothing moves") -> Answer:

@@ -109,36 +109,35 @@ def clips_in(folder: Path) -> list[Path]:
     ]
     if not clips:
         raise FootageError(f"no video file in this folder (none of {' '.join(VIDEO_SUFFIXES)})")
-    return sorted(clips, key=_natural_order)
 
+    def natural_order(path: Path) -> tuple[list[str | int], str]:
+        # Splitting at a captured group alternates text and digits, so that like meets like.
+        parts = re.split(r"(\d+)", path.name.casefold())
+        return [int(part) if part.isdecimal() else part for part in parts], path.name
 
-def _natural_order(path: Path) -> tuple[list[str | int], str]:
-    # Splitting at a captured group alternates text and digits, so that like meets like.
-    parts = re.split(r"(\d+)", path.name.casefold())
-    return [int(part) if part.isdecimal() else part for part in parts], path.name
+    return sorted(clips, key=natural_order)
 
 
 def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
-    """Yield jobs whose names are wishes: empty, or given by a manifest."""
+    """Yield jobs whose names are wishes: empty, or given by a manifest.
+
+    Of a folder the trials of its manifest come first, if it has one, then its other clips.
+    """
     if is_manifest(path):
         yield from read_manifest(path, settings)
-    elif os.path.isdir(path):
-        yield from _of_folder(path, settings)
-    else:
+        return
+    if not os.path.isdir(path):
         yield Job("", str(path), settings)
-
-
-def _of_folder(folder: Path, settings: TrialSettings) -> Iterator[Job]:
-    """Yield the trials of the folder's manifest, if it has one, then its other clips."""
-    manifest = folder / FOLDER_MANIFEST
-    listed = list(read_manifest(manifest, settings)) if os.path.isfile(manifest) else []
+        return
+    manifest = path / FOLDER_MANIFEST
+    listed = read_manifest(manifest, settings) if os.path.isfile(manifest) else []
     yield from listed
     known = {os.path.realpath(job.clip) for job in listed}
     try:
-        clips = clips_in(folder)
+        clips = clips_in(path)
     except (FootageError, OSError) as error:
         if not listed:
-            yield Job("", str(folder), settings, getattr(error, "strerror", None) or str(error))
+            yield Job("", str(path), settings, getattr(error, "strerror", None) or str(error))
     else:
         others = (clip for clip in clips if os.path.realpath(clip) not in known)
         yield from (Job("", str(clip), settings) for clip in others)
@@ -204,14 +203,11 @@ def _cells(path: Path, text: str) -> Iterator[tuple[str, dict[str, str]]]:
         where = f"{path}, line {reader.line_num}"
         if None in row:
             raise UsageError(f"{where}: more cells than columns; quote a cell with a comma")
-        yield where, {column: _cell(column, cell, delimiter) for column, cell in row.items()}
-
-
-def _cell(column: str, cell: str | None, delimiter: str) -> str:
-    """Return a cell; where semicolons stand between cells, a number may have a decimal comma."""
-    text = (cell or "").strip()
-    decimal_commas = delimiter == ";" and column in WITH_DECIMALS
-    return text.replace(",", ".") if decimal_commas else text
+        cells = {column: (cell or "").strip() for column, cell in row.items()}
+        # Where semicolons stand between cells, a number may have a decimal comma.
+        for column in WITH_DECIMALS & cells.keys() if delimiter == ";" else ():
+            cells[column] = cells[column].replace(",", ".")
+        yield where, cells
 
 
 def _job(path: Path, where: str, cells: Mapping[str, str], settings: TrialSettings) -> Job:

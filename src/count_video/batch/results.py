@@ -14,7 +14,6 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +29,7 @@ from count_video.inputs import (
     regular_file,
     signature,
 )
-from count_video.outputs import HIDDEN, OutputFolder, held, open_outputs, write_whole
+from count_video.outputs import HIDDEN, CsvDialect, OutputFolder, held, open_outputs, write_whole
 from count_video.records import TrialResult
 from count_video.reports.json_object import json_line
 from count_video.reports.words import storable
@@ -43,14 +42,14 @@ _MOST_BYTES = 100_000_000
 class ResultStore:
     """A folder of results that this process alone writes to."""
 
-    folder: Path
+    outputs: OutputFolder
     fresh: bool
     """True if results of earlier runs are not to be used."""
 
-    @cached_property
-    def outputs(self) -> OutputFolder:
-        """What this program wrote into the folder."""
-        return OutputFolder(self.folder)
+    @property
+    def folder(self) -> Path:
+        """Where the results are."""
+        return self.outputs.folder
 
     def known(self, job: Job) -> TrialResult | None:
         """Return the result of an earlier run; None if it does not hold now.
@@ -168,24 +167,28 @@ class ResultStore:
 
 
 @contextmanager
-def open_store(folder: Path, own: Iterable[str] = (), *, fresh: bool) -> Iterator[ResultStore]:
+def open_store(
+    folder: Path, own: Iterable[str] = (), csv_dialect: CsvDialect = "comma", *, fresh: bool
+) -> Iterator[ResultStore]:
     """Open a folder for results, made if needed, for this process alone.
 
     Parameters
     ----------
     own
         Names of the campaign's own files, which must be free or written by this program.
+    csv_dialect
+        Dialect of its tables.
 
     Raises
     ------
     UsageError
         The folder cannot be made, another run is at work in it, or a file is in the way.
     """
-    outputs = open_outputs(folder)
+    outputs = open_outputs(folder, (), csv_dialect)
     with held(outputs.hidden / "lock"):
         for name in own:
             outputs.check(name)
-        yield ResultStore(folder, fresh)
+        yield ResultStore(outputs, fresh)
 
 
 def _settings_text(job: Job) -> str:

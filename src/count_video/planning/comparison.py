@@ -113,7 +113,10 @@ def _found(result: TrialResult, fitted: FittedSetup, setup: Setup) -> Iterator[_
             ("release_mm", setup.release_m, fitted.release_px, "release_m"),
             ("bodies_gap_mm", setup.bodies_gap_m, fitted.bodies_gap_px, "bodies_gap_m"),
         ):
-            length = _in_mm(length_px, scale, DIAMETER_SIGMA_PX / diameter)
+            # The uncertainty of the scale, a share of it, adds to that of the length.
+            off_px = DIAMETER_SIGMA_PX / diameter * length_px.value
+            sigma = scale * math.hypot(length_px.sigma, off_px)
+            length = Estimate(length_px.value * scale, sigma)
             least = 0.0 if field == "wall_gap_m" else -math.inf  # the ball hangs off the wall
             value = max(least, length.value / 1e3)
             yield _Found(name, 1e3 * planned_m, length, field, value)
@@ -137,13 +140,6 @@ def _found(result: TrialResult, fitted: FittedSetup, setup: Setup) -> Iterator[_
     ):
         if share is not None:
             yield _Found(name, getattr(setup, name), share, name, _as_share(share.value))
-
-
-def _in_mm(length_px: Estimate, scale: float, relative: float) -> Estimate:
-    """Turn px into mm; the uncertainty of the scale, a share of it, adds to that of the length."""
-    return Estimate(
-        length_px.value * scale, scale * math.hypot(length_px.sigma, relative * length_px.value)
-    )
 
 
 def _thread_m(period_s: float, gravity_m_s2: float) -> float:
@@ -180,16 +176,15 @@ def _explanation(
     planned, theory, together = counts
     if counted is None or counted in (planned, theory):
         return ()
+
+    def in_sigmas(one: ComparedQuantity) -> float:
+        off = abs(one.found.value - one.planned)
+        return off / one.found.sigma if one.found.sigma else math.inf
+
     alone = [one for one in quantities if one.count == counted]
     if alone:
-        return tuple(one.name for one in sorted(alone, key=_surest))
+        return tuple(one.name for one in sorted(alone, key=in_sigmas, reverse=True))
     return tuple(one.name for one in quantities) if together == counted else ()
-
-
-def _surest(quantity: ComparedQuantity) -> float:
-    """Order by the difference in standard uncertainties, the largest first."""
-    off = abs(quantity.found.value - quantity.planned)
-    return -off / quantity.found.sigma if quantity.found.sigma else -math.inf
 
 
 def _as_fitted(fitted: FittedSetup, mass_ratio: float) -> Setup | None:

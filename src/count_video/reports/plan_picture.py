@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from count_video.outputs import OutputFolder, explained, open_outputs
+from count_video.outputs import OutputFolder, explained
 from count_video.physics.simulator import NO_COUNT
 from count_video.planning.plan import PICTURE_WIDTH_PX, Plan
 from count_video.planning.spread import RESOLVED_FRAMES, Chart
@@ -222,20 +221,6 @@ _CONTENTS: Mapping[str, Callable[[Plan, Figure], bytes]] = {
 }
 NAMES = tuple(_CONTENTS)
 """Files of a plan, and above what each holds."""
-
-
-def open_folder(folder: Path) -> OutputFolder:
-    """Open the folder that a plan goes to, made if needed, before the plan is worked out.
-
-    Raises
-    ------
-    UsageError
-        It cannot be made, or has files of these names that this program did not write.
-    """
-    outputs = open_outputs(folder)
-    for name in NAMES:
-        outputs.check(name)
-    return outputs
 
 
 def write_plan(plan: Plan, outputs: OutputFolder, progress: Progress = NO_PROGRESS) -> None:

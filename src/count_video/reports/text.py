@@ -9,7 +9,7 @@ from pathlib import Path
 
 from count_video.physics.theory import pi_bounds
 from count_video.planning.comparison import Expected, expected_counts, ratio_range
-from count_video.records import Ending, PlanComparison, TrialResult
+from count_video.records import PlanComparison, TrialResult
 from count_video.reports.tables import NOT_KNOWN, Column, collision_lines, text_table
 from count_video.reports.words import (
     WIDTH,
@@ -126,8 +126,15 @@ def _collision_notes(result: TrialResult) -> Iterator[Note]:
     }
     words = [f"{e.value:.4f} +- {e.sigma:.4f} {where}" for where, e in restitutions.items() if e]
     yield "Restitution", ", ".join(words)
-    if result.ending is not None:
-        yield "Ending", _ending(result.ending)
+    ending = result.ending
+    if ending is not None:
+        speeds = [fixed(speed, 2) for speed in (ending.heavy_speed, ending.ball_speed)]
+        yield (
+            "Ending",
+            f"{_ENDING_IN_WORDS[ending.kind]}; {ending.energy_kept:.0%} of the energy is left; of "
+            f"the heavy body's first speed it has {speeds[0]} away from the wall, the ball "
+            f"{speeds[1]}",
+        )
 
 
 def _expected(expected: Expected | None, count: int | None) -> str:
@@ -165,14 +172,6 @@ def _pi(result: TrialResult) -> str:
     else:
         held = "pi lies outside"
     return f"between {low:.5g} and {high:.5g} by the count and the mass ratio; {held}"
-
-
-def _ending(ending: Ending) -> str:
-    speeds = [fixed(speed, 2) for speed in (ending.heavy_speed, ending.ball_speed)]
-    return (
-        f"{_ENDING_IN_WORDS[ending.kind]}; {ending.energy_kept:.0%} of the energy is left; of the "
-        f"heavy body's first speed it has {speeds[0]} away from the wall, the ball {speeds[1]}"
-    )
 
 
 def _scene_notes(result: TrialResult) -> Iterator[Note]:
