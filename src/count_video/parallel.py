@@ -234,10 +234,11 @@ def _follow_the_parent() -> None:
     forever.
     """
     parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_leave_after, args=(parent.sentinel,), daemon=True).start()
+    if parent is None:
+        return
 
+    def leave_after_it() -> None:
+        wait([parent.sentinel])
+        os._exit(1)
 
-def _leave_after(sentinel: int) -> None:
-    wait([sentinel])
-    os._exit(1)
+    threading.Thread(target=leave_after_it, daemon=True).start()
