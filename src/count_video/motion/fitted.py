@@ -55,6 +55,9 @@ MISFIT_SIGMAS = 8.0
 MISFIT_SHARE, MISFIT_AT_MOST = 0.005, 0.5
 """... or by the first share of the ball's diameter, as a root mean square; but never by its radius,
 however unsteady the track."""
+LOST_A_FRAME = 4.0
+"""A fit that loses so much in each frame, as if all of them strayed by four standard deviations,
+is near none that describes the track: the search from there takes minutes."""
 LIKELY = 0.5
 """The last fitted collision is left to what follows the burst if this is more likely than not; and
 more collisions than were seen are given if they are."""
@@ -192,6 +195,8 @@ def _any_count(
     # Of two bodies in n frames noise alone makes a loss of n, half its chi-square.
     if not coarse.fits or coarse.best.loss >= len(coarse.observed.frame):
         coarse.scan(calm, found.burst)
+    if gap is None and coarse.best.loss > LOST_A_FRAME * len(coarse.observed.frame):
+        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     coarse.climb()
     coarse = with_frames_left_out(coarse, calm, found.burst, gap)
     observed = coarse.observed

@@ -151,7 +151,8 @@ def follow(
                 continue
             guess = (float(guesses[row, 0]), float(guesses[row, 1]))
             hides = again.hides(row) if again is not None else None
-            if again is not None:  # the guesses come from what was found with the others in front
+            if again is not None and not path.lost:
+                # The guesses come from what was found with the others in front.
                 guess = path.onward(int(frames[row]), guess)
             fit = path.find(int(frames[row]), pictures[row], guess, (shift, hides))
             if fit is not None:
@@ -175,7 +176,8 @@ class _Path:
         self._background = around.background
         self._trail: deque[tuple[int, Place]] = deque(maxlen=max(ORDERS) + 1)
         self._fastest: Place = (0.0, 0.0)
-        self._lost = self._unsure = 0
+        self.lost = self._unsure = 0
+        """Pictures since the last that showed the body, and since the last that did so surely."""
 
     def find(
         self, frame: int, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
@@ -204,11 +206,11 @@ class _Path:
         and so on. The samples guess where the body is when it shows again.
         """
         yield self._registered(picture, guess, shown)
-        if self._trail and not self._lost:
+        if self._trail and not self.lost:
             for order in ORDERS:
                 yield self._registered(picture, self.onward(frame, guess, order), shown)
         if self._unsure & (self._unsure - 1) == 0:
-            near = guess if self._lost else self.onward(frame, guess)
+            near = guess if self.lost else self.onward(frame, guess)
             yield self._searched(picture, near, shown)
 
     def _registered(
@@ -229,7 +231,7 @@ class _Path:
         """How far to search by x and by y: further, the longer the body has been lost."""
         large = REACH_OVER_HEIGHT * self._template.shape[0]
         along, across = (REACH_OVER_SPEED * fastest for fastest in self._fastest)
-        away = 1 + self._lost
+        away = 1 + self.lost
         return max(REACH_AT_LEAST_PX, large, along) * away, large + across * away
 
     def onward(self, frame: int, guess: Place, order: int = 1) -> Place:
@@ -243,7 +245,7 @@ class _Path:
 
     def lose(self) -> None:
         """Take note that a picture does not show the body."""
-        self._lost += 1
+        self.lost += 1
 
     def pass_by(self, frame: int, place: Place) -> None:
         """Take note of where the body is in a picture."""
@@ -252,10 +254,10 @@ class _Path:
             steps = abs(frame - last)
             along, across = (abs(a - b) / steps for a, b in zip(place, before, strict=True))
             self._fastest = max(self._fastest[0], along), max(self._fastest[1], across)
-        if self._lost:
+        if self.lost:
             self._trail.clear()
         self._trail.append((frame, place))
-        self._lost = 0
+        self.lost = 0
 
     def _is_sure(self, fit: Fit) -> bool:
         return fit.agreement >= SURE_SHARE * self._typical
