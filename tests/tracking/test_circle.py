@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from count_video.tracking.circle import circle_through
+from count_video.tracking.circle import Circle, Edges, circle_through
 
-SHAPE = (60, 100)
+HEIGHT_PX = 60
 PLACED_PX = 0.5
 """Edge points are whole pixels: a circle through dozens of them is right to half of one."""
 
@@ -31,7 +31,14 @@ def together(*parts: Points) -> Points:
 
 def clutter(count: int, seed: int) -> Points:
     rng = np.random.default_rng(seed)
-    return rng.integers(40, 60, count), rng.integers(0, SHAPE[0], count)
+    return rng.integers(40, 60, count), rng.integers(0, HEIGHT_PX, count)
+
+
+def found(
+    points: Points, clarity: np.ndarray | float = 1.0, height: int = HEIGHT_PX
+) -> Circle | None:
+    x, y = (np.asarray(place, np.float64) for place in points)
+    return circle_through(Edges(x, y, np.broadcast_to(clarity, x.shape)), height)
 
 
 @settings(max_examples=60)
@@ -41,7 +48,7 @@ def test_a_ball_is_found_by_its_outline_in_spite_of_its_ring_and_clutter(
 ) -> None:
     points = together(ring(x, y, radius), ring(x, y, radius / 2), clutter(15, seed))
 
-    circle = circle_through(*points, SHAPE)
+    circle = found(points)
 
     assert circle is not None
     assert circle.x_px == pytest.approx(x, abs=PLACED_PX)
@@ -54,7 +61,7 @@ def test_a_large_ball_covered_with_print_is_found_by_its_outline(seed: int) -> N
     rng = np.random.default_rng(seed)
     print_on_it = rng.integers(70, 130, 700), rng.integers(40, 80, 700)
 
-    circle = circle_through(*together(ring(100, 60, 49), print_on_it), (120, 250))
+    circle = found(together(ring(100, 60, 49), print_on_it), height=120)
 
     assert circle is not None
     assert circle.radius_px == pytest.approx(49.0, abs=PLACED_PX)
@@ -63,14 +70,14 @@ def test_a_large_ball_covered_with_print_is_found_by_its_outline(seed: int) -> N
 def test_two_arcs_left_and_right_are_enough() -> None:
     points = together(ring(50, 30, 24, (-55, 55)), ring(50, 30, 24, (125, 235)))
 
-    circle = circle_through(*points, SHAPE)
+    circle = found(points)
 
     assert circle is not None
     assert circle.radius_px == pytest.approx(24.0, abs=PLACED_PX)
 
 
 def test_the_left_arc_alone_is_no_ball() -> None:
-    assert circle_through(*ring(50, 30, 24, (100, 260)), SHAPE) is None
+    assert found(ring(50, 30, 24, (112, 248))) is None
 
 
 @pytest.mark.parametrize("half", [16, 20, 25])
@@ -80,35 +87,60 @@ def test_a_square_is_no_circle(half: int) -> None:
     x = 50 + np.concatenate([side, side, low, high])
     y = 30 + np.concatenate([low, high, side, side])
 
-    assert circle_through(x, y, SHAPE) is None
+    assert found((x, y)) is None
 
 
 def test_two_upright_edges_are_no_circle() -> None:
     rows = np.arange(5, 55)
     x = np.concatenate([np.full(50, 20), np.full(50, 80)])
 
-    assert circle_through(x, np.concatenate([rows, rows]), SHAPE) is None
+    assert found((x, np.concatenate([rows, rows]))) is None
 
 
 @pytest.mark.parametrize("radius", [5, 50])
 def test_circles_far_smaller_or_larger_than_the_area_are_left_out(radius: int) -> None:
-    assert circle_through(*ring(50, 30, radius), SHAPE) is None
+    assert found(ring(50, 30, radius)) is None
 
 
 @pytest.mark.parametrize("count", [0, 3, 15])
 def test_a_few_points_are_no_circle(count: int) -> None:
     x, y = ring(50, 30, 24)
 
-    assert circle_through(x[:count], y[:count], SHAPE) is None
+    assert found((x[:count], y[:count])) is None
 
 
 def test_points_in_one_place_are_no_circle() -> None:
     same = np.full(40, 7)
 
-    assert circle_through(same, same, SHAPE) is None
+    assert found((same, same)) is None
 
 
 def test_the_answer_is_the_same_every_time() -> None:
     points = together(ring(50, 30, 22), clutter(40, 1))
 
-    assert circle_through(*points, SHAPE) == circle_through(*points, SHAPE)
+    assert found(points) == found(points)
+
+
+def test_a_ball_beside_its_shadow_is_found_though_the_shadow_is_as_clear() -> None:
+    shadow = np.array(ring(58, 36, 20))
+    shown = np.hypot(shadow[0] - 48, shadow[1] - 28) > 20
+
+    circle = found(together(ring(48, 28, 20), (shadow[0, shown], shadow[1, shown])))
+
+    assert circle is not None
+    assert (circle.x_px, circle.y_px) == pytest.approx((48.0, 28.0), abs=PLACED_PX)
+    assert circle.radius_px == pytest.approx(20.0, abs=PLACED_PX)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_faint_outline_is_found_about_texture_that_is_everywhere(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    texture = rng.integers(26, 74, 600), rng.integers(4, 56, 600)
+    within = np.hypot(texture[0] - 50, texture[1] - 30) < 22
+    points = together(ring(50, 30, 22), (texture[0][within], texture[1][within]))
+    clarity = np.where(np.arange(len(points[0])) < len(ring(50, 30, 22)[0]), 1.0, 0.4)
+
+    circle = found(points, clarity)
+
+    assert circle is not None
+    assert circle.radius_px == pytest.approx(22.0, abs=PLACED_PX)

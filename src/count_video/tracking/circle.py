@@ -1,7 +1,9 @@
 """Is there a circle among these edge points? A ball's outline, found in spite of its markings.
 
 Random triples of points propose circles and the points near each circle vote (Fischler and Bolles
-1981). Nothing depends on it but the scale and the ball's centre: bodies need not be round.
+1981). An outline has clear points all around and none a little outside, where the pictures show now
+this and now that: a ring within it has, and of a shadow a part is hidden. Nothing depends on it but
+the scale and the ball's centre: bodies need not be round.
 """
 
 from __future__ import annotations
@@ -19,31 +21,22 @@ PROPOSALS = 300
 an outline that is known to half a pixel say little of the rest of it."""
 SEED = 20260101
 """Draws are repeatable: the same footage gives the same answer."""
-NEAR_PX = 1.0
-"""Points this near to the circle are on it: edges are found to about half a pixel."""
-SECTORS = 24
-SECTORS_AT_LEAST = 11
-"""So many of the circle's 24 sectors must hold points."""
-CENTRAL_ROWS = 0.7
-OUTERMOST_PX = 1.2
-BETTER_SIDE = 0.8
-POORER_SIDE = 0.1
-"""In the rows within 0.7 radii of the centre the outermost points must lie this near to the circle,
-in these shares of the rows on either side. A square's side can be that near to a circle in up to
-70 % of them; a ball's far side may fade into what lies behind."""
-LARGE_PX, SQUARE_SECTORS, NEARLY_ALL = 24.0, 16, 22
-"""No straight side is mistaken for the arc of a circle at least this large: a square is near to it
-in no more than so many sectors. If more hold points, one side will do, and if nearly all do, none
-need be outermost: a ball that hardly moves keeps parts of what lies behind it."""
+NEAR_PX, BEYOND_PX = 1.0, 3.0
+"""Points this near to a circle are on it, for edges are found to about half a pixel; so far outside
+of an outline there are none."""
+SECTORS, SECTORS_AT_LEAST = 24, 10.5
+"""So many of a circle's sectors show it: of balls 11 or more, also beside their shadow, of other
+bodies at most 10, but for wheels and the like (189 outlines of rendered clips, truth known)."""
 POINTS_AT_LEAST = 16
-POINTS_AT_MOST = 500
+POINTS_AT_MOST = 400
 """More points are thinned out at random: the vote does not need them."""
 RADIUS_SHARE = (0.2, 0.7)
 """Radius as a share of the height of the area that is searched."""
-VOTES_SHARE = 0.8
-REFINED = 12
-"""So many of the circles with most votes are refined and vote again: three points of an outline
-that are known to half a pixel give it by a pixel or two only."""
+CLEAR_QUANTILE, NOISE_CLEAR = 0.9, 0.1
+"""Points count by their clarity up to this quantile of it, of which noise is about this share."""
+REFINED, ROUGHLY = 12, 2.0
+"""So many of the circles are refined and vote again: three points of an outline that are known to
+half a pixel give it so many times less surely."""
 REFINEMENTS = 3
 
 
@@ -54,62 +47,58 @@ class Circle:
     x_px: float
     y_px: float
     radius_px: float
+    sectors: float
+    """So many of its sectors show it, of ``SECTORS``."""
 
 
-def circle_through(
-    x: Floats,
-    y: NDArray[np.intp],
-    shape: tuple[int, ...],
-    radius_share: tuple[float, float] = RADIUS_SHARE,
-) -> Circle | None:
-    """Find the circle that most of its sectors show; None if there is none.
+@dataclass(frozen=True)
+class Edges:
+    """Edge points; arrays have shape (n,)."""
 
-    Parameters
-    ----------
-    x, y
-        Edge points, shape (n,), in px.
-    shape
-        Height and width of the area they lie in.
-    radius_share
-        Smallest and largest radius as a share of this height.
+    x_px: Floats
+    y_px: Floats
+    clarity: Floats
+    """How steep each is, in any unit."""
+
+
+def circle_through(edges: Edges, height_px: int) -> Circle | None:
+    """Find the circle that most of its sectors show clearly; None if there is none.
+
+    ``height_px`` is that of the area in which the edges lie.
     """
-    if len(x) < POINTS_AT_LEAST:
+    if len(edges.clarity) < POINTS_AT_LEAST:
         return None
-    points = np.stack([x, y], axis=1).astype(np.float64)
+    points = np.stack([edges.x_px, edges.y_px], axis=1)
+    clear = np.minimum(edges.clarity / np.quantile(edges.clarity, CLEAR_QUANTILE), 1.0)
     rng = np.random.default_rng(SEED)
-    voters = points
-    if len(points) > POINTS_AT_MOST:
-        voters = points[rng.choice(len(points), POINTS_AT_MOST, replace=False)]
-    low, high = (share * shape[0] for share in radius_share)
-    circles = _sized(_through_three(_triples(voters, rng)), low, high)[:PROPOSALS]
-    best = np.argsort(-_votes(voters, circles), kind="stable")[:REFINED]
+    some = _some(len(points), rng)
+    voters, votes = points[some], clear[some]
+    low, high = (share * height_px for share in RADIUS_SHARE)
+    triples = points[rng.choice(len(points), (TRIPLES, 3), p=clear / clear.sum())]
+    circles = _sized(_through_three(triples), low, high)[:PROPOSALS]
+    best = np.argsort(-_shown(voters, votes, circles, ROUGHLY), kind="stable")[:REFINED]
     circles = _sized(_refined(points, circles[best]), low, high)
     if len(circles) == 0:
         return None
-    votes = _votes(voters, circles)
-    good = circles[votes >= VOTES_SHARE * votes.max()]
-    # An arc and the ring of a ball make up smaller circles: the largest good one is the outline.
-    outline = good[int(np.argmax(good[:, 2]))]
-    return Circle(*(float(value) for value in outline)) if _shown(points, outline) else None
+    shown = _shown(voters, votes, circles)
+    outline = int(np.argmax(shown))
+    if shown[outline] < SECTORS_AT_LEAST:
+        return None
+    x, y, radius = circles[outline].tolist()
+    return Circle(x, y, radius, float(shown[outline]))
+
+
+def _some(count: int, rng: np.random.Generator) -> NDArray[np.intp]:
+    """Which of so many points vote."""
+    if count <= POINTS_AT_MOST:
+        return np.arange(count)
+    return rng.choice(count, POINTS_AT_MOST, replace=False)
 
 
 def _sized(circles: Floats, low: float, high: float) -> Floats:
     """Keep circles with a radius between two bounds; shape (n, 3)."""
     circles = circles.reshape(-1, 3)
     return circles[(circles[:, 2] > low) & (circles[:, 2] < high)]
-
-
-def _triples(points: Floats, rng: np.random.Generator) -> Floats:
-    """Random triples: of all points, and of the outermost ones in their rows; shape (n, 3, 2).
-
-    Most of the latter lie on the outline, however many marks the ball has within it.
-    """
-    order = np.lexsort((points[:, 0], points[:, 1]))
-    rows = points[order, 1]
-    ends = np.flatnonzero(np.diff(rows))
-    outer = points[order[np.unique(np.r_[0, ends, ends + 1, len(rows) - 1])]]
-    triples = [some[rng.integers(0, len(some), (TRIPLES // 2, 3))] for some in (points, outer)]
-    return np.concatenate(triples)
 
 
 def _through_three(triples: Floats) -> Floats:
@@ -129,22 +118,38 @@ def _through_three(triples: Floats) -> Floats:
     return circles[np.argsort(-np.abs(cross) / circles[:, 2] ** 2, kind="stable")]
 
 
-def _votes(points: Floats, circles: Floats) -> NDArray[np.intp]:
-    """How many sectors of each circle hold points: many points of one arc count once."""
-    shown = np.zeros((len(circles), SECTORS), dtype=bool)
-    circle, point = np.nonzero(_near(points, circles, NEAR_PX))
+def _shown(points: Floats, clear: Floats, circles: Floats, roughly: float = 1.0) -> Floats:
+    """How many sectors show an outline: clearer points on the circle than a little outside of it.
+
+    A sector counts by the contrast of the two. Circles that are known ``roughly`` are so many times
+    less sure.
+    """
+    on, beyond = (
+        _clearest(points, clear, circles, _near(points, circles, roughly * NEAR_PX, outside_px))
+        for outside_px in (0.0, roughly * BEYOND_PX)
+    )
+    return np.asarray(((on - beyond) / (on + beyond + NOISE_CLEAR)).sum(axis=1))
+
+
+def _clearest(points: Floats, clear: Floats, circles: Floats, near: NDArray[np.bool_]) -> Floats:
+    """Clarity of the clearest of the near points of each sector, shape (circles, SECTORS)."""
+    found = np.zeros((len(circles), SECTORS))
+    circle, point = np.nonzero(near)
     away = points[point] - circles[circle, :2]
-    shown[circle, _sector(away[:, 0], away[:, 1])] = True
-    return np.asarray(shown.sum(axis=1), dtype=np.intp)
+    np.maximum.at(found, (circle, _sector(away[:, 0], away[:, 1])), clear[point])
+    return found
 
 
-def _near(points: Floats, circles: Floats, reach_px: float) -> NDArray[np.bool_]:
-    """Which points lie within a distance of which circles, shape (circles, points).
+def _near(
+    points: Floats, circles: Floats, reach_px: float, outside_px: float = 0.0
+) -> NDArray[np.bool_]:
+    """Which points lie on which circles, or so far outside, shape (circles, points).
 
     A distance d from a centre is within e of a radius r if d^2 - r^2 - e^2 is within 2 r e of 0,
     which takes one product of matrices and no roots.
     """
     x, y, radius = circles.T
+    radius = radius + outside_px
     rest = x**2 + y**2 - radius**2 - reach_px**2
     of_circles = np.stack([-2 * x, -2 * y, np.ones(len(x)), rest], axis=1)
     of_points = np.stack([*points.T, (points**2).sum(axis=1), np.ones(len(points))])
@@ -168,7 +173,7 @@ def _refined(points: Floats, circles: Floats) -> Floats:
     square = (points**2).sum(axis=1)
     products = (unknowns[:, :, None] * unknowns[:, None]).reshape(len(points), -1)
     for _ in range(REFINEMENTS):
-        near = _near(points, circles, 2 * NEAR_PX)
+        near = _near(points, circles, ROUGHLY * NEAR_PX)
         held = near.astype(np.float64)
         powers = (held @ products).reshape(-1, 3, 3)
         right = held @ (unknowns * square[:, None])
@@ -177,24 +182,3 @@ def _refined(points: Floats, circles: Floats) -> Floats:
         many = near.sum(axis=1) >= POINTS_AT_LEAST
         circles = np.where(many[:, None], fitted, circles)
     return np.asarray(circles + middle)
-
-
-def _shown(points: Floats, circle: Floats) -> bool:
-    """Whether the circle is the outline: all around, and outermost in most rows."""
-    sectors = int(_votes(points, circle[None])[0])
-    poorer, better = sorted(_outermost_share(points, circle, side) for side in (-1, 1))
-    if circle[2] >= LARGE_PX and sectors > SQUARE_SECTORS:
-        return better >= BETTER_SIDE or sectors >= NEARLY_ALL
-    return sectors >= SECTORS_AT_LEAST and poorer >= POORER_SIDE and better >= BETTER_SIDE
-
-
-def _outermost_share(points: Floats, circle: Floats, side: int) -> float:
-    """Share of the rows about the centre whose outermost point on a side lies on the circle."""
-    central = points[np.abs(points[:, 1] - circle[1]) < CENTRAL_ROWS * circle[2]]
-    if len(central) == 0:
-        return 0.0
-    rows, row = np.unique(central[:, 1], return_inverse=True)
-    outermost = np.full(len(rows), -np.inf)
-    np.maximum.at(outermost, row, side * central[:, 0])
-    edge = side * circle[0] + np.sqrt(circle[2] ** 2 - (rows - circle[1]) ** 2)
-    return float(np.mean(np.abs(outermost - edge) < OUTERMOST_PX))

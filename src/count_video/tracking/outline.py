@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.signals import beyond
-from count_video.tracking.circle import LARGE_PX, Circle, circle_through
+from count_video.tracking.circle import Circle, Edges, circle_through
 from count_video.tracking.template import Pixels, Template, make_template
 
 EDGE_POSSIBLE = 0.35
@@ -27,11 +27,12 @@ PIECE_HEIGHT = 0.2
 BEYOND_OUTLINE_PX = 2
 """Pixels kept beyond the outline: the blurred edge reaches that far."""
 OUTSIDE_SHARE = 0.35
-"""A circle is the outline if no larger share of what moves lies outside of it. More may be its
-shadow, if of the squared slopes, too, no larger share lies outside, and no larger share of that
-is brighter than what lies behind, or darker than a shadow."""
-SHADOW_SHARE, DEEPEST = 0.5, 0.5
-"""A shadow is as large as its body at most, and takes no more than half of the light."""
+"""A circle is the outline if no larger share of what moves lies outside of it."""
+CLEAR_SECTORS, SHADOW_SHARE = 12.5, 0.7
+"""Of what more than half of a circle shows, that is a ball's shadow, or scenery that it hid in few
+of the pictures; of a cart, four fifths lie outside of a wheel."""
+ENDS_SECTORS = 11.5
+"""So many sectors of a circle are shown by the ends of what moves, which are nowhere else."""
 ROWS_AT_LEAST = 8
 FAINT_SHARE = 0.5
 """Edges in a smaller share of the rows are no outline."""
@@ -72,15 +73,18 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
 
     ``fence`` gives the first and last column that can be the body's.
     """
-    slope = np.gradient(mean.appearance)[1]
-    clarity = np.abs(slope) / np.sqrt(mean.variance)
-    clarity[~mean.moving] = 0
-    columns = np.arange(clarity.shape[1])
-    clarity[:, (columns < fence[0]) | (columns > fence[1])] = 0
+    slope, across = (np.gradient(mean.appearance, axis=axis) for axis in (1, 0))
+    columns = np.arange(mean.appearance.shape[1])
+    own = mean.moving & (columns >= fence[0]) & (columns <= fence[1])
+    clarity, clear_across = (
+        np.where(own, np.abs(one) / np.sqrt(mean.variance), 0) for one in (slope, across)
+    )
     body = _own_edges(clarity)
-    circle = circle_through(*_edge_points(np.where(body, clarity, 0)), clarity.shape)
-    if circle is None or not _holds(circle, mean):
-        circle = _circle_of_ends(mean, slope, fence)
+    upright = _edge_points(np.where(body, clarity, 0))
+    level = _edge_points(np.where(_own_edges(clear_across.T), clear_across.T, 0))[[1, 0, 2]]
+    circle = circle_through(Edges(*np.concatenate([upright, level], axis=1)), len(body))
+    if circle is None or not _is_outline(circle, mean):
+        circle = _circle_of_ends(mean, slope, own)
     if circle is not None:
         body = mean.moving & (_away(circle, body.shape) < BEYOND_OUTLINE_PX)
     elif body.any(axis=1).sum() < FAINT_SHARE * body.shape[0]:
@@ -100,42 +104,34 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     return _cut_out(mean, (rows, left, right), ends, circle is not None)
 
 
-def _circle_of_ends(mean: Mean, slope: Pixels, fence: tuple[float, float]) -> Circle | None:
-    """Find a large circle through both ends of what moves in each row; None if there is none.
+def _circle_of_ends(mean: Mean, slope: Pixels, own: NDArray[np.bool_]) -> Circle | None:
+    """Find a circle through both ends of what moves in each row; None if there is none.
 
     It goes through the steepest edges near them or, where these are soft, the ends themselves.
     """
-    columns = np.arange(slope.shape[1])
-    own = mean.moving & (columns >= fence[0]) & (columns <= fence[1])
     rows = np.flatnonzero(own.any(axis=1))
     first = np.argmax(own[rows], axis=1)
     last = own.shape[1] - 1 - np.argmax(own[rows, ::-1], axis=1)
     edges = _edges(slope, rows, first, 1), _edges(slope, rows, last, -1)
     for ends in (edges, (first, last)):
-        circle = circle_through(np.concatenate(ends), np.r_[rows, rows], slope.shape)
-        if circle is not None and circle.radius_px >= LARGE_PX and _holds(circle, mean):
+        x = np.concatenate(ends).astype(np.float64)
+        points = Edges(x, np.r_[rows, rows].astype(np.float64), np.ones(len(x)))
+        circle = circle_through(points, len(own))
+        if circle and circle.sectors >= ENDS_SECTORS and _beside(circle, mean) <= OUTSIDE_SHARE:
             return circle
     return None
 
 
-def _holds(circle: Circle, mean: Mean) -> bool:
-    """Whether a circle holds most of what moves, but for a shadow that moves with it.
+def _is_outline(circle: Circle, mean: Mean) -> bool:
+    """Whether a circle is the outline, by how clear it is and how much of what moves it holds."""
+    clear = circle.sectors >= CLEAR_SECTORS
+    return _beside(circle, mean) <= (SHADOW_SHARE if clear else OUTSIDE_SHARE)
 
-    A shadow darkens what lies behind it, and its edges are soft: squared slopes separate them from
-    the circle's, which are sharp.
-    """
-    away = _away(circle, mean.moving.shape)
-    outside = mean.moving & (away >= BEYOND_OUTLINE_PX)
-    if outside.sum() <= OUTSIDE_SHARE * mean.moving.sum():
-        return True
-    light = mean.appearance[outside] / np.maximum(mean.behind[outside], 1.0)
-    strange = (light > 1) | (light < DEEPEST)
-    too_large = outside.sum() > SHADOW_SHARE * mean.moving.sum()
-    if too_large or strange.sum() > OUTSIDE_SHARE * len(strange):
-        return False
-    slopes = np.where(mean.moving, own_slopes(mean), 0)
-    circular, beside = slopes[np.abs(away) < BEYOND_OUTLINE_PX].sum(), slopes[outside].sum()
-    return bool(beside <= OUTSIDE_SHARE * (circular + beside))
+
+def _beside(circle: Circle, mean: Mean) -> float:
+    """Share of what moves that lies outside of a circle."""
+    outside = mean.moving & (_away(circle, mean.moving.shape) >= BEYOND_OUTLINE_PX)
+    return float(outside.sum() / mean.moving.sum())
 
 
 def own_slopes(mean: Mean) -> Pixels:
@@ -191,15 +187,16 @@ def _own_edges(clarity: Pixels) -> NDArray[np.bool_]:
     return np.asarray(own & np.isin(labels, pieces), dtype=bool)
 
 
-def _edge_points(clarity: Pixels) -> tuple[Floats, NDArray[np.intp]]:
-    """Places and rows of the edges that are clearest among their neighbours in the row.
+def _edge_points(clarity: Pixels) -> Floats:
+    """Find the edges that are clearest among their neighbours in the row.
 
-    Between the columns the parabola through the neighbours gives the place.
+    Returns their columns, rows and clarity, shape (3, n). Between the columns the parabola through
+    the neighbours gives the place.
     """
     before = np.pad(clarity, ((0, 0), (1, 0)))[:, :-1]
     after = np.pad(clarity, ((0, 0), (0, 1)))[:, 1:]
     y, x = np.nonzero((clarity > before) & (clarity >= after) & (clarity > 0))
-    return x + beyond(before[y, x], clarity[y, x], after[y, x]), y
+    return np.stack([x + beyond(before[y, x], clarity[y, x], after[y, x]), y, clarity[y, x]])
 
 
 def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> float:
