@@ -93,7 +93,9 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     """Whether pictures agree better with their median if they are moved back along a path.
 
     Of all samples those count that the path moves furthest. The pixels that both explanations show
-    are compared, by the mean of their differences, which are limited to what noise makes.
+    are compared, by the mean of their differences, which are limited to what noise makes. Their
+    mean must be the sharper one, too: where a plain background shows a few edges, a body that
+    moves may change more pixels than these do.
 
     Parameters
     ----------
@@ -115,7 +117,7 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     stands, moves = (_differences(one, even, most) for one in (small, back))
     limit = NOISE_SIGMAS * (MEDIAN_TO_SIGMA * float(np.median(stands)) + ROUNDING)
     means = [np.minimum(one[shown], limit).mean() for one in (stands, moves)]
-    return bool(means[1] < means[0])
+    return bool(means[1] < means[0]) and _edges(back, most) > _edges(small, most)
 
 
 def _differences(
@@ -124,6 +126,12 @@ def _differences(
     """Differences of the pictures that are asked for from the median of those evenly spread."""
     median = np.median(np.array([pictures[k] for k in even.tolist()]), axis=0)
     return np.array([np.abs(pictures[k] - median) for k in asked.tolist()], np.float32)
+
+
+def _edges(pictures: Mapping[int, Pixels], asked: NDArray[np.intp]) -> float:
+    """Sum of the slopes of the mean of the pictures that are asked for."""
+    mean = np.mean([pictures[k] for k in asked.tolist()], axis=0)
+    return float(np.hypot(*np.gradient(mean)).sum())
 
 
 def _shown(shape: tuple[int, ...], shift_px: Floats) -> NDArray[np.bool_]:

@@ -107,16 +107,19 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     return Samples(rows[together], lights, active, width, _moved(some))
 
 
-def differences(pictures: Sequence[Luma]) -> list[Luma]:
-    """Take absolute differences of pictures of one brightness from the median of some of them."""
-    middle = _middle(pictures)
+def differences(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> list[Luma]:
+    """Take absolute differences of pictures of one brightness from the median of some of them.
+
+    What is marked by ``hidden``, picture by picture, has no part in that.
+    """
+    middle = _middle(pictures, hidden)
     return [np.asarray(cv2.absdiff(one, middle), np.uint8) for one in pictures]
 
 
-def _middle(pictures: Sequence[Luma]) -> Luma:
+def _middle(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Luma:
     """Take the median of some pictures, evenly spread."""
     some = np.linspace(0, len(pictures) - 1, min(MEDIAN_OF, len(pictures))).astype(int)
-    return median_picture([pictures[k] for k in some])
+    return median_picture([pictures[k] for k in some], [hidden[k] for k in some if hidden])
 
 
 def median_picture(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Luma:
