@@ -23,8 +23,8 @@ from count_video.tracking.template import Pixels, piece_at
 
 Luma = NDArray[np.uint8]
 
-MOTION_OF, SMOOTHING_PX = 31, 1.5
-"""Whether the camera moved is decided by so many reduced pictures, smoothed against their noise."""
+MOTION_OF = 31
+"""Whether the camera moved is decided by so many reduced pictures."""
 NOISE_SIGMAS, ROUNDING = 6.0, 0.5
 """Differences beyond so many standard deviations of the noise, and grey levels of rounding, count
 alike: bodies differ from what they hide however the camera moved."""
@@ -110,9 +110,9 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     even = np.linspace(0, len(pictures) - 1, min(MOTION_OF, len(pictures))).astype(int)
     small, back = {}, {}
     for k in np.union1d(even, most).tolist():
-        plain = reduced(pictures[k], scale).astype(np.float32)
-        small[k] = np.asarray(cv2.GaussianBlur(plain, (0, 0), SMOOTHING_PX), np.float32)
-        back[k] = moved_back(small[k], shift_px[k] / scale)
+        plain, (x, y) = reduced(pictures[k], scale), shift_px[k] / scale
+        shape = plain.shape[0], plain.shape[1]
+        small[k], back[k] = piece_at(plain, 0.0, 0.0, shape), piece_at(plain, x, y, shape)
     shown = np.array([_shown(small[k].shape, shift_px[k] / scale) for k in most.tolist()])
     stands, moves = (_differences(one, even, most) for one in (small, back))
     limit = NOISE_SIGMAS * (MEDIAN_TO_SIGMA * float(np.median(stands)) + ROUNDING)

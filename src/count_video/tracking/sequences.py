@@ -109,10 +109,6 @@ def moved_back(picture: NDArray[Depth], shift_px: Sequence[float] | Floats) -> N
     matrix = np.array([[1.0, 0.0, -shift_px[0]], [0.0, 1.0, -shift_px[1]]])
     size = picture.shape[1], picture.shape[0]
     moved = cv2.warpAffine(
-        np.ascontiguousarray(picture),
-        matrix,
-        size,
-        flags=cv2.INTER_CUBIC,
-        borderMode=cv2.BORDER_REPLICATE,
+        np.ascontiguousarray(picture), matrix, size, borderMode=cv2.BORDER_REPLICATE
     )
     return np.asarray(moved, picture.dtype)
