@@ -59,7 +59,9 @@ def followed(behind: Luma, shown: list[Luma]) -> Followed:
     sightings = {frame: (round(body_x(frame)), TOP) for frame in range(0, LEAVES, 4)}
     places = {frame: (float(x), float(y)) for frame, (x, y) in sightings.items()}
     body = Body(template, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
-    return follow(shown, FRAMES, body, Surroundings(behind, np.zeros((len(FRAMES), 2))))
+    return follow(
+        dict(enumerate(shown)), FRAMES, body, Surroundings(behind, np.zeros((len(FRAMES), 2)))
+    )
 
 
 @pytest.mark.parametrize("likeness", [0.5, 0.6])
@@ -117,8 +119,8 @@ def followed_falling(
     )
     places = {frame: (float(SIDE), float(tops[frame])) for frame in range(sighted)}
     body = Body(template, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
-    frames = np.arange(len(tops))
-    return follow(shown, frames, body, Surroundings(behind, np.zeros((len(tops), 2))))
+    around = Surroundings(behind, np.zeros((len(tops), 2)))
+    return follow(dict(enumerate(shown)), np.arange(len(tops)), body, around)
 
 
 def test_a_lost_body_is_found_where_its_own_motion_took_it() -> None:

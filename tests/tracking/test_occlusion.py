@@ -61,7 +61,7 @@ def body(which: int) -> Body:
 def test_the_one_behind_is_found_by_what_is_not_hidden(front: int) -> None:
     shown = dict(enumerate(pictures(front)))
     background = Background(BEHIND, {}, {})
-    clip = Clip(list(shown.values()), FRAMES, shown, background, np.zeros((len(FRAMES), 2)))
+    clip = Clip(shown, FRAMES, background, np.zeros((len(FRAMES), 2)))
     alone = [clip.follow(body(which)) for which in (0, 1)]
     clear = unhidden(clip, alone)
     truth = places()

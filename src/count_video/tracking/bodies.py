@@ -38,7 +38,7 @@ from count_video.tracking.proposals import (
 from count_video.tracking.regions import find_regions
 from count_video.tracking.rigid import scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
-from count_video.tracking.sequences import ByFrame, Turned, levelled
+from count_video.tracking.sequences import Lumas, levelled
 from count_video.tracking.shape import Box, Shape, size_of
 
 Luma = NDArray[np.uint8]
@@ -97,7 +97,7 @@ def find_movers(
     samples = choose_samples(thumbnails.taken())
     if len(samples.chosen) < 2:
         return NOTHING_MOVES
-    scene = _Scene(samples, *levelled(pictures, samples))
+    scene = _Scene(samples, frames[samples.chosen], *levelled(pictures, samples))
     proposals = scene.proposals()
     if not proposals:
         return NOTHING_MOVES
@@ -106,17 +106,15 @@ def find_movers(
     if upright:
         proposals = [turned(one) for one in proposals]
         tilt = line_tilt_deg([one.path_px for one in proposals[:2]])
-    roughs = roughly(proposals, frames[samples.chosen])
-    views = Turned(pictures) if upright else pictures
-    rows = dict(zip(frames[samples.chosen].tolist(), samples.chosen.tolist(), strict=True))
-    sampled = ByFrame(views, rows)
-    background = scene.background(sampled, upright, [])
-    clip = Clip(views, frames, sampled, background, np.zeros((len(frames), 2)))
+    roughs = roughly(proposals, scene.frames)
+    lumas = Lumas(pictures, frames, turned=upright)
+    background = scene.background(lumas, upright, [])
+    clip = Clip(lumas, frames, background, np.zeros((len(frames), 2)))
     motion = _camera_motion(clip, scene, roughs)
     if motion is not None:
         shift = np.nan_to_num(motion.shift_px)
         scene.take_shift(shift[samples.chosen], upright=upright)
-        background = scene.background(sampled, upright, [])
+        background = scene.background(lumas, upright, [])
         clip = replace(clip, background=background, shift_px=shift)
     followed = _followed(clip, scene, roughs, (upright, enough))
     if motion is None:
@@ -127,11 +125,13 @@ def find_movers(
 
 def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion | None:
     """Measure the camera's motion; where corners show none, only if a few samples do."""
-    parts = scenery(clip.samples, clip.background, [_swept(rough) for rough in roughs])
+    parts = scenery(clip.pictures, clip.background, [_swept(rough) for rough in roughs])
     if not scene.shift_px.any():
-        some = list(clip.samples)[:: 1 + len(clip.samples) // TREMBLE_OF]
-        few = [replace(part, sightings={k: part.sightings[k] for k in some}) for part in parts]
-        if camera_motion(few, [clip.samples[k] for k in some], np.array(some)) is None:
+        some = scene.frames[:: 1 + len(scene.frames) // TREMBLE_OF]
+        few = [
+            replace(part, sightings={k: part.sightings[k] for k in some.tolist()}) for part in parts
+        ]
+        if camera_motion(few, clip.pictures, some) is None:
             return None
     return camera_motion(parts, clip.pictures, clip.frames)
 
@@ -182,7 +182,7 @@ def _learnt_again(
     moves on its own, for bodies are solid.
     """
     before = [few.shape(seen) for seen in found]
-    few = replace(few, background=scene.background(few.samples, upright, before))
+    few = replace(few, background=scene.background(few.pictures, upright, before))
     bodies: list[Body | None] = [seen.body for seen in found[:known]]
     for seen, shape in zip(found[known:], before[known:], strict=True):
         holds = any(shape.holds(other) and not shape.moves_with(other) for other in before)
@@ -203,8 +203,11 @@ def _as_before(seen: Followed) -> Body | None:
 class _Scene:
     """The samples, made alike and small, and what moves in them."""
 
-    def __init__(self, samples: Samples, small: Sequence[Luma], scale: int) -> None:
-        self.samples, self.scale, self.shape = samples, scale, small[0].shape
+    def __init__(
+        self, samples: Samples, frames: NDArray[np.intp], small: Sequence[Luma], scale: int
+    ) -> None:
+        self.samples, self.frames = samples, frames
+        self.scale, self.shape = scale, small[0].shape
         self._corners = follow_corners(small, samples.moved)
         self.shift_px: Floats = scene_path(self._corners)
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
@@ -225,16 +228,16 @@ class _Scene:
         return [at_full_size(one, self.scale) for one in proposed]
 
     def background(
-        self, sampled: Mapping[int, Luma], upright: bool, known: Sequence[Shape]
+        self, pictures: Mapping[int, Luma], upright: bool, known: Sequence[Shape]
     ) -> Background:
-        """Learn what stands still from samples by their frame index, but for what shapes hide."""
-        frames = list(sampled)
+        """Learn what stands still from the samples, but for what shapes hide."""
+        frames = self.frames.tolist()
         shift = self.scale * (self.shift_px[:, ::-1] if upright else self.shift_px)
         shifts = {frame: (x, y) for frame, (x, y) in zip(frames, shift.tolist(), strict=True)}
         lights = [one.turned() if upright else one for one in self.samples.lights]
         lamps = dict(zip(frames, lights, strict=True))
         some = np.linspace(0, len(frames) - 1, BACKGROUND_OF).astype(int)
-        return background_of({frames[k]: sampled[frames[k]] for k in some}, shifts, lamps, known)
+        return background_of({frames[k]: pictures[frames[k]] for k in some}, shifts, lamps, known)
 
     def hidden(
         self, clip: Clip, found: Sequence[Followed], upright: bool
@@ -243,7 +246,7 @@ class _Scene:
         shape = self.shape[::-1] if upright else self.shape
         shapes = [clip.shape(seen) for seen in found]
         marks = []
-        for frame in clip.samples:
+        for frame in self.frames.tolist():
             mark = np.zeros(shape, np.uint8)
             for one in shapes:
                 one.mark(mark, frame, scale=self.scale)

@@ -87,7 +87,7 @@ def scenery(
 
 
 def camera_motion(
-    parts: Sequence[Body], pictures: Sequence[Luma], frames: NDArray[np.intp]
+    parts: Sequence[Body], pictures: Mapping[int, Luma], frames: NDArray[np.intp]
 ) -> Motion | None:
     """Measure how the camera moved; None where it stood still or nothing shows it.
 
@@ -96,13 +96,13 @@ def camera_motion(
     parts
         Parts of the background.
     pictures
-        Lumas in order of time, n of them, each of shape (height, width).
+        Frame index -> luma, shape (height, width).
     frames
-        Frame index of each, shape (n,).
+        Indices of those to measure it in, in order of time, shape (n,).
     """
     if len(parts) < PARTS_AT_LEAST:
         return None
-    nothing = np.zeros_like(pictures[0])
+    nothing = np.zeros_like(pictures[int(frames[0])])
     around = Surroundings(nothing, np.zeros((len(frames), 2)))
     seen = [follow(pictures, frames, one, around) for one in parts]
     seen = [one for one in seen if was_followed(one.x_px)]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,7 +106,7 @@ class Again:
 
 
 def follow(
-    pictures: Sequence[Luma],
+    pictures: Mapping[int, Luma],
     frames: NDArray[np.intp],
     body: Body,
     around: Surroundings,
@@ -117,9 +117,9 @@ def follow(
     Parameters
     ----------
     pictures
-        Lumas in order of time, n of them, each of shape (height, width).
+        Frame index -> luma, shape (height, width).
     frames
-        Frame index of each.
+        Indices of those to find it in, in order of time, shape (n,).
     body
         Its template, and where it was seen.
     around
@@ -142,9 +142,9 @@ def follow(
     for way in ways:
         path = _Path(body.template, body.typical_agreement, around)
         for row in way:
-            shift = (float(shift_px[row, 0]), float(shift_px[row, 1]))
+            frame, shift = int(frames[row]), (float(shift_px[row, 0]), float(shift_px[row, 1]))
             if np.isfinite(found[row, 0]):
-                path.pass_by(int(frames[row]), (float(found[row, 0]), float(found[row, 1])))
+                path.pass_by(frame, (float(found[row, 0]), float(found[row, 1])))
                 continue
             if again is not None and not again.rows[row]:
                 path.lose()
@@ -153,8 +153,8 @@ def follow(
             hides = again.hides(row) if again is not None else None
             if again is not None and not path.lost:
                 # The guesses come from what was found with the others in front.
-                guess = path.onward(int(frames[row]), guess)
-            fit = path.find(int(frames[row]), pictures[row], guess, (shift, hides))
+                guess = path.onward(frame, guess)
+            fit = path.find(frame, pictures[frame], guess, (shift, hides))
             if fit is not None:
                 found[row] = fit.x_px - shift[0], fit.y_px - shift[1], fit.sigma_x_px
     return Followed(body, *found.T)

@@ -15,7 +15,6 @@ from count_video.tracking.cutting import EDGE_PX
 from count_video.tracking.following import Again, Followed, Surroundings, follow, was_followed
 from count_video.tracking.learning import Body, Rough, learn
 from count_video.tracking.outline import BEYOND_OUTLINE_PX
-from count_video.tracking.sequences import Chosen
 from count_video.tracking.shape import Place, Shape
 
 Luma = NDArray[np.uint8]
@@ -38,21 +37,17 @@ BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
 class Clip:
     """What bodies are followed in; pictures lie so that the motion is nearer to their x axis."""
 
-    pictures: Sequence[Luma]
+    pictures: Mapping[int, Luma]
+    """By frame index."""
     frames: NDArray[np.intp]
-    """Frame index of each picture, shape (n,)."""
-    samples: Mapping[int, Luma]
-    """Frame index -> picture, for some of them."""
+    """Which of them to follow bodies in, in order of time, shape (n,)."""
     background: Background
     shift_px: Floats
     """The camera's motion, shape (n, 2)."""
 
     def only(self, chosen: NDArray[np.intp]) -> Clip:
         """Take some of the pictures."""
-        pictures = Chosen(self.pictures, chosen)
-        return replace(
-            self, pictures=pictures, frames=self.frames[chosen], shift_px=self.shift_px[chosen]
-        )
+        return replace(self, frames=self.frames[chosen], shift_px=self.shift_px[chosen])
 
     def follow(self, body: Body, again: Again | None = None) -> Followed:
         """Find a body in all pictures, or again in some of them."""
@@ -91,7 +86,7 @@ def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -
             continue
         others = [other.path_px for other in roughs if other is not rough][:2]
         hide = _hiding(rough, roughs, [clip.shape(other) for other in found])
-        body = learn(clip.samples, clip.background, rough, others, hide)
+        body = learn(clip.pictures, clip.background, rough, others, hide)
         if body is None or any(_part_of(body, other, clip) for other in found):
             continue
         seen = clip.follow(body)
@@ -207,7 +202,7 @@ def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | 
     left, top, right, bottom = seen.body.box
     box = left - BLUR_PX, top - BLUR_PX, right + BLUR_PX, bottom + BLUR_PX
     return learn(
-        few.samples,
+        few.pictures,
         few.background,
         Rough(few.sightings(sure), box, (-np.inf, np.inf)),
         [few.sightings(other) for other in others][:2],

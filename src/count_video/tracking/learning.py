@@ -140,7 +140,7 @@ def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -
     """Learn what a body is, and where it ends, from reduced pictures."""
     again = rough.corners is None
     left, top, right, bottom = (round(edge) for edge in rough.box)
-    chosen = [k for k in choose(rough.path_px, others) if k in source.pictures]
+    chosen = choose(rough.path_px, others)
     places = {k: (rough.path_px[k][0] + left, rough.path_px[k][1] + top) for k in chosen}
     stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), places)
     for number in range(ROUNDS_AGAIN if again else ROUNDS):

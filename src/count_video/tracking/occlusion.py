@@ -108,7 +108,7 @@ def _is_in_front(clip: Clip, one: _Solid, other: _Solid, near: NDArray[np.bool_]
                 np.nonzero(both), mine, one.corners_px[row, ::-1].tolist(), strict=True
             )
         )
-        picture = clip.pictures[row]
+        picture = clip.pictures[int(clip.frames[row])]
         inside = (y >= 0) & (x >= 0) & (y < picture.shape[0]) & (x < picture.shape[1])
         seen = picture[y[inside], x[inside]].astype(np.float32)
         for k, expected in enumerate((one.appearance[mine][both], other.appearance[its][both])):
