@@ -30,7 +30,7 @@ BLUR_PX = EDGE_PX + BEYOND_OUTLINE_PX
 SAME_BODY_PX = 1.0
 """Two templates whose distance varies by less than this are parts of one body."""
 BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
-"""So many bodies are followed; those known by regions alone only if these are fewer than two."""
+"""So many bodies are followed that have many corners; others only if these are fewer than two."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,8 @@ def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -
     # Paths of corners are exact, those of regions right to some px.
     roughs = sorted(roughs, key=lambda one: one.blurred)
     for rough in roughs:
-        enough = BODIES_ENOUGH if rough.blurred else BODIES_AT_MOST
+        sure = not rough.blurred and not rough.few_corners
+        enough = BODIES_AT_MOST if sure else BODIES_ENOUGH
         if len(found) - len(known) >= enough:
             break
         if any(_holds(rough, other, clip.frames) for other in found):
