@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Floats
 from count_video.tracking.background import Background
 from count_video.tracking.composite import Source
 from count_video.tracking.cutting import SIGHTINGS_AT_LEAST, Stage, close_cut, wide_cut
@@ -254,12 +253,12 @@ def _registered(pictures: Mapping[int, Luma], stage: Stage, outline: Outline) ->
     return replace(stage, places=places, agreement=typical)
 
 
-def line_tilt_deg(paths: Sequence[Floats]) -> float:
-    """Find the common direction of paths, shape (n, 2) each, in (-90, 90] degrees from image x."""
+def line_tilt_deg(roughs: Sequence[Rough]) -> float:
+    """Find the common direction of paths, in (-90, 90] degrees from image x."""
     moments = np.zeros((2, 2))
-    for path in paths:
-        known = path[np.isfinite(path[:, 0])]
-        away = known - known.mean(axis=0)
+    for rough in roughs:
+        path = np.array(list(rough.path_px.values()))
+        away = path - path.mean(axis=0)
         moments += away.T @ away
     return float(np.degrees(0.5 * np.arctan2(2 * moments[0, 1], moments[0, 0] - moments[1, 1])))
 
