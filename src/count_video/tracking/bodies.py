@@ -18,10 +18,9 @@ from count_video.records import Floats
 from count_video.tracking.background import Background, background_of, camera_moved
 from count_video.tracking.camera import Motion, camera_motion, scenery
 from count_video.tracking.corners import follow_corners
-from count_video.tracking.following import Followed
+from count_video.tracking.following import Clip, Followed, follow
 from count_video.tracking.layers import (
     BODIES_AT_MOST,
-    Clip,
     add_bodies,
     apart,
     learn_again,
@@ -155,7 +154,7 @@ def _followed(
             break  # one shows an outline no more, and nothing comes in its place
         few, found = again, kept
     clip = replace(clip, background=few.background)
-    return unhidden(clip, apart([clip.follow(seen.body) for seen in found]))
+    return unhidden(clip, apart([follow(clip, seen.body) for seen in found]))
 
 
 def _learnt_again(

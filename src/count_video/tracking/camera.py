@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.background import Background
-from count_video.tracking.following import Surroundings, follow, was_followed
+from count_video.tracking.following import Clip, follow, was_followed
 from count_video.tracking.learning import Body
 from count_video.tracking.registration import register
 from count_video.tracking.shape import Box
@@ -102,9 +102,9 @@ def camera_motion(
     """
     if len(parts) < PARTS_AT_LEAST:
         return None
-    nothing = np.zeros_like(pictures[int(frames[0])])
-    around = Surroundings(nothing, np.zeros((len(frames), 2)))
-    seen = [follow(pictures, frames, one, around) for one in parts]
+    nothing = Background(np.zeros_like(pictures[int(frames[0])]), {}, {})
+    clip = Clip(pictures, frames, nothing, np.zeros((len(frames), 2)))
+    seen = [follow(clip, one) for one in parts]
     seen = [one for one in seen if was_followed(one.x_px)]
     if len(seen) < PARTS_AT_LEAST:
         return None

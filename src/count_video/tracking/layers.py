@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.background import Background
 from count_video.tracking.cutting import EDGE_PX
-from count_video.tracking.following import Again, Followed, Surroundings, follow, was_followed
+from count_video.tracking.following import Clip, Followed, follow, was_followed
 from count_video.tracking.learning import Body, Rough, learn
 from count_video.tracking.outline import BEYOND_OUTLINE_PX
-from count_video.tracking.shape import Place, Shape
+from count_video.tracking.shape import Shape
 
 Luma = NDArray[np.uint8]
 
@@ -31,46 +30,6 @@ SAME_BODY_PX = 1.0
 """Two templates whose distance varies by less than this are parts of one body."""
 BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
 """So many bodies are followed that have many corners; others only if these are fewer than two."""
-
-
-@dataclass(frozen=True)
-class Clip:
-    """What bodies are followed in; pictures lie so that the motion is nearer to their x axis."""
-
-    pictures: Mapping[int, Luma]
-    """By frame index."""
-    frames: NDArray[np.intp]
-    """Which of them to follow bodies in, in order of time, shape (n,)."""
-    background: Background
-    shift_px: Floats
-    """The camera's motion, shape (n, 2)."""
-
-    def only(self, chosen: NDArray[np.intp]) -> Clip:
-        """Take some of the pictures."""
-        return replace(self, frames=self.frames[chosen], shift_px=self.shift_px[chosen])
-
-    def follow(self, body: Body, again: Again | None = None) -> Followed:
-        """Find a body in all pictures, or again in some of them."""
-        around = Surroundings(self.background.luma, self.shift_px)
-        return follow(self.pictures, self.frames, body, around, again)
-
-    def as_learnt(self, body: Body) -> Followed:
-        """Take a body to be where it was when it was learnt, without an uncertainty."""
-        places = np.array([body.sightings.get(int(k), (np.nan, np.nan)) for k in self.frames])
-        x, y = (places - self.shift_px).T
-        return Followed(body, x, y, 0.0 * x)
-
-    def sightings(self, seen: Followed) -> dict[int, Place]:
-        """Places in the pictures as they are, by frame index."""
-        x, y = seen.x_px + self.shift_px[:, 0], seen.y_px + self.shift_px[:, 1]
-        known = np.isfinite(x)
-        frames = self.frames[known].tolist()
-        places = zip(frames, x[known].tolist(), y[known].tolist(), strict=True)
-        return {frame: (along, across) for frame, along, across in places}
-
-    def shape(self, seen: Followed) -> Shape:
-        """Describe what a body hides."""
-        return Shape(self.sightings(seen), seen.body.box, seen.body.template)
 
 
 def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -> list[Followed]:
@@ -90,7 +49,7 @@ def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -
         body = learn(clip.pictures, clip.background, rough, others, hide)
         if body is None or any(_part_of(body, other, clip) for other in found):
             continue
-        seen = clip.follow(body)
+        seen = follow(clip, body)
         moves = was_followed(seen.x_px) and _travel_px(seen) > MOVES_PX
         if moves and not any(same_body(seen, other) for other in found):
             found.append(seen)

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.cutting import EDGE_PX
-from count_video.tracking.following import Again, Followed
-from count_video.tracking.layers import Clip
+from count_video.tracking.following import Again, Clip, Followed, follow
 from count_video.tracking.registration import Hides
 from count_video.tracking.template import Pixels
 
@@ -54,7 +53,7 @@ def unhidden(clip: Clip, followed: Sequence[Followed]) -> list[Followed]:
             front.setdefault(one, []).append(solids[other])
             hidden[one] |= near
     return [
-        clip.follow(seen.body, Again(seen, hidden[k], partial(_hides, front[k])))
+        follow(clip, seen.body, Again(seen, hidden[k], partial(_hides, front[k])))
         if k in front
         else seen
         for k, seen in enumerate(followed)
