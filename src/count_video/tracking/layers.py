@@ -36,8 +36,7 @@ def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -
     """Learn and follow bodies beside those that are known, each only once."""
     found = list(known)
     # Paths of corners are exact, those of regions right to some px.
-    roughs = sorted(roughs, key=lambda one: one.blurred)
-    for rough in roughs:
+    for rough in sorted(roughs, key=lambda one: one.blurred):
         sure = not rough.blurred and not rough.few_corners
         enough = BODIES_AT_MOST if sure else BODIES_ENOUGH
         if len(found) - len(known) >= enough:
