@@ -88,7 +88,8 @@ def test_a_plain_body_is_learnt_whole_from_corners_on_a_small_part_of_it(
     still = dict.fromkeys(FRAMES, (0.0, 0.0))
     background = background_of(seen, still, dict.fromkeys(FRAMES, Light()))
 
-    body = learn(seen, background, Rough(path, corners, (-np.inf, np.inf)), [])
+    rough = Rough(path, corners, (-np.inf, np.inf), few_corners=True)
+    body = learn(seen, background, rough, [])
 
     assert body is not None
     assert body.right_edge_px - body.left_edge_px == pytest.approx(width, abs=EDGE_PX)

@@ -45,13 +45,13 @@ def measured(
     pictures: Sequence[Luma], shifts_px: Floats | None = None, swept: Sequence[Box] = ()
 ) -> Motion | None:
     """Measure the camera's motion, known to a px in some pictures; without shifts, none there."""
-    frames = np.arange(len(pictures))
     some = np.linspace(0, len(pictures) - 1, SAMPLES).astype(int).tolist()
     rough = np.zeros((len(pictures), 2)) if shifts_px is None else np.round(shifts_px)
     shifts = {k: (float(rough[k, 0]), float(rough[k, 1])) for k in some}
     lights = {k: Light() for k in some}
     behind = background_of({k: pictures[k] for k in some[::2]}, shifts, lights)
-    return camera_motion(scenery({k: pictures[k] for k in some}, behind, swept), pictures, frames)
+    seen = dict(enumerate(pictures))
+    return camera_motion(scenery(seen, behind, swept), seen, np.arange(len(pictures)))
 
 
 def shake(count: int = FRAMES) -> Floats:

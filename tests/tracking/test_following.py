@@ -8,7 +8,8 @@ from drawn import texture
 from numpy.typing import NDArray
 
 from count_video.tracking import following
-from count_video.tracking.following import Followed, Surroundings, follow
+from count_video.tracking.background import Background
+from count_video.tracking.following import Clip, Followed, follow
 from count_video.tracking.learning import Body
 from count_video.tracking.template import make_template, piece_at
 
@@ -53,13 +54,18 @@ def pictures(behind: Luma) -> list[Luma]:
     return seen
 
 
+def clip(behind: Luma, shown: list[Luma]) -> Clip:
+    pictures, still = dict(enumerate(shown)), np.zeros((len(shown), 2))
+    return Clip(pictures, np.arange(len(shown)), Background(behind, {}, {}), still)
+
+
 def followed(behind: Luma, shown: list[Luma]) -> Followed:
     whole = piece_at(BODY, 0.0, 0.0, (SIDE, SIDE))
     template = make_template(whole, np.ones((SIDE, SIDE), np.float32))
     sightings = {frame: (round(body_x(frame)), TOP) for frame in range(0, LEAVES, 4)}
     places = {frame: (float(x), float(y)) for frame, (x, y) in sightings.items()}
     body = Body(template, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
-    return follow(shown, FRAMES, body, Surroundings(behind, np.zeros((len(FRAMES), 2))))
+    return follow(clip(behind, shown), body)
 
 
 @pytest.mark.parametrize("likeness", [0.5, 0.6])
@@ -117,8 +123,7 @@ def followed_falling(
     )
     places = {frame: (float(SIDE), float(tops[frame])) for frame in range(sighted)}
     body = Body(template, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
-    frames = np.arange(len(tops))
-    return follow(shown, frames, body, Surroundings(behind, np.zeros((len(tops), 2))))
+    return follow(clip(behind, shown), body)
 
 
 def test_a_lost_body_is_found_where_its_own_motion_took_it() -> None:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from count_video.tracking.background import background_of, camera_moved
 from count_video.tracking.light import Light
+from count_video.tracking.regions import find_regions
 from count_video.tracking.shape import MARGIN_PX, Shape, hidden
 
 FRAMES = range(20)
@@ -53,6 +54,19 @@ def test_a_known_body_is_no_background_where_it_ever_leaves_it_free() -> None:
     assert np.array_equal(seen[left_free], scene()[left_free])
 
 
+def test_what_a_known_body_hid_is_no_region_that_moves() -> None:
+    body = resting_then_moving()
+    pictures = list(with_body(body).values())
+    marks = []
+    for k in FRAMES:
+        mark = np.zeros(SIZE, np.uint8)
+        body.mark(mark, k)
+        marks.append(mark > 0)
+    regions = find_regions(pictures)
+    assert any(regions.boxes)
+    assert not any(regions.beside(marks).boxes)
+
+
 def test_the_camera_moves_the_background_and_not_what_stands_in_it() -> None:
     moved = {k: np.roll(scene(), k % 3, axis=1) for k in FRAMES}
     shifts = {k: (float(k % 3), 0.0) for k in FRAMES}
@@ -83,6 +97,18 @@ def test_a_camera_moves_only_if_that_explains_the_scene_behind_the_body() -> Non
     assert not camera_moved(still, np.stack([swing, along_x], axis=1))
     shaken = before_the_scene(swing, shake)
     assert camera_moved(shaken, np.stack([shake, along_x], axis=1))
+
+
+def test_a_camera_stands_where_a_body_is_larger_than_all_that_shows_it() -> None:
+    swing = np.rint(40 * np.sin(np.arange(60) / 10) + 45)
+    striped = np.repeat(np.random.default_rng(6).integers(0, 255, (30, 1)), 40, axis=1)
+    pictures = []
+    for x in swing:
+        picture = np.full((200, 300), 40, np.uint8)
+        picture[:, 20:24] = 80  # the edge of a wall
+        picture[90:120, 100 + round(x) : 140 + round(x)] = striped
+        pictures.append(picture)
+    assert not camera_moved(pictures, np.stack([swing, 0 * swing], axis=1))
 
 
 def test_a_knock_of_few_pictures_counts() -> None:

@@ -8,8 +8,7 @@ from drawn import texture
 from numpy.typing import NDArray
 
 from count_video.tracking.background import Background
-from count_video.tracking.following import Followed
-from count_video.tracking.layers import Clip
+from count_video.tracking.following import Clip, Followed, follow
 from count_video.tracking.learning import Body
 from count_video.tracking.occlusion import unhidden
 from count_video.tracking.template import make_template, piece_at
@@ -61,8 +60,8 @@ def body(which: int) -> Body:
 def test_the_one_behind_is_found_by_what_is_not_hidden(front: int) -> None:
     shown = dict(enumerate(pictures(front)))
     background = Background(BEHIND, {}, {})
-    clip = Clip(list(shown.values()), FRAMES, shown, background, np.zeros((len(FRAMES), 2)))
-    alone = [clip.follow(body(which)) for which in (0, 1)]
+    clip = Clip(shown, FRAMES, background, np.zeros((len(FRAMES), 2)))
+    alone = [follow(clip, body(which)) for which in (0, 1)]
     clear = unhidden(clip, alone)
     truth = places()
     for which in (0, 1):

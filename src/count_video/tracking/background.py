@@ -23,8 +23,8 @@ from count_video.tracking.template import Pixels, piece_at
 
 Luma = NDArray[np.uint8]
 
-MOTION_OF, SMOOTHING_PX = 31, 1.5
-"""Whether the camera moved is decided by so many reduced pictures, smoothed against their noise."""
+MOTION_OF = 31
+"""Whether the camera moved is decided by so many reduced pictures."""
 NOISE_SIGMAS, ROUNDING = 6.0, 0.5
 """Differences beyond so many standard deviations of the noise, and grey levels of rounding, count
 alike: bodies differ from what they hide however the camera moved."""
@@ -93,7 +93,9 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     """Whether pictures agree better with their median if they are moved back along a path.
 
     Of all samples those count that the path moves furthest. The pixels that both explanations show
-    are compared, by the mean of their differences, which are limited to what noise makes.
+    are compared, by the mean of their differences, which are limited to what noise makes. Their
+    mean must be the sharper one, too: where a plain background shows a few edges, a body that
+    moves may change more pixels than these do.
 
     Parameters
     ----------
@@ -108,14 +110,14 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     even = np.linspace(0, len(pictures) - 1, min(MOTION_OF, len(pictures))).astype(int)
     small, back = {}, {}
     for k in np.union1d(even, most).tolist():
-        plain = reduced(pictures[k], scale).astype(np.float32)
-        small[k] = np.asarray(cv2.GaussianBlur(plain, (0, 0), SMOOTHING_PX), np.float32)
-        back[k] = moved_back(small[k], shift_px[k] / scale)
+        plain, (x, y) = reduced(pictures[k], scale), shift_px[k] / scale
+        shape = plain.shape[0], plain.shape[1]
+        small[k], back[k] = piece_at(plain, 0.0, 0.0, shape), piece_at(plain, x, y, shape)
     shown = np.array([_shown(small[k].shape, shift_px[k] / scale) for k in most.tolist()])
     stands, moves = (_differences(one, even, most) for one in (small, back))
     limit = NOISE_SIGMAS * (MEDIAN_TO_SIGMA * float(np.median(stands)) + ROUNDING)
     means = [np.minimum(one[shown], limit).mean() for one in (stands, moves)]
-    return bool(means[1] < means[0])
+    return bool(means[1] < means[0]) and _edges(back, most) > _edges(small, most)
 
 
 def _differences(
@@ -124,6 +126,12 @@ def _differences(
     """Differences of the pictures that are asked for from the median of those evenly spread."""
     median = np.median(np.array([pictures[k] for k in even.tolist()]), axis=0)
     return np.array([np.abs(pictures[k] - median) for k in asked.tolist()], np.float32)
+
+
+def _edges(pictures: Mapping[int, Pixels], asked: NDArray[np.intp]) -> float:
+    """Sum of the slopes of the mean of the pictures that are asked for."""
+    mean = np.mean([pictures[k] for k in asked.tolist()], axis=0)
+    return float(np.hypot(*np.gradient(mean)).sum())
 
 
 def _shown(shape: tuple[int, ...], shift_px: Floats) -> NDArray[np.bool_]:

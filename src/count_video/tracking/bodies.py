@@ -18,27 +18,20 @@ from count_video.records import Floats
 from count_video.tracking.background import Background, background_of, camera_moved
 from count_video.tracking.camera import Motion, camera_motion, scenery
 from count_video.tracking.corners import follow_corners
-from count_video.tracking.following import Followed
+from count_video.tracking.following import Clip, Followed, follow
 from count_video.tracking.layers import (
     BODIES_AT_MOST,
-    Clip,
     add_bodies,
     apart,
     learn_again,
 )
 from count_video.tracking.learning import Body, Rough, line_tilt_deg
 from count_video.tracking.occlusion import unhidden
-from count_video.tracking.proposals import (
-    Proposal,
-    at_full_size,
-    propose,
-    roughly,
-    turned,
-)
+from count_video.tracking.proposals import propose, roughly
 from count_video.tracking.regions import find_regions
 from count_video.tracking.rigid import scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
-from count_video.tracking.sequences import ByFrame, Turned, levelled
+from count_video.tracking.sequences import Lumas, levelled
 from count_video.tracking.shape import Box, Shape, size_of
 
 Luma = NDArray[np.uint8]
@@ -97,28 +90,22 @@ def find_movers(
     samples = choose_samples(thumbnails.taken())
     if len(samples.chosen) < 2:
         return NOTHING_MOVES
-    scene = _Scene(samples, *levelled(pictures, samples))
-    proposals = scene.proposals()
-    if not proposals:
+    scene = _Scene(samples, frames[samples.chosen], *levelled(pictures, samples))
+    roughs = scene.roughs()
+    if not roughs:
         return NOTHING_MOVES
-    tilt = line_tilt_deg([one.path_px for one in proposals[:2]])
-    upright = abs(tilt) > UPRIGHT_DEG
+    upright = scene.upright = abs(line_tilt_deg(roughs[:2])) > UPRIGHT_DEG
     if upright:
-        proposals = [turned(one) for one in proposals]
-        tilt = line_tilt_deg([one.path_px for one in proposals[:2]])
-    roughs = roughly(proposals, frames[samples.chosen])
-    views = Turned(pictures) if upright else pictures
-    rows = dict(zip(frames[samples.chosen].tolist(), samples.chosen.tolist(), strict=True))
-    sampled = ByFrame(views, rows)
-    background = scene.background(sampled, upright, [])
-    clip = Clip(views, frames, sampled, background, np.zeros((len(frames), 2)))
+        roughs = scene.roughs()
+    tilt = line_tilt_deg(roughs[:2])
+    lumas = Lumas(pictures, frames, turned=upright)
+    clip = Clip(lumas, frames, scene.background(lumas), np.zeros((len(frames), 2)))
     motion = _camera_motion(clip, scene, roughs)
     if motion is not None:
         shift = np.nan_to_num(motion.shift_px)
-        scene.take_shift(shift[samples.chosen], upright=upright)
-        background = scene.background(sampled, upright, [])
-        clip = replace(clip, background=background, shift_px=shift)
-    followed = _followed(clip, scene, roughs, (upright, enough))
+        scene.shift_px = shift[samples.chosen][:, scene.axes] / scene.scale
+        clip = replace(clip, background=scene.background(lumas), shift_px=shift)
+    followed = _followed(clip, scene, roughs, enough)
     if motion is None:
         return Movers(followed, tilt, upright, None)
     followed = [_less_sure(seen, motion) for seen in followed]
@@ -127,11 +114,13 @@ def find_movers(
 
 def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion | None:
     """Measure the camera's motion; where corners show none, only if a few samples do."""
-    parts = scenery(clip.samples, clip.background, [_swept(rough) for rough in roughs])
+    parts = scenery(clip.pictures, clip.background, [_swept(rough) for rough in roughs])
     if not scene.shift_px.any():
-        some = list(clip.samples)[:: 1 + len(clip.samples) // TREMBLE_OF]
-        few = [replace(part, sightings={k: part.sightings[k] for k in some}) for part in parts]
-        if camera_motion(few, [clip.samples[k] for k in some], np.array(some)) is None:
+        some = scene.frames[:: 1 + len(scene.frames) // TREMBLE_OF]
+        few = [
+            replace(part, sightings={k: part.sightings[k] for k in some.tolist()}) for part in parts
+        ]
+        if camera_motion(few, clip.pictures, some) is None:
             return None
     return camera_motion(parts, clip.pictures, clip.frames)
 
@@ -140,39 +129,36 @@ def _followed(
     clip: Clip,
     scene: _Scene,
     roughs: Sequence[Rough],
-    way: tuple[bool, Callable[[Sequence[Followed]], bool]],
+    enough: Callable[[Sequence[Followed]], bool],
 ) -> list[Followed]:
     """Find bodies in the samples, round after round, and follow them through all pictures."""
-    upright, enough = way
     few = clip.only(scene.samples.chosen)
     found: list[Followed] = []
     settled = False
     for number in range(ROUNDS):
         known = len(found)
         if number > 0:
-            proposals = scene.proposals(scene.hidden(few, found, upright))
-            proposals = [turned(one) for one in proposals] if upright else proposals
-            roughs = roughly(proposals, few.frames)
+            roughs = scene.roughs([few.shape(seen) for seen in found])
         more = add_bodies(few, roughs, found)
         if len(more) == known:
             break  # of what is left, nothing can be followed
-        few, found, settled = _learnt_again(few, scene, more, upright, known)
+        few, found, settled = _learnt_again(few, scene, more, known)
         settled &= number == 0
         if len(found) <= known or len(found) >= BODIES_AT_MOST or enough(found):
             break
     for _ in range(TIMES_LEARNT):
         if settled or not found:
             break
-        again, kept, settled = _learnt_again(few, scene, found, upright)
+        again, kept, settled = _learnt_again(few, scene, found)
         if len(kept) < len(found):
             break  # one shows an outline no more, and nothing comes in its place
         few, found = again, kept
     clip = replace(clip, background=few.background)
-    return unhidden(clip, apart([clip.follow(seen.body) for seen in found]))
+    return unhidden(clip, apart([follow(clip, seen.body) for seen in found]))
 
 
 def _learnt_again(
-    few: Clip, scene: _Scene, found: Sequence[Followed], upright: bool, known: int = 0
+    few: Clip, scene: _Scene, found: Sequence[Followed], known: int = 0
 ) -> tuple[Clip, list[Followed], bool]:
     """Learn the background without the bodies, and those after the first ``known`` anew.
 
@@ -182,7 +168,7 @@ def _learnt_again(
     moves on its own, for bodies are solid.
     """
     before = [few.shape(seen) for seen in found]
-    few = replace(few, background=scene.background(few.samples, upright, before))
+    few = replace(few, background=scene.background(few.pictures, before))
     bodies: list[Body | None] = [seen.body for seen in found[:known]]
     for seen, shape in zip(found[known:], before[known:], strict=True):
         holds = any(shape.holds(other) and not shape.moves_with(other) for other in before)
@@ -203,8 +189,13 @@ def _as_before(seen: Followed) -> Body | None:
 class _Scene:
     """The samples, made alike and small, and what moves in them."""
 
-    def __init__(self, samples: Samples, small: Sequence[Luma], scale: int) -> None:
-        self.samples, self.scale, self.shape = samples, scale, small[0].shape
+    def __init__(
+        self, samples: Samples, frames: NDArray[np.intp], small: Sequence[Luma], scale: int
+    ) -> None:
+        self.samples, self.frames = samples, frames
+        self.scale, self.shape = scale, small[0].shape
+        self.upright = False
+        """Whether x and y of the pictures are swapped; those of the samples never are."""
         self._corners = follow_corners(small, samples.moved)
         self.shift_px: Floats = scene_path(self._corners)
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
@@ -212,42 +203,38 @@ class _Scene:
             self.shift_px = np.zeros_like(self.shift_px)
         self._regions = find_regions(small)
 
-    def take_shift(self, shift_px: Floats, *, upright: bool) -> None:
-        """Take a closer measurement of how far the camera has moved each sample."""
-        self.shift_px = (shift_px[:, ::-1] if upright else shift_px) / self.scale
+    @property
+    def axes(self) -> list[int]:
+        """Which axis of a sample is x of the pictures, and which is y."""
+        return [1, 0] if self.upright else [0, 1]
 
-    def proposals(self, known: Sequence[NDArray[np.bool_]] | None = None) -> list[Proposal]:
-        """Find what may be a body where no known one is marked, in px of the clip's pictures."""
+    def roughs(self, known: Sequence[Shape] = ()) -> list[Rough]:
+        """Find what may be a body where no known one is, in px of the clip's pictures."""
         corners, regions = self._corners, self._regions
-        if known is not None:
-            corners, regions = corners.beside(known), regions.beside(known)
+        if known:
+            marks = self._marked(known)
+            corners, regions = corners.beside(marks), regions.beside(marks)
         proposed = propose(corners, regions, self.shift_px)
-        return [at_full_size(one, self.scale) for one in proposed]
+        return roughly(proposed, self.frames, self.scale, upright=self.upright)
 
-    def background(
-        self, sampled: Mapping[int, Luma], upright: bool, known: Sequence[Shape]
-    ) -> Background:
-        """Learn what stands still from samples by their frame index, but for what shapes hide."""
-        frames = list(sampled)
-        shift = self.scale * (self.shift_px[:, ::-1] if upright else self.shift_px)
+    def background(self, pictures: Mapping[int, Luma], known: Sequence[Shape] = ()) -> Background:
+        """Learn what stands still from the samples, but for what shapes hide."""
+        frames = self.frames.tolist()
+        shift = self.scale * self.shift_px[:, self.axes]
         shifts = {frame: (x, y) for frame, (x, y) in zip(frames, shift.tolist(), strict=True)}
-        lights = [one.turned() if upright else one for one in self.samples.lights]
+        lights = [one.turned() if self.upright else one for one in self.samples.lights]
         lamps = dict(zip(frames, lights, strict=True))
         some = np.linspace(0, len(frames) - 1, BACKGROUND_OF).astype(int)
-        return background_of({frames[k]: sampled[frames[k]] for k in some}, shifts, lamps, known)
+        return background_of({frames[k]: pictures[frames[k]] for k in some}, shifts, lamps, known)
 
-    def hidden(
-        self, clip: Clip, found: Sequence[Followed], upright: bool
-    ) -> list[NDArray[np.bool_]]:
+    def _marked(self, shapes: Sequence[Shape]) -> list[NDArray[np.bool_]]:
         """Mark where each sample shows known bodies, shape (height, width) of a sample."""
-        shape = self.shape[::-1] if upright else self.shape
-        shapes = [clip.shape(seen) for seen in found]
         marks = []
-        for frame in clip.samples:
-            mark = np.zeros(shape, np.uint8)
+        for frame in self.frames.tolist():
+            mark = np.zeros(np.array(self.shape)[self.axes], np.uint8)
             for one in shapes:
                 one.mark(mark, frame, scale=self.scale)
-            marks.append(np.ascontiguousarray(mark.T if upright else mark) > 0)
+            marks.append(np.ascontiguousarray(mark.transpose(self.axes)) > 0)
         return marks
 
 

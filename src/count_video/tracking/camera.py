@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.background import Background
-from count_video.tracking.following import Surroundings, follow, was_followed
+from count_video.tracking.following import Clip, follow, was_followed
 from count_video.tracking.learning import Body
 from count_video.tracking.registration import register
 from count_video.tracking.shape import Box
@@ -87,7 +87,7 @@ def scenery(
 
 
 def camera_motion(
-    parts: Sequence[Body], pictures: Sequence[Luma], frames: NDArray[np.intp]
+    parts: Sequence[Body], pictures: Mapping[int, Luma], frames: NDArray[np.intp]
 ) -> Motion | None:
     """Measure how the camera moved; None where it stood still or nothing shows it.
 
@@ -96,15 +96,15 @@ def camera_motion(
     parts
         Parts of the background.
     pictures
-        Lumas in order of time, n of them, each of shape (height, width).
+        Frame index -> luma, shape (height, width).
     frames
-        Frame index of each, shape (n,).
+        Indices of those to measure it in, in order of time, shape (n,).
     """
     if len(parts) < PARTS_AT_LEAST:
         return None
-    nothing = np.zeros_like(pictures[0])
-    around = Surroundings(nothing, np.zeros((len(frames), 2)))
-    seen = [follow(pictures, frames, one, around) for one in parts]
+    nothing = Background(np.zeros_like(pictures[int(frames[0])]), {}, {})
+    clip = Clip(pictures, frames, nothing, np.zeros((len(frames), 2)))
+    seen = [follow(clip, one) for one in parts]
     seen = [one for one in seen if was_followed(one.x_px)]
     if len(seen) < PARTS_AT_LEAST:
         return None

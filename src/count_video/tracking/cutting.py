@@ -39,8 +39,6 @@ AS_HIGH_SHARE = 0.6
 rows: it may be that of one end."""
 PIECES_AT_LEAST, PIXELS = 12, 1_000_000
 """Of large bodies fewer pieces are taken, so that all have no more pixels than this together."""
-WIDENED_AT_MOST = 2
-"""A view is widened so often, to twice as much around a body each time, while that goes on."""
 AREA_SHARE = 0.6
 """What fills more of the picture than this is the scene."""
 SIGHTINGS_AT_LEAST = 4
@@ -91,11 +89,8 @@ class Stage:
 def wide_cut(
     source: Source, stage: Stage, margin: tuple[int, int], fence: Fence
 ) -> tuple[Stage, Outline] | None:
-    """Cut out what moves with a body and hangs together with its box; None if nothing does.
-
-    The view is widened if that reaches an end of it and shows no outline.
-    """
-    return _cut(source, replace(stage, own=None), margin, fence, WIDENED_AT_MOST)
+    """Cut out what moves with a body and hangs together with its box; None if nothing does."""
+    return _cut(source, replace(stage, own=None), margin, fence)
 
 
 def close_cut(source: Source, wide: Stage, fence: Fence) -> tuple[Stage, Outline] | None:
@@ -105,7 +100,7 @@ def close_cut(source: Source, wide: Stage, fence: Fence) -> tuple[Stage, Outline
 
 
 def _cut(
-    source: Source, stage: Stage, margin: tuple[int, int], fence: Fence, widened: int = 0
+    source: Source, stage: Stage, margin: tuple[int, int], fence: Fence
 ) -> tuple[Stage, Outline] | None:
     if len(stage.places) < SIGHTINGS_AT_LEAST or stage.fills(source):
         return None
@@ -124,9 +119,7 @@ def _cut(
         (ends[0], ends[1]),
     )
     if outline is None:
-        if not widened or not _cut_off(own):
-            return None
-        return _cut(source, stage, (2 * margin[0], 2 * margin[1]), fence, widened - 1)
+        return None
     x, y = begin + outline.begin_px, top - margin[0]
     shape = outline.template.shape
     places = {k: (place[0] + x, place[1] + y) for k, place in stage.places.items()}
@@ -143,11 +136,6 @@ def _mean(source: Source, stage: Stage, margin: tuple[int, int]) -> Mean:
     some = np.linspace(0, len(frames) - 1, min(count, len(frames))).astype(int).tolist()
     places = {frames[k]: stage.places[frames[k]] for k in some}
     return median_of(cut_pieces(source, places, (stage.shape, margin)), stage.scale)
-
-
-def _cut_off(own: NDArray[np.bool_]) -> bool:
-    """Whether what moves with a body reaches an end of the view."""
-    return bool(own[[0, -1]].any() or own[:, [0, -1]].any())
 
 
 def _connected(mean: Mean, stage: Stage, margin: tuple[int, int]) -> NDArray[np.bool_] | None:

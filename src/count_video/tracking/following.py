@@ -10,20 +10,21 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.tracking.background import Background
 from count_video.tracking.learning import Body
 from count_video.tracking.registration import Fit, Hides, register
 from count_video.tracking.search import search
+from count_video.tracking.shape import Place, Shape
 from count_video.tracking.template import Pixels, Template, pixels_at
 
 Luma = NDArray[np.uint8]
-Place = tuple[float, float]
 
 AGREEMENT_SHARE = 0.75
 """A fit is believed from this share of the template's typical correlation on."""
@@ -85,13 +86,38 @@ class Followed:
 
 
 @dataclass(frozen=True)
-class Surroundings:
-    """What bodies move in."""
+class Clip:
+    """What bodies are followed in; pictures lie so that the motion is nearer to their x axis."""
 
-    background: Luma
-    """What stands still, shape (height, width)."""
+    pictures: Mapping[int, Luma]
+    """By frame index."""
+    frames: NDArray[np.intp]
+    """Which of them to follow bodies in, in order of time, shape (n,)."""
+    background: Background
     shift_px: Floats
-    """How far the camera has moved each of n pictures, by x and y, shape (n, 2)."""
+    """The camera's motion, shape (n, 2)."""
+
+    def only(self, chosen: NDArray[np.intp]) -> Clip:
+        """Take some of the pictures."""
+        return replace(self, frames=self.frames[chosen], shift_px=self.shift_px[chosen])
+
+    def as_learnt(self, body: Body) -> Followed:
+        """Take a body to be where it was when it was learnt, without an uncertainty."""
+        places = np.array([body.sightings.get(int(k), (np.nan, np.nan)) for k in self.frames])
+        x, y = (places - self.shift_px).T
+        return Followed(body, x, y, 0.0 * x)
+
+    def sightings(self, seen: Followed) -> dict[int, Place]:
+        """Places in the pictures as they are, by frame index."""
+        x, y = seen.x_px + self.shift_px[:, 0], seen.y_px + self.shift_px[:, 1]
+        known = np.isfinite(x)
+        frames = self.frames[known].tolist()
+        places = zip(frames, x[known].tolist(), y[known].tolist(), strict=True)
+        return {frame: (along, across) for frame, along, across in places}
+
+    def shape(self, seen: Followed) -> Shape:
+        """Describe what a body hides."""
+        return Shape(self.sightings(seen), seen.body.box, seen.body.template)
 
 
 @dataclass(frozen=True)
@@ -105,29 +131,19 @@ class Again:
     """Row of a picture -> where in it something is in front of the body."""
 
 
-def follow(
-    pictures: Sequence[Luma],
-    frames: NDArray[np.intp],
-    body: Body,
-    around: Surroundings,
-    again: Again | None = None,
-) -> Followed:
+def follow(clip: Clip, body: Body, again: Again | None = None) -> Followed:
     """Find a body in all pictures.
 
     Parameters
     ----------
-    pictures
-        Lumas in order of time, n of them, each of shape (height, width).
-    frames
-        Frame index of each.
+    clip
+        Its pictures, and what the body moves in.
     body
         Its template, and where it was seen.
-    around
-        What it moves in.
     again
         Where it was found before, to find it anew in some of the pictures only.
     """
-    shift_px = around.shift_px
+    frames, shift_px = clip.frames, clip.shift_px
     rows = np.searchsorted(frames, np.array(sorted(body.sightings)))
     seen = np.array([body.sightings[k] for k in sorted(body.sightings)]) - shift_px[rows]
     guesses = np.stack(
@@ -140,11 +156,11 @@ def follow(
     first = int(rows[0])
     ways = range(first, len(frames)), range(min(first + BACK_FROM, len(frames)) - 1, -1, -1)
     for way in ways:
-        path = _Path(body.template, body.typical_agreement, around)
+        path = _Path(body.template, body.typical_agreement, clip.background.luma)
         for row in way:
-            shift = (float(shift_px[row, 0]), float(shift_px[row, 1]))
+            frame, shift = int(frames[row]), (float(shift_px[row, 0]), float(shift_px[row, 1]))
             if np.isfinite(found[row, 0]):
-                path.pass_by(int(frames[row]), (float(found[row, 0]), float(found[row, 1])))
+                path.pass_by(frame, (float(found[row, 0]), float(found[row, 1])))
                 continue
             if again is not None and not again.rows[row]:
                 path.lose()
@@ -153,8 +169,8 @@ def follow(
             hides = again.hides(row) if again is not None else None
             if again is not None and not path.lost:
                 # The guesses come from what was found with the others in front.
-                guess = path.onward(int(frames[row]), guess)
-            fit = path.find(int(frames[row]), pictures[row], guess, (shift, hides))
+                guess = path.onward(frame, guess)
+            fit = path.find(frame, clip.pictures[frame], guess, (shift, hides))
             if fit is not None:
                 found[row] = fit.x_px - shift[0], fit.y_px - shift[1], fit.sigma_x_px
     return Followed(body, *found.T)
@@ -171,9 +187,9 @@ def was_followed(x_px: Floats) -> bool:
 class _Path:
     """Where a body was last seen, and how it moves; places are those in a picture at rest."""
 
-    def __init__(self, template: Template, agreement: float, around: Surroundings) -> None:
+    def __init__(self, template: Template, agreement: float, background: Luma) -> None:
         self._template, self._typical = template, agreement
-        self._background = around.background
+        self._background = background
         self._trail: deque[tuple[int, Place]] = deque(maxlen=max(ORDERS) + 1)
         self._fastest: Place = (0.0, 0.0)
         self.lost = self._unsure = 0

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.background import Background
 from count_video.tracking.cutting import EDGE_PX
-from count_video.tracking.following import Again, Followed, Surroundings, follow, was_followed
+from count_video.tracking.following import Clip, Followed, follow, was_followed
 from count_video.tracking.learning import Body, Rough, learn
 from count_video.tracking.outline import BEYOND_OUTLINE_PX
-from count_video.tracking.sequences import Chosen
-from count_video.tracking.shape import Place, Shape
+from count_video.tracking.shape import Shape
 
 Luma = NDArray[np.uint8]
 
@@ -34,65 +32,23 @@ BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
 """So many bodies are followed that have many corners; others only if these are fewer than two."""
 
 
-@dataclass(frozen=True)
-class Clip:
-    """What bodies are followed in; pictures lie so that the motion is nearer to their x axis."""
-
-    pictures: Sequence[Luma]
-    frames: NDArray[np.intp]
-    """Frame index of each picture, shape (n,)."""
-    samples: Mapping[int, Luma]
-    """Frame index -> picture, for some of them."""
-    background: Background
-    shift_px: Floats
-    """The camera's motion, shape (n, 2)."""
-
-    def only(self, chosen: NDArray[np.intp]) -> Clip:
-        """Take some of the pictures."""
-        pictures = Chosen(self.pictures, chosen)
-        return replace(
-            self, pictures=pictures, frames=self.frames[chosen], shift_px=self.shift_px[chosen]
-        )
-
-    def follow(self, body: Body, again: Again | None = None) -> Followed:
-        """Find a body in all pictures, or again in some of them."""
-        around = Surroundings(self.background.luma, self.shift_px)
-        return follow(self.pictures, self.frames, body, around, again)
-
-    def as_learnt(self, body: Body) -> Followed:
-        """Take a body to be where it was when it was learnt, without an uncertainty."""
-        places = np.array([body.sightings.get(int(k), (np.nan, np.nan)) for k in self.frames])
-        x, y = (places - self.shift_px).T
-        return Followed(body, x, y, 0.0 * x)
-
-    def sightings(self, seen: Followed) -> dict[int, Place]:
-        """Places in the pictures as they are, by frame index."""
-        x, y = seen.x_px + self.shift_px[:, 0], seen.y_px + self.shift_px[:, 1]
-        known = np.isfinite(x)
-        frames = self.frames[known].tolist()
-        places = zip(frames, x[known].tolist(), y[known].tolist(), strict=True)
-        return {frame: (along, across) for frame, along, across in places}
-
-    def shape(self, seen: Followed) -> Shape:
-        """Describe what a body hides."""
-        return Shape(self.sightings(seen), seen.body.box, seen.body.template)
-
-
 def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -> list[Followed]:
     """Learn and follow bodies beside those that are known, each only once."""
     found = list(known)
-    for rough in roughs:
-        enough = BODIES_AT_MOST if rough.patterned else BODIES_ENOUGH
+    # Paths of corners are exact, those of regions right to some px.
+    for rough in sorted(roughs, key=lambda one: one.blurred):
+        sure = not rough.blurred and not rough.few_corners
+        enough = BODIES_AT_MOST if sure else BODIES_ENOUGH
         if len(found) - len(known) >= enough:
             break
         if any(_holds(rough, other, clip.frames) for other in found):
             continue
         others = [other.path_px for other in roughs if other is not rough][:2]
         hide = _hiding(rough, roughs, [clip.shape(other) for other in found])
-        body = learn(clip.samples, clip.background, rough, others, hide)
+        body = learn(clip.pictures, clip.background, rough, others, hide)
         if body is None or any(_part_of(body, other, clip) for other in found):
             continue
-        seen = clip.follow(body)
+        seen = follow(clip, body)
         moves = was_followed(seen.x_px) and _travel_px(seen) > MOVES_PX
         if moves and not any(same_body(seen, other) for other in found):
             found.append(seen)
@@ -205,7 +161,7 @@ def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | 
     left, top, right, bottom = seen.body.box
     box = left - BLUR_PX, top - BLUR_PX, right + BLUR_PX, bottom + BLUR_PX
     return learn(
-        few.samples,
+        few.pictures,
         few.background,
         Rough(few.sightings(sure), box, (-np.inf, np.inf)),
         [few.sightings(other) for other in others][:2],

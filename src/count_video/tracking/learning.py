@@ -9,6 +9,7 @@ only its box is read.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Floats
 from count_video.tracking.background import Background
 from count_video.tracking.composite import Source
 from count_video.tracking.cutting import SIGHTINGS_AT_LEAST, Stage, close_cut, wide_cut
@@ -30,6 +30,8 @@ Luma = NDArray[np.uint8]
 SURROUNDINGS, ENDS_APART = 0.6, 1.5
 """The surroundings that a wide view shows too, on all sides, as a share of the box's longer side,
 and at both ends also of its height: the other end of a plain body may be so far away."""
+BODY_SHARE = 0.5
+"""A body is at most so wide, and so high, as a share of the picture."""
 REDUCED_PX = 72
 """What a body is shows in pictures reduced until it is hardly higher."""
 ROUNDS, ROUNDS_AGAIN, SETTLED_PX = 3, 2, 2
@@ -65,8 +67,8 @@ class Rough:
     """Image x, from that point, beyond which the neighbours' corners begin."""
     blurred: bool = False
     """Whether the path is that of a region, right to some px only."""
-    patterned: bool = True
-    """Whether many corners show it."""
+    few_corners: bool = False
+    """Whether it is known by a few corners alone, on a part of it."""
     corners: Shape | None = None
     """Its outermost corners."""
 
@@ -137,15 +139,16 @@ def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -
     """Learn what a body is, and where it ends, from reduced pictures."""
     again = rough.corners is None
     left, top, right, bottom = (round(edge) for edge in rough.box)
-    chosen = [k for k in choose(rough.path_px, others) if k in source.pictures]
+    chosen = choose(rough.path_px, others)
     places = {k: (rough.path_px[k][0] + left, rough.path_px[k][1] + top) for k in chosen}
     stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), places)
     for number in range(ROUNDS_AGAIN if again else ROUNDS):
-        scale = max(1, min(stage.shape) // REDUCED_PX)
+        scale, around = _view(source, stage.shape, rough, first=number == 0)
         small, before = source.reduced(scale, chosen), stage.reduced(scale)
         if rough.blurred and number == 0:
             before = replace(before, places=_aligned(small.pictures, before))
-        found = wide_cut(small, before, _margin(before.shape, rough), rough.fence)
+        margin = round(around[0] / scale), round(around[1] / scale)
+        found = wide_cut(small, before, margin, rough.fence)
         if found is None or (rough.blurred and _outgrows(found[0], rough.box)):
             return None
         after = found[0] if again else _registered(small.pictures, *found)
@@ -155,18 +158,26 @@ def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -
     return stage
 
 
+def _view(
+    source: Source, shape: tuple[int, int], rough: Rough, *, first: bool
+) -> tuple[int, tuple[float, float]]:
+    """How far to reduce pictures, and how many rows and columns to see beside a box.
+
+    A few corners may lie anywhere on a body: at first the view is as large as bodies are.
+    """
+    if first and rough.few_corners:
+        rows, columns = (BODY_SHARE * side for side in source.background.luma.shape)
+        return max(1, int(math.sqrt(rows * columns)) // REDUCED_PX), (rows, columns)
+    around = SURROUNDINGS * max(shape)
+    ends = 0.0 if rough.blurred or shape[1] > shape[0] else ENDS_APART * shape[0]
+    return max(1, min(shape) // REDUCED_PX), (around, max(around, ends))
+
+
 def _outgrows(stage: Stage, box: Box) -> bool:
     """Whether what was cut out cannot be the body of a region with this box."""
     height, width = (stage.scale * size for size in stage.shape)
     left, top, right, bottom = box
     return width > REGION_HOLDS * (right - left) or height > REGION_HOLDS * (bottom - top)
-
-
-def _margin(shape: tuple[int, int], rough: Rough) -> tuple[int, int]:
-    """Rows and columns around a box of this shape that are averaged too."""
-    around = SURROUNDINGS * max(shape)
-    ends = 0.0 if rough.blurred or shape[1] > shape[0] else ENDS_APART * shape[0]
-    return round(around), round(max(around, ends))
 
 
 def _aligned(pictures: Mapping[int, Luma], stage: Stage) -> dict[int, Place]:
@@ -242,12 +253,12 @@ def _registered(pictures: Mapping[int, Luma], stage: Stage, outline: Outline) ->
     return replace(stage, places=places, agreement=typical)
 
 
-def line_tilt_deg(paths: Sequence[Floats]) -> float:
-    """Find the common direction of paths, shape (n, 2) each, in (-90, 90] degrees from image x."""
+def line_tilt_deg(roughs: Sequence[Rough]) -> float:
+    """Find the common direction of paths, in (-90, 90] degrees from image x."""
     moments = np.zeros((2, 2))
-    for path in paths:
-        known = path[np.isfinite(path[:, 0])]
-        away = known - known.mean(axis=0)
+    for rough in roughs:
+        path = np.array(list(rough.path_px.values()))
+        away = path - path.mean(axis=0)
         moments += away.T @ away
     return float(np.degrees(0.5 * np.arctan2(2 * moments[0, 1], moments[0, 0] - moments[1, 1])))
 

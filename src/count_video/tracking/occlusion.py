@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.cutting import EDGE_PX
-from count_video.tracking.following import Again, Followed
-from count_video.tracking.layers import Clip
+from count_video.tracking.following import Again, Clip, Followed, follow
 from count_video.tracking.registration import Hides
 from count_video.tracking.template import Pixels
 
@@ -54,7 +53,7 @@ def unhidden(clip: Clip, followed: Sequence[Followed]) -> list[Followed]:
             front.setdefault(one, []).append(solids[other])
             hidden[one] |= near
     return [
-        clip.follow(seen.body, Again(seen, hidden[k], partial(_hides, front[k])))
+        follow(clip, seen.body, Again(seen, hidden[k], partial(_hides, front[k])))
         if k in front
         else seen
         for k, seen in enumerate(followed)
@@ -108,7 +107,7 @@ def _is_in_front(clip: Clip, one: _Solid, other: _Solid, near: NDArray[np.bool_]
                 np.nonzero(both), mine, one.corners_px[row, ::-1].tolist(), strict=True
             )
         )
-        picture = clip.pictures[row]
+        picture = clip.pictures[int(clip.frames[row])]
         inside = (y >= 0) & (x >= 0) & (y < picture.shape[0]) & (x < picture.shape[1])
         seen = picture[y[inside], x[inside]].astype(np.float32)
         for k, expected in enumerate((one.appearance[mine][both], other.appearance[its][both])):

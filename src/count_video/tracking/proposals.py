@@ -87,36 +87,34 @@ def _with_box(group: RigidGroup, region: Floats | None) -> Proposal:
     return Proposal(group.path_px, group.corners_px, box)
 
 
-def at_full_size(one: Proposal, scale: int) -> Proposal:
-    """Turn px of reduced samples into those of the pictures, ``scale`` times as many."""
-    left, top, right, bottom = (scale * side for side in one.box_px)
-    path = one.path_px * scale + (scale - 1) / 2
-    return replace(
-        one, path_px=path, corners_px=one.corners_px * scale, box_px=(left, top, right, bottom)
-    )
+def roughly(
+    proposals: Sequence[Proposal], frames: NDArray[np.intp], scale: int, *, upright: bool
+) -> list[Rough]:
+    """Turn px of reduced samples into those of the pictures, and paths into those by frame.
 
-
-def turned(one: Proposal) -> Proposal:
-    """Swap x and y."""
-    left, top, right, bottom = one.box_px
-    box = top, left, bottom, right
-    return replace(
-        one, path_px=one.path_px[:, ::-1], corners_px=one.corners_px[:, ::-1], box_px=box
-    )
-
-
-def roughly(proposals: Sequence[Proposal], frames: NDArray[np.intp]) -> list[Rough]:
-    """Paths by frame, and where the neighbours' corners begin."""
+    ``frames`` has the index of each sample, ``scale`` is how many px of the pictures one of theirs
+    holds, and ``upright`` swaps x and y. Where the neighbours' corners begin is found as well.
+    """
+    axes = [1, 0] if upright else [0, 1]
+    whole = [
+        Proposal(
+            (one.path_px * scale + (scale - 1) / 2)[:, axes],
+            (one.corners_px * scale)[:, axes],
+            tuple((scale * np.reshape(one.box_px, (2, 2)))[:, axes].ravel().tolist()),
+            one.blurred,
+        )
+        for one in proposals
+    ]
     roughs = []
-    for number, one in enumerate(proposals):
+    for number, one in enumerate(whole):
         known = np.isfinite(one.path_px[:, 0])
         path = zip(frames[known].tolist(), one.path_px[known].tolist(), strict=True)
         places = {frame: (x, y) for frame, (x, y) in path}
-        patterned = not one.blurred and len(one.corners_px) >= NEIGHBOUR_CORNERS
+        few = not one.blurred and len(one.corners_px) < NEIGHBOUR_CORNERS
         low, high = one.corners_px.min(axis=0).tolist(), one.corners_px.max(axis=0).tolist()
         corners = Shape(places, (low[0], low[1], high[0], high[1]))
-        fence = _fence(proposals, number)
-        roughs.append(Rough(places, one.box_px, fence, one.blurred, patterned, corners))
+        fence = _fence(whole, number)
+        roughs.append(Rough(places, one.box_px, fence, one.blurred, few, corners))
     return roughs
 
 

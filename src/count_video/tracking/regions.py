@@ -72,17 +72,19 @@ class Regions:
     """Left, top, width and height of each region, sample by sample."""
     changes: list[Luma]
     """Differences from the background, sample by sample, 0 where they are noise."""
+    pictures: list[Luma]
+    """The samples, reduced as the differences are."""
     scale: int
-    """How many px of the samples one of the differences' holds."""
+    """How many px of the samples one of theirs holds."""
 
     def beside(self, known: Sequence[NDArray[np.bool_]]) -> Regions:
         """Leave out where each sample shows what is known, marked in shape (height, width)."""
-        size, way = self.changes[0].shape[::-1], cv2.INTER_NEAREST
-        left = [
-            one * (cv2.resize(mark.view(np.uint8), size, interpolation=way) == 0)
-            for one, mark in zip(self.changes, known, strict=True)
+        size, way = self.pictures[0].shape[::-1], cv2.INTER_NEAREST
+        marks = [
+            np.asarray(cv2.resize(mark.view(np.uint8), size, interpolation=way), np.uint8)
+            for mark in known
         ]
-        return _regions_of(left, self.scale)
+        return _regions_of(self.pictures, self.scale, marks)
 
     def change(self, path_px: Floats, box_px: Sequence[float]) -> float:
         """Sum of the differences in a box along a path, mean over all samples."""
@@ -97,26 +99,21 @@ class Regions:
 
 def find_regions(pictures: Sequence[Luma]) -> Regions:
     """Find what differs from the background in samples of one brightness."""
-    return _regions_of(*_changes(pictures))
-
-
-def _regions_of(changes: list[Luma], scale: int) -> Regions:
-    boxes = [[box * scale for box in _boxes(_mask(one))] for one in changes]
-    return Regions(boxes, changes, scale)
-
-
-def _changes(pictures: Sequence[Luma]) -> tuple[list[Luma], int]:
-    """Reduced differences of each sample from the median of all, 0 where they are noise.
-
-    Returns how many px of the samples one of theirs holds as well.
-    """
     scale = scale_to(pictures[0].shape[1], WIDTH_PX)
-    away = differences([reduced(one, scale) for one in pictures])
+    return _regions_of([reduced(one, scale) for one in pictures], scale)
+
+
+def _regions_of(pictures: list[Luma], scale: int, known: Sequence[Luma] = ()) -> Regions:
+    """Find what differs from the median of reduced samples, without what is marked as known."""
+    away = differences(pictures, known)
     spread = np.median(np.array(away[:: max(1, len(away) // NOISE_OF)]))
     least = max(NOISE_SIGMAS * MEDIAN_TO_SIGMA * float(spread), NOISE_LEVELS)
     for one in away:
         one[one <= least] = 0
-    return away, scale
+    for one, mark in zip(away, known, strict=False):
+        one[mark > 0] = 0
+    boxes = [[box * scale for box in _boxes(_mask(one))] for one in away]
+    return Regions(boxes, away, pictures, scale)
 
 
 def moving_regions(regions: Regions) -> list[RigidGroup]:

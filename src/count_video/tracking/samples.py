@@ -49,10 +49,6 @@ class Samples:
     """Which of the thumbnails' pictures, in order of time; empty where nothing moves."""
     lights: list[Light]
     """By how much each is brighter than the mean one."""
-    active: NDArray[np.bool_]
-    """Blocks of the picture in which anything moves, shape (rows, columns)."""
-    width_px: int
-    """Width of the thumbnails they were chosen by."""
     moved: NDArray[np.bool_]
     """Where each sample differs from the median of all, shape (len(chosen), height, width) of a
     thumbnail."""
@@ -91,8 +87,7 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     ]
     noise, largest, active = _changes(level)
     if not active.any():
-        none = np.empty((0, 1, 1), np.bool_)
-        return Samples(np.empty(0, np.intp), [], active, 0, none)
+        return Samples(np.empty(0, np.intp), [], np.empty((0, 1, 1), np.bool_))
     share = CHANGE_SHARE
     chosen = _walk(level, noise, largest, share)
     while len(chosen) > SAMPLES_AT_MOST:
@@ -103,20 +98,22 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     alike = [level[k] for k in together]
     lights = lights_of(alike, 1 / gains[together], _middle(alike))
     some = [one.levelled(thumbnails[k]) for k, one in zip(together, lights, strict=True)]
-    width = thumbnails[0].shape[1]
-    return Samples(rows[together], lights, active, width, _moved(some))
+    return Samples(rows[together], lights, _moved(some))
 
 
-def differences(pictures: Sequence[Luma]) -> list[Luma]:
-    """Take absolute differences of pictures of one brightness from the median of some of them."""
-    middle = _middle(pictures)
+def differences(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> list[Luma]:
+    """Take absolute differences of pictures of one brightness from the median of some of them.
+
+    What is marked by ``hidden``, picture by picture, has no part in that.
+    """
+    middle = _middle(pictures, hidden)
     return [np.asarray(cv2.absdiff(one, middle), np.uint8) for one in pictures]
 
 
-def _middle(pictures: Sequence[Luma]) -> Luma:
+def _middle(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Luma:
     """Take the median of some pictures, evenly spread."""
     some = np.linspace(0, len(pictures) - 1, min(MEDIAN_OF, len(pictures))).astype(int)
-    return median_picture([pictures[k] for k in some])
+    return median_picture([pictures[k] for k in some], [hidden[k] for k in some if hidden])
 
 
 def median_picture(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Luma:

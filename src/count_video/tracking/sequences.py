@@ -1,10 +1,9 @@
-"""Pictures as the stages of following want them: turned, chosen, or made alike for corners."""
+"""Pictures as the stages of following want them: by frame index, or made alike for corners."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TypeVar, overload
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -26,59 +25,19 @@ BRIGHTNESS_OF = 4
 """It is measured in so many samples."""
 
 
-class _Pictures(ABC, Sequence[Luma]):
-    """Pictures made of others when they are asked for."""
+class Lumas(Mapping[int, Luma]):
+    """Pictures by their frame index, read when they are asked for: together they may be large."""
 
-    @abstractmethod
-    def picture(self, place: int) -> Luma:
-        """Make one of them."""
-
-    @overload
-    def __getitem__(self, place: int) -> Luma: ...
-    @overload
-    def __getitem__(self, place: slice) -> list[Luma]: ...
-    def __getitem__(self, place: int | slice) -> Luma | list[Luma]:
-        if isinstance(place, slice):
-            return [self.picture(k) for k in range(*place.indices(len(self)))]
-        return self.picture(place)
-
-
-class Turned(_Pictures):
-    """Pictures with x and y swapped."""
-
-    def __init__(self, pictures: Sequence[Luma]) -> None:
-        self._pictures = pictures
-
-    def __len__(self) -> int:
-        return len(self._pictures)
-
-    def picture(self, place: int) -> Luma:
-        """Turn one of them."""
-        return self._pictures[place].T
-
-
-class Chosen(_Pictures):
-    """Some pictures of many."""
-
-    def __init__(self, pictures: Sequence[Luma], chosen: NDArray[np.intp]) -> None:
-        self._pictures, self._chosen = pictures, chosen
-
-    def __len__(self) -> int:
-        return len(self._chosen)
-
-    def picture(self, place: int) -> Luma:
-        """Take one of them."""
-        return self._pictures[int(self._chosen[place])]
-
-
-class ByFrame(Mapping[int, Luma]):
-    """Samples by their frame index, read when they are asked for: together they may be large."""
-
-    def __init__(self, pictures: Sequence[Luma], rows: Mapping[int, int]) -> None:
-        self._pictures, self._rows = pictures, rows
+    def __init__(
+        self, pictures: Sequence[Luma], frames: NDArray[np.intp], *, turned: bool = False
+    ) -> None:
+        """Take pictures and their frame indices, shape (n,); ``turned`` swaps x and y."""
+        self._pictures, self._turned = pictures, turned
+        self._rows = {frame: row for row, frame in enumerate(frames.tolist())}
 
     def __getitem__(self, frame: int) -> Luma:
-        return self._pictures[self._rows[frame]]
+        picture = self._pictures[self._rows[frame]]
+        return picture.T if self._turned else picture
 
     def __iter__(self) -> Iterator[int]:
         return iter(self._rows)
