@@ -65,7 +65,8 @@ class Outline:
     round_: bool
     """Whether the outline is a circle (a ball seen from the side)."""
     begin_px: int
-    """Column of the mean at which the template begins."""
+    top_px: int
+    """Column and row of the mean at which the template begins."""
 
 
 def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
@@ -101,7 +102,7 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
         ends = circle.x_px - circle.radius_px, circle.x_px + circle.radius_px
     if ends[1] - ends[0] < ROWS_AT_LEAST:  # an edge and no body
         return None
-    return _cut_out(mean, (rows, left, right), ends, circle is not None)
+    return _cut_out(mean, (rows, left, right), ends, circle)
 
 
 def _circle_of_ends(mean: Mean, slope: Pixels, own: NDArray[np.bool_]) -> Circle | None:
@@ -153,18 +154,26 @@ def _cut_out(
     mean: Mean,
     spans: tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]],
     ends: tuple[float, float],
-    round_: bool,
+    circle: Circle | None,
 ) -> Outline:
-    """Make the template of what lies between the outermost edge pixels of each row."""
+    """Make the template of what lies between the outermost edge pixels of each row.
+
+    That of a circle has its middle in the middle row.
+    """
     mask = np.zeros(mean.appearance.shape, dtype=bool)
     for row, first, last in zip(*spans, strict=True):
         mask[row, max(0, first - BEYOND_OUTLINE_PX) : last + BEYOND_OUTLINE_PX + 1] = True
     columns = np.flatnonzero(mask.any(axis=0))
-    begin, end = int(columns[0]), int(columns[-1]) + 1
+    begin, end, top, bottom = int(columns[0]), int(columns[-1]) + 1, 0, len(mask)
+    if circle is not None:
+        reach = circle.radius_px + BEYOND_OUTLINE_PX
+        top = max(0, round(circle.y_px - reach))
+        bottom = min(len(mask), round(circle.y_px + reach) + 1)
     mask &= mean.moving
-    weight = np.where(mask, 1 / mean.variance, 0)[:, begin:end]
-    template = make_template(mean.appearance[:, begin:end], weight.astype(np.float32))
-    return Outline(template, ends[0] - begin, ends[1] - begin, round_, begin)
+    part = slice(top, bottom), slice(begin, end)
+    weight = np.where(mask, 1 / mean.variance, 0)[part]
+    template = make_template(mean.appearance[part], weight.astype(np.float32))
+    return Outline(template, ends[0] - begin, ends[1] - begin, circle is not None, begin, top)
 
 
 def _own_edges(clarity: Pixels) -> NDArray[np.bool_]:
