@@ -114,7 +114,7 @@ def template() -> Template:
 
 
 def followed(x_px: Floats) -> Followed:
-    body = Body(template(), 0.0, float(SIDE), False, {}, (), 1.0)
+    body = Body(template(), 0.0, float(SIDE), (0.0, float(SIDE)), False, {}, (), 1.0)
     known = np.where(np.isfinite(x_px), 1.0, np.nan)
     return Followed(body, x_px, TOP * known, 0.01 * known)
 

@@ -64,7 +64,7 @@ def followed(behind: Luma, shown: list[Luma]) -> Followed:
     template = make_template(whole, np.ones((SIDE, SIDE), np.float32))
     sightings = {frame: (round(body_x(frame)), TOP) for frame in range(0, LEAVES, 4)}
     places = {frame: (float(x), float(y)) for frame, (x, y) in sightings.items()}
-    body = Body(template, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
+    body = Body(template, 0.0, SIDE - 1.0, (0.0, SIDE - 1.0), False, places, tuple(places), 1.0)
     return follow(clip(behind, shown), body)
 
 
@@ -122,7 +122,7 @@ def followed_falling(
         piece_at(BODY, 0.0, 0.0, (SIDE, SIDE)), np.ones((SIDE, SIDE), np.float32)
     )
     places = {frame: (float(SIDE), float(tops[frame])) for frame in range(sighted)}
-    body = Body(template, 0.0, SIDE - 1.0, False, places, tuple(places), 1.0)
+    body = Body(template, 0.0, SIDE - 1.0, (0.0, SIDE - 1.0), False, places, tuple(places), 1.0)
     return follow(clip(behind, shown), body)
 
 

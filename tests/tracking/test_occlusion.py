@@ -53,7 +53,16 @@ def body(which: int) -> Body:
     shape = pattern.shape[0], pattern.shape[1]
     template = make_template(piece_at(pattern, 0.0, 0.0, shape), np.ones(shape, np.float32))
     sightings = {k: (float(x), float(TOP)) for k, x in enumerate(places()[which].tolist())}
-    return Body(template, 0.0, shape[1] - 1.0, False, sightings, tuple(sightings), 1.0)
+    return Body(
+        template,
+        0.0,
+        shape[1] - 1.0,
+        (0.0, shape[0] - 1.0),
+        False,
+        sightings,
+        tuple(sightings),
+        1.0,
+    )
 
 
 @pytest.mark.parametrize("front", [0, 1])

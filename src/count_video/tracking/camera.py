@@ -177,7 +177,9 @@ def _part(pictures: Mapping[int, Luma], background: Background, blocks: Places) 
     if not np.median(sigma) < SCATTER_AT_MOST_PX:
         return None
     typical = float(np.median([fit.agreement for fit in fits if fit is not None]))
-    return Body(template, 0.0, float(width), False, roughly, tuple(some), typical)
+    return Body(
+        template, 0.0, float(width), (0.0, float(height)), False, roughly, tuple(some), typical
+    )
 
 
 def _joint(paths: Floats, noise_px: float) -> tuple[Floats, Floats]:

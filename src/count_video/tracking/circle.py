@@ -77,14 +77,15 @@ def circle_through(edges: Edges, height_px: int) -> Circle | None:
     triples = points[rng.choice(len(points), (TRIPLES, 3), p=clear / clear.sum())]
     circles = _sized(_through_three(triples), low, high)[:PROPOSALS]
     best = np.argsort(-_shown(voters, votes, circles, ROUGHLY), kind="stable")[:REFINED]
-    circles = _sized(_refined(points, circles[best]), low, high)
+    circles = _sized(_refined(points, np.ones(len(points)), circles[best]), low, high)
     if len(circles) == 0:
         return None
     shown = _shown(voters, votes, circles)
     outline = int(np.argmax(shown))
     if shown[outline] < SECTORS_AT_LEAST:
         return None
-    x, y, radius = circles[outline].tolist()
+    # Faint points are marks and noise beside the outline.
+    x, y, radius = _refined(points, clear**2, circles[outline : outline + 1])[0].tolist()
     return Circle(x, y, radius, float(shown[outline]))
 
 
@@ -162,7 +163,7 @@ def _sector(x: Floats, y: Floats) -> NDArray[np.intp]:
     return np.floor(turn * SECTORS).astype(np.intp) % SECTORS
 
 
-def _refined(points: Floats, circles: Floats) -> Floats:
+def _refined(points: Floats, weight: Floats, circles: Floats) -> Floats:
     """Least squares circles through the points near each (Kasa 1976, linear in its unknowns).
 
     A circle near which there are few points stays as it is.
@@ -174,7 +175,7 @@ def _refined(points: Floats, circles: Floats) -> Floats:
     products = (unknowns[:, :, None] * unknowns[:, None]).reshape(len(points), -1)
     for _ in range(REFINEMENTS):
         near = _near(points, circles, ROUGHLY * NEAR_PX)
-        held = near.astype(np.float64)
+        held = near * weight
         powers = (held @ products).reshape(-1, 3, 3)
         right = held @ (unknowns * square[:, None])
         x, y, rest = (np.linalg.pinv(powers, hermitian=True) @ right[:, :, None])[:, :, 0].T

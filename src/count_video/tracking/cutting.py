@@ -120,11 +120,10 @@ def _cut(
     )
     if outline is None:
         return None
-    x, y = begin + outline.begin_px, top + outline.top_px - margin[0]
+    x, y = begin + outline.begin_px, top - margin[0]
     shape = outline.template.shape
-    low, first = outline.top_px, outline.begin_px
     places = {k: (place[0] + x, place[1] + y) for k, place in stage.places.items()}
-    held = own[part][low : low + shape[0], first : first + shape[1]]
+    held = own[part][:, outline.begin_px : outline.begin_px + shape[1]]
     corner = stage.corner[0] + x, stage.corner[1] + y
     return Stage(stage.scale, corner, shape, places, held), outline
 

@@ -81,6 +81,8 @@ class Body:
     left_edge_px: float
     right_edge_px: float
     """Where the outline's outermost points are."""
+    rows_px: tuple[float, float]
+    """Its uppermost and lowest point, from the template's first row."""
     round_: bool
     """Whether the outline is a circle, or as high as one of its width."""
     sightings: dict[int, Place]
@@ -93,8 +95,7 @@ class Body:
     @property
     def box(self) -> Box:
         """Outline, from the template's top left pixel."""
-        rows = np.flatnonzero((self.template.weight > 0).any(axis=1))
-        return self.left_edge_px, float(rows[0]), self.right_edge_px, float(rows[-1])
+        return self.left_edge_px, self.rows_px[0], self.right_edge_px, self.rows_px[1]
 
 
 def learn(
@@ -211,6 +212,7 @@ def _body(outline: Outline, path: Mapping[int, Place], stage: Stage) -> Body:
         outline.template,
         outline.left_px,
         outline.right_px,
+        outline.rows_px,
         outline.round_ or _as_high_as_wide(outline),
         rough | dict(places),
         tuple(sorted(places)),

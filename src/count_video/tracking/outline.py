@@ -64,9 +64,10 @@ class Outline:
     """Outermost points of the outline."""
     round_: bool
     """Whether the outline is a circle (a ball seen from the side)."""
+    rows_px: tuple[float, float]
+    """Uppermost and lowest point, from the template's first row."""
     begin_px: int
-    top_px: int
-    """Column and row of the mean at which the template begins."""
+    """Column of the mean at which the template begins."""
 
 
 def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
@@ -156,24 +157,22 @@ def _cut_out(
     ends: tuple[float, float],
     circle: Circle | None,
 ) -> Outline:
-    """Make the template of what lies between the outermost edge pixels of each row.
-
-    That of a circle has its middle in the middle row.
-    """
+    """Make the template of what lies between the outermost edge pixels of each row."""
     mask = np.zeros(mean.appearance.shape, dtype=bool)
     for row, first, last in zip(*spans, strict=True):
         mask[row, max(0, first - BEYOND_OUTLINE_PX) : last + BEYOND_OUTLINE_PX + 1] = True
     columns = np.flatnonzero(mask.any(axis=0))
-    begin, end, top, bottom = int(columns[0]), int(columns[-1]) + 1, 0, len(mask)
-    if circle is not None:
-        reach = circle.radius_px + BEYOND_OUTLINE_PX
-        top = max(0, round(circle.y_px - reach))
-        bottom = min(len(mask), round(circle.y_px + reach) + 1)
+    begin, end = int(columns[0]), int(columns[-1]) + 1
     mask &= mean.moving
-    part = slice(top, bottom), slice(begin, end)
-    weight = np.where(mask, 1 / mean.variance, 0)[part]
-    template = make_template(mean.appearance[part], weight.astype(np.float32))
-    return Outline(template, ends[0] - begin, ends[1] - begin, circle is not None, begin, top)
+    weight = np.where(mask, 1 / mean.variance, 0)[:, begin:end]
+    template = make_template(mean.appearance[:, begin:end], weight.astype(np.float32))
+    if circle is None:
+        rows = np.flatnonzero(weight.any(axis=1))
+        high = float(rows[0]), float(rows[-1])
+    else:
+        high = circle.y_px - circle.radius_px, circle.y_px + circle.radius_px
+    round_ = circle is not None
+    return Outline(template, ends[0] - begin, ends[1] - begin, round_, high, begin)
 
 
 def _own_edges(clarity: Pixels) -> NDArray[np.bool_]:
