@@ -84,9 +84,16 @@ def circle_through(edges: Edges, height_px: int) -> Circle | None:
     outline = int(np.argmax(shown))
     if shown[outline] < SECTORS_AT_LEAST:
         return None
-    # Faint points are marks and noise beside the outline.
-    x, y, radius = _refined(points, clear**2, circles[outline : outline + 1])[0].tolist()
+    x, y, radius = circles[outline].tolist()
     return Circle(x, y, radius, float(shown[outline]))
+
+
+def placed(circle: Circle, edges: Edges) -> Circle:
+    """Place a circle by its clear edges: faint ones are marks and noise beside the outline."""
+    rough = np.array([[circle.x_px, circle.y_px, circle.radius_px]])
+    points = np.stack([edges.x_px, edges.y_px], axis=1)
+    x, y, radius = _refined(points, edges.clarity**2, rough)[0].tolist()
+    return Circle(x, y, radius, circle.sectors)
 
 
 def _some(count: int, rng: np.random.Generator) -> NDArray[np.intp]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.signals import beyond
-from count_video.tracking.circle import Circle, Edges, circle_through
+from count_video.tracking.circle import Circle, Edges, circle_through, placed
 from count_video.tracking.template import Pixels, Template, make_template
 
 EDGE_POSSIBLE = 0.35
@@ -84,7 +84,8 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     body = _own_edges(clarity)
     upright = _edge_points(np.where(body, clarity, 0))
     level = _edge_points(np.where(_own_edges(clear_across.T), clear_across.T, 0))[[1, 0, 2]]
-    circle = circle_through(Edges(*np.concatenate([upright, level], axis=1)), len(body))
+    every = Edges(*np.concatenate([upright, level], axis=1))
+    circle = circle_through(every, len(body))
     if circle is None or not _is_outline(circle, mean):
         circle = _circle_of_ends(mean, slope, own)
     if circle is not None:
@@ -100,6 +101,7 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     if circle is None:
         ends = _edge(slope, rows, left, 1), _edge(slope, rows, right, -1)
     else:
+        circle = placed(circle, every)
         ends = circle.x_px - circle.radius_px, circle.x_px + circle.radius_px
     if ends[1] - ends[0] < ROWS_AT_LEAST:  # an edge and no body
         return None
