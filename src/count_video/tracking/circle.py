@@ -92,7 +92,7 @@ def placed(circle: Circle, edges: Edges) -> Circle:
     """Place a circle by its clear edges: faint ones are marks and noise beside the outline."""
     rough = np.array([[circle.x_px, circle.y_px, circle.radius_px]])
     points = np.stack([edges.x_px, edges.y_px], axis=1)
-    x, y, radius = _refined(points, edges.clarity**2, rough)[0].tolist()
+    x, y, radius = _refined(points, edges.clarity, rough, NEAR_PX)[0].tolist()
     return Circle(x, y, radius, circle.sectors)
 
 
@@ -170,7 +170,9 @@ def _sector(x: Floats, y: Floats) -> NDArray[np.intp]:
     return np.floor(turn * SECTORS).astype(np.intp) % SECTORS
 
 
-def _refined(points: Floats, weight: Floats, circles: Floats) -> Floats:
+def _refined(
+    points: Floats, weight: Floats, circles: Floats, reach_px: float = ROUGHLY * NEAR_PX
+) -> Floats:
     """Least squares circles through the points near each (Kasa 1976, linear in its unknowns).
 
     A circle near which there are few points stays as it is.
@@ -181,7 +183,7 @@ def _refined(points: Floats, weight: Floats, circles: Floats) -> Floats:
     square = (points**2).sum(axis=1)
     products = (unknowns[:, :, None] * unknowns[:, None]).reshape(len(points), -1)
     for _ in range(REFINEMENTS):
-        near = _near(points, circles, ROUGHLY * NEAR_PX)
+        near = _near(points, circles, reach_px)
         held = near * weight
         powers = (held @ products).reshape(-1, 3, 3)
         right = held @ (unknowns * square[:, None])
