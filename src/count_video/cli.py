@@ -142,27 +142,34 @@ def _answer_clips(options: argparse.Namespace) -> int:
             result, kept = _count(path, options, plan, progress)
         except (CountVideoError, OSError) as error:
             result, kept = api.refused(path, error), []
-        # A clip without count and without findings has its reason alone to say, on stderr.
-        shown = result.count is not None or bool(result.collisions or result.answer.warnings)
-        seen = False
-        if options.json:
-            from count_video.reports.json_object import json_line
-
-            print(json_line(result.answer), flush=True)
-        elif shown:
-            print(gap, result.text(_columns()), sep="", flush=True)
-            # It has the reason in it: on a terminal that is enough, from a file nobody sees it now.
-            gap, seen = "\n", sys.stdout is not None and sys.stdout.isatty()
-        if result.count is None and not seen:
-            _complain(f"{result.clip}: {result.answer.reason or 'not counted'}")
-        if not options.json:
-            _say_what_is_kept(kept)
+        if _show(result, gap, kept, as_json=options.json):
+            gap = "\n"
         if result.count is None:
             wrong = isinstance(result.error, UsageError)
             code = max(code, EXIT_USAGE if wrong else EXIT_NOT_COUNTED)
         if replaces and result.error is None:
             _complain(f"{result.clip}: replaced the evidence of another clip of this name")
     return code
+
+
+def _show(result: Result, gap: str, kept: Sequence[Path], *, as_json: bool) -> bool:
+    """Show a result, as text below what came before it; true if such text was printed."""
+    # A clip without count and without findings has its reason alone to say, on stderr.
+    shown = result.count is not None or bool(result.collisions or result.answer.warnings)
+    if as_json:
+        from count_video.reports.json_object import json_line
+
+        print(json_line(result.answer), flush=True)
+    elif shown:
+        print(gap, result.text(_columns()), sep="", flush=True)
+    as_text = shown and not as_json
+    # The text has the reason in it: on a terminal that is enough, from a file nobody sees it now.
+    seen = as_text and sys.stdout is not None and sys.stdout.isatty()
+    if result.count is None and not seen:
+        _complain(f"{result.clip}: {result.answer.reason or 'not counted'}")
+    if not as_json:
+        _say_what_is_kept(kept)
+    return as_text
 
 
 def _count(

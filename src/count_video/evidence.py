@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -88,54 +89,16 @@ def draw_evidence(
         If the evidence cannot be written.
     """
     check_memory(DRAWING_BYTES)
-    outputs, name, content = _opened(found.path, evidence)
-    written: list[str] = []
-
-    def claim(suffix: str) -> Path:
-        # Not with_suffix: a name may hold dots.
-        target = outputs.folder / f"{name}.{suffix}"
-        with explained(target):
-            outputs.claim(target.name, content)
-        written.append(target.name)
-        return target
-
-    def write(suffix: str, data: bytes) -> None:
-        target = claim(suffix)
-        with explained(target):
-            write_whole(target, outputs.as_written(target.name, data))
-
+    files = _opened(found.path, evidence)
     # Two clips of one name that are drawn at the same time would leave files of both.
-    with held(outputs.hidden / f"{name}.lock", wait=True):
+    with held(files.outputs.hidden / f"{files.name}.lock", wait=True):
         if with_json:
-            write("json", f"{json_line(found.result)}\n".encode("ascii"))
+            files.write("json", f"{json_line(found.result)}\n".encode("ascii"))
         if found.track is None:
-            write("html", clip_page(found.result, None, None).encode("utf-8"))
-            return tuple(written)
-        result, kind = found.result, evidence.picture_format
-        clip, pendulum, size = _clip_of(found, found.track)
-        track_csv = table_csv(track_array(clip.track, result), frame=".0f")
-        write("track.csv", track_csv.encode("ascii"))
-        write("collisions.csv", table_csv(collisions_array(result)).encode("ascii"))
-        annotated = claim("annotated.mp4")
-        _write_clip(found.path, annotated, clip, progress)
-        material = Material(result, clip.track, clip.space_time(), pendulum)
-        sheet = trial_figure(material)
-        picture = picture_bytes(sheet, kind)
-        write(kind, picture)
-        for panel, figure in panel_figures(material).items():
-            write(f"{panel}.{kind}", picture_bytes(figure, kind))
-        write("strip.jpg", thumbnail_jpeg(material))
-        mp4 = annotated.read_bytes()
-        shown = Footage(mp4, clip.track.frame, clip.shown_s, clip.cuts, content)
-        drawn = Picture(picture, MEDIA_TYPES[kind], time_panels(sheet))
-        write("html", clip_page(result, shown, drawn).encode("utf-8"))
-        if evidence.presenter is not None:
-            wall, most = found.track.wall_side, result.burst_size
-            layout = presenter_layout(evidence.presenter, *size, wall, most)
-            talk, gif = AnnotatedClip(result, clip.track, layout, clip.shown_s), Gif(clip.shown_s)
-            _write_clip(found.path, claim("presenter.mp4"), talk, progress, gif.keeping)
-            write("presenter.gif", gif.data())
-    return tuple(written)
+            files.write("html", clip_page(found.result, None, None).encode("utf-8"))
+        else:
+            _write_all(found, found.track, files, progress)
+    return tuple(files.written)
 
 
 def draw_trial(found: Followed) -> Figure | None:
@@ -148,8 +111,8 @@ def draw_trial(found: Followed) -> Figure | None:
     return trial_figure(Material(found.result, clip.track, clip.space_time(), pendulum))
 
 
-def _opened(path: Path, evidence: EvidenceSettings, *more: str) -> tuple[OutputFolder, str, str]:
-    """Open the folder for a clip; return it, the name of its files, and the digest of the clip.
+def _opened(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
+    """Open the folder for a clip.
 
     ``more`` are endings of files that will be written besides those of the evidence.
 
@@ -164,7 +127,7 @@ def _opened(path: Path, evidence: EvidenceSettings, *more: str) -> tuple[OutputF
     suffixes += _PRESENTER if evidence.presenter else ()
     names = [f"{name}.{suffix}" for suffix in suffixes]
     outputs = open_outputs(evidence.folder, names, evidence.csv_dialect)
-    return outputs, name, content_digest(path) if path.is_file() else ""
+    return _Files(outputs, evidence, name, content_digest(path) if path.is_file() else "")
 
 
 def shows_another_clip(folder: Path, path: Path) -> bool:
@@ -178,6 +141,60 @@ def shows_another_clip(folder: Path, path: Path) -> bool:
     page = f"{output_name(path.stem)}.html"
     clip = OutputFolder(folder).written().get(page)
     return bool(clip) and (folder / page).exists() and clip != content_digest(path)
+
+
+@dataclass(frozen=True)
+class _Files:
+    """The files of one clip."""
+
+    outputs: OutputFolder
+    wanted: EvidenceSettings
+    name: str
+    clip: str
+    """Digest of the clip."""
+    written: list[str] = field(default_factory=list)
+    """Names of those that are there, or on their way."""
+
+    def claim(self, suffix: str) -> Path:
+        """Return where a file may be written."""
+        # Not with_suffix: a name may hold dots.
+        target = self.outputs.folder / f"{self.name}.{suffix}"
+        with explained(target):
+            self.outputs.claim(target.name, self.clip)
+        self.written.append(target.name)
+        return target
+
+    def write(self, suffix: str, data: bytes) -> None:
+        """Let a file appear under its name when it is complete."""
+        target = self.claim(suffix)
+        with explained(target):
+            write_whole(target, self.outputs.as_written(target.name, data))
+
+
+def _write_all(found: Followed, measured: Track, files: _Files, progress: Progress) -> None:
+    result, kind = found.result, files.wanted.picture_format
+    clip, pendulum, size = _clip_of(found, measured)
+    track_csv = table_csv(track_array(clip.track, result), frame=".0f")
+    files.write("track.csv", track_csv.encode("ascii"))
+    files.write("collisions.csv", table_csv(collisions_array(result)).encode("ascii"))
+    annotated = files.claim("annotated.mp4")
+    _write_clip(found.path, annotated, clip, progress)
+    material = Material(result, clip.track, clip.space_time(), pendulum)
+    sheet = trial_figure(material)
+    picture = picture_bytes(sheet, kind)
+    files.write(kind, picture)
+    for panel, figure in panel_figures(material).items():
+        files.write(f"{panel}.{kind}", picture_bytes(figure, kind))
+    files.write("strip.jpg", thumbnail_jpeg(material))
+    shown = Footage(annotated.read_bytes(), clip.track.frame, clip.shown_s, clip.cuts, files.clip)
+    drawn = Picture(picture, MEDIA_TYPES[kind], time_panels(sheet))
+    files.write("html", clip_page(result, shown, drawn).encode("utf-8"))
+    if files.wanted.presenter is not None:
+        wall, most = measured.wall_side, result.burst_size
+        layout = presenter_layout(files.wanted.presenter, *size, wall, most)
+        talk, gif = AnnotatedClip(result, clip.track, layout, clip.shown_s), Gif(clip.shown_s)
+        _write_clip(found.path, files.claim("presenter.mp4"), talk, progress, gif.keeping)
+        files.write("presenter.gif", gif.data())
 
 
 def _write_clip(

@@ -221,14 +221,16 @@ def at_a_stop(
     alone = _by_frames(_by_impacts(track, seen_impacts(base.evened(track)), report), base)
     if not alone.counts or alone.count >= IMPACTS_OF_ONE_ALONE:
         return alone
-    moving = [one.frame for one in alone.collisions if moves_beside(one.frame)]
-    still = STANDS_STILL if not moving else tuple(1 - chance for chance in STANDS_STILL)
-    stop, partner = (1 - PARTNER_UNSEEN) * still[0], PARTNER_UNSEEN * still[1]
-    unseen = partner / (stop + partner)
+    moving = next((one.frame for one in alone.collisions if moves_beside(one.frame)), None)
+    stands_still, meets_still = STANDS_STILL
+    if moving is not None:
+        stands_still, meets_still = 1 - stands_still, 1 - meets_still
+    partner = PARTNER_UNSEEN * meets_still
+    unseen = partner / (partner + (1 - PARTNER_UNSEEN) * stands_still)
     return replace(
         alone,
         probability={number: (1 - unseen) * p for number, p in alone.probability.items()},
-        against=tuple(Reason(Cause.MOVES_BESIDE, (frame,)) for frame in moving[:1]),
+        against=() if moving is None else (Reason(Cause.MOVES_BESIDE, (moving,)),),
         doubts=(*alone.doubts, Reason(Cause.PARTNER_UNSEEN, (unseen,))),
     )
 
@@ -362,7 +364,8 @@ def stands_before(pair: Explanation, alone: Explanation, moving: int) -> bool:
 
     It does if one alone gives no count, or at a wall one of a few impacts; or if a ball was seen to
     strike both wall and heavy body, and the heavy body's path shows it, where more bodies move on
-    their own: the path of a body and its shadow may fit a few collisions.
+    their own: the path of a body and its shadow may fit a few collisions. Parts of bodies come
+    first only if there is no count of one alone, or a few impacts where they collide more often.
 
     ``moving`` is the number of bodies that move on their own.
     """

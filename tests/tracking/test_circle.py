@@ -37,8 +37,8 @@ def clutter(count: int, seed: int) -> Points:
 def found(
     points: Points, clarity: np.ndarray | float = 1.0, height: int = HEIGHT_PX
 ) -> Circle | None:
-    x, y = (np.asarray(place, np.float64) for place in points)
-    return circle_through(Edges(x, y, np.broadcast_to(clarity, x.shape)), height)
+    places = np.stack(points, axis=1).astype(np.float64)
+    return circle_through(Edges(places, np.broadcast_to(clarity, len(places))), height)
 
 
 @settings(max_examples=60)

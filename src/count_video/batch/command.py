@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
 from count_video.batch.executor import ClusterWorkers
 from count_video.batch.manifest import is_manifest, jobs_of
-from count_video.batch.results import open_store
+from count_video.batch.results import ResultStore, open_store
 from count_video.batch.summary import run_campaign, summarise
 from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
@@ -20,6 +20,7 @@ from count_video.process import before_the_end
 from count_video.progress import Progress
 from count_video.reports.campaign import (
     TRIAL_HEADING,
+    CampaignSummary,
     TrialRow,
     campaign_json,
     campaign_text,
@@ -71,13 +72,7 @@ def answer_campaign(
         store = None
         if options.output is not None:
             own = ("campaign.html", TABLE, SUMMARY, f"campaign.{options.picture_format}")
-            written = [os.path.realpath(options.output / name) for name in own]
-            for path in options.clips:  # one that is to be read again, even if we wrote it
-                if is_manifest(path) and os.path.realpath(path) in written:
-                    raise UsageError(
-                        f"{path}: the results would overwrite this manifest; rename it, or give "
-                        "another folder with -o"
-                    )
+            _refuse_to_overwrite_manifests(options, own)
             opened = open_store(options.output, own, options.csv_dialect, fresh=options.fresh)
             store = stack.enter_context(opened)
             if names := [job.name for job in jobs if store.shows_another_clip(job)]:
@@ -92,15 +87,31 @@ def answer_campaign(
         if not options.json:
             show(f"\n{campaign_text(rows, summary, columns)}")
         if store is not None:
-            store.write(TABLE, trials_csv(rows))
-            store.write(SUMMARY, campaign_json(rows, summary))
-            # Drawing takes time to import.
-            from count_video.reports.figure import campaign_files  # noqa: PLC0415
-
-            for name, content in campaign_files(rows, summary, options.picture_format).items():
-                store.outputs.write(name, content)
+            _write(rows, summary, store, options.picture_format)
     done = all(row.count is not None and row.not_kept is None for row in rows)
     return done, [options.output / name for name in own]
+
+
+def _refuse_to_overwrite_manifests(options: argparse.Namespace, own: Collection[str]) -> None:
+    """Refuse to write over a manifest that is to be read again, even one that we wrote."""
+    written = [os.path.realpath(options.output / name) for name in own]
+    for path in options.clips:
+        if is_manifest(path) and os.path.realpath(path) in written:
+            raise UsageError(
+                f"{path}: the results would overwrite this manifest; rename it, or give another "
+                "folder with -o"
+            )
+
+
+def _write(
+    rows: Sequence[TrialRow], summary: CampaignSummary, store: ResultStore, picture_format: str
+) -> None:
+    store.write(TABLE, trials_csv(rows))
+    store.write(SUMMARY, campaign_json(rows, summary))
+    from count_video.reports.figure import campaign_files  # noqa: PLC0415 - drawing takes time
+
+    for name, content in campaign_files(rows, summary, picture_format).items():
+        store.outputs.write(name, content)
 
 
 def _workers(options: argparse.Namespace) -> Callable[[], Workers]:

@@ -33,6 +33,7 @@ from count_video.parallel import Workers, as_done
 from count_video.process import shortage_explained
 from count_video.records import TrialResult, unread_result
 from count_video.reports.json_object import SCHEMA_VERSION
+from count_video.settings import EvidenceSettings
 
 _Job = TypeVar("_Job")
 _Done = TypeVar("_Done")
@@ -81,25 +82,32 @@ def count_job(job: Job) -> Answer:
     try:
         content = content_digest(job.file)
         with shortage_explained():
-            found = None
-            if job.followed is not None:  # by an earlier run
-                with suppress(ValueError):
-                    found = unpacked(Followed, job.followed)
-                    found = replace(found, result=replace(found.result, clip=str(job.file)))
-            found = found or followed(pipeline.work_through(job.file, job.settings))
+            found = _followed(job)
             result, kept, final = found.result, packed(found), True
             if job.pages is not None:
-                # Drawing takes long to import, and most campaigns draw nothing.
-                from count_video.evidence import draw_evidence  # noqa: PLC0415
-
-                folder = Path(job.start, job.pages.folder)
-                evidence = draw_evidence(found, replace(job.pages, folder=folder, name=job.name))
+                evidence = _drawn(job, job.pages, found)
     except (CountVideoError, OSError) as error:
         result = unread_result(job.clip, reason_of(error, job.file))
         # What hinders the work, a full disk for example, may be gone the next time.
         final = isinstance(error, FootageError | TrackingError)
     result = replace(result, clip=job.clip)
     return Answer(result, content, final, tool_version(), evidence, kept)
+
+
+def _followed(job: Job) -> Followed:
+    """Return what an earlier run counted and followed, or do so now."""
+    if job.followed is not None:
+        with suppress(ValueError):
+            found = unpacked(Followed, job.followed)
+            return replace(found, result=replace(found.result, clip=str(job.file)))
+    return followed(pipeline.work_through(job.file, job.settings))
+
+
+def _drawn(job: Job, pages: EvidenceSettings, found: Followed) -> tuple[str, ...]:
+    # Drawing takes long to import, and most campaigns draw nothing.
+    from count_video.evidence import draw_evidence  # noqa: PLC0415
+
+    return draw_evidence(found, replace(pages, folder=Path(job.start, pages.folder), name=job.name))
 
 
 def failure(job: Job, reason: str) -> Answer:

@@ -215,7 +215,7 @@ class _Scene:
             marks = self._marked(known)
             corners, regions = corners.beside(marks), regions.beside(marks)
         proposed = propose(corners, regions, self.shift_px)
-        return roughly(proposed, self.frames, self.scale, upright=self.upright)
+        return roughly(proposed, self.frames, self.scale, self.axes)
 
     def background(self, pictures: Mapping[int, Luma], known: Sequence[Shape] = ()) -> Background:
         """Learn what stands still from the samples, but for what shapes hide."""

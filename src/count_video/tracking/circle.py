@@ -53,12 +53,12 @@ class Circle:
 
 @dataclass(frozen=True)
 class Edges:
-    """Edge points; arrays have shape (n,)."""
+    """Edge points, n of them."""
 
-    x_px: Floats
-    y_px: Floats
+    places_px: Floats
+    """By x and y, shape (n, 2)."""
     clarity: Floats
-    """How steep each is, in any unit."""
+    """How steep each is, in any unit, shape (n,)."""
 
 
 def circle_through(edges: Edges, height_px: int) -> Circle | None:
@@ -68,7 +68,7 @@ def circle_through(edges: Edges, height_px: int) -> Circle | None:
     """
     if len(edges.clarity) < POINTS_AT_LEAST:
         return None
-    points = np.stack([edges.x_px, edges.y_px], axis=1)
+    points = edges.places_px
     clear = np.minimum(edges.clarity / np.quantile(edges.clarity, CLEAR_QUANTILE), 1.0)
     rng = np.random.default_rng(SEED)
     some = _some(len(points), rng)
@@ -91,8 +91,7 @@ def circle_through(edges: Edges, height_px: int) -> Circle | None:
 def placed(circle: Circle, edges: Edges) -> Circle:
     """Place a circle by its clear edges: faint ones are marks and noise beside the outline."""
     rough = np.array([[circle.x_px, circle.y_px, circle.radius_px]])
-    points = np.stack([edges.x_px, edges.y_px], axis=1)
-    x, y, radius = _refined(points, edges.clarity, rough, NEAR_PX)[0].tolist()
+    x, y, radius = _refined(edges.places_px, edges.clarity, rough, NEAR_PX)[0].tolist()
     return Circle(x, y, radius, circle.sectors)
 
 

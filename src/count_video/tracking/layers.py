@@ -16,8 +16,6 @@ from count_video.tracking.learning import Body, Rough, learn
 from count_video.tracking.outline import BEYOND_OUTLINE_PX
 from count_video.tracking.shape import Shape
 
-Luma = NDArray[np.uint8]
-
 STEADY_AT_LEAST = 6
 MOVES_PX = 2.0
 """A body moves by so much at least."""

@@ -83,8 +83,11 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     )
     body = _own_edges(clarity)
     upright = _edge_points(np.where(body, clarity, 0))
-    level = _edge_points(np.where(_own_edges(clear_across.T), clear_across.T, 0))[[1, 0, 2]]
-    every = Edges(*np.concatenate([upright, level], axis=1))
+    level = _edge_points(np.where(_own_edges(clear_across.T), clear_across.T, 0))
+    every = Edges(
+        np.concatenate([upright.places_px, level.places_px[:, ::-1]]),
+        np.concatenate([upright.clarity, level.clarity]),
+    )
     circle = circle_through(every, len(body))
     if circle is None or not _is_outline(circle, mean):
         circle = _circle_of_ends(mean, slope, own)
@@ -118,9 +121,8 @@ def _circle_of_ends(mean: Mean, slope: Pixels, own: NDArray[np.bool_]) -> Circle
     last = own.shape[1] - 1 - np.argmax(own[rows, ::-1], axis=1)
     edges = _edges(slope, rows, first, 1), _edges(slope, rows, last, -1)
     for ends in (edges, (first, last)):
-        x = np.concatenate(ends).astype(np.float64)
-        points = Edges(x, np.r_[rows, rows].astype(np.float64), np.ones(len(x)))
-        circle = circle_through(points, len(own))
+        places = np.stack([np.concatenate(ends), np.r_[rows, rows]], axis=1).astype(np.float64)
+        circle = circle_through(Edges(places, np.ones(len(places))), len(own))
         if circle and circle.sectors >= ENDS_SECTORS and _beside(circle, mean) <= OUTSIDE_SHARE:
             return circle
     return None
@@ -197,16 +199,16 @@ def _own_edges(clarity: Pixels) -> NDArray[np.bool_]:
     return np.asarray(own & np.isin(labels, pieces), dtype=bool)
 
 
-def _edge_points(clarity: Pixels) -> Floats:
+def _edge_points(clarity: Pixels) -> Edges:
     """Find the edges that are clearest among their neighbours in the row.
 
-    Returns their columns, rows and clarity, shape (3, n). Between the columns the parabola through
-    the neighbours gives the place.
+    Between the columns the parabola through the neighbours gives the place.
     """
     before = np.pad(clarity, ((0, 0), (1, 0)))[:, :-1]
     after = np.pad(clarity, ((0, 0), (0, 1)))[:, 1:]
     y, x = np.nonzero((clarity > before) & (clarity >= after) & (clarity > 0))
-    return np.stack([x + beyond(before[y, x], clarity[y, x], after[y, x]), y, clarity[y, x]])
+    places = np.stack([x + beyond(before[y, x], clarity[y, x], after[y, x]), y], axis=1)
+    return Edges(places, clarity[y, x].astype(np.float64))
 
 
 def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> float:

@@ -88,14 +88,14 @@ def _with_box(group: RigidGroup, region: Floats | None) -> Proposal:
 
 
 def roughly(
-    proposals: Sequence[Proposal], frames: NDArray[np.intp], scale: int, *, upright: bool
+    proposals: Sequence[Proposal], frames: NDArray[np.intp], scale: int, axes: Sequence[int]
 ) -> list[Rough]:
     """Turn px of reduced samples into those of the pictures, and paths into those by frame.
 
     ``frames`` has the index of each sample, ``scale`` is how many px of the pictures one of theirs
-    holds, and ``upright`` swaps x and y. Where the neighbours' corners begin is found as well.
+    holds, and ``axes`` are those of theirs that are x and y of the pictures. Where the neighbours'
+    corners begin is found as well.
     """
-    axes = [1, 0] if upright else [0, 1]
     whole = [
         Proposal(
             (one.path_px * scale + (scale - 1) / 2)[:, axes],
