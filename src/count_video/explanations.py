@@ -28,7 +28,7 @@ from count_video.motion.seen import SeenCollisions, with_errors
 from count_video.motion.time_base import TimeBase, even
 from count_video.motion.timed import seen_by_time_base
 from count_video.motion.weighing import SeenImpacts
-from count_video.reasons import ENDS_EARLY, Cause, Reason
+from count_video.reasons import LEFT_TO_THE_FIT, Cause, Reason
 from count_video.records import Collision, FootageReport, Track
 
 PROBABILITY_AT_LEAST = 0.5
@@ -143,7 +143,7 @@ def shown_at_wall(track: Track, found: SeenCollisions) -> Explanation:
 def leaves_doubt(found: SeenCollisions) -> bool:
     """Whether collisions may lie where no frame shows them, and the beginning is there."""
     doubtful = bool(found.doubts or found.shortcomings)
-    whole = all(shortcoming.cause in ENDS_EARLY for shortcoming in found.shortcomings)
+    whole = all(shortcoming.cause in LEFT_TO_THE_FIT for shortcoming in found.shortcomings)
     return found.burst > 1 and doubtful and whole
 
 

@@ -52,11 +52,13 @@ def end_well_on_signals(complain: Callable[[str], object]) -> None:
 
 
 def leave_cores_to_the_decoder() -> None:
-    """Keep the linear algebra, whose matrices are small, from waiting in threads of its own.
+    """Keep linear algebra and image processing from waiting in threads of their own.
 
-    It reads its settings when numpy is imported, which has not happened yet.
+    Their matrices and pictures are small: threads save no time, and take processor time. They read
+    their settings when NumPy and OpenCV are imported, which has not happened yet.
     """
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    for name in ("OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
+        os.environ.setdefault(name, "1")
 
 
 def keep_libraries_off_the_streams() -> None:

@@ -99,8 +99,9 @@ class Cause(Enum):
     """The motion shows another mass ratio than was given [given, shown, its uncertainty]."""
 
 
-ENDS_EARLY = frozenset(
+LEFT_TO_THE_FIT = frozenset(
     (
+        Cause.STARTS_CLOSE,
         Cause.ENDS_AT_CONTACT,
         Cause.ENDS_APPROACHING,
         Cause.ENDS_CATCHING_UP,
@@ -108,7 +109,7 @@ ENDS_EARLY = frozenset(
         Cause.STRAYS,
     )
 )
-"""A fitted model of the motion makes up for these: it knows what follows."""
+"""A fitted model of the motion makes up for these: it knows what came before, and what follows."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from filmed_trials import PX_PER_M, FilmedTrial, Filming, film, make_track, part
 
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
-from count_video.reasons import ENDS_EARLY, Cause
+from count_video.reasons import LEFT_TO_THE_FIT, Cause
 from count_video.records import BodyTrack, Track
 
 SETUP = Setup(heavy_mass_kg=0.0105 * 16, wall_gap_m=0.03)
@@ -79,7 +79,7 @@ def test_a_clip_that_ends_within_the_burst_says_so() -> None:
 
     found = seen_collisions(part(whole.track, 0, middle))
 
-    assert any(reason.cause in ENDS_EARLY for reason in found.shortcomings)
+    assert any(reason.cause in LEFT_TO_THE_FIT for reason in found.shortcomings)
 
 
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.8])

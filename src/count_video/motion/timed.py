@@ -23,7 +23,7 @@ from count_video.motion.seen import (
     shows_motion,
 )
 from count_video.motion.time_base import TimeBase, even
-from count_video.reasons import ENDS_EARLY, Cause, Reason
+from count_video.reasons import LEFT_TO_THE_FIT, Cause, Reason
 from count_video.records import Track
 
 STRAYS_LESS = 0.6
@@ -68,7 +68,7 @@ def seen_by_time_base(track: Track) -> tuple[TimeBase, SeenCollisions, LeftOut |
 
 
 def _is_sure(found: SeenCollisions) -> bool:
-    ahead = all(reason.cause in ENDS_EARLY for reason in found.shortcomings)
+    ahead = all(reason.cause in LEFT_TO_THE_FIT for reason in found.shortcomings)
     return found.path_fits and not found.doubts and ahead
 
 

@@ -48,6 +48,11 @@ class Background:
         small = {k: (x / scale, y / scale) for k, (x, y) in shifts.items()}
         return Background(reduced(self.luma, scale), small, self.lights)
 
+    def as_it_stands(self, picture: Luma, frame: int) -> Luma:
+        """Bring a whole picture to the background's brightness and place."""
+        level = self.lights.get(frame, Light()).levelled(picture)
+        return _moved_back(level, self.shift_px.get(frame, (0.0, 0.0)))
+
     def behind(self, frame: int, place: Place, shape: tuple[int, int]) -> Pixels:
         """Cut out what lies behind a piece of a picture."""
         x, y = self.shift_px.get(frame, (0.0, 0.0))

@@ -114,7 +114,9 @@ def find_movers(
 
 def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion | None:
     """Measure the camera's motion; where corners show none, only if a few samples do."""
-    parts = scenery(clip.pictures, clip.background, [_swept(rough) for rough in roughs])
+    # What only a region or few corners show may be scenery.
+    swept = [_swept(rough) for rough in roughs if rough.sure]
+    parts = scenery(clip.pictures, clip.background, swept)
     if not scene.shift_px.any():
         some = scene.frames[:: 1 + len(scene.frames) // TREMBLE_OF]
         few = [
@@ -134,7 +136,7 @@ def _followed(
     """Find bodies in the samples, round after round, and follow them through all pictures."""
     few = clip.only(scene.samples.chosen)
     found: list[Followed] = []
-    settled = False
+    settled: list[bool] = []
     for number in range(ROUNDS):
         known = len(found)
         if number > 0:
@@ -142,14 +144,16 @@ def _followed(
         more = add_bodies(few, roughs, found)
         if len(more) == known:
             break  # of what is left, nothing can be followed
-        few, found, settled = _learnt_again(few, scene, more, known)
-        settled &= number == 0
+        as_they_are = [k < known for k in range(len(more))]
+        few, found, settled = _learnt_again(few, scene, more, as_they_are)
+        if number > 0:  # what is known by now hides those that were learnt before
+            settled = [False] * len(found)
         if len(found) <= known or len(found) >= BODIES_AT_MOST or enough(found):
             break
     for _ in range(TIMES_LEARNT):
-        if settled or not found:
+        if all(settled):
             break
-        again, kept, settled = _learnt_again(few, scene, found)
+        again, kept, settled = _learnt_again(few, scene, found, settled)
         if len(kept) < len(found):
             break  # one shows an outline no more, and nothing comes in its place
         few, found = again, kept
@@ -158,28 +162,30 @@ def _followed(
 
 
 def _learnt_again(
-    few: Clip, scene: _Scene, found: Sequence[Followed], known: int = 0
-) -> tuple[Clip, list[Followed], bool]:
-    """Learn the background without the bodies, and those after the first ``known`` anew.
+    few: Clip, scene: _Scene, found: Sequence[Followed], as_they_are: Sequence[bool]
+) -> tuple[Clip, list[Followed], list[bool]]:
+    """Learn the background without the bodies, and those anew that do not stay as they are.
 
     What an outline does not cover yet is in the background, and what it covers too much is not: the
-    outlines are learnt until they stay as they are, which is returned as well. A body that most
-    samples show keeps the outline it had if it shows none now, unless that holds another body that
-    moves on its own, for bodies are solid.
+    outlines are learnt until they stay as they are, and which do is returned as well. A body that
+    most samples show keeps the outline it had if it shows none now, unless that holds another body
+    that moves on its own, for bodies are solid.
     """
     before = [few.shape(seen) for seen in found]
     few = replace(few, background=scene.background(few.pictures, before))
-    bodies: list[Body | None] = [seen.body for seen in found[:known]]
-    for seen, shape in zip(found[known:], before[known:], strict=True):
-        holds = any(shape.holds(other) and not shape.moves_with(other) for other in before)
-        bodies.append(learn_again(few, seen, found) or (None if holds else _as_before(seen)))
-    sizes = [
-        (size_of(shape.box), size_of(body.box))
-        for shape, body in zip(before, bodies, strict=True)
-        if body is not None
-    ]
-    settled = len(sizes) == len(found) and bool(np.ptp(sizes, axis=1).max() < SETTLED_PX)
-    return few, [few.as_learnt(body) for body in bodies if body is not None], settled
+    bodies: list[Followed] = []
+    settled: list[bool] = []
+    for seen, shape, stays in zip(found, before, as_they_are, strict=True):
+        if stays:
+            body: Body | None = seen.body
+        else:
+            holds = any(shape.holds(other) and not shape.moves_with(other) for other in before)
+            body = learn_again(few, seen, found) or (None if holds else _as_before(seen))
+        if body is not None:
+            bodies.append(few.as_learnt(body))
+            change = np.subtract(size_of(shape.box), size_of(body.box))
+            settled.append(bool(np.abs(change).max() < SETTLED_PX))
+    return few, bodies, settled
 
 
 def _as_before(seen: Followed) -> Body | None:

@@ -14,9 +14,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.footage.pictures import reduced
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
-from count_video.tracking.background import Background
+from count_video.tracking.background import ROUNDING, Background
 from count_video.tracking.following import Clip, follow, was_followed
 from count_video.tracking.learning import Body
 from count_video.tracking.registration import register
@@ -33,7 +34,11 @@ BLOCK_PX, BLOCKS = 8, 16
 together they hold as many pixels as a registration takes."""
 BODIES = 2
 MEASURED_OF = 16
-"""How well a part is found again is measured in so many pictures."""
+"""What is scenery, and how well a part is found again, is measured in so many pictures."""
+TREMBLE_AT_MOST_PX, CHANGED_SHARE = 4.0, 0.8
+"""By the slope of its edges times the camera's tremble a block of scenery changes: by so much at
+most in this share of the pictures. The changes by a body that comes and goes are larger, as it
+fills a block."""
 ALIKE_SIGMAS, ALIKE_PX = 3.0, 0.02
 """Parts scatter about their joint path by at most so many times as much as the steadiest one, or
 as this: what scatters more moves by itself."""
@@ -75,13 +80,21 @@ def scenery(
     swept
         Boxes that what may be bodies passes over, the likeliest first.
     """
+    known = sorted(background.shift_px)
+    some = [known[k] for k in np.linspace(0, len(known) - 1, MEASURED_OF).astype(int)]
+    seen = {frame: pictures[frame] for frame in some}
+    changes = [
+        _of_blocks(cv2.absdiff(background.as_it_stands(one, frame), background.luma))
+        for frame, one in seen.items()
+    ]
+    change = np.quantile(changes, CHANGED_SHARE, axis=0)
     parts: list[Body] = []
     # What trembles with the scenery is among what may be a body; and where bodies pass over
     # everything, they hide it in some pictures only.
     for free_of in (swept, swept[:BODIES], ()):
         if len(parts) < PARTS_AT_LEAST:
-            blocks = _clear_blocks(background, free_of)
-            found = (_part(pictures, background, some) for some in blocks)
+            blocks = _clear_blocks(background, change, free_of)
+            found = (_part(seen, background, among) for among in blocks)
             parts = [one for one in found if one is not None]
     return parts
 
@@ -121,11 +134,13 @@ def camera_motion(
     return Motion(np.where(moves, place, 0.0), np.where(moves, sigma, 0.0))
 
 
-def _clear_blocks(background: Background, swept: Sequence[Box]) -> list[Places]:
-    """Columns and rows of the blocks of each part, shape (n, 2) each, beside what is swept.
+def _clear_blocks(background: Background, change: Floats, swept: Sequence[Box]) -> list[Places]:
+    """Columns and rows of the blocks of each part, shape (n, 2) each.
 
-    Along a straight edge nothing shows a shift, so those with the clearest slopes by x and those by
-    y are parted each: the left half from the right one, and these by their rows.
+    Those with the clearest slopes are taken of the blocks that are scenery beside what is swept,
+    and not what bodies leave behind in the background. Along a straight edge nothing shows a shift,
+    so those by x and those by y are parted each: the left half from the right one, and these by
+    their rows.
     """
     luma = background.luma
     rows, columns = (size // BLOCK_PX for size in luma.shape)
@@ -138,24 +153,21 @@ def _clear_blocks(background: Background, swept: Sequence[Box]) -> list[Places]:
         free[top : bottom + 1, left : end + 1] = False
     parts: list[list[Places]] = [[] for _ in range(PARTS)]
     for axis in (0, 1):
-        clear = np.flatnonzero(free)
-        best = clear[np.argsort(-_slopes(luma, axis)[free], kind="stable")[: PARTS * BLOCKS]]
+        slope = _of_blocks(np.abs(cv2.Sobel(luma, cv2.CV_32F, 1 - axis, axis, scale=1 / 8)))
+        scenery = np.flatnonzero(free & (change < TREMBLE_AT_MOST_PX * slope + ROUNDING))
+        best = scenery[np.argsort(-slope.ravel()[scenery], kind="stable")[: PARTS * BLOCKS]]
         y, x = np.divmod(best, max(columns, 1))
         order = np.argsort(x, kind="stable")
         halves = np.array_split(order, PARTS // 2)
         quarters = [q for half in halves for q in np.array_split(half[np.argsort(y[half])], 2)]
-        for part, some in zip(parts, quarters, strict=True):
-            part.append(BLOCK_PX * np.stack([x[some], y[some]], axis=1))
+        for part, among in zip(parts, quarters, strict=True):
+            part.append(BLOCK_PX * np.stack([x[among], y[among]], axis=1))
     return [np.unique(np.concatenate(part), axis=0) for part in parts]
 
 
-def _slopes(luma: Luma, axis: int) -> Floats:
-    """Mean squared slope of each block by x (0) or y (1), shape (rows, columns)."""
-    rows, columns = (size // BLOCK_PX for size in luma.shape)
-    whole = np.ascontiguousarray(luma[: rows * BLOCK_PX, : columns * BLOCK_PX])
-    slope = cv2.Sobel(whole, cv2.CV_32F, 1 - axis, axis)
-    cv2.multiply(slope, slope, slope)
-    return np.asarray(cv2.resize(slope, (columns, rows), interpolation=cv2.INTER_AREA), np.float64)
+def _of_blocks(picture: cv2.typing.MatLike) -> Floats:
+    """Mean of each block, shape (rows, columns)."""
+    return np.asarray(reduced(picture.astype(np.float32), BLOCK_PX), np.float64)
 
 
 def _part(pictures: Mapping[int, Luma], background: Background, blocks: Places) -> Body | None:
@@ -170,15 +182,13 @@ def _part(pictures: Mapping[int, Luma], background: Background, blocks: Places) 
     place = float(corner[0]), float(corner[1])
     template = make_template(piece_at(background.luma, *place, weight.shape), weight)
     roughly = {k: (place[0] + x, place[1] + y) for k, (x, y) in background.shift_px.items()}
-    known = sorted(roughly)
-    some = [known[k] for k in np.linspace(0, len(known) - 1, MEASURED_OF).astype(int)]
-    fits = [register(pictures[k], template, roughly[k]) for k in some]
+    fits = [register(picture, template, roughly[k]) for k, picture in pictures.items()]
     sigma = [np.inf if fit is None else fit.sigma_x_px for fit in fits]
     if not np.median(sigma) < SCATTER_AT_MOST_PX:
         return None
     typical = float(np.median([fit.agreement for fit in fits if fit is not None]))
     return Body(
-        template, 0.0, float(width), (0.0, float(height)), False, roughly, tuple(some), typical
+        template, 0.0, float(width), (0.0, float(height)), False, roughly, tuple(pictures), typical
     )
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,6 +46,9 @@ BACK_FROM = 4
 to the first of the clip."""
 ORDERS = 1, 2
 """Powers of the time that extrapolate its last places: constant velocity, then free fall."""
+USUAL_RATIO, ONWARD_PX = 4.0, 2.0
+"""A place needs no rival if it leaves so many times as much of the picture open as usual at most,
+or lies so near to where the body moves on to."""
 FRAMES_AT_LEAST, PRESENT_AT_LEAST, SEEN_AT_LEAST = 12, 0.2, 0.5
 """A body comes in and goes out again, but is seen in so many pictures and this share of all, and in
 this share of those between its first and its last; else it was not followed."""
@@ -204,8 +207,6 @@ class _Path:
         for fit in self._fits(frame, picture, guess, shown):
             if fit is not None and (best is None or fit.agreement > best.agreement):
                 best = fit
-            if best is not None and self._is_sure(best):
-                break
         self._unsure = 0 if best is not None and self._is_sure(best) else self._unsure + 1
         if best is None:
             self.lose()
@@ -218,16 +219,19 @@ class _Path:
     ) -> Iterator[Fit | None]:
         """Fits that are believed, or None: the nearest places first, then those of a search.
 
-        The longer none has been sure, the rarer are the searches: in the 1st, 2nd, 4th, 8th picture
-        and so on. The samples guess where the body is when it shows again.
+        What agrees as usual, or surely where the last places lead to, needs no other. The longer no
+        fit has been sure, the rarer are the searches: in the 1st, 2nd, 4th, 8th picture and so on.
+        The samples guess where the body is when it shows again.
         """
-        yield self._registered(picture, guess, shown)
-        if self._trail and not self.lost:
-            for order in ORDERS:
-                yield self._registered(picture, self.onward(frame, guess, order), shown)
+        moves_on = bool(self._trail) and not self.lost
+        onward = [self.onward(frame, guess, order) for order in ORDERS if moves_on]
+        for place in (guess, *onward):
+            fit = self._registered(picture, place, shown)
+            yield fit
+            if fit is not None and self._settles(fit, [_plus(one, shown[0]) for one in onward]):
+                return
         if self._unsure & (self._unsure - 1) == 0:
-            near = guess if self.lost else self.onward(frame, guess)
-            yield self._searched(picture, near, shown)
+            yield self._searched(picture, onward[0] if onward else guess, shown)
 
     def _registered(
         self, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
@@ -277,6 +281,13 @@ class _Path:
 
     def _is_sure(self, fit: Fit) -> bool:
         return fit.agreement >= SURE_SHARE * self._typical
+
+    def _settles(self, fit: Fit, onward: Sequence[Place]) -> bool:
+        """Whether no other place can agree better, or one that the body moves on to is found."""
+        if 1 - fit.agreement <= USUAL_RATIO * (1 - self._typical):
+            return True
+        away = (max(abs(fit.x_px - x), abs(fit.y_px - y)) for x, y in onward)
+        return self._is_sure(fit) and min(away, default=0.0) < ONWARD_PX
 
     def _believed(self, fit: Fit | None, picture: Luma, shift: Place) -> Fit | None:
         """Take a fit only if it is the body's, and not a place of the scenery that is like it."""

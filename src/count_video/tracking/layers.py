@@ -35,8 +35,7 @@ def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -
     found = list(known)
     # Paths of corners are exact, those of regions right to some px.
     for rough in sorted(roughs, key=lambda one: one.blurred):
-        sure = not rough.blurred and not rough.few_corners
-        enough = BODIES_AT_MOST if sure else BODIES_ENOUGH
+        enough = BODIES_AT_MOST if rough.sure else BODIES_ENOUGH
         if len(found) - len(known) >= enough:
             break
         if any(_holds(rough, other, clip.frames) for other in found):

@@ -9,7 +9,6 @@ only its box is read.
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,8 +29,9 @@ Luma = NDArray[np.uint8]
 SURROUNDINGS, ENDS_APART = 0.6, 1.5
 """The surroundings that a wide view shows too, on all sides, as a share of the box's longer side,
 and at both ends also of its height: the other end of a plain body may be so far away."""
-BODY_SHARE = 0.5
-"""A body is at most so wide, and so high, as a share of the picture."""
+WIDER = 1, 2, 4, 8
+"""A few corners may lie anywhere on a body: so many times as wide a view is tried, until the body
+ends within it."""
 REDUCED_PX = 72
 """What a body is shows in pictures reduced until it is hardly higher."""
 ROUNDS, ROUNDS_AGAIN, SETTLED_PX = 3, 2, 2
@@ -71,6 +71,11 @@ class Rough:
     """Whether it is known by a few corners alone, on a part of it."""
     corners: Shape | None = None
     """Its outermost corners."""
+
+    @property
+    def sure(self) -> bool:
+        """Whether its path is exact and its box that of a body."""
+        return not (self.blurred or self.few_corners)
 
 
 @dataclass(frozen=True)
@@ -144,12 +149,15 @@ def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -
     places = {k: (rough.path_px[k][0] + left, rough.path_px[k][1] + top) for k in chosen}
     stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), places)
     for number in range(ROUNDS_AGAIN if again else ROUNDS):
-        scale, around = _view(source, stage.shape, rough, first=number == 0)
-        small, before = source.reduced(scale, chosen), stage.reduced(scale)
-        if rough.blurred and number == 0:
-            before = replace(before, places=_aligned(small.pictures, before))
-        margin = round(around[0] / scale), round(around[1] / scale)
-        found = wide_cut(small, before, margin, rough.fence)
+        found = None
+        for wider in WIDER if rough.few_corners and number == 0 else WIDER[:1]:
+            scale, margin = _view(stage.shape, rough, wider)
+            small, before = source.reduced(scale, chosen), stage.reduced(scale)
+            if rough.blurred and number == 0:
+                before = replace(before, places=_aligned(small.pictures, before))
+            found = wide_cut(small, before, margin, rough.fence)
+            if found is not None and (wider == WIDER[-1] or _ends_within(found[0], before, margin)):
+                break
         if found is None or (rough.blurred and _outgrows(found[0], rough.box)):
             return None
         after = found[0] if again else _registered(small.pictures, *found)
@@ -159,19 +167,22 @@ def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -
     return stage
 
 
-def _view(
-    source: Source, shape: tuple[int, int], rough: Rough, *, first: bool
-) -> tuple[int, tuple[float, float]]:
-    """How far to reduce pictures, and how many rows and columns to see beside a box.
-
-    A few corners may lie anywhere on a body: at first the view is as large as bodies are.
-    """
-    if first and rough.few_corners:
-        rows, columns = (BODY_SHARE * side for side in source.background.luma.shape)
-        return max(1, int(math.sqrt(rows * columns)) // REDUCED_PX), (rows, columns)
-    around = SURROUNDINGS * max(shape)
+def _view(shape: tuple[int, int], rough: Rough, wider: int) -> tuple[int, tuple[int, int]]:
+    """How far to reduce pictures, and how many reduced rows and columns to see beside a box."""
+    around = wider * SURROUNDINGS * max(shape)
     ends = 0.0 if rough.blurred or shape[1] > shape[0] else ENDS_APART * shape[0]
-    return max(1, min(shape) // REDUCED_PX), (around, max(around, ends))
+    scale = max(1, wider * min(shape) // REDUCED_PX)
+    return scale, (round(around / scale), round(max(around, ends) / scale))
+
+
+def _ends_within(found: Stage, before: Stage, margin: tuple[int, int]) -> bool:
+    """Whether what was cut out ends before a view of so many rows and columns around does."""
+    rows = found.corner[1] - before.corner[1], found.shape[0], before.shape[0], margin[0]
+    columns = found.corner[0] - before.corner[0], found.shape[1], before.shape[1], margin[1]
+    return all(
+        -reach < begin and begin + size < usual + reach
+        for begin, size, usual, reach in (rows, columns)
+    )
 
 
 def _outgrows(stage: Stage, box: Box) -> bool:

@@ -112,7 +112,7 @@ def pair_tracks(seen: Observation, wall_side: WallSide | None) -> list[Track]:
         raise TrackingError("nothing moves along a line as a rigid body does")
     pairs = [_ordered(*pair) for pair in combinations(found, 2)]
     ranked = sorted(
-        ((_score(*pair, OPPOSITE_AT_LEAST), pair) for pair in pairs if _side_by_side(*pair)),
+        ((_score(*pair), pair) for pair in pairs if _side_by_side(*pair)),
         key=lambda scored: -scored[0],
     )
     if not ranked:
@@ -183,7 +183,7 @@ def on_their_own(one_px: Floats, other_px: Floats) -> bool:
     return min(together, apart) > MIRROR_SHARE * max(together, apart)
 
 
-def _score(left: Followed, right: Followed, opposite_at_least: float = 0.0) -> float:
+def _score(left: Followed, right: Followed) -> float:
     """How much two bodies move as ball and heavy body do: in px per frame of velocity jumps.
 
     They repel each other, always at the same distance, and one of them bounces off something on
@@ -195,7 +195,7 @@ def _score(left: Followed, right: Followed, opposite_at_least: float = 0.0) -> f
     walls = max(far_side_jump(left.edges_px[0]), far_side_jump(-right.edges_px[1]))
     size = _least_size_px(left, right)
     noise = max(float(np.nanmedian(np.hypot(left.sigma_px, right.sigma_px))), NOISE_AT_LEAST_PX)
-    jumps = max(_opposite(left.x_px, right.x_px, lows), opposite_at_least)
+    jumps = max(_opposite(left.x_px, right.x_px, lows), OPPOSITE_AT_LEAST)
     whole = (far_side_jump(gap) + walls) * size / noise
     return jumps * whole / (1 + (spread / CONTACT_SPREAD_PX) ** 2)
 

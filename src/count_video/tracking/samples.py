@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.footage.pictures import reduced
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light, lights_of
@@ -91,7 +92,8 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     share = CHANGE_SHARE
     chosen = _walk(level, noise, largest, share)
     while len(chosen) > SAMPLES_AT_MOST:
-        share *= 1.3
+        # Where bodies move by more, so many fewer samples are taken, or nearly.
+        share *= max(1.1, len(chosen) / SAMPLES_AT_MOST)
         chosen = _walk(level, noise, largest, share)
     even = np.linspace(0, len(level) - 1, min(SAMPLES_AT_LEAST, len(level))).astype(np.intp)
     together = np.union1d(chosen, even)
@@ -183,9 +185,7 @@ def _changes(level: Sequence[Luma]) -> tuple[Floats, Floats, NDArray[np.bool_]]:
 
 def _change(one: Luma, other: Luma) -> NDArray[np.float32]:
     """Mean difference of two thumbnails over blocks, in grey levels."""
-    difference = cv2.absdiff(one, other).astype(np.float32)
-    size = max(1, one.shape[1] // BLOCK_PX), max(1, one.shape[0] // BLOCK_PX)
-    return np.asarray(cv2.resize(difference, size, interpolation=cv2.INTER_AREA), np.float32)
+    return reduced(cv2.absdiff(one, other).astype(np.float32), BLOCK_PX)
 
 
 def _walk(level: Sequence[Luma], noise: Floats, largest: Floats, share: float) -> list[int]:
