@@ -32,6 +32,9 @@ SHARED_SHARE = 0.05
 """Two corners are compared by so many samples, and this share of all, at least."""
 NEAR_SHARE = 0.9
 """Members keep their distance from the common path in this share of the samples."""
+TOGETHER_SHARE = 0.6
+"""Paths of one body keep their distance in this share of the samples, and move in them: in others
+the corners of either may have slid to what passes by."""
 CORNERS_AT_LEAST = 4
 BODIES_AT_MOST = 8
 OFTEN_SHARE = 0.3
@@ -259,9 +262,10 @@ def _same_body(one: Floats, other: Floats) -> bool:
     if np.count_nonzero(both) < SHARED_SAMPLES:
         return False
     away = one[both] - other[both]
-    error = np.abs(away - np.median(away, axis=0)).max(axis=1)
-    span = float(np.ptp(one[both], axis=0).max())
-    return bool(np.quantile(error, 0.8) < 2 * RIGID_PX and span > 2 * SHARED_SPAN_PX)
+    together = np.abs(away - np.median(away, axis=0)).max(axis=1) < 2 * RIGID_PX
+    if together.mean() < TOGETHER_SHARE:
+        return False
+    return float(np.ptp(one[both][together], axis=0).max()) > 2 * SHARED_SPAN_PX
 
 
 def _group(
