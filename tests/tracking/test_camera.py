@@ -42,16 +42,20 @@ def scene() -> Scene:
 
 
 def measured(
-    pictures: Sequence[Luma], shifts_px: Floats | None = None, swept: Sequence[Box] = ()
+    pictures: Sequence[Luma],
+    shifts_px: Floats | None = None,
+    swept: Sequence[Box] = (),
+    lamp: Floats | None = None,
 ) -> Motion | None:
     """Measure the camera's motion, known to a px in some pictures; without shifts, none there."""
     some = np.linspace(0, len(pictures) - 1, SAMPLES).astype(int).tolist()
     rough = np.zeros((len(pictures), 2)) if shifts_px is None else np.round(shifts_px)
     shifts = {k: (float(rough[k, 0]), float(rough[k, 1])) for k in some}
-    lights = {k: Light() for k in some}
+    lights = {k: Light() if lamp is None else Light(float(lamp[k])) for k in some}
     behind = background_of({k: pictures[k] for k in some[::2]}, shifts, lights)
     seen = dict(enumerate(pictures))
-    return camera_motion(scenery(seen, behind, swept), seen, np.arange(len(pictures)))
+    parts = scenery(seen, behind, swept)
+    return camera_motion(parts, seen, np.arange(len(pictures)), shifts)
 
 
 def shake(count: int = FRAMES) -> Floats:
@@ -104,7 +108,7 @@ def test_brightness_and_contrast_do_not_move_the_picture(still: list[Luma]) -> N
         to_luma(share * one + 10.0)
         for one, share in zip(shaken(still, shifts), lamp.tolist(), strict=True)
     ]
-    motion = measured(dimmed, shifts, SWEPT)
+    motion = measured(dimmed, shifts, SWEPT, lamp)
 
     assert float(np.std(errors(motion, shifts), axis=0).max()) <= 2 * SHIFT_PX
 

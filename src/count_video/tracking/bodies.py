@@ -117,14 +117,12 @@ def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion
     # What only a region or few corners show may be scenery.
     swept = [_swept(rough) for rough in roughs if rough.sure]
     parts = scenery(clip.pictures, clip.background, swept)
+    roughly = clip.background.shift_px
     if not scene.shift_px.any():
         some = scene.frames[:: 1 + len(scene.frames) // TREMBLE_OF]
-        few = [
-            replace(part, sightings={k: part.sightings[k] for k in some.tolist()}) for part in parts
-        ]
-        if camera_motion(few, clip.pictures, some) is None:
+        if camera_motion(parts, clip.pictures, some, roughly) is None:
             return None
-    return camera_motion(parts, clip.pictures, clip.frames)
+    return camera_motion(parts, clip.pictures, clip.frames, roughly)
 
 
 def _followed(

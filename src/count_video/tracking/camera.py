@@ -18,20 +18,18 @@ from count_video.footage.pictures import reduced
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.background import ROUNDING, Background
-from count_video.tracking.following import Clip, follow, was_followed
-from count_video.tracking.learning import Body
-from count_video.tracking.registration import register
-from count_video.tracking.shape import Box
-from count_video.tracking.template import make_template, piece_at
+from count_video.tracking.registration import Fit, register
+from count_video.tracking.shape import Box, Place
+from count_video.tracking.template import Template, make_template, piece_at
 
 Luma = NDArray[np.uint8]
 Places = NDArray[np.intp]
 
 PARTS, PARTS_AT_LEAST = 4, 2
-"""The background is followed in so many parts, each of its own: they have to agree."""
+"""The background is followed in so many parts by x, and by y, each of its own: they have to
+agree. Along a straight edge, as that of a wall, nothing shows a shift."""
 BLOCK_PX, BLOCKS = 8, 16
-"""A part is so many square blocks of this side with the clearest slopes by x, and as many by y:
-together they hold as many pixels as a registration takes."""
+"""A part is so many square blocks of this side with the clearest slopes."""
 BODIES = 2
 MEASURED_OF = 16
 """What is scenery, and how well a part is found again, is measured in so many pictures."""
@@ -39,6 +37,14 @@ TREMBLE_AT_MOST_PX, CHANGED_SHARE = 4.0, 0.8
 """By the slope of its edges times the camera's tremble a block of scenery changes: by so much at
 most in this share of the pictures. The changes by a body that comes and goes are larger, as it
 fills a block."""
+ACROSS_RATIO = 3.0
+"""A part with slopes so many times as steep along its axis as across it shows shifts along it."""
+AROUND_PX = 3.0, -3.0
+"""Parts that a tremble moves further than a registration reaches are sought so far around."""
+UNSURE_FACTOR = 4.0
+"""What is so many times as unsure as usual is something else."""
+SEEN_AT_LEAST = 0.5
+"""A part is found in this share of the pictures."""
 ALIKE_SIGMAS, ALIKE_PX = 3.0, 0.02
 """Parts scatter about their joint path by at most so many times as much as the steadiest one, or
 as this: what scatters more moves by itself."""
@@ -50,6 +56,19 @@ or compressed. Where all scatter more, they show no such scene."""
 MOVED_AT_LEAST_PX = 0.35
 """Compression moves still scenery by up to 0.2 px."""
 MOVED_SIGMAS = 8.0
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the background."""
+
+    template: Template
+    place: Place
+    """Of its top left pixel, by image x and y, freed of the camera's motion."""
+    axis: int
+    """By which it shows a shift: x (0) or y (1)."""
+    sigma_px: float
+    """Median standard uncertainty of its shift in some pictures."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +87,7 @@ class Motion:
 
 def scenery(
     pictures: Mapping[int, Luma], background: Background, swept: Sequence[Box]
-) -> list[Body]:
+) -> list[Part]:
     """Parts of the background that show where a picture lies; empty if nothing does.
 
     Parameters
@@ -88,19 +107,26 @@ def scenery(
         for frame, one in seen.items()
     ]
     change = np.quantile(changes, CHANGED_SHARE, axis=0)
-    parts: list[Body] = []
+    parts: list[Part] = []
     # What trembles with the scenery is among what may be a body; and where bodies pass over
     # everything, they hide it in some pictures only.
     for free_of in (swept, swept[:BODIES], ()):
         if len(parts) < PARTS_AT_LEAST:
             blocks = _clear_blocks(background, change, free_of)
-            found = (_part(seen, background, among) for among in blocks)
+            found = (
+                _part(seen, background, among, axis)
+                for axis, parted in enumerate(blocks)
+                for among in parted
+            )
             parts = [one for one in found if one is not None]
     return parts
 
 
 def camera_motion(
-    parts: Sequence[Body], pictures: Mapping[int, Luma], frames: NDArray[np.intp]
+    parts: Sequence[Part],
+    pictures: Mapping[int, Luma],
+    frames: NDArray[np.intp],
+    roughly: Mapping[int, Place],
 ) -> Motion | None:
     """Measure how the camera moved; None where it stood still or nothing shows it.
 
@@ -112,20 +138,26 @@ def camera_motion(
         Frame index -> luma, shape (height, width).
     frames
         Indices of those to measure it in, in order of time, shape (n,).
+    roughly
+        Frame index -> how far it moved some of them, by x and y, right to some px.
     """
     if len(parts) < PARTS_AT_LEAST:
         return None
-    nothing = Background(np.zeros_like(pictures[int(frames[0])]), {}, {})
-    clip = Clip(pictures, frames, nothing, np.zeros((len(frames), 2)))
-    seen = [follow(clip, one) for one in parts]
-    seen = [one for one in seen if was_followed(one.x_px)]
-    if len(seen) < PARTS_AT_LEAST:
-        return None
-    noise = float(np.median([np.nanmedian(one.sigma_px) for one in seen]))
-    joint = [
-        _joint(np.array(along), noise)
-        for along in ([one.x_px for one in seen], [one.y_px for one in seen])
-    ]
+    known = sorted(roughly)
+    guesses = np.stack(
+        [np.interp(frames, known, [roughly[k][axis] for k in known]) for axis in (0, 1)], axis=1
+    )
+    joint = []
+    for axis in (0, 1):
+        along = [one for one in parts if one.axis == axis]
+        seen = np.full((len(along), len(frames), 2), np.nan)
+        away = 0.0
+        for row, frame in enumerate(frames.tolist()):
+            seen[:, row] = _shifts(along, pictures[frame], guesses[row], away)
+            if np.isfinite(seen[:, row, 0]).any():
+                away = float(np.nanmedian(seen[:, row, 0])) - guesses[row, axis]
+        often = np.isfinite(seen[:, :, 0]).mean(axis=1) > SEEN_AT_LEAST
+        joint.append(_joint(seen[often]))
     place, sigma = (np.stack(one, axis=1) for one in zip(*joint, strict=True))
     moves = _moves(place, sigma)
     if not moves.any():
@@ -134,13 +166,43 @@ def camera_motion(
     return Motion(np.where(moves, place, 0.0), np.where(moves, sigma, 0.0))
 
 
-def _clear_blocks(background: Background, change: Floats, swept: Sequence[Box]) -> list[Places]:
-    """Columns and rows of the blocks of each part, shape (n, 2) each.
+def _shifts(parts: Sequence[Part], picture: Luma, guess: Floats, away: float) -> Floats:
+    """How far parts of one axis are moved along it, and the uncertainties, shape (parts, 2).
+
+    A registration reaches a few px only: where most parts are not found, they are sought around,
+    and ``away`` from the guess, where they were before.
+    """
+    best = np.full((len(parts), 2), np.nan)
+    for step in (0.0, away, *AROUND_PX):
+        found = np.full((len(parts), 2), np.nan)
+        for number, one in enumerate(parts):
+            place = guess + one.place
+            place[one.axis] += step
+            fit = register(picture, one.template, (float(place[0]), float(place[1])))
+            shift = _along(fit, one.axis, one.place) if fit is not None else (np.nan, np.inf)
+            if shift[1] < UNSURE_FACTOR * one.sigma_px:
+                found[number] = shift
+        best = max(best, found, key=lambda some: int(np.isfinite(some[:, 0]).sum()))
+        if 2 * np.isfinite(best[:, 0]).sum() > len(parts):
+            break
+    return best
+
+
+def _along(fit: Fit, axis: int, place: Place) -> tuple[float, float]:
+    """Shift from a place along an axis, and its uncertainty."""
+    if axis == 0:
+        return fit.x_px - place[0], fit.sigma_x_px
+    return fit.y_px - place[1], fit.sigma_y_px
+
+
+def _clear_blocks(
+    background: Background, change: Floats, swept: Sequence[Box]
+) -> list[list[Places]]:
+    """Columns and rows of the blocks of each part by x, and by y, shape (n, 2) each.
 
     Those with the clearest slopes are taken of the blocks that are scenery beside what is swept,
-    and not what bodies leave behind in the background. Along a straight edge nothing shows a shift,
-    so those by x and those by y are parted each: the left half from the right one, and these by
-    their rows.
+    and not what bodies leave behind in the background. The left half is parted from the right one,
+    and these by their rows.
     """
     luma = background.luma
     rows, columns = (size // BLOCK_PX for size in luma.shape)
@@ -151,18 +213,17 @@ def _clear_blocks(background: Background, change: Floats, swept: Sequence[Box]) 
     for box in swept:
         left, top, end, bottom = (max(0, int(edge)) // BLOCK_PX for edge in box)
         free[top : bottom + 1, left : end + 1] = False
-    parts: list[list[Places]] = [[] for _ in range(PARTS)]
+    parts: list[list[Places]] = [[], []]
     for axis in (0, 1):
         slope = _of_blocks(np.abs(cv2.Sobel(luma, cv2.CV_32F, 1 - axis, axis, scale=1 / 8)))
         scenery = np.flatnonzero(free & (change < TREMBLE_AT_MOST_PX * slope + ROUNDING))
         best = scenery[np.argsort(-slope.ravel()[scenery], kind="stable")[: PARTS * BLOCKS]]
         y, x = np.divmod(best, max(columns, 1))
         order = np.argsort(x, kind="stable")
-        halves = np.array_split(order, PARTS // 2)
-        quarters = [q for half in halves for q in np.array_split(half[np.argsort(y[half])], 2)]
-        for part, among in zip(parts, quarters, strict=True):
-            part.append(BLOCK_PX * np.stack([x[among], y[among]], axis=1))
-    return [np.unique(np.concatenate(part), axis=0) for part in parts]
+        for half in np.array_split(order, PARTS // 2):
+            for among in np.array_split(half[np.argsort(y[half], kind="stable")], 2):
+                parts[axis].append(BLOCK_PX * np.stack([x[among], y[among]], axis=1))
+    return parts
 
 
 def _of_blocks(picture: cv2.typing.MatLike) -> Floats:
@@ -170,8 +231,10 @@ def _of_blocks(picture: cv2.typing.MatLike) -> Floats:
     return np.asarray(reduced(picture.astype(np.float32), BLOCK_PX), np.float64)
 
 
-def _part(pictures: Mapping[int, Luma], background: Background, blocks: Places) -> Body | None:
-    """Take blocks of the background for a body; None if pictures hardly show its place."""
+def _part(
+    pictures: Mapping[int, Luma], background: Background, blocks: Places, axis: int
+) -> Part | None:
+    """Make a part of blocks of the background; None if pictures hardly show its place."""
     if len(blocks) == 0:
         return None
     corner = blocks.min(axis=0)
@@ -180,25 +243,36 @@ def _part(pictures: Mapping[int, Luma], background: Background, blocks: Places) 
     for left, top in blocks - corner:
         weight[top : top + BLOCK_PX, left : left + BLOCK_PX] = 1.0
     place = float(corner[0]), float(corner[1])
-    template = make_template(piece_at(background.luma, *place, weight.shape), weight)
-    roughly = {k: (place[0] + x, place[1] + y) for k, (x, y) in background.shift_px.items()}
-    fits = [register(picture, template, roughly[k]) for k, picture in pictures.items()]
-    sigma = [np.inf if fit is None else fit.sigma_x_px for fit in fits]
-    if not np.median(sigma) < SCATTER_AT_MOST_PX:
-        return None
-    typical = float(np.median([fit.agreement for fit in fits if fit is not None]))
-    return Body(
-        template, 0.0, float(width), (0.0, float(height)), False, roughly, tuple(pictures), typical
-    )
+    piece = piece_at(background.luma, *place, weight.shape)
+    template = make_template(piece, weight)
+    if not _shows_both(template, axis):
+        template = make_template(piece, weight, axis)
+    shifts = background.shift_px
+    fits = [
+        register(picture, template, (place[0] + shifts[k][0], place[1] + shifts[k][1]))
+        for k, picture in pictures.items()
+    ]
+    sigma = np.median([np.inf if fit is None else _along(fit, axis, place)[1] for fit in fits])
+    return Part(template, place, axis, float(sigma)) if sigma < SCATTER_AT_MOST_PX else None
 
 
-def _joint(paths: Floats, noise_px: float) -> tuple[Floats, Floats]:
+def _shows_both(template: Template, axis: int) -> bool:
+    """Whether a part shows shifts across its axis as well, nearly as clearly."""
+    slopes = np.square(template.model.design[:2]) @ template.model.weight
+    return bool(slopes[1 - axis] * ACROSS_RATIO**2 > slopes[axis])
+
+
+def _joint(seen: Floats) -> tuple[Floats, Floats]:
     """Joint path of parts by one axis, and its standard uncertainty; shape (n,) each.
 
-    ``paths`` has shape (parts, n). The uncertainty comes from their scatter about the joint path;
-    by the noise alone it would be too small, for encoders move each part by itself. Parts that
-    share no path show no motion.
+    ``seen`` has the shifts of the parts and their uncertainties, shape (parts, n, 2). The joint
+    uncertainty comes from their scatter about the joint path; by the noise alone it would be too
+    small, for encoders move each part by itself. Parts that share no path show no motion.
     """
+    nothing = np.zeros(seen.shape[1]), np.zeros(seen.shape[1])
+    if len(seen) < PARTS_AT_LEAST:
+        return nothing
+    paths, noise_px = seen[:, :, 0], float(np.nanmedian(seen[:, :, 1]))
     known = np.isfinite(paths).any(axis=0)
     moved = paths[:, known]
     for _ in range(2):  # the offset of each part from the others, at last
@@ -210,9 +284,10 @@ def _joint(paths: Floats, noise_px: float) -> tuple[Floats, Floats]:
     kept = steady[:, None] & (away < STRAY_PX)
     count = kept.sum(axis=0)
     total = np.where(kept, moved, 0.0).sum(axis=0)
-    shown = (count >= PARTS_AT_LEAST) & (2 * count > steady.sum())
+    clear = steady / np.nanmedian(seen[:, :, 1], axis=1) ** 2
+    shown = (count >= PARTS_AT_LEAST) & (2 * clear @ kept >= clear.sum())
     if not shown.any() or scatter.min() > SCATTER_AT_MOST_PX:
-        return np.zeros(paths.shape[1]), np.zeros(paths.shape[1])
+        return nothing
     rows = np.flatnonzero(known)[shown]
     place, sigma = (np.full(paths.shape[1], np.nan) for _ in range(2))
     place[rows] = total[shown] / count[shown]

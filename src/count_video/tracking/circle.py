@@ -180,7 +180,7 @@ def _refined(
     points, circles = points - middle[:2], circles - middle
     unknowns = np.column_stack([2 * points, np.ones(len(points))])
     square = (points**2).sum(axis=1)
-    products = (unknowns[:, :, None] * unknowns[:, None]).reshape(len(points), -1)
+    products = (unknowns[:, :, None] * unknowns[:, None]).reshape(len(points), 9)
     for _ in range(REFINEMENTS):
         near = _near(points, circles, reach_px)
         held = near * weight

@@ -155,8 +155,9 @@ def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -
             small, before = source.reduced(scale, chosen), stage.reduced(scale)
             if rough.blurred and number == 0:
                 before = replace(before, places=_aligned(small.pictures, before))
-            found = wide_cut(small, before, margin, rough.fence)
-            if found is not None and (wider == WIDER[-1] or _ends_within(found[0], before, margin)):
+            cut = wide_cut(small, before, margin, rough.fence)
+            found = cut or found
+            if cut is not None and _ends_within(cut[0], before, margin):
                 break
         if found is None or (rough.blurred and _outgrows(found[0], rough.box)):
             return None

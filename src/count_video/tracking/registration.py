@@ -35,6 +35,10 @@ reweighted least squares."""
 CONVERGED_PX = 0.1
 """A Gauss-Newton step this small ends the iteration: what is left is of the order of its square
 times the bend of an edge over its slope, some thousandths of a px."""
+CONVERGED_SIGMAS = 0.5
+"""So does one that is small beside the uncertainty: along an edge there is no end of steps."""
+GUESS_PX = 2.0
+"""A guess is right to so much, as a standard deviation."""
 STEP_AT_MOST_PX = 2.0
 ASTRAY_PX = 8.0
 """The linear model leads nowhere from further away than this."""
@@ -59,6 +63,7 @@ class Fit:
     """Image position of the template's top left pixel."""
     sigma_x_px: float
     """Standard uncertainty of ``x_px``."""
+    sigma_y_px: float
     agreement: float
     """Correlation of the picture with the template at its place, -1 to 1, over the pixels that
     were not taken for something in front of the body or behind it."""
@@ -93,14 +98,15 @@ def register(
                 return None
             model, inside = within
         seen = pixels_at(picture, x, y, model.tiles)
-        step = _step(model, seen, step if number >= FRESH_ROUNDS else None)
+        back = guess[0] - x, guess[1] - y
+        step = _step(model, seen, back, step if number >= FRESH_ROUNDS else None)
         if step is None:
             return None
         x, y = x + step.x_px, y + step.y_px
         if max(abs(x - guess[0]), abs(y - guess[1])) > ASTRAY_PX:
             return None
-        if max(abs(step.x_px), abs(step.y_px)) < CONVERGED_PX:
-            return Fit(x, y, step.sigma_x_px, step.agreement, inside)
+        if step.is_small:
+            return Fit(x, y, step.sigma_x_px, step.sigma_y_px, step.agreement, inside)
     return None
 
 
@@ -141,6 +147,7 @@ class _Step:
     x_px: float
     y_px: float
     sigma_x_px: float
+    sigma_y_px: float
     agreement: float
     """Weighted correlation of the picture with the template, at the place before the step."""
     weighted: Pixels
@@ -148,9 +155,24 @@ class _Step:
     normal: Floats
     """Its product with the model, shape (4, 4)."""
 
+    @property
+    def is_small(self) -> bool:
+        """Whether another step would change little, or less than what the noise leaves open."""
+        least_x, least_y = (
+            max(CONVERGED_PX, CONVERGED_SIGMAS * sigma)
+            for sigma in (self.sigma_x_px, self.sigma_y_px)
+        )
+        return abs(self.x_px) < least_x and abs(self.y_px) < least_y
 
-def _step(model: Model, seen: Pixels, before: _Step | None) -> _Step | None:
-    """One robust least squares step; None if it is singular or the template fades away."""
+
+def _step(
+    model: Model, seen: Pixels, back: tuple[float, float], before: _Step | None
+) -> _Step | None:
+    """One robust least squares step; None if it is singular or the template fades away.
+
+    ``back`` is the way to where the search began. Along a straight edge nothing but that says where
+    a template is: its prior keeps it from running away with the noise.
+    """
     if before is None:
         solution = model.solver @ seen
     else:  # what was found to disagree may not lead the next step astray
@@ -160,9 +182,11 @@ def _step(model: Model, seen: Pixels, before: _Step | None) -> _Step | None:
     weighted = model.design * weight
     normal = (weighted @ model.design.T).astype(np.float64)
     projected = (weighted @ seen).astype(np.float64)
-    wanted = np.zeros((4, 2))
+    prior = (spread / GUESS_PX) ** 2
+    normal[:2, :2] += prior * np.eye(2)
+    wanted = np.eye(4)[:, [3, 0, 1]]  # the last two solutions are columns of the covariance
     wanted[:, 0] = projected
-    wanted[0, 1] = 1.0  # the second solution is the first column of the covariance
+    wanted[:2, 0] += prior * np.array(back)
     try:
         solved = np.linalg.solve(normal, wanted)
     except np.linalg.LinAlgError:
@@ -173,10 +197,11 @@ def _step(model: Model, seen: Pixels, before: _Step | None) -> _Step | None:
     x, y = (
         min(max(float(value) / gain, -STEP_AT_MOST_PX), STEP_AT_MOST_PX) for value in solved[:2, 0]
     )
-    variance = max(float(solved[0, 1]), 0.0) * spread**2 * KEPT * model.correlation
+    scale = spread * np.sqrt(KEPT * model.correlation) / gain
+    sigma_x, sigma_y = (float(np.sqrt(max(float(solved[k, 1 + k]), 0.0)) * scale) for k in range(2))
     power = float((weight * seen) @ seen)
     agreement = _correlation(normal, projected, power)
-    return _Step(x, y, float(np.sqrt(variance)) / gain, agreement, weighted, normal)
+    return _Step(x, y, sigma_x, sigma_y, agreement, weighted, normal)
 
 
 def _robust(model: Model, left_over: Pixels) -> tuple[Pixels, float]:

@@ -86,8 +86,11 @@ class Model:
     """Variance of the shift by x over that which independent pixels would give."""
 
 
-def make_template(appearance: Pixels, weight: Pixels) -> Template:
-    """Complete a template from its mean appearance and the weight of its pixels."""
+def make_template(appearance: Pixels, weight: Pixels, axis: int | None = None) -> Template:
+    """Complete a template from its mean appearance and the weight of its pixels.
+
+    With an axis (0 for x, 1 for y) it is registered along that alone.
+    """
     slope_x, slope_y = _slopes(appearance)
     worth = (slope_x**2 + 0.1 * slope_y**2) * weight
     usable = np.flatnonzero((weight * _best_blocks(worth)).ravel() > 0)
@@ -104,6 +107,8 @@ def make_template(appearance: Pixels, weight: Pixels) -> Template:
         np.ones_like(flat),
     ]
     design = np.stack(rows).astype(np.float32)
+    if axis is not None:
+        design[1 - axis] = 0.0
     chosen_weight = weight.ravel()[usable].astype(np.float32)
     solver = solve(design, chosen_weight)
     correlation = _correlation_factor(usable, solver[0], appearance.shape)
