@@ -176,11 +176,13 @@ def _refined(
 
     A circle near which there are few points stays as it is.
     """
+    if len(points) == 0:
+        return circles
     middle = np.append(points.mean(axis=0), 0.0)  # so that the normal equations keep their digits
     points, circles = points - middle[:2], circles - middle
     unknowns = np.column_stack([2 * points, np.ones(len(points))])
     square = (points**2).sum(axis=1)
-    products = (unknowns[:, :, None] * unknowns[:, None]).reshape(len(points), 9)
+    products = (unknowns[:, :, None] * unknowns[:, None]).reshape(len(points), -1)
     for _ in range(REFINEMENTS):
         near = _near(points, circles, reach_px)
         held = near * weight
