@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -203,10 +203,17 @@ class _Path:
     ) -> Fit | None:
         """Find the body in the next picture, by the camera's shift and what hides the body."""
         shift, _ = shown
+        moves_on = bool(self._trail) and not self.lost
+        onward = [self.onward(frame, guess, order) for order in ORDERS if moves_on]
         best: Fit | None = None
-        for fit in self._fits(frame, picture, guess, shown):
+        for place in (guess, *onward):
+            fit = self._registered(picture, place, shown)
             if fit is not None and (best is None or fit.agreement > best.agreement):
                 best = fit
+            if best is not None and self._settles(best, [_plus(one, shift) for one in onward]):
+                break
+        else:
+            best = self._or_searched(best, picture, onward[0] if onward else guess, shown)
         self._unsure = 0 if best is not None and self._is_sure(best) else self._unsure + 1
         if best is None:
             self.lose()
@@ -214,24 +221,21 @@ class _Path:
         self.pass_by(frame, (best.x_px - shift[0], best.y_px - shift[1]))
         return best
 
-    def _fits(
-        self, frame: int, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
-    ) -> Iterator[Fit | None]:
-        """Fits that are believed, or None: the nearest places first, then those of a search.
+    def _or_searched(
+        self, best: Fit | None, picture: Luma, near: Place, shown: tuple[Place, Hides | None]
+    ) -> Fit | None:
+        """Take what is found further away if that agrees better: than a sure place, much better.
 
-        What agrees as usual, or surely where the last places lead to, needs no other. The longer no
-        fit has been sure, the rarer are the searches: in the 1st, 2nd, 4th, 8th picture and so on.
-        The samples guess where the body is when it shows again.
+        The longer no fit has been sure, the rarer are the searches: in the 1st, 2nd, 4th, 8th
+        picture and so on. The samples guess where the body is when it shows again.
         """
-        moves_on = bool(self._trail) and not self.lost
-        onward = [self.onward(frame, guess, order) for order in ORDERS if moves_on]
-        for place in (guess, *onward):
-            fit = self._registered(picture, place, shown)
-            yield fit
-            if fit is not None and self._settles(fit, [_plus(one, shown[0]) for one in onward]):
-                return
-        if self._unsure & (self._unsure - 1) == 0:
-            yield self._searched(picture, onward[0] if onward else guess, shown)
+        if self._unsure & (self._unsure - 1):
+            return best
+        found = self._searched(picture, near, shown)
+        if found is None or best is None:
+            return found or best
+        much = USUAL_RATIO if self._is_sure(best) else 1.0
+        return found if much * (1 - found.agreement) < 1 - best.agreement else best
 
     def _registered(
         self, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]

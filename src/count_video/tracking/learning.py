@@ -10,7 +10,7 @@ only its box is read.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,9 +29,9 @@ Luma = NDArray[np.uint8]
 SURROUNDINGS, ENDS_APART = 0.6, 1.5
 """The surroundings that a wide view shows too, on all sides, as a share of the box's longer side,
 and at both ends also of its height: the other end of a plain body may be so far away."""
-WIDER = 1, 2, 4, 8
-"""A few corners may lie anywhere on a body: so many times as wide a view is tried, until the body
-ends within it."""
+WIDER, BODY_SHARE = 2, 0.5
+"""A few corners may lie anywhere on a body: views so many times as wide each are tried, until the
+body ends within one, or they show this share of the picture on all sides."""
 REDUCED_PX = 72
 """What a body is shows in pictures reduced until it is hardly higher."""
 ROUNDS, ROUNDS_AGAIN, SETTLED_PX = 3, 2, 2
@@ -48,7 +48,7 @@ AGREEMENT_SHARE = 0.9
 """Pieces that agree less than this share of the median are dropped."""
 INSIDE_AT_LEAST = 0.7
 """Share of the template that must lie within a picture to learn from it."""
-PICTURES = 40
+PICTURES = 30
 """A template is learnt from so many: those that show something new of a body. Pictures in which it
 rests, or two move along side by side, are many and show nothing new."""
 PLACE_BIN_PX = 3.0
@@ -150,7 +150,7 @@ def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -
     stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), places)
     for number in range(ROUNDS_AGAIN if again else ROUNDS):
         found = None
-        for wider in WIDER if rough.few_corners and number == 0 else WIDER[:1]:
+        for wider in _views(source, rough) if number == 0 else (1,):
             scale, margin = _view(stage.shape, rough, wider)
             small, before = source.reduced(scale, chosen), stage.reduced(scale)
             if rough.blurred and number == 0:
@@ -166,6 +166,18 @@ def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -
         if max(np.abs(np.subtract(after.shape, before.shape))) <= SETTLED_PX:
             break
     return stage
+
+
+def _views(source: Source, rough: Rough) -> Iterator[int]:
+    """How many times as wide as usual a first view is to be."""
+    left, top, right, bottom = rough.box
+    wider = 1
+    yield wider
+    while rough.few_corners and wider * SURROUNDINGS * max(right - left, bottom - top) < (
+        BODY_SHARE * min(source.background.luma.shape)
+    ):
+        wider *= WIDER
+        yield wider
 
 
 def _view(shape: tuple[int, int], rough: Rough, wider: int) -> tuple[int, tuple[int, int]]:
