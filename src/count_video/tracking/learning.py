@@ -174,7 +174,7 @@ def _views(source: Source, rough: Rough) -> Iterator[int]:
     wider = 1
     yield wider
     while rough.few_corners and wider * SURROUNDINGS * max(right - left, bottom - top) < (
-        BODY_SHARE * min(source.background.luma.shape)
+        BODY_SHARE * max(source.background.luma.shape)
     ):
         wider *= WIDER
         yield wider
