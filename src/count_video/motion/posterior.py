@@ -15,6 +15,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from count_video.motion.descent import CONVERGED
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import Column, Prior, deviation_places, within_limits
 from count_video.motion.pendulums import follow
@@ -81,7 +82,8 @@ def weigh(rivals: Rivals, start: Solution, noise: Noise) -> Weighed:
             else:
                 near = [(n, s) for (n, s), (_, fit) in weighed.items() if fit.loss < bearable]
                 key = min(near, key=lambda k: ((k[0] - count) % 2, abs(k[0] - count), k[1]))
-                begin = coarse_fit(observed, prior, neighbouring(weighed[key][1], count), count)
+                near_by = neighbouring(weighed[key][1], count)
+                begin = coarse_fit(observed, prior, near_by, count, bearable=rivals.bearable)
             question = Question(observed, noise, prior, count)
             weighed |= scattered(question, begin.values, bearable)
             lost = 0 if _evidence_of(weighed, count) > -IMPROBABLE else lost + 1
@@ -92,7 +94,7 @@ def scattered(question: Question, start: Floats, bearable: float = np.inf) -> We
     """Weigh the scatters of the restitution for one count, from the values of a fit."""
     weighed: Weighed = {}
     for scatter in SCATTERS[::-1]:
-        fit = fine_fit(question, start, scatter, bearable)
+        fit = fine_fit(question, start, scatter, bearable, CONVERGED)
         weighed[question.count, scatter] = log_evidence(fit, scatter), fit
         start = fit.values
         if fit.loss > bearable:

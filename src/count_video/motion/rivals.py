@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from count_video.motion.descent import NEARLY
 from count_video.motion.observations import Observations, until
 from count_video.motion.parameters import (
     FIRST_DEVIATION,
@@ -130,12 +131,14 @@ def coarse_fit(
     for floor_px in floors_px[:-1]:
         noise = noise_of(observed, start, count, floor_px)
         start = solve(Question(observed, noise, prior, count), start).values
-    start = _led_to_the_last(observed, prior, start, count)
+    start = _led_to_the_last(observed, prior, start, count, bearable)
     noise = noise_of(observed, start, count, floors_px[-1])
     return solve(Question(observed, noise, prior, count), start, bearable)
 
 
-def _led_to_the_last(observed: Observations, prior: Prior, start: Floats, count: int) -> Floats:
+def _led_to_the_last(
+    observed: Observations, prior: Prior, start: Floats, count: int, bearable: float
+) -> Floats:
     """Improve a start in which the last collision does not come about in time.
 
     That one is often slow and easily missed, and what does not happen has no derivative to follow.
@@ -147,11 +150,15 @@ def _led_to_the_last(observed: Observations, prior: Prior, start: Floats, count:
     if in_time or len(before.frame) < 2 or count < 2:
         return start
     noise = noise_of(before, start, count - 1, FLOORS_PX[-1])
-    return solve(Question(before, noise, prior, count - 1), start).values
+    return solve(Question(before, noise, prior, count - 1), start, bearable).values
 
 
 def fine_fit(
-    question: Question, start: Floats, scatter: float, bearable: float = np.inf
+    question: Question,
+    start: Floats,
+    scatter: float,
+    bearable: float = np.inf,
+    enough: float = NEARLY,
 ) -> Solution:
     """Fit with scatter of the restitution, from the values of a coarse fit or another fine one."""
     count = question.count
@@ -160,7 +167,7 @@ def fine_fit(
     start = start[:columns]  # a fine fit brings deviations of its own
     start[Column.SKIP] = round(start[Column.SKIP])
     full = with_deviations(question.prior, count, scatter).with_value(Column.SKIP, 0.0, 0.0)
-    return solve(replace(question, prior=full), start, bearable)
+    return solve(replace(question, prior=full), start, bearable, enough)
 
 
 def neighbouring(solution: Solution, count: int) -> Floats:

@@ -6,12 +6,12 @@ Least squares with a Cauchy loss (see ``descent``) and exact derivatives.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.motion.descent import descend, loss_of, weights_of
+from count_video.motion.descent import NEARLY, descend, loss_of, weights_of
 from count_video.motion.exposures import Sampled, blur_of, sample, sampled_tangents
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import (
@@ -177,12 +177,16 @@ class Fit:
         return Linearised(row, data, jacobian, velocity[usable], weights, gradient, hessian)
 
 
-def solve(question: Question, start: Floats, bearable: float = np.inf) -> Solution:
+def solve(
+    question: Question, start: Floats, bearable: float = np.inf, enough: float = NEARLY
+) -> Solution:
     """Fit the parameters from a start, shape (columns,).
 
-    A fit that at its pace will not come down to the bearable loss is given up.
+    A fit that at its pace will not come down to the bearable loss is given up; one whose loss falls
+    by less than ``enough`` is done.
     """
-    fit = descend(lambda values: Fit(question, values), start, limits_of(len(start)), bearable)
+    at, limits = partial(Fit, question), limits_of(len(start))
+    fit = descend(at, start, limits, bearable, enough)
     observed = question.observed
     return Solution(
         count=question.count,
