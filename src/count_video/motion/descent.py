@@ -76,9 +76,10 @@ def descend(
     """
     point, damping = at(start), FIRST_DAMPING
     for left in range(ITERATIONS, 0, -1):
-        tried, raised = at(_stepped(point, damping, limits)), 2.0
+        tried, shortened = at(_stepped(point, damping, limits)), 0
         while not tried.loss < point.loss and damping <= MOST_DAMPING:
-            damping, raised = damping * raised, 2 * raised
+            shortened += 1
+            damping *= 2**shortened
             tried = at(_stepped(point, damping, limits))
         fallen = point.loss - tried.loss
         if not fallen > 0:
@@ -86,7 +87,8 @@ def descend(
         foreseen = _foreseen(point, tried.values - point.values)
         damping *= max(DAMPING_FALLS, 1 - (2 * fallen / foreseen - 1) ** 3)
         point, damping = tried, max(damping, LEAST_DAMPING)
-        if fallen < enough or point.loss - left * fallen > bearable:
+        # A step that had to be shortened does not show how much is left to fall.
+        if (fallen < enough and not shortened) or point.loss - left * fallen > bearable:
             break
     return point
 

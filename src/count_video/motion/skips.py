@@ -154,15 +154,13 @@ def _suspected(coarse: Rivals) -> list[tuple[float, float]]:
 
 def _scores(observed: Observations, fit: Linearised) -> tuple[Floats, Floats]:
     """Time missing after each frame but the last, and by how much the loss falls with it."""
-    rows = np.arange(len(observed.frame))
-    after = (rows[:, None] > rows[None, :-1])[fit.row]
-    moved = after * fit.velocity[:, None]
-    weighted = fit.jacobian * fit.weights[:, None]
-    shared = weighted.T @ moved
+    rows = np.tile(np.arange(len(observed.frame)), 2)
+    moved = (rows[:, None] > rows[: len(observed.frame) - 1]) * fit.velocity[:, None]
+    shared = fit.jacobian.T @ moved
     inverse = np.linalg.pinv(fit.hessian, hermitian=True)
-    slope = moved.T @ (fit.weights * fit.data) - shared.T @ (inverse @ fit.gradient)
-    alone = (moved**2 * fit.weights[:, None]).sum(axis=0)
-    curve = alone - np.einsum("pr,pq,qr->r", shared, inverse, shared)
+    slope = moved.T @ fit.data - shared.T @ (inverse @ fit.gradient)
+    alone = (moved**2).sum(axis=0)
+    curve = alone - (shared * (inverse @ shared)).sum(axis=0)
     known = curve > 1e-6 * alone
     safe = np.where(known, curve, 1.0)
     return np.where(known, -slope / safe, 0.0), np.where(known, slope**2 / safe / 2, 0.0)
