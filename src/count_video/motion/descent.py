@@ -87,8 +87,13 @@ def descend(
         foreseen = _foreseen(point, tried.values - point.values)
         damping *= max(DAMPING_FALLS, 1 - (2 * fallen / foreseen - 1) ** 3)
         point, damping = tried, max(damping, LEAST_DAMPING)
-        # A step that had to be shortened does not show how much is left to fall.
-        if (fallen < enough and not shortened) or point.loss - left * fallen > bearable:
+        if point.loss - left * fallen > bearable:
+            break
+        # In a curved valley steps are short, and little falls although much is left to fall.
+        if (
+            fallen < enough
+            and _foreseen(point, _stepped(point, LEAST_DAMPING, limits) - point.values) < enough
+        ):
             break
     return point
 

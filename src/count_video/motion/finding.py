@@ -84,7 +84,7 @@ def find_contacts(gaps: Gaps, ball_diameter_px: float) -> Contacts:
             if not worst:
                 break
             points = [point for n, point in enumerate(points) if n not in worst]
-    return _fit(paths, points, replace(how, rounds=ROUNDS))
+    return _fit(paths, points, replace(how, rounds=ROUNDS, fitted=True))
 
 
 def _fit(paths: Paths, points: Sequence[LowPoint], how: Fitting) -> Contacts:

@@ -104,7 +104,8 @@ def pieces_of(
             np.empty(0, np.intp) if stop is None else _near(frame, signal, rows, stop[1], sigma)
             for stop in (before, after)
         ]
-        if before and after and len(np.union1d(*near)) < len(near[0]) + len(near[1]):
+        meet = min(map(len, near)) > 0 and near[0][-1] >= near[1][0]
+        if before and after and meet:
             found.append(_piece(frame, signal, (body, rows), (before, after)))
         else:
             found.append(_piece(frame, signal, (body, near[0]), (before, None)))
@@ -134,28 +135,22 @@ def _piece(
     body, rows = which
     if len(rows) == 0 or stops == (None, None):
         return None
-    before, after = stops
-    ends = [stop[1] for stop in stops if stop is not None]
-    swung, rate, end_rates = _swung(frame[rows], signal[rows], ends)
-    numbers = (before[0] if before else None, after[0] if after else None)
-    return Piece(body, rows, frame[rows], signal[rows], *numbers, swung, rate, end_rates)
+    before, after = ([] if stop is None else [stop[1]] for stop in stops)
+    first, last = (None if stop is None else stop[0] for stop in stops)
+    frame, place = frame[rows], signal[rows]
+    return Piece(body, rows, frame, place, first, last, *_swung(frame, place, before, after))
 
 
 def _swung(
-    frame: Floats, place: Floats, ends: Sequence[float]
+    frame: Floats, place: Floats, before: list[float], after: list[float]
 ) -> tuple[Floats, Floats, tuple[float, float]]:
     """Twice integrate minus the places, from 0 at the contacts; also the slopes, all and there."""
-    grid = np.union1d(frame, ends)
-    offset = np.interp(grid, frame, place) - place.mean()
-    once = -integral(grid, offset)
+    grid = np.concatenate([before, frame, after])
+    rows = slice(len(before), len(before) + len(frame))
+    once = -integral(grid, np.interp(grid, frame, place) - place.mean())
     twice = integral(grid, once)
-    if len(ends) == 1:
-        at = int(np.searchsorted(grid, ends[0]))
-        slope = once[at]
-        twice = twice - twice[at] - slope * (grid - grid[at])
-        at_ends = (0.0, 0.0)
-    else:
-        slope = (twice[-1] - twice[0]) / (grid[-1] - grid[0])
-        twice = twice - twice[0] - slope * (grid - grid[0])
-        at_ends = (float(once[0] - slope), float(once[-1] - slope))
-    return np.interp(frame, grid, twice), np.interp(frame, grid, once - slope), at_ends
+    at, both = 0 if before else -1, before and after
+    slope = (twice[-1] - twice[0]) / (grid[-1] - grid[0]) if both else once[at]
+    once, twice = once - slope, twice - twice[at] - slope * (grid - grid[at])
+    end_rates = (float(once[0]), float(once[-1])) if both else (0.0, 0.0)
+    return twice[rows], once[rows], end_rates

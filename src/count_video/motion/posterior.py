@@ -15,7 +15,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from count_video.motion.descent import CONVERGED
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import Column, Prior, deviation_places, within_limits
 from count_video.motion.pendulums import follow
@@ -94,7 +93,7 @@ def scattered(question: Question, start: Floats, bearable: float = np.inf) -> We
     """Weigh the scatters of the restitution for one count, from the values of a fit."""
     weighed: Weighed = {}
     for scatter in SCATTERS[::-1]:
-        fit = fine_fit(question, start, scatter, bearable, CONVERGED)
+        fit = fine_fit(question, start, scatter, bearable)
         weighed[question.count, scatter] = log_evidence(fit, scatter), fit
         start = fit.values
         if fit.loss > bearable:

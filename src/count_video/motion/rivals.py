@@ -130,7 +130,7 @@ def coarse_fit(
     """Fit a count without scatter of the restitution, within one floor after the other."""
     for floor_px in floors_px[:-1]:
         noise = noise_of(observed, start, count, floor_px)
-        start = solve(Question(observed, noise, prior, count), start).values
+        start = solve(Question(observed, noise, prior, count), start, enough=NEARLY).values
     start = _led_to_the_last(observed, prior, start, count, bearable)
     noise = noise_of(observed, start, count, floors_px[-1])
     return solve(Question(observed, noise, prior, count), start, bearable)
@@ -150,15 +150,11 @@ def _led_to_the_last(
     if in_time or len(before.frame) < 2 or count < 2:
         return start
     noise = noise_of(before, start, count - 1, FLOORS_PX[-1])
-    return solve(Question(before, noise, prior, count - 1), start, bearable).values
+    return solve(Question(before, noise, prior, count - 1), start, bearable, NEARLY).values
 
 
 def fine_fit(
-    question: Question,
-    start: Floats,
-    scatter: float,
-    bearable: float = np.inf,
-    enough: float = NEARLY,
+    question: Question, start: Floats, scatter: float, bearable: float = np.inf
 ) -> Solution:
     """Fit with scatter of the restitution, from the values of a coarse fit or another fine one."""
     count = question.count
@@ -167,7 +163,7 @@ def fine_fit(
     start = start[:columns]  # a fine fit brings deviations of its own
     start[Column.SKIP] = round(start[Column.SKIP])
     full = with_deviations(question.prior, count, scatter).with_value(Column.SKIP, 0.0, 0.0)
-    return solve(replace(question, prior=full), start, bearable, enough)
+    return solve(replace(question, prior=full), start, bearable)
 
 
 def neighbouring(solution: Solution, count: int) -> Floats:

@@ -10,7 +10,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from count_video.motion.descent import NEARLY, descend, loss_of, weights_of
+from count_video.motion.descent import CONVERGED, descend, loss_of, weights_of
 from count_video.motion.exposures import Sampled, blur_of, sample, sampled_tangents
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import (
@@ -182,7 +182,7 @@ class Fit:
 
 
 def solve(
-    question: Question, start: Floats, bearable: float = np.inf, enough: float = NEARLY
+    question: Question, start: Floats, bearable: float = np.inf, enough: float = CONVERGED
 ) -> Solution:
     """Fit the parameters from a start, shape (columns,).
 
