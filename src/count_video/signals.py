@@ -298,7 +298,14 @@ def _without_shared(products: Floats) -> tuple[Floats, Floats, int]:
     return log, products[:, -1, -1], rank
 
 
-# ---- peaks between samples -----------------------------------------------------------------------
+# ---- medians, and peaks between samples ----------------------------------------------------------
+
+
+def weighted_median(values: Floats, weights: Floats) -> float:
+    """Value below which half of the weight lies."""
+    order = np.argsort(values)
+    share = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(share, share[-1] / 2)])
 
 
 def peak_of(values: Values, place: int) -> float:

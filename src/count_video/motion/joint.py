@@ -138,12 +138,12 @@ class _Fit:
     @cached_property
     def gradient(self) -> Floats:
         """Of the loss, shape (columns,)."""
-        return self.model.sums(self.weighted, self.found) + self.away * self.model.weight
+        return self.model.sums.weighted(self.weighted, self.found) + self.away * self.model.weight
 
     @cached_property
     def hessian(self) -> Floats:
         """Of the loss, shape (columns, columns)."""
-        hessian = self.model.products(self.weighted, self.jacobian)
+        hessian = self.model.sums.products(self.weighted, self.jacobian)
         hessian[np.diag_indices(self.model.columns)] += self.model.weight**2
         return hessian
 
@@ -176,8 +176,9 @@ def _covariance(model: Model, values: Floats) -> Floats:
     scale = 1 / np.sqrt(np.diag(hessian))
     inverse = np.linalg.inv(hessian * scale[:, None] * scale) * scale[:, None] * scale
     total = np.diag(model.weight**2)
-    for body in range(len(model.errors)):
-        total += model.covariance(fit.weighted, body)
+    for body, (errors, sigma) in enumerate(zip(model.errors, model.sigma.tolist(), strict=True)):
+        pieces = np.flatnonzero(model.body == body)
+        total += model.sums.covariance(fit.weighted, pieces, errors, sigma)
     return np.asarray(inverse @ total @ inverse)
 
 
