@@ -70,9 +70,10 @@ def descend(
 ) -> P:
     """Descend to the least loss from a start, shape (columns,), within limits of that shape.
 
-    It ends where the loss falls by less than ``enough``. What at its pace will not come down to the
-    bearable loss is given up. The damping follows from how well the normal equations foresaw the
-    fall of the loss (Nielsen 1999), so that few steps are tried in vain in curved valleys.
+    It ends where the loss falls by less than ``enough``, and the normal equations foresee no more:
+    in a curved valley steps are short, and little falls although much is left to fall. What at its
+    pace will not come down to the bearable loss is given up. The damping follows from how well the
+    equations foresaw the fall (Nielsen 1999), so that few steps are tried in vain.
     """
     point, damping = at(start), FIRST_DAMPING
     for left in range(ITERATIONS, 0, -1):
@@ -84,22 +85,20 @@ def descend(
         fallen = point.loss - tried.loss
         if not fallen > 0:
             break
-        foreseen = _foreseen(point, tried.values - point.values)
-        damping *= max(DAMPING_FALLS, 1 - (2 * fallen / foreseen - 1) ** 3)
+        foreseen = _foreseen(point, tried.values)
+        agreed = fallen / foreseen if foreseen > 0 else 0.0
+        damping *= max(DAMPING_FALLS, 1 - (2 * agreed - 1) ** 3)
         point, damping = tried, max(damping, LEAST_DAMPING)
         if point.loss - left * fallen > bearable:
             break
-        # In a curved valley steps are short, and little falls although much is left to fall.
-        if (
-            fallen < enough
-            and _foreseen(point, _stepped(point, LEAST_DAMPING, limits) - point.values) < enough
-        ):
+        if fallen < enough and _foreseen(point, _stepped(point, LEAST_DAMPING, limits)) < enough:
             break
     return point
 
 
-def _foreseen(point: Point, taken: Floats) -> float:
-    """Fall of the loss over a step, shape (columns,), by the normal equations."""
+def _foreseen(point: Point, values: Floats) -> float:
+    """Fall of the loss on the way to other values, shape (columns,), by the normal equations."""
+    taken = values - point.values
     return -float(taken @ (point.gradient + point.hessian @ taken / 2))
 
 

@@ -59,7 +59,7 @@ class Sums:
 
         What lasts of the errors is exp(-(t - s) / T) from a row of one piece at s to one of a later
         piece at t: a factor of each row and one of the gap between the pieces. Derivatives are
-        those of residuals over ``sigma``; errors that are not known are independent, and that large.
+        those of residuals over ``sigma``; unknown errors are independent, and as large as that.
         """
         total = np.zeros((self.columns + 1, self.columns + 1))
         for piece in pieces.tolist():
