@@ -217,9 +217,8 @@ def errors_of(flights: Sequence[Flight]) -> Errors | None:
     if not flights or freedom - flights[0].shared.shape[1] < FREEDOM_AT_LEAST:
         return None
     lasts, white = _pairs()
-    reduced = [_reduced(flight, lasts, white) for flight in flights]
-    log_own = np.sum([log for log, _ in reduced], axis=0)
-    log_shared, squares, rank = _without_shared(np.sum([rest for _, rest in reduced], axis=0))
+    log_own, products = _reduced(flights, lasts, white)
+    log_shared, squares, rank = _without_shared(products)
     freedom = freedom - rank
     squares = np.maximum(squares, np.finfo(np.float64).tiny)
     likelihood = -0.5 * (log_own + log_shared + freedom * np.log(squares))
@@ -235,43 +234,51 @@ def _pairs() -> tuple[Floats, Floats]:
     return np.append(lasts, LASTS_FRAMES[0]), np.append(white, 1.0)
 
 
-def _reduced(flight: Flight, lasts: Floats, white: Floats) -> tuple[Floats, Floats]:
-    """Log determinants of one flight, and the products of shared columns and place without its own.
+def _reduced(flights: Sequence[Flight], lasts: Floats, white: Floats) -> tuple[Floats, Floats]:
+    """Log determinants, and the products of shared columns and place without flights' own columns.
 
-    Shapes (pairs,) and (pairs, q + 1, q + 1).
+    Both are sums over the flights, shapes (pairs,) and (pairs, q + 1, q + 1).
     """
-    columns = np.column_stack([flight.own, flight.shared, flight.place_px])
-    independent, log = _independent(columns, flight.clock, lasts, white)
-    products = np.einsum("ncj,nck->cjk", independent, independent)
-    own = flight.own.shape[1]
-    first, mixed, rest = products[:, :own, :own], products[:, :own, own:], products[:, own:, own:]
-    rest = rest - np.swapaxes(mixed, 1, 2) @ np.linalg.solve(first, mixed)
-    return log + np.linalg.slogdet(first)[1], rest
+    products, log = _independent(flights, lasts, white)
+    own = flights[0].own.shape[1]
+    first, mixed = products[..., :own, :own], products[..., :own, own:]
+    rest = products[..., own:, own:] - np.swapaxes(mixed, -1, -2) @ np.linalg.solve(first, mixed)
+    return (log + np.linalg.slogdet(first)[1]).sum(axis=0), rest.sum(axis=0)
 
 
-def _independent(
-    columns: Floats, clock: Floats, lasts: Floats, white: Floats
-) -> tuple[Floats, Floats]:
+def _independent(flights: Sequence[Flight], lasts: Floats, white: Floats) -> tuple[Floats, Floats]:
     """Turn columns with correlated errors into such with independent ones of variance 1.
 
-    Returns shape (n, pairs, columns), and the log determinants of the correlation, shape (pairs,).
+    Returns the products of these columns, shape (flights, pairs, columns, columns), and the log
+    determinants of the correlation, shape (flights, pairs). Of all flights one row is taken at a
+    time: the longest come first, so that those which have one are the first of them.
     """
+    ordered = sorted(flights, key=lambda flight: -len(flight.clock))
+    lengths = np.array([len(flight.clock) for flight in ordered])
+    width = ordered[0].own.shape[1] + ordered[0].shared.shape[1] + 1
+    columns = np.zeros((lengths[0], len(ordered), width))
+    apart = np.zeros(columns.shape[:2])
+    for number, flight in enumerate(ordered):
+        rows = slice(len(flight.clock))
+        columns[rows, number] = np.column_stack([flight.own, flight.shared, flight.place_px])
+        apart[rows, number] = np.diff(flight.clock, prepend=flight.clock[0])
     lasting = 1.0 - white
-    expected = np.zeros((len(lasts), columns.shape[1]))
-    variance = lasting
-    out = np.empty((len(columns), *expected.shape))
-    log = np.zeros(len(lasts))
-    kept = np.exp(-np.diff(clock, prepend=clock[0])[:, None] / lasts)
-    for row, (seen, keep) in enumerate(zip(columns, kept, strict=True)):
-        variance = keep**2 * variance + (1 - keep**2) * lasting
-        total = variance + white
-        surprise = seen - keep[:, None] * expected
-        out[row] = surprise / np.sqrt(total)[:, None]
-        log += np.log(total)
-        gain = variance / total
-        expected = keep[:, None] * expected + gain[:, None] * surprise
-        variance = variance * (1 - gain)
-    return out, log
+    log = np.zeros((len(ordered), len(lasts)))
+    variance = np.tile(lasting, (len(ordered), 1))
+    expected = np.zeros((*log.shape, columns.shape[2]))
+    products = np.zeros((*expected.shape, columns.shape[2]))
+    for row, left in enumerate(np.searchsorted(-lengths, -np.arange(lengths[0]))):
+        some = slice(int(left))
+        keep = np.exp(-apart[row, some, None] / lasts)
+        passed = keep**2 * variance[some] + (1 - keep**2) * lasting
+        total = passed + white
+        surprise = columns[row, some, None] - keep[..., None] * expected[some]
+        gain = passed / total
+        expected[some] = keep[..., None] * expected[some] + gain[..., None] * surprise
+        variance[some] = passed * (1 - gain)
+        log[some] += np.log(total)
+        products[some] += surprise[..., None] * (surprise / total[..., None])[..., None, :]
+    return products, log
 
 
 def _without_shared(products: Floats) -> tuple[Floats, Floats, int]:
@@ -291,7 +298,14 @@ def _without_shared(products: Floats) -> tuple[Floats, Floats, int]:
     return log, products[:, -1, -1], rank
 
 
-# ---- peaks between samples -----------------------------------------------------------------------
+# ---- medians, and peaks between samples ----------------------------------------------------------
+
+
+def weighted_median(values: Floats, weights: Floats) -> float:
+    """Value below which half of the weight lies."""
+    order = np.argsort(values)
+    share = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(share, share[-1] / 2)])
 
 
 def peak_of(values: Values, place: int) -> float:

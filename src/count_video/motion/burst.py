@@ -45,8 +45,6 @@ class Burst:
 
     count: int
     """How many of the collisions belong to it."""
-    end_frame: float
-    """Where the heavy body turns round again; inf if the clip ends before."""
     shortcomings: tuple[Reason, ...]
     """Why the clip does not support a count; empty if it does."""
 
@@ -57,7 +55,7 @@ def find_burst(collisions: Sequence[Collision], contacts: Contacts, gaps: Gaps) 
     end = min(turn_round(gaps, contacts), turned)
     inside = [c for c in collisions if c.frame <= end and c.frame < turned]
     causes = (_beginning(inside, contacts), _ending(inside, contacts, end))
-    return Burst(len(inside), end, tuple(Reason(cause) for cause in causes if cause))
+    return Burst(len(inside), tuple(Reason(cause) for cause in causes if cause))
 
 
 def turn_round(gaps: Gaps, contacts: Contacts) -> float:

@@ -20,9 +20,11 @@ FIRST_DAMPING = 1e-3
 MOST_DAMPING, LEAST_DAMPING = 1e4, 1e-12
 """... up to a short one downhill. The least is above the rounding of the equations, which without
 any are singular where a parameter changes nothing."""
-DAMPING_FACTOR = 8.0
-CONVERGED = 0.01
-"""Fall of the loss in an iteration that is not worth another one."""
+DAMPING_FALLS = 0.1
+"""From one iteration to the next the damping falls to no less than this share."""
+CONVERGED, NEARLY = 0.01, 0.5
+"""Fall of the loss in an iteration that is not worth another one, and where the fit only begins
+another one, or is compared with such: half a squared standard deviation."""
 ITERATIONS = 30
 
 
@@ -64,24 +66,40 @@ def descend(
     start: Floats,
     limits: tuple[Floats, Floats],
     bearable: float = np.inf,
+    enough: float = CONVERGED,
 ) -> P:
     """Descend to the least loss from a start, shape (columns,), within limits of that shape.
 
-    What at its pace will not come down to the bearable loss is given up.
+    It ends where the loss falls by less than ``enough``, and the normal equations foresee no more:
+    in a curved valley steps are short, and little falls although much is left to fall. What at its
+    pace will not come down to the bearable loss is given up. The damping follows from how well the
+    equations foresaw the fall (Nielsen 1999), so that few steps are tried in vain.
     """
     point, damping = at(start), FIRST_DAMPING
     for left in range(ITERATIONS, 0, -1):
-        tried = at(_stepped(point, damping, limits))
+        tried, shortened = at(_stepped(point, damping, limits)), 0
         while not tried.loss < point.loss and damping <= MOST_DAMPING:
-            damping *= DAMPING_FACTOR
+            shortened += 1
+            damping *= 2**shortened
             tried = at(_stepped(point, damping, limits))
         fallen = point.loss - tried.loss
         if not fallen > 0:
             break
-        point, damping = tried, max(damping / DAMPING_FACTOR, LEAST_DAMPING)
-        if fallen < CONVERGED or point.loss - left * fallen > bearable:
+        foreseen = _foreseen(point, tried.values)
+        agreed = fallen / foreseen if foreseen > 0 else 0.0
+        damping *= max(DAMPING_FALLS, 1 - (2 * agreed - 1) ** 3)
+        point, damping = tried, max(damping, LEAST_DAMPING)
+        if point.loss - left * fallen > bearable:
+            break
+        if fallen < enough and _foreseen(point, _stepped(point, LEAST_DAMPING, limits)) < enough:
             break
     return point
+
+
+def _foreseen(point: Point, values: Floats) -> float:
+    """Fall of the loss on the way to other values, shape (columns,), by the normal equations."""
+    taken = values - point.values
+    return -float(taken @ (point.gradient + point.hessian @ taken / 2))
 
 
 def _stepped(point: Point, damping: float, limits: tuple[Floats, Floats]) -> Floats:

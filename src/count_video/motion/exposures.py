@@ -30,12 +30,10 @@ class Sampled:
     """Mean over the exposure."""
     heavy: Floats
     """At the middle of the exposure, as the outline of the face is measured."""
-    opened: Moment
-    """When the exposures begin, ..."""
-    closed: Moment
-    """... end, ..."""
+    ends: Moment
+    """When the exposures begin, and then when they end."""
     middle: Moment
-    """... and are half over."""
+    """When they are half over."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +43,10 @@ class Moment:
     piece: np.ndarray
     since: Floats
 
+    def part(self, times: slice) -> Moment:
+        """Keep some of the times."""
+        return Moment(self.piece[:, times], self.since[:, times])
+
     def of(self, values: Floats) -> Floats:
         """Take the pieces' values out of an array of shape (sets, pieces)."""
         return np.asarray(values[np.arange(len(values))[:, None], self.piece])
@@ -52,15 +54,16 @@ class Moment:
 
 def sample(paths: Paths, sets: Floats, frame: Floats) -> Sampled:
     """Sample the motions at times from the model's 0 on, shape (frames,) or (sets, frames)."""
-    half = sets[:, Column.EXPOSURE, None] / 2
-    whole = _piece_integrals(paths)
-    opened, closed = moment(paths, frame - half), moment(paths, frame + half)
-    middle = moment(paths, np.broadcast_to(frame, (len(sets), frame.shape[-1])))
-    swept = _integral(paths, closed, whole) - _integral(paths, opened, whole)
+    exposure, frames = sets[:, Column.EXPOSURE, None], frame.shape[-1]
+    times = np.broadcast_to(frame, (len(sets), frames))
+    every = moment(paths, np.hstack([times - exposure / 2, times + exposure / 2, times]))
+    ends, middle = every.part(slice(2 * frames)), every.part(slice(2 * frames, None))
+    swept = _integral(paths, ends)
     heavy = _place(paths, middle, "heavy")
     from_rest = heavy - sets[:, Column.BALL_REST, None]
     outline = sets[:, Column.CONTACT, None] + sets[:, Column.PARALLAX, None] * from_rest
-    return Sampled(swept / (2 * half), heavy + outline, opened, closed, middle)
+    mean = (swept[:, frames:] - swept[:, :frames]) / exposure
+    return Sampled(mean, heavy + outline, ends, middle)
 
 
 def blur_of(paths: Paths, values: Floats, frame: Floats) -> Floats:
@@ -106,17 +109,19 @@ def _swept(paths: Paths, ball: Floats, velocity: Floats, since: Floats) -> Float
     return np.asarray(rest * since + (ball - rest) * np.sin(rate * since) / rate + velocity * risen)
 
 
-def _piece_integrals(paths: Paths) -> Floats:
-    """Integral of the ball's path up to the start of each piece; shape (sets, pieces)."""
+def _piece_lengths(paths: Paths) -> Floats:
+    """Length of each piece but the last, shape (sets, pieces - 1); 0 where it never ends."""
     length = np.diff(paths.time, axis=1)
-    length = np.where(np.isfinite(length), length, 0.0)
-    swept = _swept(paths, paths.states[2, :, :-1], paths.states[3, :, :-1], length)
-    return np.concatenate([np.zeros((len(swept), 1)), np.cumsum(swept, axis=1)], axis=1)
+    return np.where(np.isfinite(length), length, 0.0)
 
 
-def _integral(paths: Paths, when: Moment, whole: Floats) -> Floats:
-    ball, velocity = when.of(paths.states[2]), when.of(paths.states[3])
-    return when.of(whole) + _swept(paths, ball, velocity, when.since)
+def _integral(paths: Paths, when: Moment) -> Floats:
+    """Integral of the ball's path up to given times."""
+    ball, velocity = paths.states[2], paths.states[3]
+    whole = np.zeros_like(ball)
+    lengths = _piece_lengths(paths)
+    np.cumsum(_swept(paths, ball[:, :-1], velocity[:, :-1], lengths), axis=1, out=whole[:, 1:])
+    return when.of(whole) + _swept(paths, when.of(ball), when.of(velocity), when.since)
 
 
 def sampled_tangents(
@@ -127,20 +132,15 @@ def sampled_tangents(
     Both results have shape (frames, columns); in ``SKIP`` is the velocity of all frames.
     """
     exposure, parallax = float(values[Column.EXPOSURE]), float(values[Column.PARALLAX])
-    whole = _integrals_by(paths, tangents)
-    ball = _swept_by(paths, tangents, whole, sampled.closed)
-    ball -= _swept_by(paths, tangents, whole, sampled.opened)
-    ball /= exposure
-    first, last = (_place(paths, at, "ball")[0] for at in (sampled.opened, sampled.closed))
+    ball = _swept_by(paths, tangents, sampled.ends) / exposure
+    first, last = np.split(_place(paths, sampled.ends, "ball")[0], 2)
     ball[:, Column.EXPOSURE] += ((first + last) / 2 - sampled.ball[0]) / exposure
     ball[:, Column.SKIP] = (last - first) / exposure
     piece, since = sampled.middle.piece[0], sampled.middle.since[0]
     rate, rest = (float(value[0, 0]) for value in law_of(paths, "heavy"))
     place, velocity = paths.states[:2, 0, piece]
     by_state, by_law = swing_derivatives(rate, place - rest, velocity, since)
-    heavy = by_state[:, 0, 0, None] * tangents.states[piece, 0]
-    heavy += by_state[:, 0, 1, None] * tangents.states[piece, 1]
-    heavy += by_law[:, 0] @ tangents.laws[:2]
+    heavy = (by_state[:, :1] @ tangents.states[piece, :2])[:, 0] + by_law[:, 0] @ tangents.laws[:2]
     angle = rate * since
     heavy[:, Column.SKIP] = velocity * np.cos(angle) - (place - rest) * rate * np.sin(angle)
     heavy *= 1 + parallax
@@ -151,21 +151,38 @@ def sampled_tangents(
     return ball, heavy
 
 
-def _integrals_by(paths: Paths, tangents: Tangents) -> Floats:
-    """Differentiate the integral of the ball's path up to each piece; shape (pieces, columns)."""
-    length = np.diff(paths.time, axis=1)
-    length = np.where(np.isfinite(length), length, 0.0)
-    pieces = np.arange(length.shape[1])[None]
-    swept = _swept_in_piece(paths, tangents, Moment(pieces, length))
-    return np.concatenate([np.zeros((1, swept.shape[1])), np.cumsum(swept, axis=0)])
+def _swept_by(paths: Paths, tangents: Tangents, ends: Moment) -> Floats:
+    """Differentiate the integral of the ball's path over each exposure, shape (frames, columns)."""
+    opened, closed = np.split(_sweeping(paths, ends), 2)
+    first, last = np.split(ends.piece[0], 2)
+    across = np.flatnonzero(first != last)
+    within = closed - opened
+    by_law = within[:, 2:] @ tangents.laws[2:]
+    within[across] = closed[across]
+    swept = _by_state(within, tangents.states[last]) + by_law
+    if len(across):
+        # Exposures with collisions in them hold the rest of a piece, and whole ones.
+        pieces = np.arange(len(tangents.states) - 1)[None]
+        lengths = _sweeping(paths, Moment(pieces, _piece_lengths(paths)))
+        whole = np.zeros((len(tangents.states), swept.shape[1]))
+        each = _by_state(lengths, tangents.states[:-1]) + lengths[:, 2:] @ tangents.laws[2:]
+        np.cumsum(each, axis=0, out=whole[1:])
+        first, last = first[across], last[across]
+        swept[across] += whole[last] - whole[first]
+        swept[across] -= _by_state(opened[across], tangents.states[first])
+    return swept
 
 
-def _swept_by(paths: Paths, tangents: Tangents, whole: Floats, when: Moment) -> Floats:
-    return np.asarray(whole[when.piece[0]] + _swept_in_piece(paths, tangents, when))
+def _by_state(sweeping: Floats, states: Floats) -> Floats:
+    """Sum what the ball's state at the start of each piece adds, shape (times, columns)."""
+    return np.asarray((sweeping[:, None, :2] @ states[:, 2:])[:, 0])
 
 
-def _swept_in_piece(paths: Paths, tangents: Tangents, when: Moment) -> Floats:
-    """Differentiate the integral of the ball's path since the start of a piece, at fixed times."""
+def _sweeping(paths: Paths, when: Moment) -> Floats:
+    """Differentiate the integral of the ball's path since the start of a piece, at fixed times.
+
+    By its place and velocity there, and by the law's rate and rest; shape (times, 4).
+    """
     piece, since = when.piece[0], when.since[0]
     rate, rest = (float(value[0, 0]) for value in law_of(paths, "ball"))
     place, velocity = paths.states[2:, 0, piece]
@@ -173,7 +190,4 @@ def _swept_in_piece(paths: Paths, tangents: Tangents, when: Moment) -> Floats:
     risen = 2 * np.sin(rate * since / 2) ** 2 / rate**2
     by_rate = (place - rest) * (since * cosine - sine) / rate
     by_rate += velocity * (since * sine - 2 * risen) / rate
-    swept = sine[:, None] * tangents.states[piece, 2]
-    swept += risen[:, None] * tangents.states[piece, 3]
-    swept += np.stack([by_rate, since - sine], axis=1) @ tangents.laws[2:]
-    return np.asarray(swept)
+    return np.stack([sine, risen, by_rate, since - sine], axis=1)

@@ -17,7 +17,7 @@ import numpy as np
 from count_video.motion.batches import fit_contacts
 from count_video.motion.gaps import Gaps
 from count_video.motion.joint import ROUNDS, Contacts, Fitting
-from count_video.motion.model import Paths, weighted_median
+from count_video.motion.model import Paths
 from count_video.motion.priors import (
     OUTLINE_PX,
     OUTLINE_SHARE,
@@ -26,14 +26,11 @@ from count_video.motion.priors import (
     TURN_LOG_RATIO,
 )
 from count_video.records import CollisionKind, Floats
-from count_video.signals import depths, low_points, sigma_of
+from count_video.signals import depths, low_points, sigma_of, weighted_median
 
 KINDS: tuple[CollisionKind, ...] = ("wall", "bodies")
 HYSTERESIS_SIGMAS = 6.0
 """Of 10 000 independent frames none strays from its neighbours by so much."""
-JUMP_SIGMAS = 5.0
-"""The likelihood ratio of a jump against none is exp(n^2 / 2) at n standard uncertainties; this
-is 3e5, against a prior of some 1e-2 for a low point that is a turn."""
 SELECTION_ROUNDS = 2
 SIGMA_AT_LEAST = 1e-6
 LEAST_WEIGHT = 1e-9
@@ -84,7 +81,7 @@ def find_contacts(gaps: Gaps, ball_diameter_px: float) -> Contacts:
             if not worst:
                 break
             points = [point for n, point in enumerate(points) if n not in worst]
-    return _fit(paths, points, replace(how, rounds=ROUNDS))
+    return _fit(paths, points, replace(how, rounds=ROUNDS, fitted=True))
 
 
 def _fit(paths: Paths, points: Sequence[LowPoint], how: Fitting) -> Contacts:

@@ -81,6 +81,8 @@ class Fitting:
     rounds: int = ROUNDS
     errors: BodyErrors | None = None
     """Of the places of each body, where they are known from a fit before, whose times are good."""
+    fitted: bool = False
+    """Whether the times are good, so that the errors can be measured at once."""
 
 
 USUAL = Fitting()
@@ -98,10 +100,10 @@ def fit_together(
     # Where the picture begins must not matter, not even to when the fit is taken for settled.
     origin = float(np.nanmean(paths.ball_px))
     near = paths.moved(-origin)
-    errors = how.errors
+    errors, measured_in = how.errors, 0 if how.fitted else 1
     for number in range(how.rounds):
         model = Model(near, (tuple(kinds), times), how.stray_sigmas, how.touching)
-        if number == 1:
+        if number == measured_in:
             errors = model.measured_errors()
         rough = errors is None
         if errors is not None:
@@ -109,7 +111,7 @@ def fit_together(
         values = _solved(model, FLOOR_SHARE if rough else 0.0)
         moved = float(np.abs(values[: len(times)] - times).max(initial=0.0))
         times = values[: len(times)]
-        if number and moved < SETTLED_FRAMES:
+        if number >= measured_in and moved < SETTLED_FRAMES:
             break
     return _contacts(model, values, origin)
 
@@ -136,12 +138,12 @@ class _Fit:
     @cached_property
     def gradient(self) -> Floats:
         """Of the loss, shape (columns,)."""
-        return self.model.sums(self.weighted, self.found) + self.away * self.model.weight
+        return self.model.sums.weighted(self.weighted, self.found) + self.away * self.model.weight
 
     @cached_property
     def hessian(self) -> Floats:
         """Of the loss, shape (columns, columns)."""
-        hessian = self.model.products(self.weighted, self.jacobian)
+        hessian = self.model.sums.products(self.weighted, self.jacobian)
         hessian[np.diag_indices(self.model.columns)] += self.model.weight**2
         return hessian
 
@@ -174,8 +176,9 @@ def _covariance(model: Model, values: Floats) -> Floats:
     scale = 1 / np.sqrt(np.diag(hessian))
     inverse = np.linalg.inv(hessian * scale[:, None] * scale) * scale[:, None] * scale
     total = np.diag(model.weight**2)
-    for body in range(len(model.errors)):
-        total += model.covariance(fit.weighted, body)
+    for body, (errors, sigma) in enumerate(zip(model.errors, model.sigma.tolist(), strict=True)):
+        pieces = np.flatnonzero(model.body == body)
+        total += model.sums.covariance(fit.weighted, pieces, errors, sigma)
     return np.asarray(inverse @ total @ inverse)
 
 

@@ -19,10 +19,11 @@ seeks them (see ``skips``).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.pieces import HALF_EXPOSURE
@@ -82,7 +83,7 @@ def left_out(track: Track, collisions: Sequence[Collision], burst: int) -> LeftO
         return None
     gaps = gaps_of(track)
     later = min((one.frame for one in collisions[burst:]), default=np.inf)
-    steps = list(_steps(gaps, collisions[:burst], later))
+    steps = _steps(gaps, collisions[:burst], later)
     clarity, row, frames = max(steps, default=(0.0, 0, 0.0))
     # The heavy body is likelier to have met nothing in them.
     frames = next((last for _, other, last in steps[::-1] if other == row), frames)
@@ -93,37 +94,64 @@ def left_out(track: Track, collisions: Sequence[Collision], burst: int) -> LeftO
 
 def _steps(
     gaps: Gaps, collisions: Sequence[Collision], end: float
-) -> Iterator[tuple[float, int, float]]:
-    """Yield clear steps that no contact explains, from the first contact on: the heavy body's last.
+) -> list[tuple[float, int, float]]:
+    """List clear steps that no contact explains, from the first contact on: the heavy body's last.
 
     Of each its clarity, the row of the picture before it, and the frames that it is worth.
     """
-    first = collisions[0].frame
+    found: list[tuple[float, int, float]] = []
+    frame = gaps.frame
+    rows = np.flatnonzero((frame[:-1] > collisions[0].frame) & (frame[1:] < end))
     for signal, kinds in ((gaps.ball_px, ("bodies", "wall")), (gaps.heavy_px, ("bodies",))):
-        struck = [c.frame for c in collisions if c.kind in kinds]
-        seen, sigma = np.isfinite(signal), sigma_of(signal)
-        for row in np.flatnonzero((gaps.frame[:-1] > first) & (gaps.frame[1:] < end)).tolist():
-            low = max([at for at in struck if at <= gaps.frame[row]], default=-np.inf)
-            high = min([at for at in struck if at > gaps.frame[row]], default=end)
-            middle = (gaps.frame[row] + gaps.frame[row + 1]) / 2
-            inside = seen & (gaps.frame > low + HALF_EXPOSURE) & (gaps.frame < high - HALF_EXPOSURE)
-            inside &= np.abs(gaps.frame - middle) < SIDE_FRAMES
-            clarity, frames = _step(gaps.frame[inside] - middle, signal[inside], sigma)
-            clear = clarity > STEP_SIGMAS and frames > FRAMES_AT_LEAST
-            if clear and high > gaps.frame[row + 1]:
-                yield clarity, row, frames
+        struck = np.array([-np.inf, *(c.frame for c in collisions if c.kind in kinds), end])
+        number = np.searchsorted(struck[:-1], frame[rows], side="right")
+        flight = np.stack([struck[number - 1], struck[number]])
+        clarity, frames = _clarity(frame, signal, rows, flight)
+        clear = (clarity > STEP_SIGMAS) & (frames > FRAMES_AT_LEAST)
+        clear &= flight[1] > frame[rows + 1]
+        found += [
+            (float(clarity[n]), int(rows[n]), float(frames[n])) for n in np.flatnonzero(clear)
+        ]
+    return found
 
 
-def _step(time: Floats, place: Floats, sigma: float) -> tuple[float, float]:
-    """Clarity of a step at time 0 and the frames that it is worth; 0 if places are too few."""
-    after = time > 0
-    if min(after.sum(), (~after).sum()) < SIDE_ROWS:
-        return 0.0, 0.0
-    design = np.column_stack([np.ones_like(time), time, after])
-    inverse = np.linalg.inv(design.T @ design)
-    _, rate, step = inverse @ design.T @ place
-    if rate == 0:
-        return 0.0, 0.0
-    rest = place - design @ (inverse @ design.T @ place)
-    variance = max(sigma**2, float(rest @ rest) / max(len(time) - 3, 1))
-    return abs(float(step)) / float(np.sqrt(variance * inverse[2, 2])), float(step / rate)
+def _clarity(
+    frame: Floats, signal: Floats, rows: NDArray[np.intp], flights: Floats
+) -> tuple[Floats, Floats]:
+    """Clarity of the steps after rows, and the frames that each is worth; 0 if places are too few.
+
+    Both have shape (rows,). ``flights``, shape (2, rows), are the contacts before and after each.
+    Two lines with one slope are fitted to the places before and after the step.
+    """
+    side = int(SIDE_FRAMES)
+    near = rows + np.arange(1 - side, side + 1)[:, None]
+    inside = (near >= 0) & (near < len(frame))
+    near = near.clip(0, len(frame) - 1)
+    inside &= (frame[near] > flights[0] + HALF_EXPOSURE) & (
+        frame[near] < flights[1] - HALF_EXPOSURE
+    )
+    middle = (frame[rows] + frame[rows + 1]) / 2
+    inside &= np.isfinite(signal[near]) & (np.abs(frame[near] - middle) < SIDE_FRAMES)
+    shape = (2, side, len(rows))
+    shown = inside.reshape(shape)
+    count = shown.sum(axis=1)
+    time, place = (
+        np.where(inside, values, 0.0).reshape(shape)
+        for values in (frame[near] - middle, signal[near])
+    )
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means = [values.sum(axis=1) / count for values in (time, place)]
+        time, place = (
+            np.where(shown, values - mean[:, None], 0.0)
+            for values, mean in zip((time, place), means, strict=True)
+        )
+        squares = (time**2).sum(axis=(0, 1))
+        rate = (time * place).sum(axis=(0, 1)) / squares
+        apart = means[0][1] - means[0][0]
+        step = means[1][1] - means[1][0] - rate * apart
+        rest = ((place - rate * time) ** 2).sum(axis=(0, 1))
+        variance = np.maximum(sigma_of(signal) ** 2, rest / np.maximum(count.sum(axis=0) - 3, 1))
+        variance = variance * ((1 / count).sum(axis=0) + apart**2 / squares)
+        known = (count.min(axis=0) >= SIDE_ROWS) & (rate != 0)
+        clarity = np.where(known, np.abs(step) / np.sqrt(variance), 0.0)
+        return clarity, np.where(known, step / rate, 0.0)

@@ -18,40 +18,28 @@ on some of them, with a normal prior as wide as those of the flights that show t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
-from count_video.motion.pieces import WINDOW_FRAMES, Rows, pieces_of
+from count_video.motion.pieces import WINDOW_FRAMES, errors_about, pieces_of
 from count_video.motion.priors import (
     BEND_FRAMES,
     PARALLAX_SIGMA,
     RATE_SQUARED_SIGMA,
     TIME_MOVES_FRAMES,
 )
+from count_video.motion.sums import Sums
 from count_video.records import Floats
-from count_video.signals import (
-    FORGOTTEN_FRAMES,
-    LASTS_FRAMES,
-    Errors,
-    Flight,
-    errors_of,
-    flight_of,
-    sigma_of,
-)
+from count_video.signals import Errors, sigma_of, weighted_median
 
 Kind = Literal["wall", "far", "bodies"]
 """What touches: the ball and a wall at smaller places, one at larger places, or both bodies."""
 
 BEND_SHOWN_ROWS = 5
 """So many rows of a piece show its acceleration; where none do, ..."""
-
-ENOUGH_ROWS = 3000
-"""So many rows give the standard deviation of errors to 1.5 %."""
 
 FIRST, LAST, BEND, SWING, SLOPE = range(5)
 NODE_SLOTS = 4
@@ -161,26 +149,18 @@ class Model:
                 np.where(self.spans[:, None], nodes[self.body, self.last], none),
             ]
         )
+        self.sums = Sums(self.columns, self.slots, self.frame, self.rows)
 
     def measured_errors(self) -> tuple[Errors | None, ...]:
         """Measure the errors of each body's places about its flights next to the contacts."""
-        return tuple(self._errors(body) for body in range(len(self.paths.signals)))
-
-    def _errors(self, body: int) -> Errors | None:
-        frame, signal = self.paths.frame, self.paths.signals[body]
-        if not np.isfinite(signal).any():
-            return None
-        flights = []
-        for low, high in pairwise([-np.inf, *self.times[self.contacts_of[body]], np.inf]):
-            first = high - 2 * WINDOW_FRAMES if np.isinf(low) else low
-            last = low + 2 * WINDOW_FRAMES if np.isinf(high) else high
-            rows = (frame > first + self.touching) & (frame < last - self.touching)
-            flights.append(flight_of(frame[rows], signal[rows] - np.nanmean(signal)))
+        frame, signals = self.paths.frame, self.paths.signals
         # Of one body alone hands and rest, before the first contact and after the last, are no
         # flights; two bodies swing before and after.
-        inner = flights[1:-1] if len(self.paths.signals) == 1 else []
-        errors = errors_of(_enough(inner))
-        return errors or errors_of(_enough(flights))
+        alone = len(signals) == 1
+        return tuple(
+            errors_about(frame, signal, self.times[contacts].tolist(), self.touching, inside=alone)
+            for signal, contacts in zip(signals, self.contacts_of, strict=False)
+        )
 
     @cached_property
     def prior(self) -> tuple[Floats, Floats]:
@@ -305,76 +285,6 @@ class Model:
         path, jacobian = self.modelled(values)
         return (path - self.place_px) / sigma, jacobian / sigma[:, None]
 
-    def products(self, left: Floats, right: Floats) -> Floats:
-        """Sum products of derivatives over the rows, shape (columns, columns)."""
-        size = self.columns + 1
-        if not self.pieces:
-            return np.zeros((self.columns, self.columns))
-        sums = np.add.reduceat(left[:, :, None] * right[:, None, :], self.starts)
-        places = self.slots[:, :, None] * size + self.slots[:, None, :]
-        flat = np.bincount(places.ravel(), sums.ravel(), minlength=size * size)
-        return np.asarray(flat.reshape(size, size)[:-1, :-1])
-
-    def sums(self, jacobian: Floats, weights: Floats) -> Floats:
-        """Sum derivatives with weights over the rows, shape (columns,)."""
-        if not self.pieces:
-            return np.zeros(self.columns)
-        sums = np.add.reduceat(jacobian * weights[:, None], self.starts)
-        flat = np.bincount(self.slots.ravel(), sums.ravel(), minlength=self.columns + 1)
-        return np.asarray(flat[:-1])
-
-    def covariance(self, jacobian: Floats, body: int) -> Floats:
-        """Covariance of the sums of a body's derivatives times its errors, shape (columns,) twice.
-
-        What lasts of the errors is exp(-(t - s) / T) from a row of one piece at s to one of a later
-        piece at t: a factor of each row and one of the gap between the pieces. So a long clip takes
-        no matrix of all its rows.
-        """
-        pieces, errors = np.flatnonzero(self.body == body), self.errors[body]
-        total = np.zeros((self.columns + 1, self.columns + 1))
-        for piece in pieces.tolist():
-            rows = slice(self.starts[piece], self.starts[piece] + self.rows[piece])
-            own = jacobian[rows]
-            if errors is not None:
-                covariance = errors.covariance_of(self.frame[rows]) / self.sigma[body] ** 2
-                own = covariance @ own
-            slots = self.slots[piece]
-            np.add.at(total, (slots[:, None], slots), jacobian[rows].T @ own)
-        if errors is not None and len(pieces) > 1:
-            between = np.zeros_like(total)
-            for first, last, products in self._between(jacobian, pieces, errors):
-                np.add.at(between, (first[:, :, None], last[:, None, :]), products)
-            total += (between + between.T) / self.sigma[body] ** 2
-        return total[:-1, :-1]
-
-    def _between(
-        self, jacobian: Floats, pieces: Rows, errors: Errors
-    ) -> Iterator[tuple[Rows, Rows, Floats]]:
-        """Yield the covariance of derivatives of pieces with those of others after them.
-
-        Each is that of some pairs: the slots of both, shape (pairs, slots), and the products, shape
-        (pairs, slots, slots).
-        """
-        start, stop = self.frame[self.starts], self.frame[self.starts + self.rows - 1]
-        lasts = np.array(LASTS_FRAMES)
-        ahead, behind = start[self.piece_of] - self.frame, self.frame - stop[self.piece_of]
-        since, until = (
-            np.stack(
-                [np.add.reduceat(jacobian * np.exp(gap / t)[:, None], self.starts) for t in lasts],
-                axis=1,
-            )[pieces]
-            for gap in (ahead, behind)
-        )
-        start, stop, slots = start[pieces], stop[pieces], self.slots[pieces]
-        for offset in range(1, len(pieces)):
-            gap = start[offset:] - stop[:-offset]
-            near = np.flatnonzero(gap < FORGOTTEN_FRAMES)
-            if len(near) == 0:
-                return
-            kept = errors.lasting_px2 * np.exp(-gap[near, None] / lasts)
-            left = until[near] * kept[:, :, None]
-            yield slots[near], slots[near + offset], np.swapaxes(left, 1, 2) @ since[near + offset]
-
     def rates(self, values: Floats) -> tuple[Floats, Floats]:
         """Velocities of each piece's body at both ends, shape (pieces, 2), and their gradients.
 
@@ -430,20 +340,6 @@ class Model:
         gradient[[self.bends + number, self.swings + piece.body]] += since, swung
         gradient[contact] -= bend
         return float(at_contact[0] + bend * since + swing * swung), gradient
-
-
-def _enough(flights: Sequence[Flight | None]) -> list[Flight]:
-    """Flights that say something, of very many rows only every so many of them."""
-    shown = [flight for flight in flights if flight]
-    rows = sum(len(flight.clock) for flight in shown)
-    return shown[:: max(1, rows // ENOUGH_ROWS)]
-
-
-def weighted_median(values: Floats, weights: Floats) -> float:
-    """Value below which half of the weight lies."""
-    order = np.argsort(values)
-    share = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(share, share[-1] / 2)])
 
 
 def _interpolated(frame: Floats, signal: Floats, at: Floats) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -52,6 +53,11 @@ class Observations:
     """+1 where distances grow with the position in the picture."""
     after: Floats
     """1 for frames after the place where frames may be left out, 0 for the others."""
+
+    @cached_property
+    def places_px(self) -> Floats:
+        """Places of ball and heavy body, one after the other, shape (2 frames,)."""
+        return np.concatenate([self.ball_px, self.heavy_px])
 
     def times(self, sets: Floats) -> Floats:
         """Give the frames' times by the clocks of parameter sets; shape (sets, frames)."""

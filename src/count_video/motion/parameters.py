@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cache
 
 import numpy as np
 
@@ -80,12 +81,15 @@ MOST_DEVIATIONS = 60
 lost by when, and neighbours lose it at nearly the same time."""
 
 
+@cache
 def deviation_places(count: int) -> np.ndarray:
     """Which deviation each of so many collisions has, shape (count,), counted from 0."""
     event = np.arange(count)
     pairs = max(1, -(-count // 2))
     groups = min(pairs, MOST_DEVIATIONS // 2)
-    return np.asarray(2 * (event // 2 * groups // pairs) + event % 2)
+    places = np.asarray(2 * (event // 2 * groups // pairs) + event % 2)
+    places.flags.writeable = False
+    return places
 
 
 def deviations_of(count: int) -> int:

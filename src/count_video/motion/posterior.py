@@ -81,7 +81,8 @@ def weigh(rivals: Rivals, start: Solution, noise: Noise) -> Weighed:
             else:
                 near = [(n, s) for (n, s), (_, fit) in weighed.items() if fit.loss < bearable]
                 key = min(near, key=lambda k: ((k[0] - count) % 2, abs(k[0] - count), k[1]))
-                begin = coarse_fit(observed, prior, neighbouring(weighed[key][1], count), count)
+                near_by = neighbouring(weighed[key][1], count)
+                begin = coarse_fit(observed, prior, near_by, count, bearable=rivals.bearable)
             question = Question(observed, noise, prior, count)
             weighed |= scattered(question, begin.values, bearable)
             lost = 0 if _evidence_of(weighed, count) > -IMPROBABLE else lost + 1

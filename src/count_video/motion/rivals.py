@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from count_video.motion.descent import NEARLY
 from count_video.motion.observations import Observations, until
 from count_video.motion.parameters import (
     FIRST_DEVIATION,
@@ -129,13 +130,15 @@ def coarse_fit(
     """Fit a count without scatter of the restitution, within one floor after the other."""
     for floor_px in floors_px[:-1]:
         noise = noise_of(observed, start, count, floor_px)
-        start = solve(Question(observed, noise, prior, count), start).values
-    start = _led_to_the_last(observed, prior, start, count)
+        start = solve(Question(observed, noise, prior, count), start, enough=NEARLY).values
+    start = _led_to_the_last(observed, prior, start, count, bearable)
     noise = noise_of(observed, start, count, floors_px[-1])
     return solve(Question(observed, noise, prior, count), start, bearable)
 
 
-def _led_to_the_last(observed: Observations, prior: Prior, start: Floats, count: int) -> Floats:
+def _led_to_the_last(
+    observed: Observations, prior: Prior, start: Floats, count: int, bearable: float
+) -> Floats:
     """Improve a start in which the last collision does not come about in time.
 
     That one is often slow and easily missed, and what does not happen has no derivative to follow.
@@ -147,7 +150,7 @@ def _led_to_the_last(observed: Observations, prior: Prior, start: Floats, count:
     if in_time or len(before.frame) < 2 or count < 2:
         return start
     noise = noise_of(before, start, count - 1, FLOORS_PX[-1])
-    return solve(Question(before, noise, prior, count - 1), start).values
+    return solve(Question(before, noise, prior, count - 1), start, bearable, NEARLY).values
 
 
 def fine_fit(

@@ -27,8 +27,6 @@ from count_video.records import Floats
 
 MOST_FRAMES = 24
 """So many frames may be left out of a burst: more hold most of it."""
-SKIPS = (1.0, 3.0, 8.0)
-"""Numbers of frames left out from which fits begin, besides the likeliest by first order."""
 COUNTS = 3
 """Of each hypothesis so many counts are fitted with a scatter of the restitution."""
 PLACES = 2
@@ -94,13 +92,12 @@ def with_frames_left_out(coarse: Rivals, rough: Floats, seen: int, gap: LeftOut 
 
 
 def _skipping(even: Rivals, observed: Observations, start: Solution, skip: float) -> Rivals:
-    """Fit with frames left out, from different numbers of them."""
+    """Fit with frames left out, from so many of them on."""
     free = even.prior.with_value(Column.SKIP, 0.0, np.inf)
     rivals = replace(even, observed=observed, prior=free, fits={})
-    for frames in (skip, *SKIPS):
-        values = start.values.copy()
-        values[Column.SKIP] = frames
-        rivals.add(start.count, values[: len(free.mean)])
+    values = start.values[: len(free.mean)].copy()
+    values[Column.SKIP] = skip
+    rivals.add(start.count, values)
     rivals.climb()
     return rivals
 
@@ -133,10 +130,7 @@ def _beside(coarse: Rivals) -> list[tuple[float, float]]:
 
 
 def _suspected(coarse: Rivals) -> list[tuple[float, float]]:
-    """Frames after which time seems to be missing and how much, the clearest first.
-
-    By chance the largest of n such gains is about log n.
-    """
+    """Frames after which time seems to be missing and how much, the clearest first."""
     observed, best = coarse.observed, coarse.best
     noise = noise_of(observed, best.values, best.count, FLOORS_PX[-1])
     even = coarse.prior.with_value(Column.SKIP, 0.0, 0.0)
@@ -145,7 +139,7 @@ def _suspected(coarse: Rivals) -> list[tuple[float, float]]:
     frames = observed.origin + observed.frame
     found: list[tuple[float, float]] = []
     for row in np.argsort(-gain):
-        if gain[row] < np.log(len(gain)) or len(found) == PLACES:
+        if gain[row] < _price(observed) or len(found) == PLACES:
             break
         if skip[row] > 0 and all(abs(frames[row] - f) > APART_FRAMES for f, _ in found):
             found.append((float(frames[row]), float(skip[row])))
@@ -154,15 +148,13 @@ def _suspected(coarse: Rivals) -> list[tuple[float, float]]:
 
 def _scores(observed: Observations, fit: Linearised) -> tuple[Floats, Floats]:
     """Time missing after each frame but the last, and by how much the loss falls with it."""
-    rows = np.arange(len(observed.frame))
-    after = (rows[:, None] > rows[None, :-1])[fit.row]
-    moved = after * fit.velocity[:, None]
-    weighted = fit.jacobian * fit.weights[:, None]
-    shared = weighted.T @ moved
+    rows = np.tile(np.arange(len(observed.frame)), 2)
+    moved = (rows[:, None] > rows[: len(observed.frame) - 1]) * fit.velocity[:, None]
+    shared = fit.jacobian.T @ moved
     inverse = np.linalg.pinv(fit.hessian, hermitian=True)
-    slope = moved.T @ (fit.weights * fit.data) - shared.T @ (inverse @ fit.gradient)
-    alone = (moved**2 * fit.weights[:, None]).sum(axis=0)
-    curve = alone - np.einsum("pr,pq,qr->r", shared, inverse, shared)
+    slope = moved.T @ fit.data - shared.T @ (inverse @ fit.gradient)
+    alone = (moved**2).sum(axis=0)
+    curve = alone - (shared * (inverse @ shared)).sum(axis=0)
     known = curve > 1e-6 * alone
     safe = np.where(known, curve, 1.0)
     return np.where(known, -slope / safe, 0.0), np.where(known, slope**2 / safe / 2, 0.0)

@@ -6,12 +6,11 @@ Least squares with a Cauchy loss (see ``descent``) and exact derivatives.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.motion.descent import descend, loss_of, weights_of
+from count_video.motion.descent import CONVERGED, descend, loss_of, weights_of
 from count_video.motion.exposures import Sampled, blur_of, sample, sampled_tangents
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import (
@@ -78,18 +77,18 @@ def modelled(observed: Observations, sets: Floats, count: int) -> tuple[Paths, S
 
 @dataclass(frozen=True)
 class Linearised:
-    """A fit in first order: what was observed, in sigmas, by the parameters; shape (n,) each."""
+    """A fit in first order; residuals, of ball and heavy body, have shape (2 frames,).
 
-    row: NDArray[np.intp]
-    """Frames that the residuals are of."""
+    They are in sigmas, and times the roots of their weights: large ones count less. Those of what
+    was not seen are 0, and so are their derivatives.
+    """
+
     data: Floats
     """Residuals."""
     jacobian: Floats
-    """Shape (n, columns)."""
+    """Shape (2 frames, columns)."""
     velocity: Floats
     """Of the places."""
-    weights: Floats
-    """Large residuals count less."""
     gradient: Floats
     """Of the loss, shape (columns,)."""
     hessian: Floats
@@ -106,24 +105,36 @@ class Question:
     """A column with sigma 0 stays at the start."""
     count: int
 
+    @cached_property
+    def precision(self) -> Floats:
+        """One over the noise of ball and heavy body, shape (2 frames,); 0 where not seen."""
+        heavy = np.full(len(self.noise.ball), self.noise.heavy)
+        seen = np.isfinite(self.observed.places_px)
+        return np.where(seen, 1 / np.concatenate([self.noise.ball, heavy]), 0.0)
+
+    @cached_property
+    def weight(self) -> Floats:
+        """One over the prior's sigma, shape (columns,); 0 where nothing is known, or all."""
+        known = np.isfinite(self.prior.sigma) & (self.prior.sigma > 0)
+        return np.where(known, 1 / np.where(known, self.prior.sigma, 1.0), 0.0)
+
 
 class Fit:
     """The model at one set of parameters, against what was observed."""
 
     def __init__(self, question: Question, values: Floats) -> None:
         self.question, self.values = question, values
-        observed, noise = question.observed, question.noise
+        observed = question.observed
         self.paths, self.sampled = modelled(observed, values[None], question.count)
-        ball = (self.sampled.ball[0] - observed.ball_px) / noise.ball
-        heavy = (self.sampled.heavy[0] + self.drift_px - observed.heavy_px) / noise.heavy
-        ball[np.isnan(observed.ball_px)] = 0.0
-        heavy[np.isnan(observed.heavy_px)] = 0.0
-        self.data = np.concatenate([ball, heavy])
-        """Residuals of ball and heavy body in sigmas, shape (2 frames,); not finite if it fails."""
-        prior = question.prior
-        known = np.isfinite(prior.sigma) & (prior.sigma > 0)
-        self.weight = np.where(known, 1 / np.where(known, prior.sigma, 1.0), 0.0)
-        self.away = np.where(known, (values - prior.mean) * self.weight, 0.0)
+        drift_px = observed.drift @ values[FIRST_DRIFT:FIRST_DEVIATION]
+        self.left_px = observed.places_px - np.concatenate(
+            [self.sampled.ball[0], self.sampled.heavy[0] + drift_px]
+        )
+        """What is left of the places of ball and heavy body, shape (2 frames,)."""
+        seen = question.precision > 0
+        self.data = np.where(seen, -self.left_px * question.precision, 0.0)
+        """The same in sigmas; not finite if the model fails."""
+        self.away = (values - question.prior.mean) * question.weight
         """Departures from the prior in sigmas, shape (columns,)."""
         beyond = float(self.paths.time[0, -1] - observed.times(values[None])[0, -1])
         self.late = min(max(beyond, 0.0), LATE_AT_MOST) * LATE_COSTS
@@ -131,12 +142,6 @@ class Fit:
         with np.errstate(invalid="ignore", over="ignore"):
             loss = loss_of(self.data) + 0.5 * float(self.away @ self.away + self.late**2)
         self.loss = loss if np.isfinite(loss) else np.inf
-
-    @property
-    def drift_px(self) -> Floats:
-        """Drift of the heavy body's outline, shape (frames,)."""
-        drift = self.question.observed.drift
-        return np.asarray(drift @ self.values[FIRST_DRIFT:FIRST_DEVIATION])
 
     @property
     def gradient(self) -> Floats:
@@ -151,44 +156,40 @@ class Fit:
     @cached_property
     def linearised(self) -> Linearised:
         """The model in first order about these parameters."""
-        observed, noise, prior = self.question.observed, self.question.noise, self.question.prior
+        question, observed = self.question, self.question.observed
         tangents = tangents_of(self.paths, self.values)
         with np.errstate(invalid="ignore", over="ignore"):
             ball, heavy = sampled_tangents(self.paths, self.sampled, tangents, self.values)
             heavy[:, FIRST_DRIFT:FIRST_DEVIATION] = observed.drift
-            jacobian = np.concatenate([ball / noise.ball[:, None], heavy / noise.heavy])
-            velocity = jacobian[:, Column.SKIP].copy()
-            jacobian[:, Column.SKIP] *= np.tile(observed.after, 2)
-            weights = weights_of(self.data)
-            usable = np.isfinite(self.data) & np.isfinite(jacobian).all(axis=1)
-        usable &= np.isfinite(np.concatenate([observed.ball_px, observed.heavy_px]))
-        jacobian, data, weights = jacobian[usable], self.data[usable], weights[usable]
-        weighted = jacobian * weights[:, None]
-        gradient, hessian = weighted.T @ data, weighted.T @ jacobian
-        gradient += self.weight * self.away
-        hessian[np.diag_indices_from(hessian)] += self.weight**2
+            root = np.sqrt(weights_of(self.data))
+            data = root * self.data
+            jacobian = np.concatenate([ball, heavy])
+            jacobian *= (root * question.precision)[:, None]
+            failed = ~np.isfinite(data + jacobian.sum(axis=1))
+        jacobian[failed], data[failed] = 0.0, 0.0
+        velocity = jacobian[:, Column.SKIP].copy()
+        jacobian[:, Column.SKIP] *= np.tile(observed.after, 2)
+        gradient, hessian = jacobian.T @ data, jacobian.T @ jacobian
+        gradient += question.weight * self.away
+        hessian[np.diag_indices_from(hessian)] += question.weight**2
         if self.late > 0 and np.isfinite(tangents.time[-1]).all():
             last = LATE_COSTS * tangents.time[-1]
             gradient += self.late * last
             hessian += np.outer(last, last)
-        fixed = prior.sigma == 0
+        fixed = question.prior.sigma == 0
         gradient[fixed], hessian[fixed], hessian[:, fixed] = 0.0, 0.0, 0.0
-        row = np.tile(np.arange(len(observed.frame)), 2)[usable]
-        return Linearised(row, data, jacobian, velocity[usable], weights, gradient, hessian)
+        return Linearised(data, jacobian, velocity, gradient, hessian)
 
 
-def solve(question: Question, start: Floats, bearable: float = np.inf) -> Solution:
+def solve(
+    question: Question, start: Floats, bearable: float = np.inf, enough: float = CONVERGED
+) -> Solution:
     """Fit the parameters from a start, shape (columns,).
 
-    A fit that at its pace will not come down to the bearable loss is given up.
+    A fit that at its pace will not come down to the bearable loss is given up; one whose loss falls
+    by less than ``enough`` is done.
     """
-    fit = descend(lambda values: Fit(question, values), start, limits_of(len(start)), bearable)
-    observed = question.observed
-    return Solution(
-        count=question.count,
-        values=fit.values,
-        loss=fit.loss,
-        hessian=fit.hessian,
-        ball_residuals=observed.ball_px - fit.sampled.ball[0],
-        heavy_residuals=observed.heavy_px - fit.sampled.heavy[0] - fit.drift_px,
-    )
+    at, limits = partial(Fit, question), limits_of(len(start))
+    fit = descend(at, start, limits, bearable, enough)
+    ball, heavy = np.split(fit.left_px, 2)
+    return Solution(question.count, fit.values, fit.loss, fit.hessian, ball, heavy)

@@ -34,19 +34,21 @@ class Tangents:
 
 def tangents_of(paths: Paths, values: Floats) -> Tangents:
     """Differentiate the first motion of ``paths``, whose parameters are ``values``."""
-    events = paths.time.shape[1] - 1
     laws = _laws(paths, values)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         flown, drift = _flights(paths, laws)
         hits = _hits(paths, values)
         matrix = hits.impact @ flown
         shift = hits.impact @ drift + hits.explicit
-        states = np.empty((events + 1, 4, len(values)))
+        states = np.empty((len(flown) + 1, 4, len(values)))
         states[0] = _start(paths, laws, len(values))
-        for event in range(events):
-            states[event + 1] = matrix[event] @ states[event] + shift[event]
+        for by_state, by_law, before, after in zip(
+            matrix, shift, states[:-1], states[1:], strict=True
+        ):
+            np.dot(by_state, before, out=after)
+            np.add(after, by_law, out=after)
         arriving = flown @ states[:-1] + drift
-        time = np.einsum("es,esp->ep", hits.when, arriving) + hits.when_explicit
+        time = (hits.when[:, None] @ arriving)[:, 0] + hits.when_explicit
     return Tangents(laws, time, states, arriving)
 
 
@@ -87,42 +89,43 @@ def _start(paths: Paths, laws: Floats, columns: int) -> Floats:
     at_zero = velocity * cosine + (heavy - rest) * rate * sine
     by_state, by_law = swing_derivatives(rate, offset, at_zero, time)
     start = np.zeros((4, columns))
-    start[:2, Column.HEAVY], start[:2, Column.HEAVY_RATE] = by_state[0].T
+    start[:2, [Column.HEAVY, Column.HEAVY_RATE]] = by_state[0]
     start[:2] += by_law[0] @ laws[:2]
     start[2, Column.BALL_REST] = 1.0
     return start
 
 
 def swing_derivatives(
-    rate: float, offset: Floats, velocity: Floats, time: Floats
+    rate: float | Floats, offset: Floats, velocity: Floats, time: Floats
 ) -> tuple[Floats, Floats]:
     """Differentiate place and velocity after a time by those before, and by rate and rest.
 
-    ``offset`` is the place less the rest. Both results have shape (times, 2, 2), the result first.
+    ``offset`` is the place less the rest. Both results have shape (..., 2, 2), the result first,
+    where ``offset`` has shape (...).
     """
-    sine, cosine = np.sin(rate * time), np.cos(rate * time)
-    by_state = np.array([[cosine, sine / rate], [-rate * sine, cosine]])
-    by_rate = velocity * (time * cosine - sine / rate) / rate - offset * time * sine
-    by_rate_velocity = -velocity * time * sine - offset * (sine + rate * time * cosine)
-    by_law = np.array([[by_rate, 1 - cosine], [by_rate_velocity, rate * sine]])
-    return np.moveaxis(by_state, -1, 0), np.moveaxis(by_law, -1, 0)
+    angle = rate * time
+    sine, cosine = np.sin(angle), np.cos(angle)
+    by_state, by_law = np.empty((2, *offset.shape, 2, 2))
+    by_state[..., 0, 0] = by_state[..., 1, 1] = cosine
+    by_state[..., 0, 1], by_state[..., 1, 0] = sine / rate, -rate * sine
+    by_law[..., 0, 0] = velocity * (time * cosine - sine / rate) / rate - offset * time * sine
+    by_law[..., 1, 0] = -velocity * time * sine - offset * (sine + angle * cosine)
+    by_law[..., 0, 1], by_law[..., 1, 1] = 1 - cosine, rate * sine
+    return by_state, by_law
 
 
 def _flights(paths: Paths, laws: Floats) -> tuple[Floats, Floats]:
     """Of the state at the end of each flight: by that at its start, and by the laws."""
-    flight = np.diff(paths.time[0])
-    pendulums = paths.pendulums
+    flight, pendulums = np.diff(paths.time[0]), paths.pendulums
+    rate = np.stack([pendulums.heavy_rate, pendulums.ball_rate])
+    rest = np.stack([pendulums.heavy_rest, pendulums.ball_rest])
+    place, velocity = paths.states[::2, 0, :-1], paths.states[1::2, 0, :-1]
+    by_state, by_law = swing_derivatives(rate, place - rest, velocity, flight)
     flown = np.zeros((len(flight), 4, 4))
-    drift = np.zeros((len(flight), 4, laws.shape[1]))
-    bodies = (
-        (slice(0, 2), pendulums.heavy_rate[0], pendulums.heavy_rest[0]),
-        (slice(2, 4), pendulums.ball_rate[0], pendulums.ball_rest[0]),
-    )
-    for body, rate, rest in bodies:
-        place, velocity = paths.states[body, 0, :-1]
-        by_state, by_law = swing_derivatives(rate, place - rest, velocity, flight)
-        flown[:, body, body] = by_state
-        drift[:, body] = by_law @ laws[body]
+    drift = np.empty((len(flight), 4, laws.shape[1]))
+    for body, own in enumerate((slice(0, 2), slice(2, 4))):
+        flown[:, own, own] = by_state[body]
+        drift[:, own] = by_law[body] @ laws[own]
     return flown, drift
 
 
@@ -133,8 +136,8 @@ def _hits(paths: Paths, values: Floats) -> _Hits:
     on_wall = np.arange(events) % 2 == 1
     when, when_explicit = _when(before, on_wall, columns)
     after_by_before, explicit = _impacts(before, on_wall, values)
-    flow, flow_after = (_flow(paths, side[:, 0, 1:]) for side in (paths.before, paths.states))
-    slip = np.einsum("eab,eb->ea", after_by_before, flow) - flow_after
+    flow, flow_after = _flow(paths, before), _flow(paths, paths.states[:, 0, 1:])
+    slip = (after_by_before @ flow[:, :, None])[:, :, 0] - flow_after
     return _Hits(
         impact=after_by_before + slip[:, :, None] * when[:, None, :],
         explicit=explicit + slip[:, :, None] * when_explicit[:, None, :],
@@ -165,10 +168,11 @@ def _impacts(before: Floats, on_wall: np.ndarray, values: Floats) -> tuple[Float
         on_wall, values[Column.BOUNCE], values[Column.BODIES]
     )
     given = np.where(on_wall, 0.0, (1 + restitution) / (1 + lightness))
-    matrix = np.tile(np.eye(4), (events, 1, 1))
-    matrix[:, 1, 1] -= lightness * given
-    matrix[:, 1, 3] += lightness * given
-    matrix[:, 3, 1] += given
+    matrix = np.zeros((events, 4, 4))
+    matrix[:, 0, 0] = matrix[:, 2, 2] = 1.0
+    matrix[:, 1, 1] = 1 - lightness * given
+    matrix[:, 1, 3] = lightness * given
+    matrix[:, 3, 1] = given
     matrix[:, 3, 3] = np.where(on_wall, -restitution, 1 - given)
     closing = heavy_velocity - ball_velocity
     by_restitution = np.where(on_wall, -ball_velocity, closing / (1 + lightness))
@@ -186,9 +190,10 @@ def _impacts(before: Floats, on_wall: np.ndarray, values: Floats) -> tuple[Float
 
 
 def _flow(paths: Paths, states: Floats) -> Floats:
-    """Rate of change of states, shape (events, 4)."""
+    """Rate of change of states of shape (4, events), shape (events, 4)."""
     laws = paths.pendulums
-    heavy, heavy_velocity, ball, ball_velocity = states
-    pulls = laws.heavy_rate**2 * (laws.heavy_rest - heavy)
-    ball_pulls = laws.ball_rate**2 * (laws.ball_rest - ball)
-    return np.stack([heavy_velocity, pulls, ball_velocity, ball_pulls]).T
+    flow = np.empty((states.shape[1], 4))
+    flow[:, 0], flow[:, 2] = states[1], states[3]
+    flow[:, 1] = laws.heavy_rate**2 * (laws.heavy_rest - states[0])
+    flow[:, 3] = laws.ball_rate**2 * (laws.ball_rest - states[2])
+    return flow

@@ -7,7 +7,7 @@ sum.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -236,14 +236,6 @@ def _ends_at_stop(motion: Motion, found: Found) -> int:
             nearing = side * (place[0] - place[-1]) > 0
             number += nearing and apart > 4 and side * (stop - place[0]) < turned * speed
     return number
-
-
-def with_wall_ahead(found: SeenImpacts) -> SeenImpacts:
-    """Refuse a count of two bodies one of which moves towards something when the clip ends.
-
-    If that is a wall, this is the first collision of a trial and no smaller experiment.
-    """
-    return replace(found, shortcomings=(*found.shortcomings, Reason(Cause.WALL_AHEAD)))
 
 
 def chances_of_sum(chances: Sequence[float]) -> dict[int, float]:
