@@ -32,9 +32,7 @@ SCENE_CORNERS, SCENE_QUALITY, SCENE_ACROSS = 60, 0.002, 25
 """Corners of the whole picture by which a camera's motion shows: so many, at least so strong as a
 share of the strongest, and so many of them side by side at most."""
 WINDOW_PX = 13
-PYRAMID_LEVELS = 2
-STEPS, STEP_PX = 10, 0.03
-"""A registration ends after so many steps, or with one so small: corners are followed worse."""
+PYRAMID_LEVELS = 3
 RETURN_ERROR_PX = 0.4
 KNOWN_SHARE = 0.5
 """A corner belongs to a known body if that is where this share of its sightings lie."""
@@ -138,8 +136,7 @@ def _flow(
     """Places of points, shape (n, 2), in the next picture, and which of them were found."""
     points, guess = (one[:, None].copy() for one in points_and_guess)
     size, flags = (WINDOW_PX, WINDOW_PX), cv2.OPTFLOW_USE_INITIAL_FLOW
-    ends = cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, STEPS, STEP_PX
     end, found, _ = cv2.calcOpticalFlowPyrLK(
-        before, after, points, guess, winSize=size, maxLevel=levels, flags=flags, criteria=ends
+        before, after, points, guess, winSize=size, maxLevel=levels, flags=flags
     )
     return np.asarray(end, np.float32)[:, 0], np.asarray(found)[:, 0] > 0

@@ -48,7 +48,7 @@ AGREEMENT_SHARE = 0.9
 """Pieces that agree less than this share of the median are dropped."""
 INSIDE_AT_LEAST = 0.7
 """Share of the template that must lie within a picture to learn from it."""
-PICTURES = 30
+PICTURES = 40
 """A template is learnt from so many: those that show something new of a body. Pictures in which it
 rests, or two move along side by side, are many and show nothing new."""
 PLACE_BIN_PX = 3.0
