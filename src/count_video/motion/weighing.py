@@ -146,17 +146,21 @@ def struck_at_rest(motion: Motion, until: float) -> float | None:
 def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:
     """Chance of an impact in pictures before the first one that do not show the body.
 
-    There the flight that ends at the first impact would have to begin, and no sooner.
+    There the flight that ends at the first impact would have to begin, and no sooner. A body that
+    is first seen on its way away from the stop has most probably been there.
     """
     if not impacts:
         return ()
     first, flights = impacts[0], np.diff([impact.frame for impact in impacts])
     pull = first.side * motion.acceleration
     back = 2 * first.side * first.before / pull if pull > 0 else np.inf
+    if len(impacts) > 1 and impacts[1].side == first.side:
+        back = float(flights[0]) * first.before / -first.after
     begins = first.frame - min(back, FLIGHT_FACTOR * flights.max(initial=0.0) or back)
     seen = motion.frame[np.isfinite(motion.place_px)]
     hidden = motion.frame[0] - 1.0 <= begins < seen[0] > motion.frame[0]
-    return (CHANCE_UNSEEN,) if hidden else ()
+    away = first.frame - seen[0] > (first.frame - begins) / 2
+    return ((1 - CHANCE_UNSEEN if away else CHANCE_UNSEEN),) if hidden else ()
 
 
 def _after(motion: Motion, found: Found) -> tuple[Cause, list[float], tuple[float, ...]]:
