@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.tracking.composite import NEIGHBOURHOOD_PX, Source, cut_pieces, median_of
-from count_video.tracking.outline import Mean, Outline, find_outline, own_slopes
+from count_video.tracking.outline import Mean, Outline, find_outline
 from count_video.tracking.shape import Place
 from count_video.tracking.template import Pixels
 
@@ -175,7 +175,7 @@ def _hanging_together(
         rows, columns = main.any(axis=1), main.any(axis=0)
         beside = np.setdiff1d(labels[rows], np.append(labels[:, columns], 0)).tolist()
         parts += [k for k in beside if (labels[rows] == k).any(axis=1).mean() > AS_HIGH_SHARE]
-    own = _without_threads(np.isin(labels, parts), own_slopes(mean), box)
+    own = _without_threads(np.isin(labels, parts), mean.appearance, box)
     return np.asarray((cv2.dilate(own.astype(np.uint8), kernel) > 0) & moving)
 
 
@@ -185,18 +185,19 @@ def _reduced(width_px: int, scale: int) -> int:
 
 
 def _without_threads(
-    own: NDArray[np.bool_], slopes: Pixels, box: tuple[slice, ...]
+    own: NDArray[np.bool_], appearance: Pixels, box: tuple[slice, ...]
 ) -> NDArray[np.bool_]:
     """Keep rows one below the other that are nearly as wide as the widest one of the box.
 
     Where there are several such rows, with narrow ones in between, those with the sharpest edges
-    are kept: the edges of a shadow are soft.
+    are kept: the edges of a shadow are soft. Only slopes along the motion count, for lines along it
+    of what lies behind the body are sharp as well.
     """
     last = own.shape[1] - np.argmax(own[:, ::-1], axis=1)
     wide = np.where(own.any(axis=1), last - np.argmax(own, axis=1), 0)
     broad = wide >= WIDE_ROWS * max(1, wide[box[0]].max())
     runs = np.cumsum(np.diff(broad, prepend=False)) * broad
-    sharp = np.where(own, slopes, 0)[box].sum(axis=1)
+    sharp = np.where(own, np.gradient(appearance, axis=1) ** 2, 0)[box].sum(axis=1)
     worth = np.bincount(runs[box[0]], weights=sharp, minlength=2)
     worth[0] = -1.0  # the narrow rows
     return np.asarray(own & (runs == np.argmax(worth))[:, None])

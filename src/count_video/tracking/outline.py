@@ -140,15 +140,6 @@ def _beside(circle: Circle, mean: Mean) -> float:
     return float(outside.sum() / mean.moving.sum())
 
 
-def own_slopes(mean: Mean) -> Pixels:
-    """Squared slopes that what lies behind the body has not as well."""
-    own, changed = (
-        sum(slope**2 for slope in np.gradient(one))
-        for one in (mean.appearance, mean.appearance - mean.behind)
-    )
-    return np.asarray(np.minimum(own, changed), np.float32)
-
-
 def _away(circle: Circle, shape: tuple[int, ...]) -> Floats:
     """How far pixels lie outside of a circle, shape (height, width); inside it is negative."""
     y, x = np.indices(shape)
