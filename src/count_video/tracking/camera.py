@@ -1,4 +1,4 @@
-"""The camera's own motion: parts of the background, followed as bodies are.
+"""The camera's own motion: parts of the background, found in every picture by x and by y apart.
 
 Where the camera stands still what is measured is noise, and nothing is corrected by it: the tracks
 stay as they are. Where it moves, by more than that noise and by more than a small part of a pixel,
@@ -147,17 +147,16 @@ def camera_motion(
     guesses = np.stack(
         [np.interp(frames, known, [roughly[k][axis] for k in known]) for axis in (0, 1)], axis=1
     )
-    joint = []
-    for axis in (0, 1):
-        along = [one for one in parts if one.axis == axis]
-        seen = np.full((len(along), len(frames), 2), np.nan)
-        away = 0.0
-        for row, frame in enumerate(frames.tolist()):
-            seen[:, row] = _shifts(along, pictures[frame], guesses[row], away)
-            if np.isfinite(seen[:, row, 0]).any():
-                away = float(np.nanmedian(seen[:, row, 0])) - guesses[row, axis]
-        often = np.isfinite(seen[:, :, 0]).mean(axis=1) > SEEN_AT_LEAST
-        joint.append(_joint(seen[often]))
+    along = [[one for one in parts if one.axis == axis] for axis in (0, 1)]
+    seen = [np.full((len(some), len(frames), 2), np.nan) for some in along]
+    away = [0.0, 0.0]
+    for row, frame in enumerate(frames.tolist()):
+        picture = pictures[frame]
+        for axis, some in enumerate(along):
+            seen[axis][:, row] = found = _shifts(some, picture, guesses[row], away[axis])
+            if np.isfinite(found[:, 0]).any():
+                away[axis] = float(np.nanmedian(found[:, 0])) - guesses[row, axis]
+    joint = [_joint(one[np.isfinite(one[:, :, 0]).mean(axis=1) > SEEN_AT_LEAST]) for one in seen]
     place, sigma = (np.stack(one, axis=1) for one in zip(*joint, strict=True))
     moves = _moves(place, sigma)
     if not moves.any():

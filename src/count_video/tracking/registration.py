@@ -153,7 +153,7 @@ class _Step:
     weighted: Pixels
     """The model times the weights that were left to its pixels, shape (4, n)."""
     normal: Floats
-    """Its product with the model, shape (4, 4)."""
+    """Its product with the model, and the guess's prior, shape (4, 4)."""
 
     @property
     def is_small(self) -> bool:
