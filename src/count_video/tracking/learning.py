@@ -25,6 +25,7 @@ from count_video.tracking.shape import Box, Place, Shape
 from count_video.tracking.template import Template, make_template, piece_at
 
 Luma = NDArray[np.uint8]
+_Seen = tuple[Source, tuple[Stage, Outline]]
 
 SURROUNDINGS, ENDS_APART = 0.6, 1.5
 """The surroundings that a wide view shows too, on all sides, as a share of the box's longer side,
@@ -149,23 +150,39 @@ def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -
     places = {k: (rough.path_px[k][0] + left, rough.path_px[k][1] + top) for k in chosen}
     stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), places)
     for number in range(ROUNDS_AGAIN if again else ROUNDS):
-        found = None
-        for wider in _views(source, rough) if number == 0 else (1,):
-            scale, margin = _view(stage.shape, rough, wider)
-            small, before = source.reduced(scale, chosen), stage.reduced(scale)
-            if rough.blurred and number == 0:
-                before = replace(before, places=_aligned(small.pictures, before))
-            cut = wide_cut(small, before, margin, rough.fence)
-            found = cut or found
-            if cut is not None and _ends_within(cut[0], before, margin):
-                break
-        if found is None or (rough.blurred and _outgrows(found[0], rough.box)):
+        seen = _first_seen(source, rough, stage) if number == 0 else _seen(source, rough, stage)
+        if seen is None or (rough.blurred and _outgrows(seen[1][0], rough.box)):
             return None
-        after = found[0] if again else _registered(small.pictures, *found)
-        stage = after.enlarged()
-        if max(np.abs(np.subtract(after.shape, before.shape))) <= SETTLED_PX:
+        small, cut = seen
+        after = cut[0] if again else _registered(small.pictures, *cut)
+        before, stage = stage.reduced(after.scale).shape, after.enlarged()
+        if max(np.abs(np.subtract(after.shape, before))) <= SETTLED_PX:
             break
     return stage
+
+
+def _first_seen(source: Source, rough: Rough, stage: Stage) -> _Seen | None:
+    """Cut a body out of the first view that it ends within, or else of the widest that shows it."""
+    last = None
+    for wider in _views(source, rough):
+        scale, margin = _view(stage.shape, rough, wider)
+        seen = _seen(source, rough, stage, wider, align=rough.blurred)
+        last = seen or last
+        if seen is not None and _ends_within(seen[1][0], stage.reduced(scale), margin):
+            break
+    return last
+
+
+def _seen(
+    source: Source, rough: Rough, stage: Stage, wider: int = 1, *, align: bool = False
+) -> _Seen | None:
+    """Cut a body out of reduced pictures, which come with it."""
+    scale, margin = _view(stage.shape, rough, wider)
+    small, before = source.reduced(scale, list(stage.places)), stage.reduced(scale)
+    if align:
+        before = replace(before, places=_aligned(small.pictures, before))
+    cut = wide_cut(small, before, margin, rough.fence)
+    return None if cut is None else (small, cut)
 
 
 def _views(source: Source, rough: Rough) -> Iterator[int]:
