@@ -10,8 +10,11 @@ from synthetic_tracks import FilmedTrial, Filming, film, random_trial
 
 from count_video.explanations import leaves_doubt
 from count_video.motion.fitted import Between, Misfit, fit_burst
-from count_video.motion.parameters import Knowledge
+from count_video.motion.observations import observe
+from count_video.motion.parameters import Column, Knowledge
+from count_video.motion.priors import RATE_SIGMA_UNKNOWN
 from count_video.motion.seen import seen_collisions
+from count_video.motion.starting import RATE_STEPS, calm_beginning, rough_values
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.records import Track
@@ -63,6 +66,27 @@ def test_rough_values_that_are_px_off_do_not_lead_the_fit_astray(seed: int) -> N
     between = fit_burst(trial.track, seen_collisions(trial.track))
     assert isinstance(between, Between)
     assert between.count == trial.count
+
+
+@pytest.mark.parametrize("capture_fps", [120.0, FPS])
+@pytest.mark.parametrize("thread_m", [0.7, 1.5])
+def test_the_swing_of_the_threads_is_read_off_where_nothing_collides(
+    thread_m: float, capture_fps: float
+) -> None:
+    setup = replace(SETUP, heavy_thread_m=thread_m, light_thread_m=thread_m)
+    track = film(setup, Filming(capture_fps, clock_phase=0.3), 1).track
+    rough = rough_values(observe(track, seen_collisions(track)), Knowledge())
+    rate = np.sqrt(setup.gravity_m_s2 / thread_m) / capture_fps
+    step = RATE_SIGMA_UNKNOWN * float(np.diff(RATE_STEPS)[0])
+    assert rough[Column.SWING] == pytest.approx(np.log(rate), abs=step)
+
+
+def test_between_two_collisions_of_a_kind_one_is_missing() -> None:
+    found = seen_collisions(filmed(capture_fps=FAST_FPS).track)
+    burst = list(found.collisions[: found.burst])
+    calm = calm_beginning(burst)
+    assert calm > 4
+    assert calm_beginning([*burst[:2], *burst[3:]]) == 2
 
 
 def test_scatter_of_the_restitution_does_not_break_the_count() -> None:

@@ -124,7 +124,7 @@ def fit_burst(
     before = int((observed.frame < -1).sum())
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
         return Misfit(Reason(Cause.MODEL_LACKS_FRAMES))
-    rough = rough_values(observed, known.expected_rate, found.swing)
+    rough = rough_values(observed, known, found.swing)
     most = MOST_OVER_SEEN * found.burst if found.is_whole else MOST_COLLISIONS
     coarse = Rivals(observed, prior_of(rough, known), most)
     calm = calm_beginning(found.collisions[: found.burst])

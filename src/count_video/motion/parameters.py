@@ -28,6 +28,7 @@ from count_video.motion.priors import (
     RATE_SIGMA,
     RATE_SIGMA_UNKNOWN,
     RESTITUTION,
+    USUAL_CAPTURE_FPS,
     USUAL_RATE_PER_S,
 )
 from count_video.records import Floats
@@ -125,20 +126,20 @@ class Knowledge:
     """Its standard uncertainty."""
 
     @property
-    def expected_rate(self) -> float | None:
-        """Angular rate of usual threads in radians per frame."""
-        return None if self.capture_fps is None else USUAL_RATE_PER_S / self.capture_fps
+    def rate(self) -> tuple[float, float]:
+        """Angular rate of usual threads in radians per frame, and the sigma of its logarithm."""
+        if self.capture_fps is None:
+            return USUAL_RATE_PER_S / USUAL_CAPTURE_FPS, RATE_SIGMA_UNKNOWN
+        return USUAL_RATE_PER_S / self.capture_fps, RATE_SIGMA
 
 
 def prior_of(rough: Floats, known: Knowledge) -> Prior:
     """State what is known before the fit about the parameters without deviations."""
     prior = Prior(rough.copy(), np.full(FIRST_DEVIATION, np.inf))
-    rate, sigma = float(rough[Column.SWING]), RATE_SIGMA_UNKNOWN
-    if known.expected_rate is not None:
-        rate, sigma = float(np.log(known.expected_rate)), RATE_SIGMA
-    pull = PULL_SHARE * np.exp(2 * rate) * (rough[Column.BALL_REST] - rough[Column.WALL])
+    way, (rate, sigma) = rough[Column.BALL_REST] - rough[Column.WALL], known.rate
+    pull = PULL_SHARE * np.exp(2 * rough[Column.SWING]) * way
     prior = prior.with_value(Column.HEAVY_PULL, 0.0, float(pull))
-    prior = prior.with_value(Column.SWING, rate, sigma)
+    prior = prior.with_value(Column.SWING, float(np.log(rate)), sigma)
     prior = prior.with_value(Column.BALL_SWING, 0.0, BALL_RATE_SIGMA)
     prior = prior.with_value(Column.EXPOSURE, *EXPOSURE)
     prior = prior.with_value(Column.PARALLAX, 0.0, PARALLAX_SIGMA)

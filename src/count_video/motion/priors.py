@@ -40,8 +40,10 @@ USUAL_RATE_PER_S: Final = 3.13
 """Angular rate of a thread of 1 m, radians per second."""
 RATE_SIGMA: Final = 0.3
 """Of its logarithm: threads from half a metre to two."""
-RATE_SIGMA_UNKNOWN: Final = 1.0
-"""The same where the capture rate is not known."""
+USUAL_CAPTURE_FPS: Final = 350.0
+RATE_SIGMA_UNKNOWN: Final = 0.7
+"""The same where the capture rate is not known: it lies between 120 and 1000 frames per second, all
+of them as likely by their logarithm."""
 BALL_RATE_SIGMA: Final = 0.05
 """Of the logarithm of the ball's rate over the heavy body's: both hang from one height."""
 PULL_SHARE: Final = 0.3

@@ -1,6 +1,6 @@
 """Where the fit may start: what the calm frames show.
 
-The heavy body's approach, the ball's place at rest and the wall are read off. The lightness of the
+The heavy body's swing, the ball's place at rest and the wall are read off. The lightness of the
 ball follows roughly from how near the heavy body comes to the wall: with d the ball's way between
 the two and V its speed, V d stays the same while both change slowly, and at the turn the ball has
 all the energy, m V^2 = M v^2. At first d is the way L to the wall and V is 2 v, of which half
@@ -14,6 +14,7 @@ bad as what is far from one. The best places of each count are where fits may st
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -21,12 +22,13 @@ from count_video.motion.observations import Observations, at_rows, until
 from count_video.motion.parameters import (
     FIRST_DEVIATION,
     Column,
+    Knowledge,
     Prior,
     deviations_of,
     with_deviations,
     within_limits,
 )
-from count_video.motion.priors import CLEAR_FRAMES
+from count_video.motion.priors import CLEAR_FRAMES, PULL_SHARE
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Question, Solution, modelled, noise_of, solve
@@ -37,53 +39,70 @@ BEYOND_SHARE = 0.02
 """Share of the places that may be wrong."""
 NEAREST_SHARE = 0.003
 """No clip shows the heavy body nearer to the wall than by this share of the ball's way."""
-RATE_UNKNOWN = 4e-3
-"""Angular rate of threads, radians per frame, where the camera's rate is not known."""
-RATE_SIGMAS = 2.0
-"""Threads that would bend the heavy body's whole path by more than this beyond what it shows are
-ruled out."""
+RATE_STEPS = np.linspace(-3.0, 3.0, 49)
+"""Angular rates that are tried, in standard deviations of what is known of its logarithm."""
+SWING_FLOOR_PX = 0.5
+"""Places of the heavy body that err together stray from its swing by so much."""
 RESTITUTION_USUAL = 0.96
 EXPOSURE_USUAL = 0.5
 """Frames."""
 
 
-def rough_values(
-    observed: Observations, expected_rate: float | None, swing: Swing | None = None
-) -> Floats:
+def rough_values(observed: Observations, known: Knowledge, swing: Swing | None = None) -> Floats:
     """Read the parameters off the calm frames; shape (columns without deviations,).
 
-    ``expected_rate`` is the angular rate of usual threads in radians per frame, if it can be said;
-    ``swing`` what the heavy body's path through the burst gives, if it does.
+    ``swing`` is what the heavy body's path through the burst gives, if it does.
     """
     values = np.zeros(FIRST_DEVIATION)
-    before = observed.frame < -CLEAR_FRAMES
-    rest = float(np.nanmedian(observed.ball_px[before]))
-    rate = RATE_UNKNOWN if expected_rate is None else expected_rate
-    if expected_rate is None and swing is not None:
-        most = max(swing.rate_squared, 0.0) + RATE_SIGMAS * swing.rate_squared_sigma
-        rate = min(rate, float(np.sqrt(most)))
-    place, velocity = _approach(observed.frame[before], observed.heavy_px[before] - rest, rate)
+    rest = float(np.nanmedian(observed.ball_px[observed.frame < -CLEAR_FRAMES]))
+    wall = float(np.nanquantile(observed.ball_px, BEYOND_SHARE))
+    way = max(rest - wall, 1e-9)
+    rate, place, velocity = _swinging(observed, rest, way, known, swing)
     values[Column.BALL_REST] = values[Column.HEAVY] = rest
-    values[Column.WALL] = wall = float(np.nanquantile(observed.ball_px, BEYOND_SHARE))
+    values[Column.WALL] = wall
     values[Column.CONTACT] = place
     values[Column.HEAVY_RATE] = velocity
     values[Column.SWING] = np.log(rate)
     nearest = float(np.nanmin(observed.heavy_px)) - place - wall
-    share = np.clip(nearest / max(rest - wall, 1e-9), NEAREST_SHARE, 1.0)
-    values[Column.LIGHTNESS] = 2 * np.log(share)
+    values[Column.LIGHTNESS] = 2 * np.log(np.clip(nearest / way, NEAREST_SHARE, 1.0))
     values[Column.EXPOSURE] = EXPOSURE_USUAL
     values[[Column.BODIES, Column.BOUNCE]] = RESTITUTION_USUAL
     return values
 
 
-def _approach(frame: Floats, heavy: Floats, rate: float) -> tuple[float, float]:
-    """Place and velocity of the heavy body at time 0, from its swing about 0 before."""
-    seen = np.isfinite(heavy)
-    if seen.sum() < 2:
-        return float(np.nanmedian(heavy)), 0.0
-    design = np.column_stack([np.cos(rate * frame), np.sin(rate * frame) / rate])
-    solution, *_ = np.linalg.lstsq(design[seen], heavy[seen], rcond=None)
-    return float(solution[0]), float(solution[1])
+def _swinging(
+    observed: Observations, rest: float, way: float, known: Knowledge, swing: Swing | None
+) -> tuple[float, float, float]:
+    """Angular rate of the heavy body, and its place from the ball's rest and velocity at time 0.
+
+    It swings freely before the burst and again after it. For a given rate both paths are linear in
+    two unknowns each and the place where it hangs, of which the prior says that it is near the
+    ball's. The rate is that with the least loss, its own prior and ``swing`` included.
+    """
+    frame, place = observed.frame, observed.heavy_px - rest
+    seen = np.isfinite(place)
+    before, after = seen & (frame < -CLEAR_FRAMES), seen & (frame > observed.last + CLEAR_FRAMES)
+    usual, unsure = known.rate
+    noise_px = max(observed.heavy_sigma_px, SWING_FLOOR_PX)
+    place = np.concatenate([place[before], place[after], [0.0]])
+    best = np.inf, usual, 0.0, 0.0
+    for step in RATE_STEPS:
+        rate = usual * float(np.exp(unsure * step))
+        free = np.column_stack([np.cos(rate * frame), np.sin(rate * frame) / rate])
+        design = np.zeros((len(place), 5))
+        design[: before.sum(), :2] = free[before]
+        design[before.sum() : -1, 2:4] = free[after]
+        # The place where it hangs moves the first path only away from time 0.
+        design[: before.sum(), 4] = 1 - free[before, 0]
+        design[before.sum() : -1, 4] = 1.0
+        design[-1, 4] = noise_px / (PULL_SHARE * way)
+        solution, *_ = np.linalg.lstsq(design, place, rcond=None)
+        left = (place - design @ solution) / noise_px
+        loss = float(left @ left + step**2)
+        if swing is not None:
+            loss += ((rate**2 - swing.rate_squared) / swing.rate_squared_sigma) ** 2
+        best = min(best, (loss, rate, float(solution[0]), float(solution[1])))
+    return best[1:]
 
 
 LIGHTNESS_SPAN = (-0.35, 1.1)
@@ -220,8 +239,9 @@ def forward_fit(
 def calm_beginning(burst: Sequence[Collision]) -> int:
     """Count the collisions up to the first two between which some may be missing."""
     flights = np.diff([collision.frame for collision in burst])
-    close = np.flatnonzero(flights < RESOLVED_FRAMES)
-    return int(close[0]) + 1 if len(close) else len(burst)
+    alike = [one.kind == other.kind for one, other in pairwise(burst)]
+    missing = np.flatnonzero((flights < RESOLVED_FRAMES) | np.array(alike, np.bool_))
+    return int(missing[0]) + 1 if len(missing) else len(burst)
 
 
 def _with_swing(rough: Floats, swing: Swing) -> Floats:
