@@ -188,7 +188,8 @@ def _any_count(
     calm = rough.copy()
     if first is not None:
         calm = first.values[:FIRST_DEVIATION].copy()
-        calm[Column.LIGHTNESS] = rough[Column.LIGHTNESS]
+        # What the whole path shows, a few collisions at its beginning do not.
+        calm[[Column.LIGHTNESS, Column.SWING]] = rough[[Column.LIGHTNESS, Column.SWING]]
     through = first is not None and first.count == found.burst and np.isfinite(first.loss)
     if first is not None and through and not coarse.fits:
         coarse.add(first.count, first.values[:FIRST_DEVIATION], FLOORS_PX[-1:])
