@@ -31,7 +31,7 @@ SURROUNDINGS, ENDS_APART = 0.6, 1.5
 """The surroundings that a wide view shows too, on all sides, as a share of the box's longer side,
 and at both ends also of its height: the other end of a plain body may be so far away."""
 WIDER, BODY_SHARE = 2, 0.5
-"""A few corners may lie anywhere on a body: views so many times as wide each are tried, until the
+"""Corners may all lie at one end of a body: views so many times as wide each are tried, until the
 body ends within one, or they show this share of the picture on all sides."""
 REDUCED_PX = 72
 """What a body is shows in pictures reduced until it is hardly higher."""
@@ -190,7 +190,7 @@ def _views(source: Source, rough: Rough) -> Iterator[int]:
     left, top, right, bottom = rough.box
     wider = 1
     yield wider
-    while rough.few_corners and wider * SURROUNDINGS * max(right - left, bottom - top) < (
+    while not rough.blurred and wider * SURROUNDINGS * max(right - left, bottom - top) < (
         BODY_SHARE * max(source.background.luma.shape)
     ):
         wider *= WIDER
