@@ -15,6 +15,8 @@ PATH_PX = 5 * NOISE_PX
 ZIGZAG = 20.0 * np.abs((np.arange(SAMPLES) / 10) % 2 - 1)
 SWING = 30.0 * np.sin(np.arange(SAMPLES) / 25)
 STILL = np.zeros((SAMPLES, 2))
+SHAPE = 200, 600
+"""Rows and columns of a sample."""
 
 
 def moved(
@@ -81,7 +83,7 @@ def test_the_scene_is_the_calmest_of_those_that_spread(shake_px: float) -> None:
     scene = scene + rng.normal(0, NOISE_PX, scene.shape)
     body = moved(SWING, 20, rng) + shake
     corners = trajectories(body, scene, anywhere=len(scene))
-    measured = scene_path(corners)
+    measured = scene_path(corners, SHAPE)
     wanted = shake - np.median(shake, axis=0)
     assert np.abs(measured - wanted).max() < PATH_PX
     assert bool(measured.any()) == (shake_px > 0)
@@ -93,13 +95,18 @@ def test_what_stays_in_the_picture_is_the_scene_however_few_its_corners() -> Non
     rng = np.random.default_rng(5)
     body = moved(SWING, 25, rng)
     still = moved(0 * SWING, 4, rng)
-    assert not scene_path(trajectories(body, still, anywhere=len(body) + len(still))).any()
+    assert not scene_path(trajectories(body, still, anywhere=len(body) + len(still)), SHAPE).any()
+
+
+def test_a_body_before_a_plain_background_is_not_the_scene() -> None:
+    body = moved(ZIGZAG, 20, np.random.default_rng(7))
+    assert not scene_path(trajectories(body, anywhere=len(body)), SHAPE).any()
 
 
 def test_nothing_moves_without_corners() -> None:
     nothing = Trajectories(np.empty((0, SAMPLES, 2), np.float32), np.empty(0, bool))
     assert rigid_groups(nothing, STILL) == []
-    assert not scene_path(nothing).any()
+    assert not scene_path(nothing, SHAPE).any()
     lost = Trajectories(np.full((9, SAMPLES, 2), np.nan, np.float32), np.ones(9, bool))
     assert rigid_groups(lost, STILL) == []
     assert RIGID_PX > NOISE_PX

@@ -201,7 +201,7 @@ class _Scene:
         self.upright = False
         """Whether x and y of the pictures are swapped; those of the samples never are."""
         self._corners = follow_corners(small, samples.moved)
-        self.shift_px: Floats = scene_path(self._corners)
+        self.shift_px: Floats = scene_path(self._corners, self.shape)
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
         if self.shift_px.any() and not camera_moved(small, self.shift_px):
             self.shift_px = np.zeros_like(self.shift_px)

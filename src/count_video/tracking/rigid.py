@@ -42,6 +42,9 @@ OFTEN_SHARE = 0.3
 template."""
 SHAKEN_PX = 0.5
 """A background that moves by less than this stands still."""
+SCENE_SPREAD = 0.4
+"""Corners of the background spread over this share of the picture's width or height; those of a
+cylinder over a third of it."""
 SCENE_SEEN = 0.6
 """Corners of the background are followed through this share of the samples."""
 ROUNDS = 3
@@ -108,13 +111,14 @@ def _known(path_px: Floats) -> Floats:
     return np.asarray(path_px[np.isfinite(path_px[:, 0])])
 
 
-def scene_path(trajectories: Trajectories) -> Floats:
+def scene_path(trajectories: Trajectories, shape: tuple[int, ...]) -> Floats:
     """How far the camera has moved each sample, shape (samples, 2); 0 where nothing shows it.
 
     Of the corners taken from the whole picture, those that keep their distances make rigid scenes.
     The background is the calmest of them: bodies move further than a camera does, and where
     anything stays in its place in the picture, so does the camera. Of scenes as calm it is the one
-    that spreads furthest.
+    that spreads furthest. One that spreads no further than a body may be one: a plain background
+    has no corners. ``shape`` is that of a sample.
     """
     whole = trajectories.anywhere & (trajectories.seen.mean(axis=1) > SCENE_SEEN)
     places, seen = trajectories.places_px[whole], trajectories.seen[whole]
@@ -124,9 +128,13 @@ def scene_path(trajectories: Trajectories) -> Floats:
     if not scenes:
         return still
     motion = np.array([_motion_px(places[members]) for members in scenes])
-    spread = [float(np.nanmax(np.ptp(_means(places[members]), axis=0))) for members in scenes]
+    size = np.array(shape[::-1])
+    spread = [float(np.max(np.ptp(_means(places[one]), axis=0) / size)) for one in scenes]
     calm = motion < motion.min() + SHAKEN_PX
-    members = scenes[int(np.argmax(np.where(calm, spread, -1.0)))]
+    widest = int(np.argmax(np.where(calm, spread, -1.0)))
+    if spread[widest] < SCENE_SPREAD:
+        return still
+    members = scenes[widest]
     path = _path(places[members], seen[members])
     if not np.isfinite(path).any():
         return still
