@@ -73,9 +73,10 @@ def test_a_neighbour_that_touches_most_of_the_time_is_no_part_of_a_body() -> Non
     assert right_px == pytest.approx(SIDE - 0.5, abs=EDGE_PX)
 
 
+@pytest.mark.parametrize("few", [True, False])
 @pytest.mark.parametrize("corners", [(0.0, 0.0, 20.0, 20.0), (60.0, 0.0, 90.0, 20.0)])
 def test_a_plain_body_is_learnt_whole_from_corners_on_a_small_part_of_it(
-    corners: tuple[float, float, float, float],
+    corners: tuple[float, float, float, float], *, few: bool
 ) -> None:
     """A cylinder shows along its axis nothing but its two ends."""
     height, width = 50, 90
@@ -88,11 +89,27 @@ def test_a_plain_body_is_learnt_whole_from_corners_on_a_small_part_of_it(
     still = dict.fromkeys(FRAMES, (0.0, 0.0))
     background = background_of(seen, still, dict.fromkeys(FRAMES, Light()))
 
-    rough = Rough(path, corners, (-np.inf, np.inf), few_corners=True)
+    rough = Rough(path, corners, (-np.inf, np.inf), few_corners=few)
     body = learn(seen, background, rough, [])
 
     assert body is not None
     assert body.right_edge_px - body.left_edge_px == pytest.approx(width, abs=EDGE_PX)
+
+
+@pytest.mark.parametrize(("alike", "learnt"), [(24, True), (16, False)])
+def test_what_looks_alike_in_few_of_its_pictures_is_no_body(alike: int, *, learnt: bool) -> None:
+    path = {frame: (left_at(frame), float(TOP)) for frame in FRAMES}
+    seen = {frame: texture(1, SIZE, 90, 130, BLOCK_PX) for frame in FRAMES}
+    for frame in FRAMES:
+        left = round(left_at(frame))
+        body = texture(2 if frame < alike else 100 + frame, (SIDE, SIDE), 20, 230, BLOCK_PX)
+        seen[frame][TOP : TOP + SIDE, left : left + SIDE] = body
+    still = dict.fromkeys(FRAMES, (0.0, 0.0))
+    background = background_of(seen, still, dict.fromkeys(FRAMES, Light()))
+
+    rough = Rough(path, (0.0, 0.0, float(SIDE), float(SIDE)), (-np.inf, np.inf))
+
+    assert (learn(seen, background, rough, []) is not None) == learnt
 
 
 def test_a_body_is_painted_where_it_is() -> None:

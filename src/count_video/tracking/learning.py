@@ -47,6 +47,8 @@ AGREEMENT_AT_LEAST = 0.5
 """Correlation below which a piece is not taken for the body."""
 AGREEMENT_SHARE = 0.9
 """Pieces that agree less than this share of the median are dropped."""
+AGREEING_AT_LEAST = 0.5
+"""A body looks alike in this share of the pictures that are to show it."""
 INSIDE_AT_LEAST = 0.7
 """Share of the template that must lie within a picture to learn from it."""
 PICTURES = 40
@@ -137,7 +139,9 @@ def learn(
     if found is None:
         return None
     stage = _registered(pictures, *found)
-    if len(stage.places) < SIGHTINGS_AT_LEAST or stage.fills(source):
+    share = 0.0 if rough.blurred else AGREEING_AT_LEAST
+    least = max(SIGHTINGS_AT_LEAST, share * len(choose(rough.path_px, others)))
+    if len(stage.places) < least or stage.fills(source):
         return None
     return _body(found[1], rough.path_px, stage)
 
