@@ -52,7 +52,7 @@ from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats
 FRAMES_AT_LEAST = 20
 MISFIT_SIGMAS = 8.0
 """The model does not describe a track from which it strays by more than so many sigmas, ..."""
-MISFIT_SHARE, MISFIT_AT_MOST = 0.005, 0.5
+MISFIT_SHARE, MISFIT_AT_MOST = 0.01, 0.5
 """... or by the first share of the ball's diameter, as a root mean square; but never by its radius,
 however unsteady the track."""
 LOST_A_FRAME = 4.0
