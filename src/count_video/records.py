@@ -136,9 +136,6 @@ class Track:
     wall_seen: bool = True
     """False where neither body bounces off anything but the other; ``wall_side`` says nothing then,
     and the ball is the body at smaller positions."""
-    ball_is_round: bool | None = None
-    """Whether the ball's outline is a circle, or as high as one of its width; else the width may be
-    that of a part. None where that is not known."""
 
 
 @dataclass(frozen=True)

@@ -81,25 +81,25 @@ def _swinging(
     """
     frame, place = observed.frame, observed.heavy_px - rest
     seen = np.isfinite(place)
-    before, after = seen & (frame < -CLEAR_FRAMES), seen & (frame > observed.last + CLEAR_FRAMES)
+    before = np.flatnonzero(seen & (frame < -CLEAR_FRAMES))
+    after = np.flatnonzero(seen & (frame > observed.last + CLEAR_FRAMES))
+    first, later = slice(0, len(before)), slice(len(before), -1)
+    place = np.concatenate([place[before], place[after], [0.0]])
     usual, unsure = known.rate
     noise_px = max(observed.heavy_sigma_px, SWING_FLOOR_PX)
-    place = np.concatenate([place[before], place[after], [0.0]])
     best = np.inf, usual, 0.0, 0.0
     for step in RATE_STEPS:
         rate = usual * float(np.exp(unsure * step))
         free = np.column_stack([np.cos(rate * frame), np.sin(rate * frame) / rate])
         design = np.zeros((len(place), 5))
-        design[: before.sum(), :2] = free[before]
-        design[before.sum() : -1, 2:4] = free[after]
-        # The place where it hangs moves the first path only away from time 0.
-        design[: before.sum(), 4] = 1 - free[before, 0]
-        design[before.sum() : -1, 4] = 1.0
+        design[first, :2], design[later, 2:4] = free[before], free[after]
+        # Where it hangs moves the first path only away from time 0.
+        design[first, 4], design[later, 4] = 1 - free[before, 0], 1.0
         design[-1, 4] = noise_px / (PULL_SHARE * way)
         solution, *_ = np.linalg.lstsq(design, place, rcond=None)
         left = (place - design @ solution) / noise_px
         loss = float(left @ left + step**2)
-        if swing is not None:
+        if swing is not None and swing.rate_squared_sigma > 0:
             loss += ((rate**2 - swing.rate_squared) / swing.rate_squared_sigma) ** 2
         best = min(best, (loss, rate, float(solution[0]), float(solution[1])))
     return best[1:]

@@ -73,7 +73,6 @@ def pair_track(
         ),
         shift_px=camera_shift(movers, view),
         wall_seen=found is not None,
-        ball_is_round=pair[ball].body.round_,
     )
 
 
