@@ -73,10 +73,9 @@ def test_a_neighbour_that_touches_most_of_the_time_is_no_part_of_a_body() -> Non
     assert right_px == pytest.approx(SIDE - 0.5, abs=EDGE_PX)
 
 
-@pytest.mark.parametrize("few", [True, False])
 @pytest.mark.parametrize("corners", [(0.0, 0.0, 20.0, 20.0), (60.0, 0.0, 90.0, 20.0)])
 def test_a_plain_body_is_learnt_whole_from_corners_on_a_small_part_of_it(
-    corners: tuple[float, float, float, float], *, few: bool
+    corners: tuple[float, float, float, float],
 ) -> None:
     """A cylinder shows along its axis nothing but its two ends."""
     height, width = 50, 90
@@ -89,7 +88,7 @@ def test_a_plain_body_is_learnt_whole_from_corners_on_a_small_part_of_it(
     still = dict.fromkeys(FRAMES, (0.0, 0.0))
     background = background_of(seen, still, dict.fromkeys(FRAMES, Light()))
 
-    rough = Rough(path, corners, (-np.inf, np.inf), few_corners=few)
+    rough = Rough(path, corners, (-np.inf, np.inf))
     body = learn(seen, background, rough, [])
 
     assert body is not None

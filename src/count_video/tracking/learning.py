@@ -25,7 +25,6 @@ from count_video.tracking.shape import Box, Place, Shape
 from count_video.tracking.template import Template, make_template, piece_at
 
 Luma = NDArray[np.uint8]
-_Seen = tuple[Source, tuple[Stage, Outline]]
 
 SURROUNDINGS, ENDS_APART = 0.6, 1.5
 """The surroundings that a wide view shows too, on all sides, as a share of the box's longer side,
@@ -70,15 +69,10 @@ class Rough:
     """Image x, from that point, beyond which the neighbours' corners begin."""
     blurred: bool = False
     """Whether the path is that of a region, right to some px only."""
-    few_corners: bool = False
-    """Whether it is known by a few corners alone, on a part of it."""
+    sure: bool = True
+    """Whether many corners show it: its path is exact and its box that of a body."""
     corners: Shape | None = None
     """Its outermost corners."""
-
-    @property
-    def sure(self) -> bool:
-        """Whether its path is exact and its box that of a body."""
-        return not (self.blurred or self.few_corners)
 
 
 @dataclass(frozen=True)
@@ -104,6 +98,17 @@ class Body:
     def box(self) -> Box:
         """Outline, from the template's top left pixel."""
         return self.left_edge_px, self.rows_px[0], self.right_edge_px, self.rows_px[1]
+
+
+@dataclass(frozen=True)
+class _View:
+    """What a view of reduced pictures shows of a body."""
+
+    pictures: Mapping[int, Luma]
+    stage: Stage
+    outline: Outline
+    whole: bool
+    """Whether the body ends within it."""
 
 
 def learn(
@@ -134,59 +139,58 @@ def learn(
         None where the pieces show no outline, or too few agree with their median.
     """
     source = Source(pictures, background, known)
-    wide = _wide(source, rough, others)
+    chosen = choose(rough.path_px, others)
+    wide = _wide(source, rough, chosen)
     found = None if wide is None else close_cut(source, wide, rough.fence)
     if found is None:
         return None
     stage = _registered(pictures, *found)
     share = 0.0 if rough.blurred else AGREEING_AT_LEAST
-    least = max(SIGHTINGS_AT_LEAST, share * len(choose(rough.path_px, others)))
+    least = max(SIGHTINGS_AT_LEAST, share * len(chosen))
     if len(stage.places) < least or stage.fills(source):
         return None
     return _body(found[1], rough.path_px, stage)
 
 
-def _wide(source: Source, rough: Rough, others: Sequence[Mapping[int, Place]]) -> Stage | None:
-    """Learn what a body is, and where it ends, from reduced pictures."""
+def _wide(source: Source, rough: Rough, chosen: Sequence[int]) -> Stage | None:
+    """Learn what a body is, and where it ends, from reduced pictures with these frame indices."""
     again = rough.corners is None
     left, top, right, bottom = (round(edge) for edge in rough.box)
-    chosen = choose(rough.path_px, others)
     places = {k: (rough.path_px[k][0] + left, rough.path_px[k][1] + top) for k in chosen}
     stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), places)
     for number in range(ROUNDS_AGAIN if again else ROUNDS):
         seen = _first_seen(source, rough, stage) if number == 0 else _seen(source, rough, stage)
-        if seen is None or (rough.blurred and _outgrows(seen[1][0], rough.box)):
+        if seen is None or (rough.blurred and _outgrows(seen.stage, rough.box)):
             return None
-        small, cut = seen
-        after = cut[0] if again else _registered(small.pictures, *cut)
+        after = seen.stage if again else _registered(seen.pictures, seen.stage, seen.outline)
         before, stage = stage.reduced(after.scale).shape, after.enlarged()
         if max(np.abs(np.subtract(after.shape, before))) <= SETTLED_PX:
             break
     return stage
 
 
-def _first_seen(source: Source, rough: Rough, stage: Stage) -> _Seen | None:
+def _first_seen(source: Source, rough: Rough, stage: Stage) -> _View | None:
     """Cut a body out of the first view that it ends within, or else of the widest that shows it."""
     last = None
     for wider in _views(source, rough):
-        scale, margin = _view(stage.shape, rough, wider)
-        seen = _seen(source, rough, stage, wider, align=rough.blurred)
-        last = seen or last
-        if seen is not None and _ends_within(seen[1][0], stage.reduced(scale), margin):
+        last = _seen(source, rough, stage, wider, align=rough.blurred) or last
+        if last is not None and last.whole:
             break
     return last
 
 
 def _seen(
     source: Source, rough: Rough, stage: Stage, wider: int = 1, *, align: bool = False
-) -> _Seen | None:
-    """Cut a body out of reduced pictures, which come with it."""
-    scale, margin = _view(stage.shape, rough, wider)
+) -> _View | None:
+    """Cut a body out of reduced pictures; None if they show none."""
+    scale, margin = _scale_and_margin(stage.shape, rough, wider)
     small, before = source.reduced(scale, list(stage.places)), stage.reduced(scale)
     if align:
         before = replace(before, places=_aligned(small.pictures, before))
     cut = wide_cut(small, before, margin, rough.fence)
-    return None if cut is None else (small, cut)
+    if cut is None:
+        return None
+    return _View(small.pictures, *cut, whole=_ends_within(cut[0], before, margin))
 
 
 def _views(source: Source, rough: Rough) -> Iterator[int]:
@@ -201,7 +205,9 @@ def _views(source: Source, rough: Rough) -> Iterator[int]:
         yield wider
 
 
-def _view(shape: tuple[int, int], rough: Rough, wider: int) -> tuple[int, tuple[int, int]]:
+def _scale_and_margin(
+    shape: tuple[int, int], rough: Rough, wider: int
+) -> tuple[int, tuple[int, int]]:
     """How far to reduce pictures, and how many reduced rows and columns to see beside a box."""
     around = wider * SURROUNDINGS * max(shape)
     ends = 0.0 if rough.blurred or shape[1] > shape[0] else ENDS_APART * shape[0]

@@ -110,11 +110,11 @@ def roughly(
         known = np.isfinite(one.path_px[:, 0])
         path = zip(frames[known].tolist(), one.path_px[known].tolist(), strict=True)
         places = {frame: (x, y) for frame, (x, y) in path}
-        few = not one.blurred and len(one.corners_px) < NEIGHBOUR_CORNERS
+        sure = not one.blurred and len(one.corners_px) >= NEIGHBOUR_CORNERS
         low, high = one.corners_px.min(axis=0).tolist(), one.corners_px.max(axis=0).tolist()
         corners = Shape(places, (low[0], low[1], high[0], high[1]))
         fence = _fence(whole, number)
-        roughs.append(Rough(places, one.box_px, fence, one.blurred, few, corners))
+        roughs.append(Rough(places, one.box_px, fence, one.blurred, sure, corners))
     return roughs
 
 
