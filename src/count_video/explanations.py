@@ -115,7 +115,7 @@ def at_wall(
         fit = fit_burst(base.evened(track), found, known, gap)
         if isinstance(fit, Between) and fit.left_out is not None:
             frames = fit.left_out.frames + (gap.frames if gap else 0)
-            notes = (replace(fit.left_out, frames=frames).note,)
+            notes = (replace(fit.left_out, frames=frames).note,) if frames else ()
         explained = by_fit(explained, fit, masses_known=known.mass_ratio is not None)
     if explained.fit is None:
         explained = doubted_for_missing(explained, report)

@@ -4,7 +4,8 @@ The ball stands between two gaps, one to the wall and one to the heavy body. Eac
 low point of one of them, but so is each turn of a swing. All low points are fitted together as
 contacts, each with a place of its own. What is none has no jump of the velocity, for the flights on
 both sides may bend, or it lies where others are not. The least likely is left out, and the rest is
-fitted anew, until all have a jump at the common place.
+fitted anew, until all have a jump at the common place. Contacts come by turns, on one side and on
+the other: where one is missing, the clearest corner there is a candidate too, however shallow.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.motion.batches import fit_contacts
 from count_video.motion.gaps import Gaps
 from count_video.motion.joint import ROUNDS, Contacts, Fitting
 from count_video.motion.model import Paths
+from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.priors import (
     OUTLINE_PX,
     OUTLINE_SHARE,
@@ -26,7 +29,7 @@ from count_video.motion.priors import (
     TURN_LOG_RATIO,
 )
 from count_video.records import CollisionKind, Floats
-from count_video.signals import depths, low_points, sigma_of, weighted_median
+from count_video.signals import depths, integral, low_points, sigma_of, weighted_median
 
 KINDS: tuple[CollisionKind, ...] = ("wall", "bodies")
 HYSTERESIS_SIGMAS = 6.0
@@ -37,6 +40,8 @@ LEAST_WEIGHT = 1e-9
 OWN_PLACE_SIGMAS = 1e4
 """Contacts that share no place are free within so many standard deviations of a frame."""
 PLACE_SIGMAS = 4.0
+CORNER_ROWS, CORNERS_TRIED = 10, 400
+"""Rows that show a corner at least, and about how many of them are tried at most."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +54,7 @@ class LowPoint:
     frame: float
     """Best frame coordinate so far."""
     depth_px: float
-    """How far the gap opens on the way to the next narrower one."""
+    """How far the gap opens on the way to the next narrower one; inf where that is not asked."""
 
 
 def low_points_of(gaps: Gaps) -> list[LowPoint]:
@@ -67,21 +72,77 @@ def low_points_of(gaps: Gaps) -> list[LowPoint]:
 def find_contacts(gaps: Gaps, ball_diameter_px: float) -> Contacts:
     """Find the contacts of a clip of ball, heavy body and wall."""
     paths = Paths(gaps.frame, gaps.ball_px, gaps.heavy_px)
-    points = low_points_of(gaps)
     tolerance = max(OUTLINE_PX, OUTLINE_SHARE * ball_diameter_px)
     how = Fitting(OWN_PLACE_SIGMAS, rounds=SELECTION_ROUNDS)
-    for stray_sigmas in (OWN_PLACE_SIGMAS, STRAY_SIGMAS):
-        how = replace(how, stray_sigmas=stray_sigmas)
-        while points:
-            fitted = _fit(paths, points, how)
-            how = replace(how, rounds=1, errors=fitted.errors)
-            points = [replace(p, frame=float(f)) for p, f in zip(points, fitted.frame, strict=True)]
-            worst = _shallow(fitted, points) or _worst(fitted, tolerance)
-            worst = worst or _strayed(fitted, points, gaps)
-            if not worst:
-                break
-            points = [point for n, point in enumerate(points) if n not in worst]
+    points, how = _likely(paths, low_points_of(gaps), how, gaps, tolerance)
+    missing = _missing(points, gaps)
+    if missing:
+        both = sorted([*points, *missing], key=lambda point: point.frame)
+        points, how = _likely(paths, both, how, gaps, tolerance)
+    how = replace(how, stray_sigmas=STRAY_SIGMAS)
+    points, how = _likely(paths, points, how, gaps, tolerance)
     return _fit(paths, points, replace(how, rounds=ROUNDS, fitted=True))
+
+
+def _likely(
+    paths: Paths, points: list[LowPoint], how: Fitting, gaps: Gaps, tolerance_px: float
+) -> tuple[list[LowPoint], Fitting]:
+    """Leave out the least likely points until all are contacts; also how they are fitted then."""
+    way = float(np.nanmax(gaps.ball_px) - np.nanmin(gaps.ball_px))
+    while points:
+        fitted = _fit(paths, points, how)
+        how = replace(how, rounds=1, errors=fitted.errors)
+        points = [replace(p, frame=float(f)) for p, f in zip(points, fitted.frame, strict=True)]
+        worst = _shallow(fitted, points) or _worst(fitted, tolerance_px, way)
+        worst = worst or _strayed(fitted, points, gaps)
+        if not worst:
+            break
+        points = [point for n, point in enumerate(points) if n not in worst]
+    return points, how
+
+
+def _missing(points: Sequence[LowPoint], gaps: Gaps) -> list[LowPoint]:
+    """Where contacts of one kind follow each other, the likeliest corner of the other gap between.
+
+    The ball cannot come to one side twice but by a contact on the other, nor from rest to the wall.
+    Such a contact may be no deeper than the noise. A kind that no contact shows, as where two balls
+    meet far from any wall, is not missing.
+    """
+    found, shown = [], {point.kind for point in points}
+    for before, after in zip([None, *points], points, strict=False):
+        kind = KINDS[after.kind == "wall"]
+        if kind in shown and after.kind == (before.kind if before else "wall"):
+            low = before.frame if before else -np.inf
+            corner = _corner(gaps.frame, gaps.closing(kind), low, after.frame)
+            if corner is not None:
+                found.append(LowPoint(kind, corner, corner, np.inf))
+    return found
+
+
+def _corner(frame: Floats, signal: Floats, low: float, high: float) -> float | None:
+    """Frame between two others at which a signal most clearly turns from closing to opening.
+
+    Before and after it obeys x'' = g - w^2 (x - x0), so that with a ramp for the jump it is linear
+    in five unknowns. None where too few places are seen, or it does not turn there.
+    """
+    rows = np.isfinite(signal) & (frame > low + HALF_EXPOSURE) & (frame < high - HALF_EXPOSURE)
+    time, place = frame[rows], signal[rows]
+    if len(time) < CORNER_ROWS:
+        return None
+    clock, once = time - time[0], integral(time, place - place.mean())
+    law = np.stack([np.ones_like(clock), clock, clock**2, integral(time, once)], axis=1)
+    basis, triangle = np.linalg.qr(law)
+    tried = np.arange(1, len(time) - 1, 1 + len(time) // CORNERS_TRIED)
+    ramps = np.maximum(clock[:, None] - clock[tried], 0.0)
+    shared = basis.T @ ramps
+    ramps -= basis @ shared
+    squares = (ramps**2).sum(axis=0)
+    clear = place @ ramps
+    best = int(np.argmax(clear / np.sqrt(squares)))
+    jump, row = clear[best] / squares[best], tried[best]
+    free = np.linalg.solve(triangle, basis.T @ place - jump * shared[:, best])
+    closing = free[1] + 2 * free[2] * clock[row] + free[3] * once[row]
+    return float(time[row]) if closing < 0 < closing + jump else None
 
 
 def _fit(paths: Paths, points: Sequence[LowPoint], how: Fitting) -> Contacts:
@@ -119,12 +180,13 @@ def _shallow(fitted: Contacts, points: Sequence[LowPoint]) -> list[int]:
     return [n for n, point in enumerate(points) if point.depth_px < least[point.kind]]
 
 
-def _worst(fitted: Contacts, tolerance_px: float) -> list[int]:
+def _worst(fitted: Contacts, tolerance_px: float, way_px: float) -> list[int]:
     """Contacts that are none, each less likely one than its neighbours; empty if all of them are.
 
     Turns are taken out before what jumps elsewhere, which they may have misled.
     """
-    turns = smoothness_of(fitted) - TURN_LOG_RATIO
+    smooth = smoothness_of(fitted)
+    turns = smooth - _at_place(fitted, smooth < 0, tolerance_px, way_px) - TURN_LOG_RATIO
     if turns.max() > 0:
         return peaks(turns)
     jump, sigma = jumps_of(fitted)
@@ -137,6 +199,24 @@ def _worst(fitted: Contacts, tolerance_px: float) -> list[int]:
         allowed = tolerance_px + PLACE_SIGMAS * fitted.stray_sigma[own]
         away[own] = np.abs(fitted.stray_px[own] - level) / allowed - 1
     return peaks(away)
+
+
+def _at_place(
+    fitted: Contacts, jumps: NDArray[np.bool_], tolerance_px: float, way_px: float
+) -> Floats:
+    """Logarithm of the likelihood ratio of a contact against a turn by where it lies.
+
+    Contacts of a kind lie where the others do that have a jump, within the tolerance. A turn may
+    lie anywhere on the ball's way, and so may a contact that the fit has misplaced.
+    """
+    found = np.zeros(len(fitted.kinds))
+    density = way_px / (tolerance_px * np.sqrt(2 * np.pi))
+    for number, kind in enumerate(fitted.kinds):
+        others = jumps & [n != number and one == kind for n, one in enumerate(fitted.kinds)]
+        if others.any():
+            away = fitted.stray_px[number] - np.median(fitted.stray_px[others])
+            found[number] = np.log1p(density * np.exp(-((away / tolerance_px) ** 2) / 2))
+    return found
 
 
 def _strayed(fitted: Contacts, points: Sequence[LowPoint], gaps: Gaps) -> list[int]:

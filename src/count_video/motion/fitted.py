@@ -133,6 +133,8 @@ def fit_burst(
         number = found.burst if found.is_whole else calm
         first = forward_fit(observed, rough, coarse.prior, found, number)
     if not found.is_whole:
+        if first is not None and first.loss > LOST_A_FRAME * len(first.ball_residuals):
+            first = None
         return _any_count(track, found, coarse, _Start(rough, first, gap))
     if first is None or not np.isfinite(first.loss):
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
@@ -140,10 +142,12 @@ def fit_burst(
     if isinstance(answer, Between):
         return answer
     other = _any_count(track, found, coarse, _Start(rough, first, gap))
-    # As many collisions as were seen, or more, must be likelier than not.
-    if isinstance(other, Between) and other.count >= found.burst:
-        return other if other.probability[other.count] > LIKELY else answer
-    return answer
+    # As many collisions as were seen must be likelier than not, or more that those are among.
+    if not isinstance(other, Between) or other.probability[other.count] <= LIKELY:
+        return answer
+    confirmed = sum(collision.seen for collision in other.collisions) >= found.shown
+    agrees = other.count == found.burst or (other.count > found.burst and confirmed)
+    return other if agrees else answer
 
 
 class _Start(NamedTuple):

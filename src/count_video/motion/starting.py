@@ -204,7 +204,7 @@ def _capped(residuals: Floats) -> Floats:
 FORWARD_FLOORS_PX = (6.0, 0.3)
 """Anything nearer than this is as good, for the first few collisions and from then on."""
 FIRST_COLLISIONS = 4
-GROWTH = 2
+GROWTH = 1.5
 """Each fit spans so many times the collisions of the one before: they foresee the others' times to
 a small part of a collision."""
 SCATTER = 0.006
@@ -258,5 +258,5 @@ def stages(count: int) -> list[int]:
     """Numbers of collisions that are fitted one after the other; the last is all of them."""
     rising = [min(FIRST_COLLISIONS, count)]
     while rising[-1] < count:
-        rising.append(min(rising[-1] * GROWTH, count))
+        rising.append(min(int(rising[-1] * GROWTH), count))
     return rising
