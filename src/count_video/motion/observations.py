@@ -17,7 +17,7 @@ from count_video.motion.swing import FRAMES_BEYOND
 from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
 
-CLEAR_FRAMES = 1.0
+APART_FRAMES = 1.0
 """The path is not used nearer than this to a collision after the burst."""
 BURSTS_BEYOND = 2.0
 """The last collision may follow the one before it only after so many times the burst until then."""
@@ -97,7 +97,7 @@ def _chosen(gaps: Gaps, burst: Sequence[Collision], after: Sequence[Collision]) 
     """Places of the frames to explain, thinned out where nothing happens for long."""
     frames = np.array([collision.frame for collision in burst])
     beyond = frames[-1] + max(FRAMES_BEYOND, BURSTS_BEYOND * (frames[-1] - frames[0]))
-    stop = min(after[0].frame - CLEAR_FRAMES if after else np.inf, beyond)
+    stop = min(after[0].frame - APART_FRAMES if after else np.inf, beyond)
     bounds = np.array([frames[0] - FRAMES_BEYOND, *frames, stop])
     short = np.flatnonzero(np.diff(frames) < FRAMES_A_FLIGHT) + 1
     busy = (bounds[short[0]], bounds[short[-1] + 1]) if len(short) else (np.inf, -np.inf)

@@ -209,8 +209,8 @@ GROWTH = 1.5
 a small part of a collision."""
 SCATTER = 0.006
 """Of the restitution from collision to collision, to begin with."""
-SWING_SIGMAS = 4.0
-"""The heavy body's swing must be measured this clearly to begin with it."""
+RATIO_SIGMAS = 4.0
+"""The heavy body's path must give the mass ratio this clearly to begin with it."""
 
 
 def forward_fit(
@@ -218,9 +218,9 @@ def forward_fit(
 ) -> Solution:
     """Fit the first so many collisions of a burst, every one of which is seen."""
     burst = found.collisions[: found.burst]
-    values = rough
-    if seen == len(burst) and found.swing is not None:
-        values = _with_swing(rough, found.swing)
+    values, swing = rough.copy(), found.swing
+    if seen == len(burst) and swing and swing.mass_ratio_relative_sigma < 1 / RATIO_SIGMAS:
+        values[Column.LIGHTNESS] = -np.log(swing.mass_ratio)
     counts, (far_px, near_px) = stages(seen), FORWARD_FLOORS_PX
     # The rough values may be px off: the first few are fitted coarsely before.
     for count, floor_px in [(counts[0], far_px), *((n, near_px) for n in counts)]:
@@ -242,16 +242,6 @@ def calm_beginning(burst: Sequence[Collision]) -> int:
     alike = [one.kind == other.kind for one, other in pairwise(burst)]
     missing = np.flatnonzero((flights < RESOLVED_FRAMES) | np.array(alike, np.bool_))
     return int(missing[0]) + 1 if len(missing) else len(burst)
-
-
-def _with_swing(rough: Floats, swing: Swing) -> Floats:
-    """Take from the heavy body's path what it gives better than the rough values do."""
-    values = rough.copy()
-    if swing.mass_ratio_relative_sigma < 1 / SWING_SIGMAS:
-        values[Column.LIGHTNESS] = -np.log(swing.mass_ratio)
-    if swing.rate_squared > SWING_SIGMAS * swing.rate_squared_sigma:
-        values[Column.SWING] = np.log(swing.rate_squared) / 2
-    return within_limits(values)
 
 
 def stages(count: int) -> list[int]:
