@@ -6,13 +6,12 @@ python examples/one_clip.py CLIP [HEAVY LIGHT]
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import count_video
 
 
 def main(clip: str, *masses: str) -> None:
-    """Print the count of a clip and write its page, picture and tables into this folder."""
+    """Print the count of a clip and write its page, picture and tables into a folder here."""
     given = (float(masses[0]), float(masses[1])) if masses else None
     result = count_video.count(clip, masses=given)
     print(result.text())
@@ -25,7 +24,7 @@ def main(clip: str, *masses: str) -> None:
         errors = collisions["frame_sigma"][collisions["kind"] == kind]
         if len(errors):
             print(f"  {kind}: times are known to {errors.max():.2f} frames or better")
-    files = result.save(Path.cwd())
+    files = result.save("evidence")
     print("  written:", *(file.name for file in files))
 
 

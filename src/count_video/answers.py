@@ -76,11 +76,13 @@ def answer(
     collisions = tuple(_timed(collision, info.capture_fps) for collision in explained.collisions)
     seen = sum(collision.seen for collision in collisions[:count])
     at_wall, counts = explained.scene == "wall", explained.counts
+    lacks = report.frames_missing and not counts
+    missing = (Reason(Cause.FRAMES_MISSING, (report.frames_missing,)),) if lacks else ()
     scaled = at_wall and not explained.outlines_apart
     result = replace(
         nothing_to_count(info, report, ""),
         status="counted" if counts else "not_counted",
-        reason=sentences(explained.against or explained.doubts),
+        reason=sentences((*missing, *(explained.against or explained.doubts))),
         count=count if counts else None,
         seen=seen,
         between_frames=count - seen if counts else None,
@@ -99,7 +101,7 @@ def answer(
             energy_kept=fit.energy_kept,
             restitution_bodies=fit.restitution_bodies,
             restitution_wall=fit.restitution_wall,
-            ending=fit.ending,
+            ending=fit.ending if counts else None,
             setup=fit.setup,
         )
     return weighed(result, measured_ratios(explained), settings.masses)

@@ -10,7 +10,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
-from count_video import pipeline
+from count_video import inputs, pipeline
 from count_video.batch.manifest import Job, jobs_of
 from count_video.errors import CountVideoError, UsageError, reason_of
 from count_video.parallel import in_parallel
@@ -121,8 +121,13 @@ def count_all(
     Raises
     ------
     UsageError
-        At the first step, if a setting or a manifest makes no sense.
+        At the first step, if a setting, the number of jobs or a manifest makes no sense.
     """
+    if jobs is not None:
+        try:
+            inputs.clips_at_a_time(str(jobs))
+        except UsageError as error:
+            raise UsageError(f"jobs: {error}") from error
     given = [paths] if isinstance(paths, str | PathLike) else paths
     wanted = jobs_of([Path(path) for path in given], trial_settings(**settings))
     yield from in_parallel(_count_job, wanted, jobs, _died)

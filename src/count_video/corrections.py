@@ -3,7 +3,8 @@
 The file is one JSON object: ``corrections_version`` 1, ``clip`` (the file's name without its
 folders), ``clip_sha256`` (the digest of its bytes), ``tool_count`` (the count that was corrected),
 and ``corrections``, a list of objects with ``action`` (``wrong`` or ``missed``), ``kind``,
-``frame`` and, where a collision is wrong, its ``number``.
+``frame`` and, where a collision is wrong, its ``number``. It may have ``notes`` as well: texts by
+what they are on, as ``records.TrialResult`` has them.
 """
 
 from __future__ import annotations
@@ -55,10 +56,14 @@ def reviewed(result: TrialResult, path: Path) -> TrialResult:
     )
     if len(set(corrections)) < len(corrections):
         raise UsageError(f"{path}: makes one correction twice; save the file again from the page")
+    notes = stored.get("notes", {})
+    if not isinstance(notes, dict) or not all(isinstance(note, str) for note in notes.values()):
+        raise UsageError(f"{path}: its notes are no texts; save the file again from the page")
     steps = [1 if c.action == "missed" else -1 for c in corrections if c.changes_count]
     return replace(
         result,
         corrections=corrections,
+        notes={str(key): note for key, note in notes.items()},
         reviewed_count=result.burst_size + sum(steps),
         warnings=(*result.warnings, *changed),
     )

@@ -29,7 +29,7 @@ from count_video.motion.time_base import TimeBase, even
 from count_video.motion.timed import seen_by_time_base
 from count_video.motion.weighing import SeenImpacts
 from count_video.reasons import LEFT_TO_THE_FIT, Cause, Reason
-from count_video.records import Collision, FootageReport, Track
+from count_video.records import SURE, Collision, FootageReport, Track
 
 PROBABILITY_AT_LEAST = 0.5
 """A count must be as probable as all others together."""
@@ -155,11 +155,13 @@ def by_fit(shown: Explanation, fit: Between | Misfit, *, masses_known: bool) -> 
     if shown.against and count < seen and fit.left_out is None:
         fewer = Reason(Cause.MODEL_HAS_FEWER, (count, seen))
         return replace(shown, against=(*shown.against, fewer))
-    if fit.probability[count] < PROBABILITY_AT_LEAST:
+    doubts: tuple[Reason, ...] = ()
+    if fit.probability[count] < SURE:
         likely = [pair for pair in fit.probability.items() if pair[1] > LIKELY_ABOVE]
         still_open = Reason(Cause.MODEL_LEAVES_OPEN, tuple(f for pair in likely for f in pair))
-        helps = () if masses_known else (Reason(Cause.MASSES_WOULD_HELP),)
-        doubts = (*shown.against, still_open, *helps)
+        doubts = (still_open, *(() if masses_known else (Reason(Cause.MASSES_WOULD_HELP),)))
+    if fit.probability[count] < PROBABILITY_AT_LEAST:
+        doubts = (*shown.against, *doubts)
         return replace(shown, against=(), doubts=doubts, probability=fit.probability)
     after = shown.collisions[min(count, seen) :]
     later = tuple(replace(one, number=count + place) for place, one in enumerate(after, 1))
@@ -171,7 +173,7 @@ def by_fit(shown: Explanation, fit: Between | Misfit, *, masses_known: bool) -> 
         count=count,
         probability=with_more(fit.probability, fit.following) if goes_on else fit.probability,
         against=(),
-        doubts=(Reason(Cause.ENDS_BEFORE_NEXT, (more,)),) if goes_on else (),
+        doubts=(*((Reason(Cause.ENDS_BEFORE_NEXT, (more,)),) if goes_on else ()), *doubts),
         fit=fit,
     )
 

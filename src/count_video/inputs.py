@@ -311,7 +311,8 @@ def _decimal(text: str, allowed: Range) -> Fraction:
     # Digits are bounded: Fraction("1e999999999") would fill the memory before it is refused.
     value = Fraction(text) if _DECIMAL.fullmatch(text) else None
     if value is None or not allowed.holds(value):
-        raise UsageError(f"{shown(text)} is not a number {allowed}")
+        point = "; write a point before decimals" if "," in text else ""
+        raise UsageError(f"{shown(text)} is not a number {allowed}{point}")
     return value
 
 

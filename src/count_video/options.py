@@ -204,6 +204,13 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def _check_what_is_wanted(options: argparse.Namespace) -> None:
+    for option, value, usual in (
+        ("--format", options.picture_format, "png"),
+        ("--csv-dialect", options.csv_dialect, "comma"),
+        ("--fresh", options.fresh, False),
+    ):
+        if options.output is None and value != usual:
+            raise UsageError(f"{option} is of what is written: give a folder for it with -o")
     if options.plan is not None:
         return
     if options.theory is None and not options.clips:
@@ -214,7 +221,7 @@ def _check_what_is_wanted(options: argparse.Namespace) -> None:
     if options.theory is not None and (options.json or beside != (None, None)):
         raise UsageError("--theory goes with -o and --format alone")
     if options.presenter is not None and (options.output is None or is_campaign(options)):
-        raise UsageError("--presenter goes with one clip and a folder to write to: add -o DIR")
+        raise UsageError("--presenter goes with one clip, and with a folder to write to (-o DIR)")
     if options.pages and options.output is None:
         raise UsageError("--pages need a folder to go to: give one with -o")
     if options.plan_file is not None and is_campaign(options):

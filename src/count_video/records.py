@@ -32,6 +32,9 @@ Status = Literal["counted", "not_counted"]
 EndingKind = Literal["geometric", "pendulum", "dissipative"]
 CorrectionAction = Literal["wrong", "missed"]
 
+SURE = 0.9
+"""A count less probable than this is given with a word of doubt, and needs a person."""
+
 
 @dataclass(frozen=True)
 class FootageInfo:
@@ -299,6 +302,9 @@ class TrialResult:
     reviewed_count: int | None = None
     """The count after a person's corrections; None where nobody reviewed the clip."""
     corrections: tuple[Correction, ...] = ()
+    notes: dict[str, str] = field(default_factory=dict)
+    """What a person wrote on the clip (its key is empty) and on collisions (NUMBER/KIND/FRAME; the
+    number of one that was missed is +)."""
     energy_kept: tuple[float, ...] = ()
     """Energy after each collision of the burst over that before the first; empty if not known."""
     restitution_bodies: Estimate | None = None

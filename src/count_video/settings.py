@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -121,10 +121,11 @@ def _read(name: str, value: Any, read: Callable[[str], object]) -> object:
     """Read a value with the reader of the command line, which has the ranges."""
     try:
         if name == "masses":
-            if len(value) != 2:
+            if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != 2:
                 raise UsageError(f"{value!r} is not two masses, the cylinder's and the ball's")
             return inputs.masses(*map(exact_mass, value))
-        return read(",".join(map(str, value)) if name == "region" else str(value))
+        listed = name == "region" and isinstance(value, Sequence) and not isinstance(value, str)
+        return read(",".join(map(str, value)) if listed else str(value))
     except UsageError as error:
         raise UsageError(f"{name}: {error}") from error
 

@@ -170,9 +170,12 @@ def test_a_file_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
         ({"masses": (1, 100)}, "cylinder first"),
         ({"masses": (100, 0)}, "a mass is 0"),
         ({"masses": (100,)}, "two masses"),
+        ({"masses": "91"}, "two masses"),
+        ({"masses": 16}, "two masses"),
         ({"masses": ("heavy", 1)}, "a mass is 'heavy'"),
         ({"capture_fps": math.nan}, "capture_fps: 'nan'"),
         ({"region": (1, 2, 3)}, "region: '1,2,3'"),
+        ({"region": "1,2,3"}, "region: '1,2,3'"),
         ({"wall": "up"}, "wall: 'up'"),
         ({"start": 5, "end": 5}, "no frame"),
         ({"start": -1}, "start: '-1'"),
@@ -232,6 +235,24 @@ def test_many_clips_come_each_with_its_own_result(result: Result, tmp_path: Path
 def test_a_setting_that_makes_no_sense_counts_nothing(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="wall"):
         next(count_video.count_all(tmp_path, wall="up"))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("jobs", [0, -3, 1.5])
+def test_a_number_of_jobs_that_makes_no_sense_is_refused(tmp_path: Path, jobs: float) -> None:
+    with pytest.raises(UsageError, match=f"jobs: '{jobs}'"):
+        next(count_video.count_all(tmp_path, jobs=jobs))  # type: ignore[arg-type]
+
+
+def test_a_start_beyond_the_clip_says_how_long_it_is() -> None:
+    with pytest.raises(UsageError, match="which has 108 frames"):
+        count_video.count(CLIP, start=100_000)
+
+
+def test_a_wall_that_the_motion_contradicts_is_a_warning() -> None:
+    right, left = count_video.count(CLIP, wall="right"), count_video.count(CLIP, wall="left")
+
+    assert any("--wall" in warning for warning in right.answer.warnings)
+    assert not any("--wall" in warning for warning in left.answer.warnings)
 
 
 def test_a_folder_without_clips_is_one_result_that_says_so(tmp_path: Path) -> None:

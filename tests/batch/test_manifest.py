@@ -102,6 +102,23 @@ def test_the_manifest_in_a_folder_is_heeded_and_no_clip_is_left_out(tmp_path: Pa
     ]
 
 
+def test_a_name_that_is_given_twice_is_numbered(tmp_path: Path) -> None:
+    manifest = tmp_path / "list.csv"
+    manifest.write_text("clip,name\na.mp4,trial A\nsub/a.mp4,trial A\n", "utf-8")
+
+    names = [job.name for job in jobs_of([manifest], TrialSettings())]
+
+    assert names == ["trial A", "trial A-2"]
+
+
+def test_a_column_that_is_not_known_is_named(tmp_path: Path) -> None:
+    manifest = tmp_path / "list.csv"
+    manifest.write_text("clip,colour\na.mp4,red\n", "utf-8")
+
+    with pytest.raises(UsageError, match="not 'colour'"):
+        jobs_of([manifest], TrialSettings())
+
+
 def test_a_manifest_may_cut_one_clip_into_trials(tmp_path: Path) -> None:
     file = manifest(tmp_path, "clip,start,end\nday.mp4,0,500\nday.mp4,500,900\n")
     jobs = jobs_of([file], PLAIN)

@@ -84,6 +84,9 @@ def test_a_mass_is_taken_at_its_exact_decimal_value(mass: object) -> None:
         "a.mp4 --masses nan 1",
         "a.mp4 --masses 100 10,5",
         "a.mp4 --masses 1e999999999 1",
+        "a.mp4 --format svg",
+        "a.mp4 --csv-dialect semicolon",
+        "clips --fresh",
     ],
 )
 def test_a_wrong_request_is_refused_in_one_line(arguments: str) -> None:

@@ -62,7 +62,7 @@ def test_the_example_of_one_clip_counts_it_and_keeps_its_tables(tmp_path: Path) 
     printed = run(TOP / "examples/one_clip.py", str(clip), "1", "1", folder=tmp_path)
     assert "3 collisions" in printed
     assert "theory: 3" in printed
-    assert (tmp_path / f"{clip.stem}.html").is_file()
+    assert (tmp_path / "evidence" / f"{clip.stem}.html").is_file()
 
 
 def test_the_example_of_thirty_trials_prints_the_papers_table(tmp_path: Path) -> None:

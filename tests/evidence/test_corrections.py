@@ -60,6 +60,20 @@ def test_a_wrong_collision_is_taken_away_and_a_missed_one_added(
     assert [c.number for c in review.corrections] == [3, 4, None]
 
 
+def test_what_a_person_wrote_is_in_the_result_and_its_text(
+    result: TrialResult, tmp_path: Path
+) -> None:
+    notes = {"": "a draught", "3/bodies/71.5": "grazed", "+/wall/60.0": "between two frames"}
+    review = reviewed(result, saved(tmp_path, notes=notes))
+
+    assert review.notes == notes
+    words = " ".join(result_text(review).split())
+    for on in ("on the clip: a draught", "no. 3: grazed", "missed in frame 60.0: between two"):
+        assert on in words
+    with pytest.raises(UsageError, match="notes"):
+        reviewed(result, saved(tmp_path, notes={"": 5}))
+
+
 def test_what_lies_after_the_burst_does_not_change_the_count(
     result: TrialResult, tmp_path: Path
 ) -> None:

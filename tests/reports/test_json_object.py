@@ -42,6 +42,7 @@ KEYS = [
     "warnings",
     "reviewed_count",
     "corrections",
+    "notes",
     "plan",
 ]
 COLLISION_KEYS = [

@@ -151,7 +151,7 @@ def _free_name(job: Job, taken: dict[str, int]) -> str:
     full = job.file.name or "clip"
     stem = job.name or job.file.stem or full
     folder = Path(os.path.abspath(job.clip)).parent.name
-    for name in map(output_name, (stem, full, f"{folder}-{full}")):
+    for name in map(output_name, (stem,) if job.name else (stem, full, f"{folder}-{full}")):
         if _alike(name) not in taken:
             taken[_alike(name)] = 2
             return name
@@ -193,9 +193,11 @@ def _cells(path: Path, text: str) -> Iterator[tuple[str, dict[str, str]]]:
     reader = csv.DictReader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     known = ("clip", "name", *READERS)
     columns = [column.strip().lower() for column in reader.fieldnames or ()]
-    if "clip" not in columns or not set(columns) <= set(known) or len(set(columns)) < len(columns):
+    unknown = [shown(column) for column in columns if column not in known]
+    if "clip" not in columns or unknown or len(set(columns)) < len(columns):
+        wrong = f" and not {', '.join(unknown)}" if unknown else ""
         raise UsageError(
-            f"{path}: the first line must name the columns, each once, clip among them; "
+            f"{path}: the first line must name the columns{wrong}, each once, clip among them; "
             f"there are: {', '.join(known)}"
         )
     reader.fieldnames = columns

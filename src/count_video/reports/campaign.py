@@ -13,15 +13,13 @@ from typing import TYPE_CHECKING, Literal
 
 from count_video.inputs import MASS_RATIO
 from count_video.physics.theory import collision_count
-from count_video.records import Estimate, TrialResult
+from count_video.records import SURE, Estimate, TrialResult
 from count_video.reports.json_object import SCHEMA_VERSION, plain
 from count_video.reports.words import WIDTH, counts_words, percent, plural, printable, ratio_words
 
 if TYPE_CHECKING:
     from count_video.planning.spread import TrialTable
 
-SURE = 0.9
-"""A count less probable than this needs a person."""
 EXACT = 1e-9
 """A mass ratio whose uncertainty is a smaller share of it is taken as given."""
 TRIAL_HEADING = f"{'trial':<24}  count  probability"
@@ -170,7 +168,7 @@ def advice(row: TrialRow) -> str:
     if row.count is not None:
         return "compare the clip with the listed collisions (count-video CLIP)"
     if row.result.frames_decoded is None:
-        return "give a video file that can be read, and start the same command again"
+        return "mend what the reason names, and start the same command again"
     return (
         "if the clip shows the trial, say where with start, end and region or name the wall's "
         "side, or film it again at a higher rate"
@@ -215,7 +213,8 @@ def _why(row: TrialRow) -> str:
     if row.count is None:
         return reason or "not counted"
     chances = sorted(row.result.probability.items(), key=lambda item: -item[1])
-    listed = ", ".join(f"{count}: {percent(chance)}" for count, chance in chances[:4])
+    likely = [(count, chance) for count, chance in chances[:4] if chance >= 0.005]
+    listed = ", ".join(f"{count}: {percent(chance)}" for count, chance in likely)
     return "; ".join(filter(None, (f"probably {row.count} ({listed})", reason)))
 
 

@@ -42,7 +42,7 @@ _KEYS = (
     *("frames_decoded", "frames_promised"),
     *("wall_side", "upright", "ball_diameter_px", "millimetres_per_px"),
     *("pi_low", "pi_high", "mass_ratio", "mass_ratio_sigma", "energy_kept", "restitution"),
-    *("ending", "fitted_setup", "warnings", "reviewed_count", "corrections", "plan"),
+    *("ending", "fitted_setup", "warnings", "reviewed_count", "corrections", "notes", "plan"),
 )
 """Keys of a result, in the order in which one reads."""
 

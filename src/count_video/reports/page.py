@@ -19,9 +19,11 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from count_video.inputs import TOLERANCES
 from count_video.planning import plan as planned_clips
 from count_video.planning.comparison import expected_counts
 from count_video.planning.plan import Plan
+from count_video.planning.request import PlanRequest, Tolerances
 from count_video.records import Floats, TrialResult
 from count_video.reports.campaign import (
     CampaignSummary,
@@ -228,9 +230,20 @@ def plan_page(plan: Plan) -> str:
             "ballDiameter": request.ball_diameter_m,
             "tolerances": plain(request.tolerances),
             "seed": request.seed,
+            "options": _options_beside(request),
             "measured": plain({name.lower(): getattr(planned_clips, name) for name in _MEASURED}),
         },
     )
+
+
+def _options_beside(request: PlanRequest) -> str:
+    """Options of the command line that are not their defaults and have no slider."""
+    options = f" --damping {request.damping_per_s:g}" if request.damping_per_s else ""
+    for name, (field, _) in TOLERANCES.items():
+        value = getattr(request.tolerances, field)
+        if value != getattr(Tolerances(), field):
+            options += f" --tolerance {name}={value:g}"
+    return options + (f" --seed {request.seed}" if request.seed else "")
 
 
 def _sliders(plan: Plan) -> list[dict[str, object]]:

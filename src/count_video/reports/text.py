@@ -9,7 +9,7 @@ from pathlib import Path
 
 from count_video.physics.theory import pi_bounds
 from count_video.planning.comparison import Expected, expected_counts, ratio_range
-from count_video.records import PlanComparison, TrialResult
+from count_video.records import SURE, PlanComparison, TrialResult
 from count_video.reports.tables import NOT_KNOWN, Column, collision_lines, text_table
 from count_video.reports.words import (
     WIDTH,
@@ -25,8 +25,6 @@ from count_video.reports.words import (
 
 _CLOSE_FRAMES = 2.5
 """Collisions closer than this follow from fits on both sides, not from frames between them."""
-_LIKELY = 0.9
-"""A count less probable than this does not stand in the first line without a word of doubt."""
 _ENDING_IN_WORDS = {
     "geometric": "geometric: both move away, the ball no faster than the heavy body",
     "pendulum": "by the threads: they turn the heavy body before the ball meets anything",
@@ -67,7 +65,7 @@ def answer_words(result: TrialResult) -> str:
     """Say the count, with a word of doubt where it is not likely."""
     if result.count is None:
         return "not counted"
-    likely = result.probability.get(result.count, 1.0) >= _LIKELY
+    likely = result.probability.get(result.count, 1.0) >= SURE
     return f"{'' if likely else 'probably '}{plural(result.count, 'collision')}"
 
 
@@ -91,7 +89,19 @@ def _answer_notes(result: TrialResult) -> Iterator[Note]:
             changes.append(f"{what} (frame {one.frame:.1f}{beyond})")
         listed = "; ".join(changes) or "nothing"
         yield "Reviewed", f"{result.reviewed_count}; changed by a person: {listed}"
+    for key, note in result.notes.items():
+        yield "Note", f"{_noted(key)}: {note}"
     yield "Plan", comparison_sentence(result.comparison, result.count)
+
+
+def _noted(key: str) -> str:
+    """Say what a person's note is on."""
+    number, _, place = key.partition("/")
+    if not place:
+        return "on the clip"
+    if number != "+":
+        return f"on no. {number}"
+    return f"on the one that was missed in frame {place.rpartition('/')[2]}"
 
 
 def _collision_notes(result: TrialResult) -> Iterator[Note]:
@@ -201,12 +211,12 @@ def _scene_notes(result: TrialResult) -> Iterator[Note]:
 NAMES = {
     "gap_mm": ("gap", "mm", 1),
     "release_mm": ("release", "mm", 1),
-    "bodies_gap_mm": ("gap between the bodies", "mm", 1),
+    "bodies_gap_mm": ("gap between the bodies", "mm", 2),
     "heavy_period_s": ("period of the cylinder", "s", 3),
     "ball_period_s": ("period of the ball", "s", 3),
     "mass_ratio": ("mass ratio", "", 3),
-    "restitution_bodies": ("restitution, bodies", "", 3),
-    "restitution_wall": ("restitution, wall", "", 3),
+    "restitution_bodies": ("restitution, bodies", "", 4),
+    "restitution_wall": ("restitution, wall", "", 4),
 }
 """What the quantities are called, their units, and their decimals."""
 DIFFERENT_SIGMAS = 2.0

@@ -36,7 +36,8 @@ SENTENCES: Final = {
     "show each for certain; film at a higher rate",
     Cause.LEFT_OUT: "about {1:.0f} frames are left out after frame {0:.0f}, in which collisions "
     "may have happened",
-    Cause.FRAMES_MISSING: "{:.0f} frames are missing, in which collisions may have happened",
+    Cause.FRAMES_MISSING: "{:.0f} frames are missing, in which collisions may have happened; copy "
+    "the file again if it was cut off",
     Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at all, "
     "and jumps nowhere",
     Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to be called impacts",
@@ -44,7 +45,7 @@ SENTENCES: Final = {
     "and smooth turns cannot be distinguished",
     Cause.NOT_FREE: "the body does not fly freely in frames {spans}",
     Cause.BEFORE_UNSEEN: "what came before the first impact is not seen: one may be missing",
-    Cause.TURNS_OPEN: "whether the turns at the stop in frames {turns} are impacts is not clear",
+    Cause.TURNS_OPEN: "whether {turns} at the stop may be called impacts is not clear",
     Cause.CUT_AT_STOP: "the clip is cut off where the body is at its stop: one may be missing",
     Cause.TOO_FREQUENT: "the last impacts follow each other faster than the pictures show: some "
     "may be missed",
@@ -104,7 +105,7 @@ def sentence(reason: Reason) -> str:
     pairs = list(zip(figures[::2], figures[1::2], strict=False))
     return SENTENCES[reason.cause].format(
         *figures,
-        turns=", ".join(f"{figure:.0f}" for figure in figures),
+        turns=_turns(figures),
         spans=", ".join(f"{begin:.0f} to {end:.0f}" for begin, end in pairs),
         changes=" and ".join(f"{figure:.0f}" for figure in figures[1:]),
         apart=f"{'are apart' if first > 0 else 'overlap'} by {abs(first):.0f}",
@@ -115,6 +116,11 @@ def sentence(reason: Reason) -> str:
 def sentences(reasons: Iterable[Reason]) -> str | None:
     """Put reasons into words, one after the other; None if there are none."""
     return "; ".join(map(sentence, reasons)) or None
+
+
+def _turns(frames: Sequence[float]) -> str:
+    listed = ", ".join(f"{frame:.0f}" for frame in frames)
+    return f"the turn in frame {listed}" if len(frames) == 1 else f"the turns in frames {listed}"
 
 
 def _open_counts(likely: Sequence[tuple[float, float]]) -> str:

@@ -13,7 +13,7 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.errors import TrackingError
+from count_video.errors import TrackingError, UsageError
 from count_video.footage.reader import Footage
 from count_video.footage.store import PictureStore
 from count_video.process import give_memory_back
@@ -73,7 +73,7 @@ def observe(
     Raises
     ------
     UsageError
-        If the region does not fit into the picture.
+        If the region does not fit into the picture, or the start into the clip.
     FootageError
         If the size of the picture changes on the way, or there is no room for its pictures.
     """
@@ -89,6 +89,11 @@ def observe(
             if frame.index % PROGRESS_STEP == PROGRESS_STEP - 1:
                 progress.advance(PROGRESS_STEP)
             del frame  # one picture of the decoder holds the memory of all
+        if not frames and settings.start:
+            raise UsageError(
+                f"start {settings.start} leaves nothing of the clip, which has "
+                f"{footage.report().frames_decoded} frames; give an earlier one"
+            )
         give_memory_back()
         indices = np.array(frames, dtype=np.intp)
         return Observation(

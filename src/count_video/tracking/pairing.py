@@ -56,8 +56,8 @@ def pair_track(
         (view.factor * seen.body.left_edge_px, view.factor * seen.body.right_edge_px)
         for seen in pair
     ]
-    found = given or wall_side(places[0] + edges[0][0], places[1] + edges[1][1])
-    side: WallSide = found or "left"
+    found = wall_side(places[0] + edges[0][0], places[1] + edges[1][1])
+    side: WallSide = given or found or "left"
     ball, heavy = (0, 1) if side == "left" else (1, 0)
     face = edges[heavy][0] if side == "left" else edges[heavy][1]
     return Track(
@@ -70,9 +70,10 @@ def pair_track(
         warnings=(
             *unseen_warning("ball", places[ball]),
             *unseen_warning("cylinder", places[heavy]),
+            *contradiction(given, found),
         ),
         shift_px=camera_shift(movers, view),
-        wall_seen=found is not None,
+        wall_seen=bool(given or found),
     )
 
 
@@ -104,6 +105,13 @@ def unseen_warning(name: str, x_px: Floats) -> list[str]:
     """Say in how many frames a body is not seen, if there are any."""
     unseen = int(np.isnan(x_px).sum())
     return [f"the {name} is not seen in {unseen} of {len(x_px)} frames"] if unseen else []
+
+
+def contradiction(given: WallSide | None, found: WallSide | None) -> list[str]:
+    """Say so if the ball bounces on another side than that on which the wall is said to stand."""
+    if given is None or found is None or given == found:
+        return []
+    return [f"a body turns with jumps on the {found}, where no wall is said to be: check --wall"]
 
 
 def wall_side(left_px: Floats, right_px: Floats) -> WallSide | None:

@@ -10,7 +10,7 @@
     { action, kind, frame, number: action === "wrong" ? number : null });
   const words = { bodies: "between the bodies", wall: "with the wall" };
   // What a person changed; each change replaces it as a whole, so that undo is the one before.
-  let review = { corrections: data.result.corrections.map(correction), notes: {} };
+  let review = { corrections: data.result.corrections.map(correction), notes: { ...data.result.notes } };
   const before = [];
   let chosen = null;
 
@@ -123,6 +123,7 @@
       corrections.length ? `Reviewed count: ${reviewedCount()} (${changes})` : "";
     element("note-on").textContent = nameOf(chosen);
     if (document.activeElement !== element("note")) element("note").value = review.notes[key(chosen)] ?? "";
+    element("listed").textContent = `${entries().length} in the list`;
     drawState();
   }
 

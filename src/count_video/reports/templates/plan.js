@@ -492,7 +492,7 @@
       + `${digits(values.light, 6)} --gap ${digits(values.gap, 4)} `
       + `--release ${digits(values.release, 4)} --thread ${threads.join(" ")} `
       + `--restitution ${digits(values.restitution, 4)} --capture-fps ${digits(values.rate, 5)}`
-      + `${data.damping ? ` --damping ${data.damping}` : ""}`;
+      + data.options;
     const wrong = nonsense(values);
     const line = element("theory");
     const found = wrong ? null : planCore.facts(setupOf(values));
