@@ -89,10 +89,10 @@ impact are hardly said to bounce."""
 
 # What no model knows.
 
-MODEL_WRONG: Final = 0.002
+MODEL_WRONG: Final = 0.004
 """Share of counts that turn out wrong for reasons outside the model, one for all clips. Of
-756 counts of random trials with claims above 0.95 one was wrong (253 rendered clips, 503 tracks;
-docs/accuracy.md), which by Jeffreys' prior is (1 + 1/2) / (756 + 1). Real clips with a known truth
+997 counts of random trials with claims above 0.95 three were wrong (446 rendered clips, 551 tracks;
+docs/accuracy.md), which by Jeffreys' prior is (3 + 1/2) / (997 + 1). Real clips with a known truth
 are too few to measure it by."""
 STRAYING_WRONG: Final = 0.15
 """Probability that a count of resolved collisions is wrong where a fitted model of the whole motion
