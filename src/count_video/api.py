@@ -19,7 +19,7 @@ from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import WallSide, unread_result
 from count_video.result import AnyPath, Result, clip_state
-from count_video.settings import Settings, TrialSettings, exact_mass, trial_settings
+from count_video.settings import Settings, TrialSettings, checked, exact_mass, trial_settings
 
 if TYPE_CHECKING:
     from count_video.planning.plan import Plan
@@ -124,10 +124,7 @@ def count_all(
         At the first step, if a setting, the number of jobs or a manifest makes no sense.
     """
     if jobs is not None:
-        try:
-            inputs.clips_at_a_time(str(jobs))
-        except UsageError as error:
-            raise UsageError(f"jobs: {error}") from error
+        checked("jobs", jobs, inputs.clips_at_a_time)
     given = [paths] if isinstance(paths, str | PathLike) else paths
     wanted = jobs_of([Path(path) for path in given], trial_settings(**settings))
     yield from in_parallel(_count_job, wanted, jobs, _died)

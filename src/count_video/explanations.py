@@ -155,27 +155,33 @@ def by_fit(shown: Explanation, fit: Between | Misfit, *, masses_known: bool) -> 
     if shown.against and count < seen and fit.left_out is None:
         fewer = Reason(Cause.MODEL_HAS_FEWER, (count, seen))
         return replace(shown, against=(*shown.against, fewer))
-    doubts: tuple[Reason, ...] = ()
-    if fit.probability[count] < SURE:
-        likely = [pair for pair in fit.probability.items() if pair[1] > LIKELY_ABOVE]
-        still_open = Reason(Cause.MODEL_LEAVES_OPEN, tuple(f for pair in likely for f in pair))
-        doubts = (still_open, *(() if masses_known else (Reason(Cause.MASSES_WOULD_HELP),)))
+    others = _others_likely(fit, masses_known=masses_known)
     if fit.probability[count] < PROBABILITY_AT_LEAST:
-        doubts = (*shown.against, *doubts)
+        doubts = (*shown.against, *others)
         return replace(shown, against=(), doubts=doubts, probability=fit.probability)
     after = shown.collisions[min(count, seen) :]
     later = tuple(replace(one, number=count + place) for place, one in enumerate(after, 1))
     more = 1.0 - fit.following.get(0, 0.0)
     goes_on = more > LIKELY_ABOVE
+    next_one = (Reason(Cause.ENDS_BEFORE_NEXT, (more,)),) if goes_on else ()
     return replace(
         shown,
         collisions=(*fit.collisions, *later),
         count=count,
         probability=with_more(fit.probability, fit.following) if goes_on else fit.probability,
         against=(),
-        doubts=(*((Reason(Cause.ENDS_BEFORE_NEXT, (more,)),) if goes_on else ()), *doubts),
+        doubts=(*next_one, *others),
         fit=fit,
     )
+
+
+def _others_likely(fit: Between, *, masses_known: bool) -> tuple[Reason, ...]:
+    """Name the counts that come into question where the fit's own is not sure."""
+    if fit.probability[fit.count] >= SURE:
+        return ()
+    likely = [pair for pair in fit.probability.items() if pair[1] > LIKELY_ABOVE]
+    still_open = Reason(Cause.MODEL_LEAVES_OPEN, tuple(f for pair in likely for f in pair))
+    return (still_open,) if masses_known else (still_open, Reason(Cause.MASSES_WOULD_HELP))
 
 
 NOT_DESCRIBED = frozenset((Cause.MODEL_STRAYS, Cause.MODEL_DIFFERS))

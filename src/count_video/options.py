@@ -208,9 +208,10 @@ def _check_what_is_wanted(options: argparse.Namespace) -> None:
         ("--format", options.picture_format, "png"),
         ("--csv-dialect", options.csv_dialect, "comma"),
         ("--fresh", options.fresh, False),
+        ("--pages", options.pages, False),
     ):
         if options.output is None and value != usual:
-            raise UsageError(f"{option} is of what is written: give a folder for it with -o")
+            raise UsageError(f"{option} needs a folder to write to: give one with -o")
     if options.plan is not None:
         return
     if options.theory is None and not options.clips:
@@ -222,8 +223,6 @@ def _check_what_is_wanted(options: argparse.Namespace) -> None:
         raise UsageError("--theory goes with -o and --format alone")
     if options.presenter is not None and (options.output is None or is_campaign(options)):
         raise UsageError("--presenter goes with one clip, and with a folder to write to (-o DIR)")
-    if options.pages and options.output is None:
-        raise UsageError("--pages need a folder to go to: give one with -o")
     if options.plan_file is not None and is_campaign(options):
         raise UsageError("--plan-file goes with clips, not with a campaign: give single clips")
     one_file = len(options.clips) == 1 and not os.path.isdir(options.clips[0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -110,22 +110,28 @@ def trial_settings(**settings: Unpack[Settings]) -> TrialSettings:
         raise UsageError(f"there is no setting {', '.join(sorted(unknown))}")
     given: Mapping[str, object] = settings
     values: dict[str, Any] = {
-        field: _read(name, given[name], read)
+        field: checked(name, given[name], read)
         for name, (field, read) in READERS.items()
         if given.get(name) is not None
     }
     return TrialSettings(**values, seen_only=bool(settings.get("seen_only", False)))
 
 
-def _read(name: str, value: Any, read: Callable[[str], object]) -> object:
-    """Read a value with the reader of the command line, which has the ranges."""
+def checked(name: str, value: Any, read: Callable[[str], object]) -> object:
+    """Read a value with the reader of the command line, which has the ranges.
+
+    Raises
+    ------
+    UsageError
+        It makes no sense; the message begins with the name.
+    """
+    parts = tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else ()
     try:
         if name == "masses":
-            if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != 2:
+            if len(parts) != 2:
                 raise UsageError(f"{value!r} is not two masses, the cylinder's and the ball's")
-            return inputs.masses(*map(exact_mass, value))
-        listed = name == "region" and isinstance(value, Sequence) and not isinstance(value, str)
-        return read(",".join(map(str, value)) if listed else str(value))
+            return inputs.masses(*map(exact_mass, parts))
+        return read(",".join(map(str, parts)) if parts else str(value))
     except UsageError as error:
         raise UsageError(f"{name}: {error}") from error
 

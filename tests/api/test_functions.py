@@ -237,6 +237,12 @@ def test_a_setting_that_makes_no_sense_counts_nothing(tmp_path: Path) -> None:
         next(count_video.count_all(tmp_path, wall="up"))  # type: ignore[arg-type]
 
 
+def test_masses_and_a_region_may_be_arrays() -> None:
+    settings = trial_settings(masses=np.array([16, 1]), region=np.array([0, 2, 64, 32]))  # type: ignore[arg-type]
+    assert settings.masses == (16, 1)
+    assert settings.region == (0, 2, 64, 32)
+
+
 @pytest.mark.parametrize("jobs", [0, -3, 1.5])
 def test_a_number_of_jobs_that_makes_no_sense_is_refused(tmp_path: Path, jobs: float) -> None:
     with pytest.raises(UsageError, match=f"jobs: '{jobs}'"):

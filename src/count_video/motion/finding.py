@@ -29,7 +29,7 @@ from count_video.motion.priors import (
     TURN_LOG_RATIO,
 )
 from count_video.records import CollisionKind, Floats
-from count_video.signals import depths, integral, low_points, sigma_of, weighted_median
+from count_video.signals import depths, flight_of, low_points, sigma_of, weighted_median
 
 KINDS: tuple[CollisionKind, ...] = ("wall", "bodies")
 HYSTERESIS_SIGMAS = 6.0
@@ -125,15 +125,15 @@ def _corner(frame: Floats, signal: Floats, low: float, high: float) -> float | N
     Before and after it obeys x'' = g - w^2 (x - x0), so that with a ramp for the jump it is linear
     in five unknowns. None where too few places are seen, or it does not turn there.
     """
-    rows = np.isfinite(signal) & (frame > low + HALF_EXPOSURE) & (frame < high - HALF_EXPOSURE)
-    time, place = frame[rows], signal[rows]
-    if len(time) < CORNER_ROWS:
+    inside = (frame > low + HALF_EXPOSURE) & (frame < high - HALF_EXPOSURE)
+    flight = flight_of(frame[inside], signal[inside])
+    if flight is None or len(flight.clock) < CORNER_ROWS:
         return None
-    clock, once = time - time[0], integral(time, place - place.mean())
-    law = np.stack([np.ones_like(clock), clock, clock**2, integral(time, once)], axis=1)
+    time, place = flight.clock, flight.place_px
+    law = np.column_stack([flight.own, flight.shared])
     basis, triangle = np.linalg.qr(law)
     tried = np.arange(1, len(time) - 1, 1 + len(time) // CORNERS_TRIED)
-    ramps = np.maximum(clock[:, None] - clock[tried], 0.0)
+    ramps = np.maximum(time[:, None] - time[tried], 0.0)
     shared = basis.T @ ramps
     ramps -= basis @ shared
     squares = (ramps**2).sum(axis=0)
@@ -141,7 +141,7 @@ def _corner(frame: Floats, signal: Floats, low: float, high: float) -> float | N
     best = int(np.argmax(clear / np.sqrt(squares)))
     jump, row = clear[best] / squares[best], tried[best]
     free = np.linalg.solve(triangle, basis.T @ place - jump * shared[:, best])
-    closing = free[1] + 2 * free[2] * clock[row] + free[3] * once[row]
+    closing = np.gradient(law @ free, time)[row]
     return float(time[row]) if closing < 0 < closing + jump else None
 
 
@@ -209,10 +209,11 @@ def _at_place(
     Contacts of a kind lie where the others do that have a jump, within the tolerance. A turn may
     lie anywhere on the ball's way, and so may a contact that the fit has misplaced.
     """
-    found = np.zeros(len(fitted.kinds))
+    kinds, found = np.array(fitted.kinds), np.zeros(len(fitted.kinds))
     density = way_px / (tolerance_px * np.sqrt(2 * np.pi))
     for number, kind in enumerate(fitted.kinds):
-        others = jumps & [n != number and one == kind for n, one in enumerate(fitted.kinds)]
+        others = jumps & (kinds == kind)
+        others[number] = False
         if others.any():
             away = fitted.stray_px[number] - np.median(fitted.stray_px[others])
             found[number] = np.log1p(density * np.exp(-((away / tolerance_px) ** 2) / 2))

@@ -15,7 +15,15 @@ from count_video.inputs import MASS_RATIO
 from count_video.physics.theory import collision_count
 from count_video.records import SURE, Estimate, TrialResult
 from count_video.reports.json_object import SCHEMA_VERSION, plain
-from count_video.reports.words import WIDTH, counts_words, percent, plural, printable, ratio_words
+from count_video.reports.words import (
+    WIDTH,
+    chances_words,
+    counts_words,
+    percent,
+    plural,
+    printable,
+    ratio_words,
+)
 
 if TYPE_CHECKING:
     from count_video.planning.spread import TrialTable
@@ -24,6 +32,7 @@ EXACT = 1e-9
 """A mass ratio whose uncertainty is a smaller share of it is taken as given."""
 TRIAL_HEADING = f"{'trial':<24}  count  probability"
 _BAR_AT_MOST = 40
+_CHANCES_AT_MOST = 4
 
 Line = tuple[str, str, str]
 """A label, a value, and a remark beside it."""
@@ -212,9 +221,7 @@ def _why(row: TrialRow) -> str:
         return row.not_kept
     if row.count is None:
         return reason or "not counted"
-    chances = sorted(row.result.probability.items(), key=lambda item: -item[1])
-    likely = [(count, chance) for count, chance in chances[:4] if chance >= 0.005]
-    listed = ", ".join(f"{count}: {percent(chance)}" for count, chance in likely)
+    listed = chances_words(row.result.probability, _CHANCES_AT_MOST)
     return "; ".join(filter(None, (f"probably {row.count} ({listed})", reason)))
 
 

@@ -85,7 +85,7 @@ def render(name: str, scripts: Sequence[str] = (), **values: object) -> str:
         lstrip_blocks=True,
     )
     made.filters |= {"digest": _digest, "printable": printable, "percent": percent}
-    made.filters |= {"ratio_words": ratio_words, "file_name": lambda path: Path(path).name}
+    made.filters |= {"ratio_words": ratio_words}
     style = _own_file("page.css") + _own_file(f"{name}.css")
     texts = [_own_file(f"{script}.js") for script in scripts]
     template = made.get_template(f"{name}.html")

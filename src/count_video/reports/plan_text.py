@@ -22,12 +22,10 @@ from count_video.planning.spread import (
     restitution_range,
 )
 from count_video.reports.campaign import entry, histogram_lines, paper_lines
-from count_video.reports.words import WIDTH, Note, answer_text, percent, plural
+from count_video.reports.words import RARE, WIDTH, Note, answer_text, percent, plural
 
 LISTED_AT_MOST = 5
 """Where there are more counts than this, only their range is given."""
-RARE = 0.005
-"""Counts that fewer trials have are not listed."""
 GOOD_BALL_PX = 60
 """A ball this wide or wider is followed well."""
 

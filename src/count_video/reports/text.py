@@ -15,9 +15,9 @@ from count_video.reports.words import (
     WIDTH,
     Note,
     answer_text,
+    chances_words,
     counts_words,
     fixed,
-    percent,
     plural,
     printable,
     ratio_words,
@@ -121,9 +121,7 @@ def _collision_notes(result: TrialResult) -> Iterator[Note]:
             said = "all followed from the motion in the frames; some are too close to see one by "
             said += f"one, {closest:.1f} frames at the closest"
         yield "Evidence", said
-    chances = sorted(result.probability.items(), key=lambda item: -item[1])
-    likely = [f"{count}: {percent(chance)}" for count, chance in chances if chance >= 0.005]
-    yield "Probability", ", ".join(likely)
+    yield "Probability", chances_words(result.probability)
     if result.count_after_burst:
         more = plural(result.count_after_burst, "more collision")
         yield "Afterwards", f"{more} after the heavy body turned back, which the count leaves out"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # NumPy takes time, and the command needs this module at once
@@ -14,6 +14,8 @@ WIDTH = 80
 """Columns that a terminal has at the least."""
 _LABEL_WIDTH = 13
 _NEARLY_CERTAIN = 0.99
+RARE = 0.005
+"""Less probable counts, and counts that fewer trials have, are not listed."""
 
 Note = tuple[str, str]
 """A label and the sentence that stands beside it."""
@@ -61,6 +63,12 @@ def ratio_words(ratio: Estimate | None, between: str = "±") -> str:
 def percent(chance: float) -> str:
     """Write a chance, with a decimal where it is nearly certain, and never as certain."""
     return f"{chance:.0%}" if chance < _NEARLY_CERTAIN else f"{min(chance, 0.999):.1%}"
+
+
+def chances_words(probability: Mapping[int, float], most: int | None = None) -> str:
+    """List the likely counts with their chances, the likeliest first, and ``most`` at the most."""
+    ordered = sorted(probability.items(), key=lambda item: -item[1])[:most]
+    return ", ".join(f"{count}: {percent(p)}" for count, p in ordered if p >= RARE)
 
 
 def fixed(value: float, decimals: int) -> str:
