@@ -20,8 +20,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from count_video.motion.contacts import Contacts
 from count_video.motion.gaps import Gaps
-from count_video.motion.joint import Contacts
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision
 from count_video.signals import low_points, sigma_of

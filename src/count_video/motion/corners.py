@@ -27,8 +27,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.flight import Motion
-from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.priors import (
     CONTACT_PICTURES,
     CONTACT_SHARE,

@@ -18,11 +18,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.left_out import LeftOut
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import Column
 from count_video.motion.pendulums import Paths, follow_one
-from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.posterior import Weighed, draws_of
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import SeenCollisions

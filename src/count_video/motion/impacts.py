@@ -19,9 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from count_video.motion.corners import HALF_CONTACTS, Corner, Turn, weigh
-from count_video.motion.finding import peaks
+from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.flight import HYSTERESIS_SIGMAS, Motion
-from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.priors import HAND_JUMPS, NO_BOUNCE, STOP_SHARE
 from count_video.records import Floats
 from count_video.signals import low_points
@@ -174,3 +173,10 @@ def _at_stop(corners: Sequence[Corner], side: int, motion: Motion) -> list[Impac
 def _chance(log_odds: Floats | float) -> Floats:
     """Probability of what has such odds, the logarithm of which is given."""
     return np.asarray(1 / (1 + np.exp(-np.maximum(log_odds, LOG_ODDS_AT_LEAST))))
+
+
+def peaks(values: Floats, above: float = 0.0) -> list[int]:
+    """List the values above a level that are above both neighbours as well."""
+    padded = np.concatenate([[-np.inf], values, [-np.inf]])
+    highest = (values > padded[:-2]) & (values >= padded[2:]) & (values > above)
+    return [int(index) for index in np.flatnonzero(highest)]

@@ -25,8 +25,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.gaps import Gaps, gaps_of
-from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.time_base import TimeBase, even
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Floats, Track

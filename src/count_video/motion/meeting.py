@@ -10,13 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from count_video.motion.batches import fit_contacts
+from count_video.motion.contacts import Paths, collisions_of, fit_contacts
 from count_video.motion.corners import weigh
+from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import find_impacts, find_turns, usual_flight
-from count_video.motion.joint import Fitting, collisions_of
-from count_video.motion.model import Paths
-from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.priors import TURN_LOG_RATIO
 from count_video.motion.seen import shows_motion
 from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
@@ -41,7 +39,7 @@ def seen_impacts(track: Track) -> SeenImpacts:
         Paths(slow.frame, slow.ball.position_px, None),
         ["wall" if impact.side < 0 else "far" for impact in impacts],
         [impact.frame for impact in impacts],
-        Fitting(touching=found.contact),
+        found.contact,
     )
     collisions = [in_frames(collision, pace) for collision in collisions_of(fitted)]
     return replace(weighed(motion, found, pace, collisions), errors=fitted.errors)
@@ -74,7 +72,7 @@ def seen_meetings(track: Track, heavy: BodyTrack, pace: float) -> SeenImpacts:
         Paths(track.frame, track.ball.position_px, heavy.position_px),
         ["bodies"] * len(frames),
         frames,
-        Fitting(touching=found.contact),
+        found.contact,
     )
     collisions = [in_frames(collision, pace) for collision in collisions_of(fitted)]
     judged = weighed(motion, found, pace, collisions)

@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.motion.burst import find_burst
-from count_video.motion.finding import find_contacts
-from count_video.motion.gaps import gaps_of
-from count_video.motion.joint import BodyErrors, collisions_of
+from count_video.motion.contacts import BodyErrors, Contacts, Paths, collisions_of, fit_contacts
+from count_video.motion.errors_of_places import HALF_EXPOSURE, Errors, flight_of
+from count_video.motion.flight import motion_of
+from count_video.motion.gaps import Gaps, gaps_of
+from count_video.motion.impacts import find_impacts
 from count_video.motion.resolution import unresolved
 from count_video.motion.swing import Swing, fit_path, path_fits, swing_of
 from count_video.motion.time_base import (
@@ -20,8 +22,8 @@ from count_video.motion.time_base import (
     swing_in_frames,
 )
 from count_video.reasons import Cause, Reason
-from count_video.records import BodyTrack, Collision, Track
-from count_video.signals import Errors, sigma_of
+from count_video.records import BodyTrack, Collision, CollisionKind, Floats, Track
+from count_video.signals import sigma_of
 
 FEW_TO_BELIEVE = 2
 """Outlines can be learnt wrongly: against more collisions than this in a row they have no say. If
@@ -110,7 +112,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     """
     pace = frames_per_picture(track) if pace is None else pace
     gaps = gaps_of(in_pictures(track, pace))
-    contacts = find_contacts(gaps, track.ball_diameter_px)
+    contacts = find_contacts(gaps)
     collisions = _shown(collisions_of(contacts, gaps.sign))
     path = fit_path(gaps, collisions)
     right = path_fits(path, gaps)
@@ -134,6 +136,96 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
         path_fits=bool(right),
         errors=contacts.errors,
     )
+
+
+KINDS: tuple[CollisionKind, CollisionKind] = ("wall", "bodies")
+CORNER_ROWS, CORNERS_TRIED = 10, 400
+"""Rows that show a corner at least, and about how many of them are tried at most."""
+CLEAR_SIGMAS = 4.0
+"""A corner that no turn shows is a contact if its velocity jumps by so many uncertainties."""
+
+
+def find_contacts(gaps: Gaps) -> Contacts:
+    """Find the contacts of ball, heavy body and wall: impacts of either gap that closes.
+
+    They come by turns: the ball cannot come to one side twice but by a contact on the other, nor
+    from rest to the wall. A contact between may be no deeper than the noise, and make no turn: the
+    clearest corner there is taken for it, if there is one.
+    """
+    found = sorted(
+        (impact.frame, kind)
+        for kind in KINDS
+        for impact in find_impacts(motion_of(gaps.frame, gaps.closing(kind))).impacts
+        if impact.side < 0
+    )
+    fitted = _fit(gaps, found)
+    missing = _missing(found, gaps)
+    if not missing:
+        return fitted
+    more = _fit(gaps, sorted([*found, *missing]))
+    clear = [
+        point
+        for point, is_clear in zip(sorted([*found, *missing]), _clear(more), strict=True)
+        if point in found or is_clear
+    ]
+    return _fit(gaps, clear) if len(clear) > len(found) else fitted
+
+
+def _fit(gaps: Gaps, points: Sequence[tuple[float, CollisionKind]]) -> Contacts:
+    paths = Paths(gaps.frame, gaps.ball_px, gaps.heavy_px)
+    return fit_contacts(paths, [kind for _, kind in points], [frame for frame, _ in points])
+
+
+def _clear(fitted: Contacts) -> list[bool]:
+    """Whether the gap of each contact closes before it, and opens clearly faster after it."""
+    ball, heavy = fitted.bodies
+    touching = np.array([kind == "bodies" for kind in fitted.kinds])[:, None]
+    opening = np.where(touching, heavy.rate - ball.rate, ball.rate)
+    sigma = np.where(touching, np.hypot(heavy.sigma, ball.sigma), ball.sigma)
+    jump, unsure = opening[:, 1] - opening[:, 0], np.hypot(sigma[:, 0], sigma[:, 1])
+    return list((opening[:, 0] < 0) & (jump > CLEAR_SIGMAS * unsure))
+
+
+def _missing(
+    points: Sequence[tuple[float, CollisionKind]], gaps: Gaps
+) -> list[tuple[float, CollisionKind]]:
+    """Where two contacts of one kind follow each other, the clearest corner of the other gap.
+
+    A kind that no contact shows, as where two balls meet far from any wall, is not missing.
+    """
+    found, shown = [], {kind for _, kind in points}
+    for before, after in zip([(-np.inf, "wall"), *points], points, strict=False):
+        kind = KINDS[after[1] == "wall"]
+        if kind in shown and after[1] == before[1]:
+            corner = _corner(gaps.frame, gaps.closing(kind), before[0], after[0])
+            found += [] if corner is None else [(corner, kind)]
+    return found
+
+
+def _corner(frame: Floats, signal: Floats, low: float, high: float) -> float | None:
+    """Frame between two others at which a signal most clearly turns from closing to opening.
+
+    Before and after it obeys x'' = g - w^2 (x - x0), so that with a ramp for the jump it is linear
+    in five unknowns. None where too few places are seen, or it does not turn there.
+    """
+    inside = (frame > low + HALF_EXPOSURE) & (frame < high - HALF_EXPOSURE)
+    flight = flight_of(frame[inside], signal[inside])
+    if flight is None or len(flight.clock) < CORNER_ROWS:
+        return None
+    time, place = flight.clock, flight.place_px
+    law = np.column_stack([flight.own, flight.shared])
+    basis, triangle = np.linalg.qr(law)
+    tried = np.arange(1, len(time) - 1, 1 + len(time) // CORNERS_TRIED)
+    ramps = np.maximum(time[:, None] - time[tried], 0.0)
+    shared = basis.T @ ramps
+    ramps -= basis @ shared
+    squares = (ramps**2).sum(axis=0)
+    clear = place @ ramps
+    best = int(np.argmax(clear / np.sqrt(squares)))
+    jump, row = clear[best] / squares[best], tried[best]
+    free = np.linalg.solve(triangle, basis.T @ place - jump * shared[:, best])
+    closing = np.gradient(law @ free, time)[row]
+    return float(time[row]) if closing < 0 < closing + jump else None
 
 
 def _lengths_px(track: Track) -> float:

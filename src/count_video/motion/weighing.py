@@ -12,11 +12,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from count_video.motion.contacts import BodyErrors
 from count_video.motion.corners import STRAY_SHARE, STRAY_SIGMAS, strays
+from count_video.motion.errors_of_places import WINDOW_FRAMES
 from count_video.motion.flight import HYSTERESIS_SIGMAS, Motion
 from count_video.motion.impacts import Found, Impact
-from count_video.motion.joint import BodyErrors
-from count_video.motion.pieces import WINDOW_FRAMES
 from count_video.motion.priors import (
     CHANCE_CLEAR,
     CHANCE_CUT_OFF,

@@ -1,0 +1,239 @@
+r"""Contacts fitted one by one: when each was, and how fast the bodies were before and after it.
+
+Next to a contact at the time t a body obeys the law of flight on both sides, and its velocity
+jumps. With s = frame - t,
+
+    x(s) = p + v s + a s^2 / 2 - b G(s) + j max(s, 0),
+
+where G integrates the measured places twice, from 0 at the contact, so that any swing obeys it
+exactly: noise hardly counts in a double integral. Given t this is linear. A contact that is later
+by dt lowers the places after it by j dt, by which t follows (Gauss and Newton); both bodies share
+it. All contacts of the ball with one wall are at one place, all contacts of the bodies at one
+distance: what the others say of it is one observation more.
+
+Large residuals count like Cauchy errors. The uncertainties hold what lasts of the errors of places
+from frame to frame (see ``errors_of_places``): with H the Hessian, A the weighted design, C the
+covariance of the places and P the priors' part of H, they are those of H^-1 (A' C A + P) H^-1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from count_video.motion.contact_equations import LAW, Body, Equations, Side
+from count_video.motion.descent import weights_of
+from count_video.motion.errors_of_places import HALF_EXPOSURE, Errors, errors_about
+from count_video.motion.flight import motion_of
+from count_video.motion.priors import STRAY_SIGMAS, TIME_MOVES_FRAMES
+from count_video.records import Collision, Floats, Velocities
+from count_video.signals import sigma_of, weighted_median
+
+Kind = Literal["wall", "far", "bodies"]
+"""What touches: the ball and a wall at smaller places, one at larger places, or both bodies."""
+BodyErrors = tuple[Errors | None, ...]
+"""How the places of each body vary together; None where its flights say too little."""
+
+STEPS_AT_MOST, SETTLED_FRAMES = 6, 0.02
+"""Steps are taken until the times move by less than this; in all but the first one contacts are
+held to the place that they share."""
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Places of one body or two over frames, shape (n,) each; NaN where not seen."""
+
+    frame: Floats
+    ball_px: Floats
+    heavy_px: Floats | None
+
+    @property
+    def signals(self) -> tuple[Floats, ...]:
+        """Places of each body."""
+        return (self.ball_px,) if self.heavy_px is None else (self.ball_px, self.heavy_px)
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Velocities of a body at the contacts, before and after; NaN where not shown."""
+
+    rate: Floats
+    """px per frame, shape (contacts, 2)."""
+    sigma: Floats
+    """Their standard uncertainties."""
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """All contacts as fitted; arrays have shape (contacts,)."""
+
+    kinds: tuple[Kind, ...]
+    frame: Floats
+    frame_sigma: Floats
+    ball_px: Floats
+    """Place of the ball."""
+    bodies: tuple[Rates, ...]
+    """Of the ball, then of the heavy body, where there is one."""
+    distance_px: float
+    """Between the bodies' reference points where they touch; NaN where they do not."""
+    errors: BodyErrors
+    """Of the places of each body."""
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """One contact: values and standard uncertainties."""
+
+    moved: float
+    """By how much it is later than it was taken to be, in frames."""
+    moved_sigma: float
+    ball_px: float
+    """Place of the ball."""
+    touch_px: float
+    """Place of the ball, or distance of the bodies where they touch."""
+    touch_sigma: float
+    rate: Floats
+    """Before and after, shape (bodies, 2)."""
+    rate_sigma: Floats
+
+
+def fit_contacts(
+    paths: Paths, kinds: Sequence[Kind], frames: Sequence[float], touching: float = HALF_EXPOSURE
+) -> Contacts:
+    """Fit contacts of known kinds, in order of time, from rough frame coordinates.
+
+    Parameters
+    ----------
+    paths
+        Places of the bodies.
+    kinds, frames
+        Of the contacts.
+    touching
+        Frames on either side of a contact that may show it; more of them for soft bodies.
+    """
+    times = np.array(frames, dtype=np.float64)
+    bodies = _bodies(paths, kinds, times, touching)
+    fitted: list[_Fitted] = []
+    for number in range(STEPS_AT_MOST):
+        held = _held(kinds, fitted, bodies) if number else [None] * len(times)
+        fitted = [_step(bodies, times, n, held[n], touching) for n in range(len(times))]
+        moved = np.array([one.moved for one in fitted])
+        times = times + np.clip(moved, *_reach(times))
+        if number and np.abs(moved).max(initial=0.0) < SETTLED_FRAMES:
+            break
+    apart = [one.touch_px for one, kind in zip(fitted, kinds, strict=True) if kind == "bodies"]
+    rate, sigma = (
+        np.array([getattr(one, name) for one in fitted]).reshape(len(times), len(bodies), 2)
+        for name in ("rate", "rate_sigma")
+    )
+    return Contacts(
+        kinds=tuple(kinds),
+        frame=times,
+        frame_sigma=np.array([one.moved_sigma for one in fitted]),
+        ball_px=np.array([one.ball_px for one in fitted]),
+        bodies=tuple(Rates(rate[:, k], sigma[:, k]) for k in range(len(bodies))),
+        distance_px=float(np.median(apart)) if apart else np.nan,
+        errors=tuple(body.errors for body in bodies),
+    )
+
+
+def _bodies(paths: Paths, kinds: Sequence[Kind], times: Floats, touching: float) -> list[Body]:
+    """Describe the paths; the errors of places are measured about the flights between contacts."""
+    found = []
+    for number, signal in enumerate(paths.signals):
+        jumps = np.array([number == 0 or kind == "bodies" for kind in kinds], dtype=bool)
+        # Of one body alone hands and rest, before the first contact and after the last, are no
+        # flights; two bodies swing before and after.
+        alone = len(paths.signals) == 1
+        errors = errors_about(paths.frame, signal, times[jumps].tolist(), touching, inside=alone)
+        sigma = max(sigma_of(signal), errors.sigma_px if errors else 0.0)
+        motion = motion_of(paths.frame, signal)
+        found.append(Body(paths.frame, signal, motion, errors, sigma, jumps))
+    return found
+
+
+def _reach(times: Floats) -> tuple[Floats, Floats]:
+    """How far contacts may move in one step, backward and forward; their order stays."""
+    between = 0.45 * np.diff(times)
+    before, after = np.append(np.inf, between), np.append(between, np.inf)
+    return -np.minimum(before, TIME_MOVES_FRAMES), np.minimum(after, TIME_MOVES_FRAMES)
+
+
+def _held(
+    kinds: Sequence[Kind], fitted: Sequence[_Fitted], bodies: Sequence[Body]
+) -> list[tuple[float, float] | None]:
+    """Place (distance, of bodies) that each contact shares with its kind, and its uncertainty.
+
+    The surest contacts say most; one alone says nothing.
+    """
+    shared: dict[Kind, tuple[float, float]] = {}
+    stray = STRAY_SIGMAS * max(body.sigma_px for body in bodies)
+    for kind in set(kinds):
+        own = [one for one, its in zip(fitted, kinds, strict=True) if its == kind]
+        places = np.array([one.touch_px for one in own])
+        weights = np.array([1 / (one.touch_sigma**2 + stray**2) for one in own])
+        if len(own) > 1:
+            level = weighted_median(places, weights)
+            scatter = float(np.sqrt(weights @ (places - level) ** 2 / weights.sum()))
+            shared[kind] = level, float(np.hypot(stray, scatter / np.sqrt(len(own))))
+    return [shared.get(kind) for kind in kinds]
+
+
+def _step(
+    bodies: Sequence[Body],
+    times: Floats,
+    number: int,
+    held: tuple[float, float] | None,
+    touching: float,
+) -> _Fitted:
+    """Take one step of one contact, which may be held to a place with its uncertainty."""
+    equations = Equations([Side.of(body, times, number, touching) for body in bodies])
+    # Taken for right, the time gives the jumps; by these a later one changes what follows.
+    values = equations.solved()
+    equations.let_time_move(values)
+    if held is not None:
+        equations.hold(*held, values)
+    weight = weights_of(equations.design @ values - equations.place)
+    values, covariance = equations.solved(weight), equations.covariance(weight)
+    rate, sigma = [], []
+    for side, columns in zip(equations.sides, equations.columns, strict=True):
+        own = np.arange(columns.start, columns.stop)[[1, LAW] if side.jumps else [1]]
+        square = covariance[np.ix_(own, own)]
+        rate.append(np.where(side.shown, [values[own[0]], values[own].sum()], np.nan))
+        variances = np.maximum([square[0, 0], square.sum()], 0.0)
+        sigma.append(np.where(side.shown, np.sqrt(variances), np.nan))
+    touch = equations.touch
+    return _Fitted(
+        moved=float(values[-1]),
+        moved_sigma=float(np.sqrt(covariance[-1, -1])),
+        ball_px=float(values[0]) + equations.sides[0].middle_px,
+        touch_px=float(touch @ values) + equations.offset_px,
+        touch_sigma=float(np.sqrt(touch @ covariance @ touch)),
+        rate=np.array(rate),
+        rate_sigma=np.array(sigma),
+    )
+
+
+def collisions_of(fitted: Contacts, sign: int = 1) -> list[Collision]:
+    """Contacts as collisions, all of them seen, at places and velocities times a sign."""
+    rates, sigmas = (np.full((len(fitted.kinds), 2, 2), np.nan) for _ in range(2))
+    for place, body in enumerate(fitted.bodies):
+        rates[:, :, place], sigmas[:, :, place] = sign * body.rate, body.sigma
+    velocities = np.concatenate([rates, sigmas], axis=-1).tolist()
+    return [
+        Collision(
+            number=number + 1,
+            kind="bodies" if kind == "bodies" else "wall",
+            frame=float(fitted.frame[number]),
+            frame_sigma=float(fitted.frame_sigma[number]),
+            time_s=None,
+            seen=True,
+            position_px=sign * float(fitted.ball_px[number]),
+            velocity_before=Velocities(*velocities[number][0]),
+            velocity_after=Velocities(*velocities[number][1]),
+        )
+        for number, kind in enumerate(fitted.kinds)
+    ]
