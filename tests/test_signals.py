@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from count_video.signals import NOISE_AT_LEAST_PX, depths, low_points, noise_px, sigma_of
+from count_video.signals import NOISE_AT_LEAST_PX, low_points, noise_px, sigma_of
 
 NAN = float("nan")
 ESTIMATE_SHARE = 0.15
@@ -153,21 +153,3 @@ def test_a_noisy_track_keeps_its_noise() -> None:
     noise = np.random.default_rng(4).normal(0.0, 1.0, 500)
 
     assert sigma_of(noise) == noise_px(noise)
-
-
-@pytest.mark.parametrize(
-    ("signal", "lows", "deep"),
-    [
-        pytest.param([3, 0, 2, 1, 5], [1, 3], [5, 1], id="the lowest reaches up to the highest"),
-        pytest.param([5, 1, 2, 0, 4], [1, 3], [1, 5], id="the next lower one on the right"),
-        pytest.param([4, 0, 1, 0.5, 3, 0.2, 5], [1, 3, 5], [5, 0.5, 2.8], id="one within another"),
-        pytest.param([4, 1, NAN, 3, 1, 4], [1, 4], [3, 3], id="none is lower, one sample unseen"),
-        pytest.param([1, 2], [], [], id="no low points"),
-    ],
-)
-def test_a_low_point_is_as_deep_as_the_signal_rises_before_a_lower_one(
-    signal: list[float], lows: list[int], deep: list[float]
-) -> None:
-    found = depths(np.array(signal, dtype=np.float64), np.array(lows, dtype=np.intp))
-
-    assert found.tolist() == pytest.approx(deep)

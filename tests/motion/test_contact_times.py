@@ -3,9 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from count_video.motion.batches import fit_contacts
-from count_video.motion.joint import Contacts
-from count_video.motion.model import Paths
+from count_video.motion.contacts import Contacts, Paths, fit_contacts
 from count_video.records import Floats
 
 FRAMES = 241

@@ -9,11 +9,11 @@ import pytest
 from filmed_trials import Filming, film
 from free_paths import alone, between_stops, body, noisy
 
+from count_video.motion.errors_of_places import Errors
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.seen import seen_collisions, with_errors
 from count_video.physics.setup import Setup
 from count_video.records import BodyTrack, Floats, Track
-from count_video.signals import Errors
 
 LIGHT_KG = 0.0105
 NOISE_PX = 0.08

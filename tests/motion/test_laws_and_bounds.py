@@ -109,7 +109,7 @@ def test_jitter_at_rest_is_no_collision() -> None:
     assert found.burst == 0
 
 
-def test_a_missed_collision_is_reported() -> None:
+def test_a_collision_that_no_picture_shows_follows_from_the_flights_and_is_not_seen() -> None:
     whole = trial()
     number = whole.kinds.index("wall", 3)
     begin, end = whole.frames[number - 1] + 3, whole.frames[number + 1] - 3
@@ -119,8 +119,9 @@ def test_a_missed_collision_is_reported() -> None:
 
     found = seen_collisions(track)
 
-    assert found.burst < whole.motion.count
-    assert any(doubt.cause in {Cause.WALL_MISSED, Cause.BODY_MISSED} for doubt in found.doubts)
+    assert found.burst == whole.motion.count
+    assert [one.seen for one in found.collisions].index(False) == number
+    assert found.shown == whole.motion.count - 1
 
 
 def test_a_ball_that_swings_back_before_the_wall_has_not_struck_it() -> None:

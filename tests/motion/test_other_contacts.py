@@ -7,9 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from count_video.motion.batches import fit_contacts
-from count_video.motion.joint import Contacts, Fitting
-from count_video.motion.model import Paths
+from count_video.motion.contacts import Contacts, Paths, fit_contacts
 from count_video.records import Floats
 
 NOISE_PX = 0.1
@@ -65,8 +63,9 @@ def test_what_one_body_loses_at_a_contact_the_other_gains() -> None:
     found, _ = meeting_once(5)
     first, second = found.bodies
 
-    apart = np.hypot(first.jump_sigma, second.jump_sigma)
-    assert np.abs(first.jump + second.jump) < 5 * apart
+    jumps = [np.diff(body.rate) for body in (first, second)]
+    unsure = np.linalg.norm(np.concatenate([first.sigma, second.sigma]))
+    assert np.abs(jumps[0] + jumps[1]) < 5 * unsure
 
 
 def test_frames_that_show_a_soft_contact_take_no_part() -> None:
@@ -74,9 +73,7 @@ def test_frames_that_show_a_soft_contact_take_no_part() -> None:
     sharp = 50.0 - np.abs(FRAME - 60.2)
     soft = np.where(np.abs(FRAME - 60.2) < 3, 47.0 + (9 - (FRAME - 60.2) ** 2) / 6, sharp)
 
-    found = fit_contacts(
-        Paths(FRAME, soft + noise(7), None), ["far"], [60.0], Fitting(touching=3.5)
-    )
+    found = fit_contacts(Paths(FRAME, soft + noise(7), None), ["far"], [60.0], touching=3.5)
 
     assert found.frame[0] == pytest.approx(60.2, abs=5 * float(found.frame_sigma[0]))
     assert found.ball_px[0] == pytest.approx(50.0, abs=5 * NOISE_PX)

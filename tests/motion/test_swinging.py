@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from count_video.motion.corners import weigh
+from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import find_turns
 from count_video.motion.meeting import seen_impacts
-from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.reasons import Cause
 from count_video.records import Floats
 

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from count_video.motion.batches import fit_contacts
 from count_video.motion.burst import turned_before
-from count_video.motion.joint import Contacts, Motion
-from count_video.motion.model import Paths
+from count_video.motion.contacts import Contacts, Paths, Rates, fit_contacts
 from count_video.records import Floats
 
 FLIGHT = (20.0, 70.0)
@@ -54,7 +52,7 @@ def test_a_body_that_still_moves_away_has_not_turned(frames: float, seed: int) -
 
 def test_a_velocity_that_is_not_shown_gives_no_turn() -> None:
     nothing = np.full((2, 2), np.nan)
-    unseen = Motion(nothing, nothing, np.full(2, np.nan), np.zeros((2, 2)))
+    unseen = Rates(nothing, nothing)
     contacts = fitted(np.arange(100.0), 200.0 + np.zeros(100))
 
     assert turned_before(replace(contacts, bodies=(unseen, unseen))) == np.inf

@@ -22,8 +22,11 @@ WINDOW_AT_MOST_FRAMES = 192.0
 """Places farther from a contact than ``WINDOW_FRAMES`` are used, to this limit, ..."""
 WAY_SIGMAS = 60.0
 """... until the body has covered so many standard deviations of a mean over 24 places."""
+BEND_CHANGES = 3.0
+"""An acceleration changes at a contact by up to so many times what those of the flights scatter:
+hands and slopes act on one side only."""
 LAW = 4
-"""Columns of a flight: p, v, a and b; then the jump, if there is one."""
+"""Columns of a flight: p, v, a and b; then what changes at the contact: v, and a by little."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +79,9 @@ class Side:
         flight = [np.ones(len(rows)), since, since**2 / 2, _fallen(since, place - middle)]
         scales = [motion.way_px, motion.speed, motion.acceleration_sigma, motion.swing_sigma]
         if jumps:
-            flight.append(np.maximum(since, 0.0))
-            scales.append(2 * motion.speed)
+            later = np.maximum(since, 0.0)
+            flight += [later, later**2 / 2]
+            scales += [2 * motion.speed, BEND_CHANGES * motion.acceleration_sigma]
         mean = np.zeros(len(scales))
         mean[2] = motion.acceleration
         return cls(
@@ -103,16 +107,15 @@ class Equations:
         self.prior, self.wanted = np.diag(1 / scales), mean / scales
         self.place = np.concatenate([side.place / side.body.sigma_px for side in sides])
         self.design = np.zeros((len(self.place), len(scales)))
-        self.touch = np.zeros(len(scales))
-        """What of the parameters makes the place of the ball, or the distance of the bodies."""
-        self.offset_px = 0.0
+        self._touch = np.zeros(len(scales))
+        self._offset_px = 0.0
         touching = [side.jumps for side in sides]
         for k, side in enumerate(sides):
             self.design[self.rows[k], self.columns[k]] = side.design / side.body.sigma_px
             if side.jumps:
                 sign = -1.0 if k == 0 and sum(touching) > 1 else 1.0
-                self.touch[self.columns[k].start] = sign
-                self.offset_px += sign * side.middle_px
+                self._touch[self.columns[k].start] = sign
+                self._offset_px += sign * side.middle_px
 
     def let_time_move(self, values: Floats) -> None:
         """Fill in the last column, given the other parameters, shape (columns,)."""
@@ -121,12 +124,23 @@ class Equations:
                 jump = values[columns][LAW]
                 self.design[rows, -1] = -jump * (side.since > 0) / side.body.sigma_px
 
+    def touch(self, values: Floats) -> Floats:
+        """How the ball's place, or the bodies' distance, at the contact depends on the parameters.
+
+        They move on until they touch: their velocities stand next to their places.
+        """
+        touch = self._touch.copy()
+        touch[-1] = touch[:-2] @ values[1:-1]
+        return touch
+
+    def touch_px(self, values: Floats) -> float:
+        """Place of the ball, or distance of the bodies, where they touch."""
+        return float(self.touch(values) @ values) + self._offset_px
+
     def hold(self, level_px: float, sigma_px: float, values: Floats) -> None:
-        """Add that the bodies touch at a place; they move on until they do."""
-        row = self.touch / sigma_px
-        row[-1] = row[:-2] @ values[1:-1]  # the velocities stand next to the places
-        self.prior = np.vstack([self.prior, row])
-        self.wanted = np.append(self.wanted, (level_px - self.offset_px) / sigma_px)
+        """Add that the bodies touch at a place; ``values`` give their velocities."""
+        self.prior = np.vstack([self.prior, self.touch(values) / sigma_px])
+        self.wanted = np.append(self.wanted, (level_px - self._offset_px) / sigma_px)
 
     def solved(self, weight: Floats | float = 1.0) -> Floats:
         """Least squares with weights of the places, shape (places,); shape (columns,)."""

@@ -93,7 +93,7 @@ class _Fitted:
     ball_px: float
     """Place of the ball."""
     touch_px: float
-    """Place of the ball, or distance of the bodies where they touch."""
+    """Place of the ball, or distance of the bodies where they touch, by this contact alone."""
     touch_sigma: float
     rate: Floats
     """Before and after, shape (bodies, 2)."""
@@ -192,12 +192,14 @@ def _step(
     """Take one step of one contact, which may be held to a place with its uncertainty."""
     equations = Equations([Side.of(body, times, number, touching) for body in bodies])
     # Taken for right, the time gives the jumps; by these a later one changes what follows.
-    values = equations.solved()
-    equations.let_time_move(values)
+    equations.let_time_move(equations.solved())
+    weight = weights_of(equations.design @ equations.solved() - equations.place)
+    values, covariance = equations.solved(weight), equations.covariance(weight)
+    touch = equations.touch(values)
+    touch_px, touch_sigma = equations.touch_px(values), float(np.sqrt(touch @ covariance @ touch))
     if held is not None:
         equations.hold(*held, values)
-    weight = weights_of(equations.design @ values - equations.place)
-    values, covariance = equations.solved(weight), equations.covariance(weight)
+        values, covariance = equations.solved(weight), equations.covariance(weight)
     rate, sigma = [], []
     for side, columns in zip(equations.sides, equations.columns, strict=True):
         own = np.arange(columns.start, columns.stop)[[1, LAW] if side.jumps else [1]]
@@ -205,13 +207,12 @@ def _step(
         rate.append(np.where(side.shown, [values[own[0]], values[own].sum()], np.nan))
         variances = np.maximum([square[0, 0], square.sum()], 0.0)
         sigma.append(np.where(side.shown, np.sqrt(variances), np.nan))
-    touch = equations.touch
     return _Fitted(
         moved=float(values[-1]),
         moved_sigma=float(np.sqrt(covariance[-1, -1])),
         ball_px=float(values[0]) + equations.sides[0].middle_px,
-        touch_px=float(touch @ values) + equations.offset_px,
-        touch_sigma=float(np.sqrt(touch @ covariance @ touch)),
+        touch_px=touch_px,
+        touch_sigma=touch_sigma,
         rate=np.array(rate),
         rate_sigma=np.array(sigma),
     )

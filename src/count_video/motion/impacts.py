@@ -55,13 +55,20 @@ class Found:
     """Place of the stop on each side where there is one."""
 
 
-def find_impacts(motion: Motion, touching_px: float | None = None) -> Found:
+def find_impacts(
+    motion: Motion,
+    touching_px: float | None = None,
+    depth_sigmas: float = HYSTERESIS_SIGMAS,
+    struck: Sequence[float] = (),
+) -> Found:
     """Find the impacts of one body, or of two by the gap between them.
 
-    The gap closes to 0 at every impact, but for ``touching_px`` to either side.
+    The gap closes to 0 at every impact, but for ``touching_px`` to either side. Turns are as deep
+    as so many standard deviations of a place; at the frames ``struck`` something else strikes the
+    body, which need not turn it.
     """
-    turns = find_turns(motion)
-    corners, contact = _weighed(turns, motion)
+    turns = find_turns(motion, depth_sigmas)
+    corners, contact = _weighed(turns, motion, struck)
     found, stops = [], {}
     for side in (-1, 1):
         here = [corner for turn, corner in zip(turns, corners, strict=True) if turn.side == side]
@@ -82,9 +89,9 @@ def find_impacts(motion: Motion, touching_px: float | None = None) -> Found:
     return Found(sure, tuple(i for i in found if i.chance <= 0.5), contact, stops)
 
 
-def find_turns(motion: Motion) -> list[Turn]:
+def find_turns(motion: Motion, depth_sigmas: float = HYSTERESIS_SIGMAS) -> list[Turn]:
     """Find turns deeper than the noise, in order of time."""
-    depth = HYSTERESIS_SIGMAS * motion.sigma_px
+    depth = depth_sigmas * motion.sigma_px
     place = np.where(motion.moving, motion.place_px, np.nan)
     # Lowest samples on both sides of a gap are one turn within it.
     turns = {
@@ -114,14 +121,21 @@ def usual_flight(turns: Sequence[Turn], motion: Motion) -> float:
     return float(np.median(flights) if len(flights) else motion.moving.sum() / 2)
 
 
-def _weighed(turns: Sequence[Turn], motion: Motion) -> tuple[list[Corner], float]:
+def _weighed(
+    turns: Sequence[Turn], motion: Motion, struck: Sequence[float]
+) -> tuple[list[Corner], float]:
     """Weigh all turns, and half the time that a contact takes, in pictures."""
     flight = usual_flight(turns, motion)
     best: dict[Turn, Corner] = {}
     kept, contact, worst = list(turns), HALF_EXPOSURE, [0]
     while worst:
-        ends = [-np.inf, *(turn.frame for turn in kept), np.inf]
-        for turn, limits in zip(kept, zip(ends[:-2], ends[2:], strict=True), strict=True):
+        ends = np.array([-np.inf, *(turn.frame for turn in kept), *struck, np.inf])
+        for turn in kept:
+            apart = ends - turn.frame
+            limits = (
+                turn.frame + float(apart[apart < -HALF_EXPOSURE].max()),
+                turn.frame + float(apart[apart > HALF_EXPOSURE].min()),
+            )
             corner = weigh(motion, turn, limits, flight, contact)
             # An impact is one by some of the flights next to it; others may hold what misleads.
             if turn not in best or corner.log_odds > best[turn].log_odds:

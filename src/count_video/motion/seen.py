@@ -13,6 +13,7 @@ from count_video.motion.errors_of_places import HALF_EXPOSURE, Errors, flight_of
 from count_video.motion.flight import motion_of
 from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.impacts import find_impacts
+from count_video.motion.priors import NO_BOUNCE
 from count_video.motion.resolution import unresolved
 from count_video.motion.swing import Swing, fit_path, path_fits, swing_of
 from count_video.motion.time_base import (
@@ -113,7 +114,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     pace = frames_per_picture(track) if pace is None else pace
     gaps = gaps_of(in_pictures(track, pace))
     contacts = find_contacts(gaps)
-    collisions = _shown(collisions_of(contacts, gaps.sign))
+    collisions = _shown(collisions_of(contacts, gaps.sign), gaps)
     path = fit_path(gaps, collisions)
     right = path_fits(path, gaps)
     burst = find_burst(collisions, contacts, gaps)
@@ -138,52 +139,36 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     )
 
 
-KINDS: tuple[CollisionKind, CollisionKind] = ("wall", "bodies")
+KINDS: tuple[CollisionKind, CollisionKind] = ("bodies", "wall")
 CORNER_ROWS, CORNERS_TRIED = 10, 400
 """Rows that show a corner at least, and about how many of them are tried at most."""
-CLEAR_SIGMAS = 4.0
-"""A corner that no turn shows is a contact if its velocity jumps by so many uncertainties."""
+UNSEEN_FRAMES = 3.0
+"""What happens between pictures that are farther apart is not shown."""
+CLEAR_SIGMAS = 6.0
+"""A turn is as deep as so many standard deviations of a place, or, where it is shallower, a corner
+as clear: of 10 000 independent frames none strays from its neighbours by so much."""
 
 
 def find_contacts(gaps: Gaps) -> Contacts:
     """Find the contacts of ball, heavy body and wall: impacts of either gap that closes.
 
-    They come by turns: the ball cannot come to one side twice but by a contact on the other, nor
-    from rest to the wall. A contact between may be no deeper than the noise, and make no turn: the
-    clearest corner there is taken for it, if there is one.
+    Between sure ones a turn is a contact unless it is clearly smooth: where flights hold too few
+    pictures nothing shows that the ball bounces, but it can hardly turn otherwise.
     """
-    found = sorted(
-        (impact.frame, kind)
-        for kind in KINDS
-        for impact in find_impacts(motion_of(gaps.frame, gaps.closing(kind))).impacts
-        if impact.side < 0
-    )
-    fitted = _fit(gaps, found)
-    missing = _missing(found, gaps)
-    if not missing:
-        return fitted
-    more = _fit(gaps, sorted([*found, *missing]))
-    clear = [
-        point
-        for point, is_clear in zip(sorted([*found, *missing]), _clear(more), strict=True)
-        if point in found or is_clear
-    ]
-    return _fit(gaps, clear) if len(clear) > len(found) else fitted
-
-
-def _fit(gaps: Gaps, points: Sequence[tuple[float, CollisionKind]]) -> Contacts:
+    sure: list[tuple[float, CollisionKind]] = []
+    unsure: list[tuple[float, CollisionKind]] = []
+    for kind in KINDS:  # that of the bodies strikes the ball on its way to the wall and back
+        motion = motion_of(gaps.frame, gaps.closing(kind))
+        struck = [frame for frame, _ in sure]
+        found = find_impacts(motion, depth_sigmas=CLEAR_SIGMAS, struck=struck)
+        sure += [(one.frame, kind) for one in found.impacts if one.side < 0]
+        turns = (one for one in found.open if one.side < 0 and one.log_odds >= NO_BOUNCE)
+        unsure += [(one.frame, kind) for one in turns]
+    first, last = min(sure, default=(np.inf,))[0], max(sure, default=(-np.inf,))[0]
+    points = sorted([*sure, *(one for one in unsure if first < one[0] < last)])
+    points = sorted([*points, *_missing(points, gaps)])
     paths = Paths(gaps.frame, gaps.ball_px, gaps.heavy_px)
     return fit_contacts(paths, [kind for _, kind in points], [frame for frame, _ in points])
-
-
-def _clear(fitted: Contacts) -> list[bool]:
-    """Whether the gap of each contact closes before it, and opens clearly faster after it."""
-    ball, heavy = fitted.bodies
-    touching = np.array([kind == "bodies" for kind in fitted.kinds])[:, None]
-    opening = np.where(touching, heavy.rate - ball.rate, ball.rate)
-    sigma = np.where(touching, np.hypot(heavy.sigma, ball.sigma), ball.sigma)
-    jump, unsure = opening[:, 1] - opening[:, 0], np.hypot(sigma[:, 0], sigma[:, 1])
-    return list((opening[:, 0] < 0) & (jump > CLEAR_SIGMAS * unsure))
 
 
 def _missing(
@@ -191,11 +176,13 @@ def _missing(
 ) -> list[tuple[float, CollisionKind]]:
     """Where two contacts of one kind follow each other, the clearest corner of the other gap.
 
+    The ball cannot come to one side twice but by a contact on the other, nor from rest to the wall.
+    Such a contact may be no deeper than the noise, and make no turn.
     A kind that no contact shows, as where two balls meet far from any wall, is not missing.
     """
     found, shown = [], {kind for _, kind in points}
     for before, after in zip([(-np.inf, "wall"), *points], points, strict=False):
-        kind = KINDS[after[1] == "wall"]
+        kind = KINDS[after[1] == "bodies"]
         if kind in shown and after[1] == before[1]:
             corner = _corner(gaps.frame, gaps.closing(kind), before[0], after[0])
             found += [] if corner is None else [(corner, kind)]
@@ -206,7 +193,7 @@ def _corner(frame: Floats, signal: Floats, low: float, high: float) -> float | N
     """Frame between two others at which a signal most clearly turns from closing to opening.
 
     Before and after it obeys x'' = g - w^2 (x - x0), so that with a ramp for the jump it is linear
-    in five unknowns. None where too few places are seen, or it does not turn there.
+    in five unknowns. None where too few places are seen, or none is clear.
     """
     inside = (frame > low + HALF_EXPOSURE) & (frame < high - HALF_EXPOSURE)
     flight = flight_of(frame[inside], signal[inside])
@@ -223,6 +210,9 @@ def _corner(frame: Floats, signal: Floats, low: float, high: float) -> float | N
     clear = place @ ramps
     best = int(np.argmax(clear / np.sqrt(squares)))
     jump, row = clear[best] / squares[best], tried[best]
+    unseen = time[row + 1] - time[row - 1] > UNSEEN_FRAMES
+    if unseen or clear[best] < CLEAR_SIGMAS * sigma_of(place) * np.sqrt(squares[best]):
+        return None
     free = np.linalg.solve(triangle, basis.T @ place - jump * shared[:, best])
     closing = np.gradient(law @ free, time)[row]
     return float(time[row]) if closing < 0 < closing + jump else None
@@ -234,11 +224,15 @@ def _lengths_px(track: Track) -> float:
     return sum(body.high_edge_px - body.low_edge_px for body in bodies)
 
 
-def _shown(collisions: Sequence[Collision]) -> list[Collision]:
-    """Mark which collisions the frames show."""
+def _shown(collisions: Sequence[Collision], gaps: Gaps) -> list[Collision]:
+    """Mark which collisions the frames show: surely in time, and with pictures next to them."""
     frames = [collision.frame for collision in collisions]
     nearest = np.minimum(np.diff(frames, prepend=-np.inf), np.diff(frames, append=np.inf))
+    pictures = gaps.frame[np.isfinite(gaps.ball_px)]
+    ends = np.concatenate([[-np.inf], pictures, [np.inf]])
+    after = np.searchsorted(pictures, frames) + 1
+    apart = ends[after] - ends[after - 1]
     return [
-        replace(collision, seen=collision.frame_sigma <= SHOWN_SHARE * apart)
-        for collision, apart in zip(collisions, nearest.tolist(), strict=True)
+        replace(one, seen=bool(one.frame_sigma <= SHOWN_SHARE * free and gap <= UNSEEN_FRAMES))
+        for one, free, gap in zip(collisions, nearest.tolist(), apart.tolist(), strict=True)
     ]

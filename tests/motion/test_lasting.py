@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from count_video.motion.errors_of_places import LASTS_FRAMES, Errors, Flight, errors_of
 from count_video.records import Floats
-from count_video.signals import LASTS_FRAMES, Errors, Flight, errors_of
 
 SIGMA_PX = 0.05
 FLIGHTS = 12
