@@ -92,9 +92,12 @@ STILL_PICTURES = 10.0
 """A flight over so many pictures shows its acceleration to the noise of one place."""
 
 
-def motion_of(frame: Floats, place_px: Floats) -> Motion:
+def motion_of(
+    frame: Floats, place_px: Floats, noise_at_least_px: float = NOISE_AT_LEAST_PX
+) -> Motion:
     """Measure acceleration and noise of a path, shape (n,), in pictures and px."""
-    return Motion(frame, place_px, *usual_acceleration(frame, place_px), _noise_px(place_px))
+    noise_px = max(_noise_px(place_px), noise_at_least_px)
+    return Motion(frame, place_px, *usual_acceleration(frame, place_px), noise_px)
 
 
 def _noise_px(place_px: Floats) -> float:
@@ -105,9 +108,8 @@ def _noise_px(place_px: Floats) -> float:
     third = np.diff(place_px, n=3)
     third = third[np.isfinite(third)]
     if len(third) == 0:
-        return NOISE_AT_LEAST_PX
-    spread = float(np.quantile(np.abs(third), 0.25)) / QUARTILE / float(np.sqrt(20.0))
-    return max(spread, NOISE_AT_LEAST_PX)
+        return 0.0
+    return float(np.quantile(np.abs(third), 0.25)) / QUARTILE / float(np.sqrt(20.0))
 
 
 def usual_acceleration(frame: Floats, place_px: Floats) -> tuple[float, float]:
@@ -133,6 +135,6 @@ def usual_acceleration(frame: Floats, place_px: Floats) -> tuple[float, float]:
 
 def _between_turns(frame: Floats, place_px: Floats) -> float:
     """Median time in pictures between turns of a path, of whatever sort; 0 for fewer than two."""
-    depth = HYSTERESIS_SIGMAS * _noise_px(place_px)
+    depth = HYSTERESIS_SIGMAS * max(_noise_px(place_px), NOISE_AT_LEAST_PX)
     turns = np.sort(np.concatenate([low_points(sign * place_px, depth) for sign in (1, -1)]))
     return float(np.median(np.diff(frame[turns]))) if len(turns) > 1 else 0.0

@@ -24,7 +24,7 @@ from count_video.motion.time_base import (
 )
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, CollisionKind, Floats, Track
-from count_video.signals import sigma_of
+from count_video.signals import NOISE_AT_LEAST_PX, sigma_of
 
 FEW_TO_BELIEVE = 2
 """Outlines can be learnt wrongly: against more collisions than this in a row they have no say. If
@@ -158,7 +158,7 @@ def find_contacts(gaps: Gaps) -> Contacts:
     sure: list[tuple[float, CollisionKind]] = []
     unsure: list[tuple[float, CollisionKind]] = []
     for kind in KINDS:  # that of the bodies strikes the ball on its way to the wall and back
-        motion = motion_of(gaps.frame, gaps.closing(kind))
+        motion = motion_of(gaps.frame, gaps.closing(kind), NOISE_AT_LEAST_PX)
         struck = [frame for frame, _ in sure]
         found = find_impacts(motion, depth_sigmas=CLEAR_SIGMAS, struck=struck)
         sure += [(one.frame, kind) for one in found.impacts if one.side < 0]
