@@ -21,7 +21,7 @@ from count_video.records import (
     TrialResult,
     unread_result,
 )
-from count_video.reports.wording import sentence, sentences
+from count_video.reports.words import sentence, sentences
 from count_video.settings import TrialSettings
 
 RELATIVE_SIGMA_AT_MOST = 0.1

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 from count_video.inputs import MASS_RATIO
@@ -28,12 +28,7 @@ from count_video.reports.words import (
 if TYPE_CHECKING:
     from count_video.planning.spread import TrialTable
 
-EXACT = 1e-9
-"""A mass ratio whose uncertainty is a smaller share of it is taken as given."""
 TRIAL_HEADING = f"{'trial':<24}  count  probability"
-_BAR_AT_MOST = 40
-_CHANCES_AT_MOST = 4
-
 Line = tuple[str, str, str]
 """A label, a value, and a remark beside it."""
 
@@ -62,10 +57,10 @@ class TrialRow:
         """Probability of the count; None where there is none."""
         return self.result.chance
 
-    @property
+    @cached_property
     def theory(self) -> int | None:
         """Exact count of the masses that were given; None where none were."""
-        return None if self.masses is None else _theory(*self.masses)
+        return None if self.masses is None else collision_count(*self.masses)
 
     @property
     def mass_ratio(self) -> Estimate | None:
@@ -75,7 +70,8 @@ class TrialRow:
         ratio = self.result.ratio
         if ratio is None or not MASS_RATIO.holds(ratio.value):
             return None
-        known = EXACT * ratio.value < ratio.sigma < math.inf
+        # An uncertainty of nothing but rounding errors is none: the ratio was given.
+        known = 1e-9 * ratio.value < ratio.sigma < math.inf
         return ratio if known else Estimate(ratio.value, 0.0)
 
     @property
@@ -83,9 +79,6 @@ class TrialRow:
         """True for what is not counted, not kept, or less than sure."""
         sure = self.probability is None or self.probability >= SURE
         return self.count is None or self.not_kept is not None or not sure
-
-
-_theory = cache(collision_count)
 
 
 @dataclass(frozen=True)
@@ -217,20 +210,19 @@ def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
 
 def _why(row: TrialRow) -> str:
     reason = row.result.reason
-    if row.not_kept is not None:
-        return row.not_kept
-    if row.count is None:
-        return reason or "not counted"
-    listed = chances_words(row.result.probability, _CHANCES_AT_MOST)
+    if row.count is None or row.not_kept is not None:
+        return row.not_kept or reason or "not counted"
+    listed = chances_words(row.result.probability, 4)
     return "; ".join(filter(None, (f"probably {row.count} ({listed})", reason)))
 
 
 def summary_lines(one: Summary) -> list[Line]:
     """List the lines of the paper's table for trials, and of what is known of their bodies."""
-    uncertainty, source = one.mean_uncertainty, ""
+    source, beside = "", ""
     if one.theory_source == "measured":
         source = f"(measured mass ratio {ratio_words(one.mass_ratio)})"
-    beside = "" if uncertainty is None else f"± {uncertainty:.2f} by the counts' own probabilities"
+    if one.mean_uncertainty is not None:
+        beside = f"± {one.mean_uncertainty:.2f} by the counts' own probabilities"
     lines = paper_lines(one, ("counted", one.counted), (theory_words(one), source), beside)
     for label, spread in (
         ("Restitution between the bodies", one.restitution_bodies),
@@ -274,7 +266,7 @@ def histogram_lines(histogram: Mapping[int, int], theories: Sequence[int]) -> li
     if not histogram:
         return []
     lines = ["", "Collisions  trials"]
-    scale = min(1.0, _BAR_AT_MOST / max(histogram.values()))
+    scale = min(1.0, 40 / max(histogram.values()))
     for count in range(max(histogram), min(histogram) - 1, -1):
         number = histogram.get(count, 0)
         bar = "#" * max(round(number * scale), number > 0)

@@ -26,7 +26,7 @@ from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
 
 from count_video.records import CollisionKind
-from count_video.reports.words import printable
+from count_video.reports.words import KINDS, printable
 
 BLACK, GREY, WHITE = "#000000", "#666666", "#FFFFFF"
 ORANGE, SKY_BLUE, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
@@ -76,8 +76,8 @@ class Mark:
 
 
 MARKS: dict[CollisionKind, Mark] = {
-    "bodies": Mark(VERMILION, "o", "●○", "between the bodies"),
-    "wall": Mark(BLUE, "s", "■□", "with the wall"),
+    "bodies": Mark(VERMILION, "o", "●○", KINDS["bodies"]),
+    "wall": Mark(BLUE, "s", "■□", KINDS["wall"]),
 }
 
 
@@ -117,12 +117,6 @@ def font_path() -> str:
 
 # ---- numbers beside marks ----------------------------------------------------------------------
 
-NUMBER = "number"
-AWAY_POINTS = 6.0
-"""Distance from the middle of a mark to its number."""
-MARGIN_PX = 3.0
-"""A number leaves so much around itself free."""
-
 Number = tuple[str, tuple[float, float], tuple[float, float]]
 """What to write, its mark's place in data coordinates, and the direction in which it stands from
 there, x to the right and y up."""
@@ -136,7 +130,7 @@ def number_marks(axes: Axes, numbers: Iterable[Number], *, size: float = 10) -> 
             label = axes.annotate(
                 text,
                 place,
-                xytext=(AWAY_POINTS * right, AWAY_POINTS * up),
+                xytext=(6.0 * right, 6.0 * up),
                 textcoords="offset points",
                 ha=("right", "center", "left")[round(right) + 1],
                 va=("top", "center", "bottom")[round(up) + 1],
@@ -144,7 +138,7 @@ def number_marks(axes: Axes, numbers: Iterable[Number], *, size: float = 10) -> 
                 weight="bold",
                 path_effects=list(HALO),
                 zorder=5,
-                gid=NUMBER,
+                gid="number",
                 annotation_clip=True,
             )
             label.set_in_layout(False)
@@ -168,11 +162,11 @@ def thin_numbers(figure: Figure) -> None:
         places = [axes.transData.transform(np.asarray(one.get_offsets())) for one in drawn]
         taken: list[Bbox] = []
         for label in axes.texts:
-            if isinstance(label, Annotation) and label.get_gid() == NUMBER:
+            if isinstance(label, Annotation) and label.get_gid() == "number":
                 box, marks = label.get_window_extent(), np.concatenate(places)
                 middle, own = box.get_points().mean(axis=0), axes.transData.transform(label.xy)
                 nearest = np.linalg.norm(marks - middle, axis=1).min()
-                around = box.padded(MARGIN_PX)
+                around = box.padded(3.0)
                 free = around.count_overlaps(taken) == around.count_contains(marks) == 0
                 label.set_visible(free and nearest >= np.linalg.norm(own - middle) - 1e-6)
                 taken += [box] if label.get_visible() else []

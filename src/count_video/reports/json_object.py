@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 SCHEMA_VERSION = 1
 SIGNIFICANT_DIGITS = 12
-"""Digits of a number: more than any measurement has, fewer than rounding errors show in."""
+"""More than any measurement has, fewer than rounding errors show in."""
 _NAMES = {
     "setup": "fitted_setup",
     "velocity_before": "velocity_before_px_frame",
@@ -94,8 +94,7 @@ def plan_object(plan: Plan) -> dict[str, object]:
     """Turn a plan into what ``json.dumps`` takes; the map is in its own table."""
     camera = plain(plan.camera)
     if plan.camera is not None:
-        measured = plan.camera.measured
-        camera["chance"] = None if measured is None else plain(measured.chance)
+        camera["chance"] = plain(getattr(plan.camera.measured, "chance", None))
     return {
         "plan_version": PLAN_VERSION,
         "request": request_object(plan.request),

@@ -2,42 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Collision, Floats, MotionLine, Track, TrialResult
+from count_video.records import Collision, Floats, Frame, MotionLine, Track, TrialResult
 
 Luma = NDArray[np.uint8]
 Point = tuple[float, float]
 Range = tuple[float, float]
-DENSE_SHARE = 0.6
-"""The enlarged stretch is the shortest that holds this share of the burst."""
-ENLARGED_SHARE = 0.5
-"""What takes more than this share of the whole is not worth a panel that enlarges it."""
-MARGIN_SHARE = 0.06
-"""Share of a stretch of frames that is shown on either side of it."""
-BESIDE_DIAMETERS = 0.35
-"""Shown beyond the ball's path, towards the wall and towards the heavy body."""
-HALF_WIDTH_DIAMETERS = 0.1
-"""The line is averaged this far to either side, in ball diameters: noise goes, edges stay."""
-CUT_DIAMETERS = (2.4, 1.5)
-"""Size of the enlarged surroundings of a contact, along and across the line."""
-CUT_WIDTH_PX = 300
-JPEG_QUALITY = 82
-
-
-@dataclass(frozen=True)
-class SpaceTime:
-    """The space-time image: the line of motion, cut out of every frame and laid row upon row."""
-
-    frame: Floats
-    """Frame coordinates of the rows, shape (n,)."""
-    image: Luma
-    """Brightness, shape (n, length): row by frame, column by position along the line in px."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +35,26 @@ class Material:
 
     result: TrialResult
     track: Track
-    space_time: SpaceTime | None
-    """None of a trial that is planned and not filmed; the wall then stands at 0."""
     pendulum: Pendulum | None
     """None where the swing does not show."""
+    lines: list[Luma] = field(default_factory=list)
+    """Brightness along the line of motion in the frames of the track that were decoded so far,
+    shape (length,) each: the space-time image. Empty of a trial that is planned and not filmed;
+    the wall then stands at 0."""
+    cuts: dict[int, list[tuple[int, bytes]]] = field(default_factory=lambda: defaultdict(list))
+    """The frames before, at and after each contact, by the collision's number: the index of each,
+    and its surroundings of the contact, enlarged, as JPEG."""
+
+    def keeping(self, frames: Iterable[tuple[Frame, int]]) -> Iterator[tuple[Frame, int]]:
+        """Yield frames and their rows of the track, and keep what pictures and page need."""
+        nearest = [int(np.argmin(abs(self.track.frame - c.frame))) for c in self.result.collisions]
+        for frame, row in frames:
+            self.lines.append(line_of_motion(frame.luma, self.track, row))
+            for collision, own in zip(self.result.collisions, nearest, strict=True):
+                if abs(row - own) <= 1:
+                    jpeg = _contact_jpeg(frame.luma, collision, self.track, row)
+                    self.cuts[collision.number].append((frame.index, jpeg))
+            yield frame, row
 
     @property
     def outward(self) -> int:
@@ -77,36 +71,36 @@ class Material:
         """First and last frame of the whole picture: all collisions, or the clip without any."""
         first, last = float(self.track.frame[0]), float(self.track.frame[-1])
         times = [c.frame for c in self.result.collisions] or [first, last]
-        margin = max(10.0, 2 * MARGIN_SHARE * (times[-1] - times[0]))
+        margin = max(10.0, 0.12 * (times[-1] - times[0]))
         return max(first, times[0] - margin), min(last, times[-1] + margin)
 
     @cached_property
     def dense_frames(self) -> Range:
-        """The shortest stretch of frames that holds most of the burst."""
+        """The shortest stretch of frames that holds 60 % of the burst."""
         times = [collision.frame for collision in self.burst]
         if len(times) < 3:
             return self.shown_frames
-        held = max(3, round(DENSE_SHARE * len(times))) - 1
+        held = max(3, round(0.6 * len(times))) - 1
         low, high = min(zip(times, times[held:], strict=False), key=lambda ends: ends[1] - ends[0])
-        margin = MARGIN_SHARE * (high - low) + 1.0
+        margin = 0.06 * (high - low) + 1.0
         return low - margin, high + margin
 
     @cached_property
     def is_dense(self) -> bool:
-        """Whether the burst has a part that is worth enlarging."""
+        """Whether the burst has a part that is worth enlarging: less than half of what is shown."""
         (low, high), (first, last) = self.dense_frames, self.shown_frames
-        return high - low < ENLARGED_SHARE * (last - first)
+        return high - low < 0.5 * (last - first)
 
     def shown_places(self, frames: Range) -> Range:
         """Lowest and highest position shown: from the wall to the heavy body's face, and beyond."""
         track = self.track
         inside = (track.frame >= frames[0]) & (track.frame <= frames[1])
-        lines = [*ball_edges_px(track), *([] if track.heavy is None else [track.heavy.position_px])]
-        values = np.concatenate([line[inside] for line in lines])
+        paths = [*ball_edges_px(track), *([] if track.heavy is None else [track.heavy.position_px])]
+        values = np.concatenate([path[inside] for path in paths])
         values = values[np.isfinite(values)]
         if values.size == 0:
-            return 0.0, 1.0 if self.space_time is None else float(self.space_time.image.shape[1])
-        beside = BESIDE_DIAMETERS * track.ball_diameter_px
+            return 0.0, float(len(self.lines[0])) if self.lines else 1.0
+        beside = 0.35 * track.ball_diameter_px
         return float(values.min()) - beside, float(values.max()) + beside
 
 
@@ -120,6 +114,48 @@ def ball_edges_px(track: Track) -> tuple[Floats, Floats]:
     """Outline of the ball along the line, at smaller and at larger positions, shape (n,) each."""
     ball = track.ball
     return ball.position_px + ball.low_edge_px, ball.position_px + ball.high_edge_px
+
+
+def image_point(line: MotionLine, position_px: float, shift: Point = (0.0, 0.0)) -> Point:
+    """Image x and y of a position along the line of motion, in a picture shifted so far."""
+    slope = np.tan(np.radians(line.tilt_deg))
+    x, y = position_px, line.anchor_y_px + slope * (position_px - line.anchor_x_px)
+    if line.upright:
+        x, y = line.anchor_x_px + slope * (position_px - line.anchor_y_px), position_px
+    return x + shift[0], y + shift[1]
+
+
+def shift_of(track: Track, row: int) -> Point:
+    """How far the picture of one row of a track is shifted by the camera's motion, by x and y."""
+    x, y = (0.0, 0.0) if track.shift_px is None else track.shift_px[row]
+    return float(x), float(y)
+
+
+def touching(
+    track: Track, collisions: tuple[Collision, ...], swing: Pendulum | None
+) -> tuple[Track, Pendulum | None]:
+    """Shift the heavy body's face, and its swing, to where the ball touches it, in the median.
+
+    Its face is learnt from the picture, and a rim, a shadow or a reflection can pass for it. The
+    track is not wrong by that, only shifted by a constant; and the collisions between the bodies
+    give the constant, for there the heavy body's face is where the ball's outline is.
+    """
+    heavy, contacts = track.heavy, [c for c in collisions if c.kind == "bodies" and c.seen]
+    if heavy is None or not contacts or not np.isfinite(heavy.position_px).any():
+        return track, swing
+    seen = np.isfinite(heavy.position_px)
+    face = np.interp([c.frame for c in contacts], track.frame[seen], heavy.position_px[seen])
+    shift = float(np.median(np.array([contact_px(c, track) for c in contacts]) - face))
+    moved = replace(
+        heavy,
+        position_px=heavy.position_px + shift,
+        low_edge_px=heavy.low_edge_px - shift,
+        high_edge_px=heavy.high_edge_px - shift,
+    )
+    if swing is not None:
+        outward = shift if track.wall_side == "left" else -shift
+        swing = replace(swing, centre_px=swing.centre_px + outward)
+    return replace(track, heavy=moved), swing
 
 
 # ---- units ------------------------------------------------------------------------------------
@@ -155,64 +191,17 @@ def scale_of(result: TrialResult) -> Scale:
     return Scale(*((length, "mm") if length else (1.0, "px")), *time)
 
 
-# ---- places ------------------------------------------------------------------------------------
-
-
-def image_point(line: MotionLine, position_px: float, shift: Point = (0.0, 0.0)) -> Point:
-    """Image x and y of a position along the line of motion, in a picture shifted so far."""
-    slope = np.tan(np.radians(line.tilt_deg))
-    x, y = position_px, line.anchor_y_px + slope * (position_px - line.anchor_x_px)
-    if line.upright:
-        x, y = line.anchor_x_px + slope * (position_px - line.anchor_y_px), position_px
-    return x + shift[0], y + shift[1]
-
-
-def shift_of(track: Track, row: int) -> Point:
-    """How far the picture of one row of a track is shifted by the camera's motion, by x and y."""
-    if track.shift_px is None:
-        return 0.0, 0.0
-    x, y = track.shift_px[row]
-    return float(x), float(y)
-
-
-def touching(
-    track: Track, collisions: tuple[Collision, ...], swing: Pendulum | None
-) -> tuple[Track, Pendulum | None]:
-    """Shift the heavy body's face, and its swing, to where the ball touches it, in the median.
-
-    Its face is learnt from the picture, and a rim, a shadow or a reflection can pass for it. The
-    track is not wrong by that, only shifted by a constant; and the collisions between the bodies
-    give the constant, for there the heavy body's face is where the ball's outline is.
-    """
-    contacts = [c for c in collisions if c.kind == "bodies" and c.seen]
-    if track.heavy is None or not contacts or not np.isfinite(track.heavy.position_px).any():
-        return track, swing
-    place = track.heavy.position_px
-    seen = np.isfinite(place)
-    face = np.interp([c.frame for c in contacts], track.frame[seen], place[seen])
-    shift = float(np.median(np.array([contact_px(c, track) for c in contacts]) - face))
-    heavy = replace(
-        track.heavy,
-        position_px=place + shift,
-        low_edge_px=track.heavy.low_edge_px - shift,
-        high_edge_px=track.heavy.high_edge_px - shift,
-    )
-    if swing is not None:
-        outward = 1 if track.wall_side == "left" else -1
-        swing = replace(swing, centre_px=swing.centre_px + outward * shift)
-    return replace(track, heavy=heavy), swing
-
-
 # ---- what is kept of the frames ----------------------------------------------------------------
 
 
 def line_of_motion(luma: Luma, track: Track, row: int) -> Luma:
     """Brightness along the line of motion in the picture of one row of a track, shape (length,).
 
+    It is averaged over a tenth of the ball's diameter to either side: noise goes, edges stay.
     Beyond the picture's border its last pixel goes on.
     """
     line = track.line
-    half = max(1, round(HALF_WIDTH_DIAMETERS * track.ball_diameter_px))
+    half = max(1, round(0.1 * track.ball_diameter_px))
     begin = np.array(image_point(line, 0.0, shift_of(track, row)))
     along, across = np.array([1.0, np.tan(np.radians(line.tilt_deg))]), np.array([0.0, 1.0])
     if line.upright:
@@ -227,16 +216,15 @@ def line_of_motion(luma: Luma, track: Track, row: int) -> Luma:
     return np.asarray(np.rint(band.mean(axis=0)), np.uint8)
 
 
-def contact_jpeg(luma: Luma, collision: Collision, track: Track, row: int) -> bytes:
-    """Cut the surroundings of a contact out of the picture of one row of a track, enlarged."""
+def _contact_jpeg(luma: Luma, collision: Collision, track: Track, row: int) -> bytes:
+    """Cut 2.4 by 1.5 ball diameters around a contact out of the picture of a row, enlarged."""
     x, y = image_point(track.line, contact_px(collision, track), shift_of(track, row))
-    sides = [max(10, round(share * track.ball_diameter_px)) for share in CUT_DIAMETERS]
+    sides = [max(10, round(share * track.ball_diameter_px)) for share in (2.4, 1.5)]
     width, height = np.minimum(sides[::-1] if track.line.upright else sides, luma.shape[::-1])
     left = int(np.clip(round(x - width / 2), 0, luma.shape[1] - width))
     top = int(np.clip(round(y - height / 2), 0, luma.shape[0] - height))
     piece = np.ascontiguousarray(luma[top : top + height, left : left + width])
-    scale = CUT_WIDTH_PX / width
-    size = (CUT_WIDTH_PX, max(1, round(height * scale)))
-    smooth = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
+    size = (300, max(1, round(height * (300 / width))))
+    smooth = cv2.INTER_CUBIC if width < 300 else cv2.INTER_AREA
     shown = cv2.resize(piece, size, interpolation=smooth)
-    return bytes(cv2.imencode(".jpg", shown, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1])
+    return bytes(cv2.imencode(".jpg", shown, [cv2.IMWRITE_JPEG_QUALITY, 82])[1])

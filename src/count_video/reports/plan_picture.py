@@ -43,9 +43,8 @@ from count_video.reports.figure import add_legend, figure_of
 from count_video.reports.json_object import plan_object
 from count_video.reports.material import Material, Pendulum
 from count_video.reports.page import plan_page
-from count_video.reports.panels import draw_enlarged, draw_whole
+from count_video.reports.panels import draw_enlarged, draw_states, draw_whole
 from count_video.reports.plan_text import plan_headline
-from count_video.reports.states import draw_states
 from count_video.reports.tables import map_csv
 
 SIZE_INCHES = (16.0, 12.0)
@@ -207,7 +206,7 @@ def planned_material(plan: Plan) -> Material:
     )
     setup = motion.setup
     rate_squared = setup.gravity_m_s2 / setup.heavy_thread_m / fps**2
-    return Material(result, track, None, Pendulum(rate_squared, px_per_m * setup.heavy_rest_m))
+    return Material(result, track, Pendulum(rate_squared, px_per_m * setup.heavy_rest_m))
 
 
 # ---- the files of a plan -----------------------------------------------------------------------
