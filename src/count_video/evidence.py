@@ -56,6 +56,19 @@ def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
     _opened(path, evidence, "json")
 
 
+def shows_another_clip(folder: Path, path: Path) -> bool:
+    """Return whether a folder holds the evidence of another clip of this name.
+
+    Raises
+    ------
+    OSError, UsageError
+        If the clip cannot be read.
+    """
+    page = f"{output_name(path.stem)}.html"
+    clip = OutputFolder(folder).written().get(page)
+    return bool(clip) and (folder / page).exists() and clip != content_digest(path)
+
+
 def draw_evidence(
     found: Followed,
     evidence: EvidenceSettings,
@@ -67,13 +80,9 @@ def draw_evidence(
 
     Files are named after the clip: for ``trial7.mp4`` they are ``trial7.html``, ``trial7.png``
     (or ``.svg``) and one for each of its panels, ``trial7.strip.jpg``, ``trial7.annotated.mp4``,
-    ``trial7.track.csv`` and ``trial7.collisions.csv``. Where no bodies could be followed there is
-    the page alone. Each appears when it is complete.
-
-    Parameters
-    ----------
-    with_json
-        Write the answer as ``trial7.json`` as well.
+    ``trial7.track.csv`` and ``trial7.collisions.csv``, and with ``with_json`` the answer as
+    ``trial7.json``. Where no bodies could be followed there is the page alone. Each appears when it
+    is complete.
 
     Raises
     ------
@@ -110,7 +119,7 @@ def _material(found: Followed) -> Material | None:
     """Return what is drawn of a clip, with the heavy body's face where the ball touches it."""
     if found.track is None:
         return None
-    return Material(found.result, *touching(found.track, found.result.collisions, found.pendulum))
+    return touching(Material(found.result, found.track, found.pendulum))
 
 
 def _rows(footage: Footage, track: Track, progress: Progress) -> Iterator[tuple[Frame, int]]:
@@ -121,36 +130,6 @@ def _rows(footage: Footage, track: Track, progress: Progress) -> Iterator[tuple[
     for frame in counted_off(footage.frames(first, end), progress):
         if frame.index in rows:
             yield frame, rows[frame.index]
-
-
-def _opened(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
-    """Open the folder for a clip, ``more`` being endings of files besides those of the evidence.
-
-    Raises
-    ------
-    UsageError
-        A file in the folder is not this program's own.
-    """
-    name, kind = evidence.name or output_name(path.stem), evidence.picture_format
-    suffixes = ["html", "annotated.mp4", "strip.jpg", "track.csv", "collisions.csv", kind, *more]
-    suffixes += [f"{panel}.{kind}" for panel in PANELS]
-    suffixes += ["presenter.mp4", "presenter.gif"] if evidence.presenter else []
-    names = [f"{name}.{suffix}" for suffix in suffixes]
-    outputs = open_outputs(evidence.folder, names, evidence.csv_dialect)
-    return _Files(outputs, evidence, name, content_digest(path) if path.is_file() else "")
-
-
-def shows_another_clip(folder: Path, path: Path) -> bool:
-    """Return whether a folder holds the evidence of another clip of this name.
-
-    Raises
-    ------
-    OSError, UsageError
-        If the clip cannot be read.
-    """
-    page = f"{output_name(path.stem)}.html"
-    clip = OutputFolder(folder).written().get(page)
-    return bool(clip) and (folder / page).exists() and clip != content_digest(path)
 
 
 @dataclass(frozen=True)
@@ -179,6 +158,17 @@ class _Files:
         target = self.claim(suffix)
         with explained(target):
             write_whole(target, self.outputs.as_written(target.name, data))
+
+
+def _opened(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
+    """Open the folder for the evidence, and for files with ``more`` endings; check all names."""
+    name, kind = evidence.name or output_name(path.stem), evidence.picture_format
+    suffixes = ["html", "annotated.mp4", "strip.jpg", "track.csv", "collisions.csv", kind, *more]
+    suffixes += [f"{panel}.{kind}" for panel in PANELS]
+    suffixes += ["presenter.mp4", "presenter.gif"] if evidence.presenter else []
+    names = [f"{name}.{suffix}" for suffix in suffixes]
+    outputs = open_outputs(evidence.folder, names, evidence.csv_dialect)
+    return _Files(outputs, evidence, name, content_digest(path) if path.is_file() else "")
 
 
 def _write_all(path: Path, material: Material, files: _Files, progress: Progress) -> None:

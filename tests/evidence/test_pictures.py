@@ -29,8 +29,7 @@ from count_video.reports.figure import (
     thumbnail_jpeg,
     trial_figure,
 )
-from count_video.reports.material import Material, line_of_motion, scale_of
-from count_video.reports.panels import measured_states
+from count_video.reports.material import Material, line_of_motion, measured_states, speed_scale
 from table_rows import row, rows_of
 from tiers import rest_slow
 
@@ -222,7 +221,8 @@ def test_velocities_and_energies_have_bars_of_their_standard_uncertainty(
     assert np.isfinite(sigma).all()
     assert sigma[0, 0] == 0.0  # the model has the ball at rest before the first collision
     assert sigma.ravel()[1:].min() > 0
-    speed = scale_of(material.result).speed
+    speed, unit = speed_scale(material.result)
+    assert unit == "m/s"
     velocities = panel(figure, "Velocities")
     assert bars(velocities, "ball") == pytest.approx(sigma[:, 0] * speed)
     assert bars(velocities, "cylinder") == pytest.approx(sigma[:, 1] * speed)

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cache
 from typing import TYPE_CHECKING, Literal
 
 from count_video.inputs import MASS_RATIO
@@ -53,14 +53,9 @@ class TrialRow:
         return self.result.count
 
     @property
-    def probability(self) -> float | None:
-        """Probability of the count; None where there is none."""
-        return self.result.chance
-
-    @cached_property
     def theory(self) -> int | None:
         """Exact count of the masses that were given; None where none were."""
-        return None if self.masses is None else collision_count(*self.masses)
+        return None if self.masses is None else _theory(*self.masses)
 
     @property
     def mass_ratio(self) -> Estimate | None:
@@ -77,8 +72,12 @@ class TrialRow:
     @property
     def needs_a_person(self) -> bool:
         """True for what is not counted, not kept, or less than sure."""
-        sure = self.probability is None or self.probability >= SURE
-        return self.count is None or self.not_kept is not None or not sure
+        chance = self.result.chance
+        unsure = chance is not None and chance < SURE
+        return self.count is None or self.not_kept is not None or unsure
+
+
+_theory = cache(collision_count)
 
 
 @dataclass(frozen=True)
@@ -156,7 +155,7 @@ def theory_words(summary: Summary) -> str:
 def trial_line(row: TrialRow) -> str:
     """Write one trial as a line of the growing table."""
     count = "-" if row.count is None else str(row.count)
-    chance = "-" if row.probability is None else percent(row.probability)
+    chance = "-" if row.result.chance is None else percent(row.result.chance)
     mark = "  needs a person" if row.needs_a_person else ""
     return f"{printable(row.name):<24}  {count:>5}  {chance:>11}{mark}"
 
@@ -291,7 +290,7 @@ def campaign_json(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
             "clip": plain(row.result.clip),
             "status": row.result.status,
             "count": row.count,
-            "probability": plain(row.probability),
+            "probability": plain(row.result.chance),
             "reason": plain(row.not_kept or row.result.reason),
             "what_to_do": advice(row),
         }

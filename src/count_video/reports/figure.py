@@ -137,7 +137,7 @@ def thumbnail_jpeg(material: Material) -> bytes:
         axes.set_axis_off()
         target = io.BytesIO()
         figure.savefig(target, format="jpeg", pil_kwargs={"quality": 85})
-    return target.getvalue()
+        return target.getvalue()
 
 
 # ---- the theory --------------------------------------------------------------------------------
@@ -148,12 +148,8 @@ def write_theory_picture(
 ) -> None:
     """Write ``theory.png`` or ``theory.svg`` into a folder, which is made if needed.
 
-    ``masses`` are the heavy and the light one, in any one unit.
-
-    Raises
-    ------
-    UsageError
-        If it cannot be written.
+    ``masses`` are the heavy and the light one, in any one unit. A UsageError says that it cannot be
+    written.
     """
     data = picture_bytes(theory_figure(*masses), picture_format)
     outputs, name = open_outputs(folder), f"theory.{picture_format}"

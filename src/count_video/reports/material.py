@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -11,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Collision, Floats, Frame, MotionLine, Track, TrialResult
+from count_video.records import BodyTrack, Collision, Floats, Frame, MotionLine, Track, TrialResult
 
 Luma = NDArray[np.uint8]
 Point = tuple[float, float]
@@ -131,21 +132,19 @@ def shift_of(track: Track, row: int) -> Point:
     return float(x), float(y)
 
 
-def touching(
-    track: Track, collisions: tuple[Collision, ...], swing: Pendulum | None
-) -> tuple[Track, Pendulum | None]:
+def touching(material: Material) -> Material:
     """Shift the heavy body's face, and its swing, to where the ball touches it, in the median.
 
     Its face is learnt from the picture, and a rim, a shadow or a reflection can pass for it. The
     track is not wrong by that, only shifted by a constant; and the collisions between the bodies
     give the constant, for there the heavy body's face is where the ball's outline is.
     """
-    heavy, contacts = track.heavy, [c for c in collisions if c.kind == "bodies" and c.seen]
+    track, heavy, swing = material.track, material.track.heavy, material.pendulum
+    contacts = [c for c in material.result.collisions if c.kind == "bodies" and c.seen]
     if heavy is None or not contacts or not np.isfinite(heavy.position_px).any():
-        return track, swing
-    seen = np.isfinite(heavy.position_px)
-    face = np.interp([c.frame for c in contacts], track.frame[seen], heavy.position_px[seen])
-    shift = float(np.median(np.array([contact_px(c, track) for c in contacts]) - face))
+        return material
+    touched = np.array([contact_px(c, track) for c in contacts])
+    shift = float(np.median(touched - face_px(track, heavy, [c.frame for c in contacts])))
     moved = replace(
         heavy,
         position_px=heavy.position_px + shift,
@@ -153,42 +152,63 @@ def touching(
         high_edge_px=heavy.high_edge_px - shift,
     )
     if swing is not None:
-        outward = shift if track.wall_side == "left" else -shift
-        swing = replace(swing, centre_px=swing.centre_px + outward)
-    return replace(track, heavy=moved), swing
+        swing = replace(swing, centre_px=swing.centre_px + material.outward * shift)
+    return replace(material, track=replace(track, heavy=moved), pendulum=swing)
 
 
-# ---- units ------------------------------------------------------------------------------------
+def face_px(track: Track, heavy: BodyTrack, frames: Sequence[float]) -> Floats:
+    """Place of the heavy body's face, seen in part, at some frame coordinates."""
+    seen = np.isfinite(heavy.position_px)
+    return np.interp(frames, track.frame[seen], heavy.position_px[seen])
+
+
+def speed_scale(result: TrialResult) -> tuple[float, str]:
+    """Factor from px a frame to the best unit of speed that is known, and that unit."""
+    length = (result.millimetres_per_px, "mm") if result.millimetres_per_px else (1.0, "px")
+    time = (1000.0 / result.capture_fps, "ms") if result.capture_fps else (1.0, "frame")
+    unit = f"{length[1]}/{time[1]}"
+    return length[0] / time[0], "m/s" if unit == "mm/ms" else unit
 
 
 @dataclass(frozen=True)
-class Scale:
-    """Turns px and frames into what the axes say."""
+class States:
+    """The state before the first collision of the burst and after each; n states.
 
-    length: float
-    """Millimetres a px, or 1."""
-    length_unit: str
-    time: float
-    """Milliseconds a frame, or 1."""
-    time_unit: str
+    The coordinates are those of G. Galperin (Playing pool with pi, 2003), in which every collision
+    without loss is a reflection and the energy is the square of the distance from the origin.
+    """
 
-    @property
-    def speed(self) -> float:
-        """Speed units a px per frame; mm/ms is m/s."""
-        return self.length / self.time
-
-    @property
-    def speed_unit(self) -> str:
-        """``m/s`` where both scales are known."""
-        unit = f"{self.length_unit}/{self.time_unit}"
-        return "m/s" if unit == "mm/ms" else unit
+    scaled: Floats
+    """V1 = sqrt(M) v1 and V2 = sqrt(m) v2, away from the wall, in units of the first state's
+    length, shape (2, n); NaN if unknown."""
+    sigma: Floats
+    """Standard uncertainties of these, in the same unit, which counts as exact; NaN if unknown."""
+    swing_energy: Floats
+    """Energy stored in the heavy body's swing, in units of the first state's kinetic energy and
+    counted from there, shape (n,); 0 where the swing is not known."""
 
 
-def scale_of(result: TrialResult) -> Scale:
-    """Best units that are known."""
-    length, fps = result.millimetres_per_px, result.capture_fps
-    time = (1000.0 / fps, "ms") if fps else (1.0, "frame")
-    return Scale(*((length, "mm") if length else (1.0, "px")), *time)
+def measured_states(material: Material) -> States | None:
+    """States of the burst; None where the mass ratio or the first state is not known."""
+    burst, ratio = material.burst, material.result.mass_ratio
+    if not burst or ratio is None:
+        return None
+    velocities = [burst[0].velocity_before, *(c.velocity_after for c in burst)]
+    roots = np.array([[math.sqrt(ratio)], [1.0]])
+    scaled = roots * np.transpose([(v.heavy_px_frame, v.ball_px_frame) for v in velocities])
+    sigma = roots * np.transpose(
+        [(v.heavy_sigma_px_frame, v.ball_sigma_px_frame) for v in velocities]
+    )
+    length = math.hypot(*scaled[:, 0])
+    if not (length > 0 and math.isfinite(length)):
+        return None
+    swing = np.zeros(len(velocities))
+    heavy, pendulum = material.track.heavy, material.pendulum
+    if pendulum is not None and heavy is not None and np.isfinite(heavy.position_px).any():
+        face = face_px(material.track, heavy, [burst[0].frame, *(c.frame for c in burst)])
+        height = (face * material.outward - pendulum.centre_px) ** 2
+        swing = ratio * pendulum.rate_squared * (height - height[0]) / length**2
+    return States(material.outward * scaled / length, sigma / length, swing)
 
 
 # ---- what is kept of the frames ----------------------------------------------------------------

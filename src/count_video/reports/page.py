@@ -14,7 +14,6 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
@@ -159,7 +158,6 @@ def campaign_page(
         groups=[(ratio_words(group.mass_ratio), summary_lines(group)) for group in summary.groups],
         rows=sorted(rows, key=lambda row: not row.needs_a_person),
         doubt=_doubt,
-        link=_link,
         picture=data_address(*picture),
     )
 
@@ -169,12 +167,6 @@ def _doubt(row: TrialRow) -> str:
     what_to_do = advice(row)
     sentences = (row.not_kept or row.result.reason, what_to_do[:1].upper() + what_to_do[1:])
     return printable(". ".join(filter(None, sentences)))
-
-
-def _link(row: TrialRow, suffix: str) -> str | None:
-    """Address of a file beside the page; None if it is not there."""
-    name = f"{row.name}.{suffix}"
-    return quote(name) if name in row.files else None
 
 
 # ---- a plan ------------------------------------------------------------------------------------

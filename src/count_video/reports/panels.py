@@ -1,16 +1,12 @@
 """The panels of the picture of a trial, measured or planned: each drawn into given axes.
 
-The phase circle's coordinates are those of G. Galperin (Playing pool with pi, 2003):
-V1 = sqrt(M) v1 and V2 = sqrt(m) v2, in which every collision without loss is a reflection and the
-energy is the square of the distance from the origin.
+The phase circle's coordinates are those of ``material.States``.
 """
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Collection
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -43,7 +39,8 @@ from count_video.reports.material import (
     Range,
     ball_edges_px,
     contact_px,
-    scale_of,
+    measured_states,
+    speed_scale,
 )
 from count_video.reports.words import counts_words
 
@@ -166,14 +163,15 @@ def _number_and_label(
     number_marks(axes, marks, size=size)
     axes.set_gid(TIME)
     axes.set(xlabel="frame", ylabel="position along the line (px)")
-    scale, (low, high) = scale_of(material.result), ball_edges_px(track)
+    (low, high), mm_a_px = ball_edges_px(track), material.result.millimetres_per_px
     wall = float(np.nanmin(low) if outward > 0 else np.nanmax(high))
-    if scale.length_unit != "px":
-        side = axes.secondary_yaxis("right", functions=_linear(outward * scale.length, wall))
-        side.set_ylabel(f"from the wall ({scale.length_unit})")
-    if scale.time_unit != "frame":
-        top = axes.secondary_xaxis("top", functions=_linear(scale.time, 0.0))
-        top.set_xlabel(f"time ({scale.time_unit})", loc="right", labelpad=2)
+    if mm_a_px:
+        side = axes.secondary_yaxis("right", functions=_linear(outward * mm_a_px, wall))
+        side.set_ylabel("from the wall (mm)")
+    if material.result.capture_fps:
+        ms_a_frame = 1000.0 / material.result.capture_fps
+        top = axes.secondary_xaxis("top", functions=_linear(ms_a_frame, 0.0))
+        top.set_xlabel("time (ms)", loc="right", labelpad=2)
 
 
 def _linear(factor: float, zero: float) -> Any:
@@ -187,8 +185,9 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     Steps from frame to frame that hold a collision are left out.
     """
     frames = material.dense_frames if material.is_dense else material.shown_frames
-    scale, collisions, track = scale_of(material.result), material.result.collisions, material.track
-    unit, times = scale.speed * material.outward, np.array([c.frame for c in collisions])
+    collisions, track = material.result.collisions, material.track
+    speed, unit_name = speed_scale(material.result)
+    unit, times = speed * material.outward, np.array([c.frame for c in collisions])
     clear = np.diff(np.searchsorted(times, track.frame)) == 0
     middle = (track.frame[1:] + track.frame[:-1]) / 2
     sides = [side for c in collisions for side in (c.velocity_before, c.velocity_after)]
@@ -215,49 +214,11 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     beside = 0.12 * float(np.ptp(shown)) or 1.0
     axes.set_gid(TIME)
     axes.set(xlim=frames, ylim=(min(shown) - beside, max(shown) + beside), xlabel="frame")
-    axes.set_ylabel(f"velocity ({scale.speed_unit})\naway from the wall is up")
+    axes.set_ylabel(f"velocity ({unit_name})\naway from the wall is up")
     axes.set_title("Velocities: dots from frame to frame, lines and bars fitted between collisions")
 
 
 # ---- states and energies after each collision --------------------------------------------------
-
-
-@dataclass(frozen=True)
-class States:
-    """The state before the first collision of the burst and after each; n states."""
-
-    scaled: Floats
-    """V1 = sqrt(M) v1 and V2 = sqrt(m) v2, away from the wall, in units of the first state's
-    length, shape (2, n); NaN if unknown."""
-    sigma: Floats
-    """Standard uncertainties of these, in the same unit, which counts as exact; NaN if unknown."""
-    swing_energy: Floats
-    """Energy stored in the heavy body's swing, in units of the first state's kinetic energy and
-    counted from there, shape (n,); 0 where the swing is not known."""
-
-
-def measured_states(material: Material) -> States | None:
-    """States of the burst; None where the mass ratio or the first state is not known."""
-    burst, ratio = material.burst, material.result.mass_ratio
-    if not burst or ratio is None:
-        return None
-    velocities = [burst[0].velocity_before, *(c.velocity_after for c in burst)]
-    roots = np.array([[math.sqrt(ratio)], [1.0]])
-    scaled = roots * np.transpose([(v.heavy_px_frame, v.ball_px_frame) for v in velocities])
-    sigma = roots * np.transpose(
-        [(v.heavy_sigma_px_frame, v.ball_sigma_px_frame) for v in velocities]
-    )
-    length = math.hypot(*scaled[:, 0])
-    if not (length > 0 and math.isfinite(length)):
-        return None
-    swing = np.zeros(len(velocities))
-    heavy, pendulum = material.track.heavy, material.pendulum
-    if pendulum is not None and heavy is not None and np.isfinite(heavy.position_px).any():
-        times, seen = [burst[0].frame, *(c.frame for c in burst)], np.isfinite(heavy.position_px)
-        face = np.interp(times, material.track.frame[seen], heavy.position_px[seen])
-        height = (face * material.outward - pendulum.centre_px) ** 2
-        swing = ratio * pendulum.rate_squared * (height - height[0]) / length**2
-    return States(material.outward * scaled / length, sigma / length, swing)
 
 
 def draw_phase_circle(

@@ -49,7 +49,7 @@ TRIAL_COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
     "clip": lambda row: storable(row.result.clip),
     "status": lambda row: row.result.status,
     "count": lambda row: row.count,
-    "probability": lambda row: row.probability,
+    "probability": lambda row: row.result.chance,
     "needs_a_person": lambda row: row.needs_a_person,
     "reason": lambda row: storable("; ".join(filter(None, (row.result.reason, row.not_kept)))),
     "what_to_do": advice,
