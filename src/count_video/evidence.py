@@ -172,17 +172,31 @@ def _opened(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
 
 
 def _write_all(path: Path, material: Material, files: _Files, progress: Progress) -> None:
-    result, track, kind = material.result, material.track, files.wanted.picture_format
+    result, track = material.result, material.track
     files.write("track.csv", table_csv(track_array(track, result), frame=".0f").encode("ascii"))
     files.write("collisions.csv", table_csv(collisions_array(result)).encode("ascii"))
-    annotated = files.claim("annotated.mp4")
+    annotated, shape = files.claim("annotated.mp4"), files.wanted.presenter
     with open_footage(path) as footage:
         info, collisions = footage.info, [c.frame for c in result.collisions]
+        size = (info.width_px, info.height_px)
         shown_s = frame_times_s(track.frame, collisions, info.container_fps)
-        layout = layout_of(info.width_px, info.height_px)
+        # Lines and letters stay clean at this quality, and a page holds it easily.
+        options = WriteOptions(frame_times_s=shown_s.tolist(), crf=23)
         frames = material.keeping(_rows(footage, track, progress))
-        write_clip(annotated, pictures(material, layout, shown_s, frames), _options(shown_s))
-    figure = trial_figure(material)
+        write_clip(annotated, pictures(material, layout_of(*size), shown_s, frames), options)
+    _write_pictures(material, shown_s, annotated, files)
+    if shape is not None:
+        layout = presenter_layout(shape, *size, track.wall_side, result.burst_size)
+        gif = Gif(shown_s)
+        with open_footage(path) as footage:
+            drawn = pictures(material, layout, shown_s, _rows(footage, track, progress))
+            write_clip(files.claim("presenter.mp4"), gif.keeping(drawn), options)
+        files.write("presenter.gif", gif.data())
+
+
+def _write_pictures(material: Material, shown_s: Floats, annotated: Path, files: _Files) -> None:
+    """Write what is drawn once all frames are known, and the page that shows all."""
+    kind, figure = files.wanted.picture_format, trial_figure(material)
     picture = picture_bytes(figure, kind)
     files.write(kind, picture)
     for panel, alone in panel_figures(material).items():
@@ -190,25 +204,11 @@ def _write_all(path: Path, material: Material, files: _Files, progress: Progress
     files.write("strip.jpg", thumbnail_jpeg(material))
     media = PageMedia(
         mp4=annotated.read_bytes(),
-        frame=track.frame,
+        frame=material.track.frame,
         shown_s=shown_s,
         cuts=material.cuts,
         clip_sha256=files.clip,
         picture=data_address(picture, MEDIA_TYPES[kind]),
         panels=time_panels(figure),
     )
-    files.write("html", clip_page(result, media).encode("utf-8"))
-    if files.wanted.presenter is not None:
-        size, most = (info.width_px, info.height_px), result.burst_size
-        layout = presenter_layout(files.wanted.presenter, *size, track.wall_side, most)
-        gif = Gif(shown_s)
-        with open_footage(path) as footage:
-            frames = _rows(footage, track, progress)
-            drawn = gif.keeping(pictures(material, layout, shown_s, frames))
-            write_clip(files.claim("presenter.mp4"), drawn, _options(shown_s))
-        files.write("presenter.gif", gif.data())
-
-
-def _options(shown_s: Floats) -> WriteOptions:
-    """How to write a clip: lines and letters stay clean, and a page holds it easily."""
-    return WriteOptions(frame_times_s=shown_s.tolist(), crf=23)
+    files.write("html", clip_page(material.result, media).encode("utf-8"))

@@ -15,13 +15,14 @@ from functools import cache, cached_property
 
 import cv2
 import numpy as np
+from matplotlib.font_manager import findfont
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw, ImageFont
 from PIL.ImageColor import getrgb
 
 from count_video.records import Collision, Floats, Frame, TrialResult
 from count_video.reports.clip_layout import ROW_PX, STRIP_PX, ClipLayout, pace_words
-from count_video.reports.drawing import BALL, HEAVY, MARKS, WHITE, font_path
+from count_video.reports.drawing import BALL, FONT, HEAVY, MARKS, WHITE
 from count_video.reports.material import (
     Material,
     Point,
@@ -39,7 +40,7 @@ _FINE = 4
 @cache
 def font(size_px: int) -> ImageFont.FreeTypeFont:
     """Return the font of all lettering."""
-    return ImageFont.truetype(font_path(), size_px)
+    return ImageFont.truetype(findfont(FONT), size_px)
 
 
 def _fixed(lengths: ArrayLike) -> NDArray[np.int32]:

@@ -102,17 +102,15 @@ def presenter_layout(
     scale = min(width / width_px, left_over / height_px)
     footage = round(scale * width_px), round(scale * height_px)
     spare = left_over - footage[1]
-    near, far, anchors, inward = MARGIN_PX, width - MARGIN_PX, ("la", "ra"), -1
-    shaded = (width - 720, 0, width, above)
-    if wall == "right":
-        near, far, anchors, inward = far, near, ("ra", "la"), 1
-        shaded = (0, 0, 720, above)
+    edges = [(MARGIN_PX, "la"), (width - MARGIN_PX, "ra")]
+    (near, beside_wall), (far, away) = edges if wall == "left" else edges[::-1]
     letters: dict[str, Letters] = {
-        "count": ((far, 0), size, anchors[1]),
-        "sign": ((far, below), words, anchors[1]),
-        "last": ((far + inward * 54, below), words, anchors[1]),
-        "pace": ((near, MARGIN_PX), words, anchors[0]),
+        "count": ((far, 0), size, away),
+        "sign": ((far, below), words, away),
+        "last": ((far + (54 if far < near else -54), below), words, away),
+        "pace": ((near, MARGIN_PX), words, beside_wall),
     }
+    shaded = (width - 720, 0, width, above) if wall == "left" else (0, 0, 720, above)
     top = above + spare // 2 if upright else spare
     return ClipLayout(
         scale=scale,

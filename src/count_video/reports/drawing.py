@@ -10,7 +10,6 @@ import io
 from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import matplotlib.patheffects as effects
@@ -20,8 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
-from matplotlib.font_manager import findfont
-from matplotlib.ft2font import FT2Font
+from matplotlib.font_manager import findfont, get_font
 from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
 
@@ -83,8 +81,7 @@ MARKS: dict[CollisionKind, Mark] = {
 
 def styled() -> AbstractContextManager[None]:
     """Context in which a figure is made and written, whatever ``matplotlibrc`` lies about here."""
-    context: AbstractContextManager[None] = style.context(["default", STYLE])
-    return context
+    return style.context(["default", STYLE])
 
 
 def picture_bytes(figure: Figure, picture_format: str) -> bytes:
@@ -101,18 +98,8 @@ def picture_bytes(figure: Figure, picture_format: str) -> bytes:
 
 def drawable(text: str) -> str:
     """Replace what the font has no sign for, so that nothing is left out in silence."""
-    return "".join(sign if ord(sign) in _signs() else "?" for sign in printable(text))
-
-
-@cache
-def _signs() -> frozenset[int]:
-    return frozenset(FT2Font(font_path()).get_charmap())
-
-
-@cache
-def font_path() -> str:
-    """File of the font that everything is lettered in."""
-    return str(findfont(FONT))
+    font = get_font(findfont(FONT))
+    return "".join(sign if font.get_char_index(ord(sign)) else "?" for sign in printable(text))
 
 
 # ---- numbers beside marks ----------------------------------------------------------------------

@@ -108,7 +108,8 @@ def time_panels(figure: Figure) -> list[dict[str, list[float]]]:
     for axes in figure.axes:
         if axes.get_gid() == TIME:
             (left, bottom), (right, top) = axes.get_position().get_points()
-            box = [float(share) for share in (left, 1 - top, right, 1 - bottom)]
+            # The solver of the layout differs in the last digits from run to run.
+            box = [round(float(share), 6) for share in (left, 1 - top, right, 1 - bottom)]
             panels.append({"box": box, "frames": [float(end) for end in axes.get_xlim()]})
     return panels
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from count_video.planning.request import PLAN_VERSION, request_object
-from count_video.records import TrialResult
+from count_video.records import TrialResult, Velocities
 from count_video.reports.words import storable
 
 if TYPE_CHECKING:
@@ -30,10 +30,7 @@ _NAMES = {
     "setup": "fitted_setup",
     "velocity_before": "velocity_before_px_frame",
     "velocity_after": "velocity_after_px_frame",
-    "ball_px_frame": "ball",
-    "heavy_px_frame": "heavy",
-    "ball_sigma_px_frame": "ball_sigma",
-    "heavy_sigma_px_frame": "heavy_sigma",
+    **{name: name.removesuffix("_px_frame") for name in Velocities.__dataclass_fields__},
 }
 """Keys that are not called as the field of the record is."""
 _KEYS = (

@@ -95,25 +95,10 @@ def clip_page(result: TrialResult, media: PageMedia | None = None) -> str:
     """Write the page; without media (no bodies were followed) it holds the answer alone."""
     name = storable(Path(result.clip).name)
     saved = f"{Path(name).stem}.corrections.json"
-    shown: dict[str, object] = {"video": None, "picture": None, "data": None}
+    shown: dict[str, object] = {"video": None, "picture": None}
     if media is not None:
-        data = {
-            "clip": name,
-            "clip_sha256": media.clip_sha256,
-            "save_as": saved,
-            "result": json_object(result),
-            "burst_size": result.burst_size,
-            "burst_ends": min((c.frame for c in result.beyond_burst), default=1e300),
-            "panels": list(media.panels),
-            "frames": media.frame.astype(int).tolist(),
-            "times": media.shown_s.round(5).tolist(),
-            "cuts": {
-                number: [(frame, data_address(jpeg, "image/jpeg")) for frame, jpeg in frames]
-                for number, frames in media.cuts.items()
-            },
-        }
-        video = data_address(media.mp4, "video/mp4")
-        shown = {"video": video, "picture": media.picture, "data": data}
+        shown = {"video": data_address(media.mp4, "video/mp4"), "picture": media.picture}
+        shown["data"] = {"clip": name, "save_as": saved, **_script_data(result, media)}
     return render(
         "clip",
         () if media is None else ("clip",),
@@ -127,6 +112,23 @@ def clip_page(result: TrialResult, media: PageMedia | None = None) -> str:
         compared="\n".join(comparison_lines(result.comparison)),
         **shown,
     )
+
+
+def _script_data(result: TrialResult, media: PageMedia) -> dict[str, object]:
+    """Return what the page's script needs."""
+    return {
+        "clip_sha256": media.clip_sha256,
+        "result": json_object(result),
+        "burst_size": result.burst_size,
+        "burst_ends": min((c.frame for c in result.beyond_burst), default=1e300),
+        "panels": list(media.panels),
+        "frames": media.frame.astype(int).tolist(),
+        "times": media.shown_s.round(5).tolist(),
+        "cuts": {
+            number: [(frame, data_address(jpeg, "image/jpeg")) for frame, jpeg in frames]
+            for number, frames in media.cuts.items()
+        },
+    }
 
 
 def _facts(result: TrialResult) -> dict[str, str]:
