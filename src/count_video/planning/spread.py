@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from count_video.physics.contacts import Whole
+from count_video.physics.laws import Whole
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import NO_COUNT, ManyBursts, simulate, simulate_many, varied
 from count_video.physics.theory import mass_ratio_interval
