@@ -20,7 +20,6 @@ from count_video.planning.plan import Plan, make_plan
 from count_video.planning.request import PlanRequest, Tolerances
 from count_video.planning.spread import (
     ENOUGH,
-    SPREAD_TRIALS,
     changed,
     chart_of,
     shares_of,
@@ -94,7 +93,7 @@ def test_a_table_is_like_the_distribution_it_is_drawn_from(plan: Plan) -> None:
     trials = 3000
     table = table_of(replace(PAPER, trials=trials), 31)
     assert table.mean is not None
-    off = SAMPLING_SIGMAS * spread.sd * math.sqrt(1 / trials + 1 / SPREAD_TRIALS)
+    off = SAMPLING_SIGMAS * spread.sd * math.sqrt(1 / trials + 1 / spread.trials)
     assert abs(table.mean - spread.mean) <= off
     assert spread.table_mean[0] < spread.mean < spread.table_mean[1]
 
