@@ -159,17 +159,9 @@ def simulate(
 ) -> Motion:
     """Run a trial from its start.
 
-    Parameters
-    ----------
-    setup
-        The apparatus and the start.
-    seed
-        Of the scatter of the restitution; without scatter it changes nothing.
-    until_s
-        Stop after this time. By default a suspended trial runs half a heavy period beyond the end
-        of its burst; a free one until nothing more can happen.
-    most
-        End a trial with more collisions than this; it is endless then.
+    ``seed`` is that of the scatter of the restitution. It stops after ``until_s``; by default a
+    suspended trial runs half a heavy period beyond the end of its burst, a free one until nothing
+    more can happen. One with more than ``most`` collisions is endless.
 
     Raises
     ------
@@ -209,13 +201,8 @@ def simulate_many(
 ) -> ManyBursts:
     """Run n suspended trials to the end of their bursts.
 
-    Parameters
-    ----------
-    most
-        Leave trials with more collisions than this, and those in which bodies come to rest on each
-        other, without a count.
-    seeds
-        Of the scatter of the restitution, n of them; None: 0 for all.
+    Those with more than ``most`` collisions are endless. ``seeds`` are those of the scatter of the
+    restitution, n of them; None: 0 for all.
     """
     size = len(setups)
     run = Run(setups, [0] * size if seeds is None else seeds)
