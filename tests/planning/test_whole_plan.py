@@ -123,6 +123,14 @@ def test_what_is_proposed_gives_the_theorys_count_with_a_margin() -> None:
             assert share >= ENOUGH - SAMPLING_SIGMAS * math.sqrt(ENOUGH * (1 - ENOUGH) / 100)
 
 
+def test_no_clay_is_proposed_that_no_mass_could_have() -> None:
+    heaviest = PlanRequest(10**100, 10**98, gap_m=0.05)
+    planned = make_plan(heaviest, with_table=False, with_chart=False)
+    clay = [one.value for one in planned.proposals if one.change == "heavy mass"]
+    assert planned.proposals
+    assert all(value < 0 for value in clay)
+
+
 def test_a_set_up_with_a_margin_is_left_alone() -> None:
     planned = make_plan(PlanRequest(16, 1), with_table=False, with_chart=False)
     assert planned.spread.theory_share >= ENOUGH
