@@ -19,9 +19,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from count_video.inputs import TOLERANCES
-from count_video.planning import plan as planned_clips
 from count_video.planning.comparison import expected_counts
-from count_video.planning.plan import Plan
+from count_video.planning.plan import LIKENESSES, Plan
 from count_video.planning.request import PlanRequest, Tolerances
 from count_video.records import Floats, TrialResult
 from count_video.reports.campaign import CampaignSummary, TrialRow, advice, summary_lines
@@ -173,12 +172,6 @@ def _doubt(row: TrialRow) -> str:
 
 # ---- a plan ------------------------------------------------------------------------------------
 
-_MEASURED = (
-    *("RESOLVED", "BETWEEN", "CLOSE", "LONG", "CLOSEST_FRAMES", "CLOSER_FRAMES"),
-    *("MOST_OF_A_SHORT_BURST", "LONG_BURST", "LONG_BURST_FPS"),
-)
-"""What of the clips of known truth the script judges a camera by."""
-
 
 def plan_page(plan: Plan) -> str:
     """Write the page: sliders over the same simulation, in one file, without a network."""
@@ -201,7 +194,7 @@ def plan_page(plan: Plan) -> str:
             "tolerances": plain(request.tolerances),
             "seed": request.seed,
             "options": _options_beside(request),
-            "measured": plain({name.lower(): getattr(planned_clips, name) for name in _MEASURED}),
+            "likenesses": plain(LIKENESSES),
         },
     )
 
