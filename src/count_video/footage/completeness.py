@@ -46,73 +46,70 @@ def promise_of(path: Path, reading: Reading) -> Promise:
     return Promise(_packets_shown(path) or None, *_stated_end_s(reading))
 
 
-def complaints(promise: Promise, tally: Tally) -> Iterator[str]:
-    """Yield a sentence with numbers for everything that is missing or damaged."""
+def shortcomings(promise: Promise, tally: Tally) -> Iterator[tuple[str, float]]:
+    """Yield a sentence for everything that is missing or damaged, and how many pictures it costs.
+
+    That number is NaN or infinite where it cannot be known.
+    """
     if tally.refused:
+        refused = len(tally.refused)
         yield (
-            f"{_count(len(tally.refused), 'packet')} could not be decoded (the first near frame "
-            f"{tally.refused[0]}): pictures are missing there"
+            (
+                f"{_count(refused, 'packet')} could not be decoded (the first near frame "
+                f"{tally.refused[0]}): pictures are missing there"
+            ),
+            refused,
         )
     if tally.cut_off:
-        yield "the file ends in the middle of a packet: it was cut"
+        yield "the file ends in the middle of a packet: it was cut", 0
     if tally.damaged:
         yield (
-            f"{_count(len(tally.damaged), 'frame')} decoded with damage (the first is frame "
-            f"{tally.damaged[0]}): positions there may be wrong"
+            (
+                f"{_count(len(tally.damaged), 'frame')} decoded with damage (the first is frame "
+                f"{tally.damaged[0]}): positions there may be wrong"
+            ),
+            0,
         )
     if tally.broke_off:
-        yield f"reading broke off after {_count(tally.pictures, 'frame')}: {tally.broke_off}"
+        yield f"reading broke off after {_count(tally.pictures, 'frame')}: {tally.broke_off}", 0
     if tally.exhausted:
         yield from _shortfalls(promise, tally)
 
 
-def frames_missing(promise: Promise, tally: Tally) -> int:
-    """Return how many pictures are known to be missing, by what misses most of them."""
-    missing = [float(len(tally.refused))]
-    if tally.exhausted:
-        missing.append((promise.frames or 0) - tally.pictures)
-        if promise.end_s - _end_s(tally) > promise.tolerance_s:
-            missing.append((promise.end_s - _end_s(tally)) / tally.usual_step_s)
-        if _has_gap(tally):
-            missing.append(max(jump.share for jump in tally.jumps) - 1)
-    return round(max(number for number in missing if math.isfinite(number)))
-
-
-def _shortfalls(promise: Promise, tally: Tally) -> Iterator[str]:
+def _shortfalls(promise: Promise, tally: Tally) -> Iterator[tuple[str, float]]:
     """Yield what a clip that was decoded to its end lacks."""
     if promise.frames is not None and promise.frames != tally.pictures:
         yield (
-            f"the container promises {_count(promise.frames, 'frame')}, {tally.pictures} could be "
-            "decoded: the file may be cut or damaged; copy it again from the camera"
+            (
+                f"the container promises {_count(promise.frames, 'frame')}, {tally.pictures} could be "
+                "decoded: the file may be cut or damaged; copy it again from the camera"
+            ),
+            promise.frames - tally.pictures,
         )
-    end_s = _end_s(tally)
+    # A picture that does not say how long it lasts may last longer than the others.
+    end_s = tally.time_s + (tally.lasts_s or 2 * tally.usual_step_s)
     if promise.end_s - end_s > promise.tolerance_s:
         yield (
-            f"the container promises {promise.end_s:.2f} s of film, the last frame decoded "
-            f"(number {tally.pictures}) ends at {end_s:.2f} s: the file may be cut; copy it again "
-            "from the camera"
+            (
+                f"the container promises {promise.end_s:.2f} s of film, the last frame decoded "
+                f"(number {tally.pictures}) ends at {end_s:.2f} s: the file may be cut; copy it again "
+                "from the camera"
+            ),
+            (promise.end_s - end_s) / tally.usual_step_s,
         )
-    if _has_gap(tally):
-        widest = max(tally.jumps, key=lambda jump: jump.share)
+    if not tally.jumps:
+        return
+    widest = max(tally.jumps, key=lambda jump: jump.share)
+    # Jumps over lost pictures are wide; or rare, for then the rate is constant.
+    if widest.share >= GAP_SHARE or len(tally.jumps) <= max(1.0, 0.02 * tally.pictures):
         yield (
-            f"the time stamps jump {_count(len(tally.jumps), 'time')}, most after frame "
-            f"{widest.after}, by {widest.step_s:.3f} s "
-            f"({widest.share:.1f} times the usual step): pictures may be missing there"
+            (
+                f"the time stamps jump {_count(len(tally.jumps), 'time')}, most after frame "
+                f"{widest.after}, by {widest.step_s:.3f} s "
+                f"({widest.share:.1f} times the usual step): pictures may be missing there"
+            ),
+            widest.share - 1,
         )
-
-
-def _has_gap(tally: Tally) -> bool:
-    """Distinguish jumps over lost pictures from the uneven steps of a variable rate."""
-    if any(jump.share >= GAP_SHARE for jump in tally.jumps):
-        return True
-    # Where longer steps are rare, the rate is constant and a long step misses a picture.
-    return 0 < len(tally.jumps) <= max(1.0, 0.02 * tally.pictures)
-
-
-def _end_s(tally: Tally) -> float:
-    """Return when the last picture ends, at the latest."""
-    # One that does not say how long it lasts may last longer than the others.
-    return tally.time_s + (tally.lasts_s or 2 * tally.usual_step_s)
 
 
 def _count(number: int, noun: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import suppress
@@ -12,7 +13,7 @@ import av
 import numpy as np
 
 from count_video.errors import FootageError, UsageError
-from count_video.footage.completeness import Promise, complaints, frames_missing, promise_of
+from count_video.footage.completeness import Promise, promise_of, shortcomings
 from count_video.footage.decoding import Reading
 from count_video.footage.opening import MOST_FRAMES, MOST_PIXELS, check_size
 from count_video.footage.pictures import Luma, luma_of
@@ -80,7 +81,8 @@ class Footage:
 
     def report(self) -> FootageReport:
         """Return what became of the file, as far as it was decoded."""
-        tally, warnings = self._tally, list(complaints(self._promise, self._tally))
+        tally, found = self._tally, list(shortcomings(self._promise, self._tally))
+        warnings = [sentence for sentence, _ in found]
         # A long run is a still picture, as it should be while nothing moves.
         between = sum(run for run in self._runs if run <= LONGEST_RUN)
         if between > 2:
@@ -94,7 +96,8 @@ class Footage:
             frames_repeated=sum(self._runs),
             decode_errors=len(tally.refused),
             warnings=tuple(warnings),
-            frames_missing=frames_missing(self._promise, tally),
+            # By what misses most of them.
+            frames_missing=round(max([0, *(lost for _, lost in found if math.isfinite(lost))])),
         )
 
     def _frames(
