@@ -20,9 +20,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from count_video.inputs import TOLERANCES
-from count_video.planning import plan as planned_clips
 from count_video.planning.comparison import expected_counts
-from count_video.planning.plan import Plan
+from count_video.planning.plan import LIKENESSES, Plan
 from count_video.planning.request import PlanRequest, Tolerances
 from count_video.records import Floats, TrialResult
 from count_video.reports.campaign import (
@@ -203,11 +202,6 @@ MOST_RATIO = 10_000.0
 """Largest mass ratio that the sliders reach, unless a larger one is planned."""
 LIGHT_FACTOR = 4.0
 LOGARITHMIC_STEP = 0.002
-_MEASURED = (
-    *("RESOLVED", "BETWEEN", "CLOSE", "LONG", "CLOSEST_FRAMES", "CLOSER_FRAMES"),
-    *("MOST_OF_A_SHORT_BURST", "LONG_BURST", "LONG_BURST_FPS"),
-)
-"""What of the clips of known truth the script judges a camera by."""
 
 
 def plan_page(plan: Plan) -> str:
@@ -231,7 +225,7 @@ def plan_page(plan: Plan) -> str:
             "tolerances": plain(request.tolerances),
             "seed": request.seed,
             "options": _options_beside(request),
-            "measured": plain({name.lower(): getattr(planned_clips, name) for name in _MEASURED}),
+            "likenesses": plain(LIKENESSES),
         },
     )
 
