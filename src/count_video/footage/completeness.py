@@ -81,8 +81,8 @@ def _shortfalls(promise: Promise, tally: Tally) -> Iterator[tuple[str, float]]:
     if promise.frames is not None and promise.frames != tally.pictures:
         yield (
             (
-                f"the container promises {_count(promise.frames, 'frame')}, {tally.pictures} could be "
-                "decoded: the file may be cut or damaged; copy it again from the camera"
+                f"the container promises {_count(promise.frames, 'frame')}, {tally.pictures} "
+                "could be decoded: the file may be cut or damaged; copy it again from the camera"
             ),
             promise.frames - tally.pictures,
         )
@@ -92,8 +92,8 @@ def _shortfalls(promise: Promise, tally: Tally) -> Iterator[tuple[str, float]]:
         yield (
             (
                 f"the container promises {promise.end_s:.2f} s of film, the last frame decoded "
-                f"(number {tally.pictures}) ends at {end_s:.2f} s: the file may be cut; copy it again "
-                "from the camera"
+                f"(number {tally.pictures}) ends at {end_s:.2f} s: the file may be cut; copy it "
+                "again from the camera"
             ),
             (promise.end_s - end_s) / tally.usual_step_s,
         )
