@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from count_video.errors import UsageError
-from count_video.inputs import CAPTURE_RATE, decimal
+from count_video.inputs import CAPTURE_RATE
 from count_video.records import RateSource
 
 CAPTURE_RATE_TAGS = frozenset({"com.android.capture.fps"})
@@ -49,7 +49,7 @@ def capture_rate(
 
 def _stated(text: str) -> float | None:
     try:
-        return decimal(text.strip(), CAPTURE_RATE)
+        return CAPTURE_RATE(text.strip())
     except UsageError:
         return None
 
