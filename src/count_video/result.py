@@ -119,10 +119,7 @@ class Result:
     def reviewed(self, corrections: AnyPath) -> Result:
         """Return the result with a person's corrections, saved from the page, laid over it.
 
-        Raises
-        ------
-        UsageError
-            If the file cannot be read, belongs to another clip, or corrects what is not there.
+        UsageError if they cannot be read, or do not belong to this clip.
         """
         from count_video.corrections import reviewed  # noqa: PLC0415
 
@@ -131,10 +128,7 @@ class Result:
     def compared(self, planned: Plan | PlanRequest | AnyPath) -> Result:
         """Return the result with a comparison with a plan, or with the ``plan.json`` of one.
 
-        Raises
-        ------
-        UsageError
-            If the file holds no plan.
+        UsageError if the file holds no plan.
         """
         from count_video.planning.comparison import compared  # noqa: PLC0415
         from count_video.planning.request import PlanRequest, read_request  # noqa: PLC0415
@@ -148,10 +142,7 @@ class Result:
     def figure(self) -> Figure:
         """Draw the picture of the trial; the clip is read once more for it.
 
-        Raises
-        ------
-        CountVideoError
-            If no bodies could be followed, so that there is nothing to draw.
+        CountVideoError if no bodies could be followed, so that there is nothing to draw.
         """
         from count_video.evidence import draw_trial  # noqa: PLC0415
 

@@ -115,10 +115,7 @@ def failure(job: Job, reason: str) -> Answer:
 
 
 def answers(jobs: Iterable[Job], workers: Workers) -> Generator[tuple[Job, Answer], None, None]:
-    """Yield every job with its answer, in the order in which they come.
-
-    Nothing that fails stops the others: it is the answer of its job.
-    """
+    """Yield every job with its answer, as they come; what fails is the answer of its job alone."""
     with closing(as_done(count_job, jobs, workers)) as done:
         for job, future in done:
             yield job, _answer(job, future)

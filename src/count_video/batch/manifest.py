@@ -104,10 +104,7 @@ def clips_in(folder: Path) -> list[Path]:
 
 
 def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
-    """Yield jobs whose names are wishes: empty, or given by a manifest.
-
-    Of a folder the trials of its manifest come first, if it has one, then its other clips.
-    """
+    """Yield jobs whose names are wishes; a folder's manifest comes before its other clips."""
     if path.suffix.lower() == ".csv":
         yield from read_manifest(path, settings)
         return
@@ -129,10 +126,7 @@ def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
 
 
 def _free_name(job: Job, taken: dict[str, int]) -> str:
-    """Choose the shortest name that is still free, and take it.
-
-    ``taken`` has the lowest number that others of each name may have.
-    """
+    """Choose and take the shortest free name; ``taken`` has the next number for each name."""
     full = job.file.name or "clip"
     stem = job.name or job.file.stem or full
     folder = Path(os.path.abspath(job.clip)).parent.name
