@@ -10,10 +10,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from count_video.batch.manifest import Job
-from count_video.batch.summary import row_of, summarise
+from count_video.batch.summary import summarise
 from count_video.followed import packed, unpacked
-from count_video.pipeline import TrialSettings
 from count_video.records import Ending, Estimate, TrialResult, unread_result
 from count_video.reports.campaign import TrialRow, campaign_json, campaign_text
 from count_video.reports.page import campaign_page
@@ -23,7 +21,7 @@ RESULT = unread_result("trial.mp4", "nothing moves")
 
 
 def row_with(masses: tuple[Fraction, Fraction] | None = None, **changes: Any) -> TrialRow:
-    return row_of(Job("trial", "a.mp4", TrialSettings(masses=masses)), replace(RESULT, **changes))
+    return TrialRow("trial", replace(RESULT, **changes), masses)
 
 
 def cells_of(row: TrialRow) -> dict[str, str]:

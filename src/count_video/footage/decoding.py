@@ -16,7 +16,7 @@ from av.container import InputContainer
 
 from count_video.errors import FootageError, MachineError, UsageError
 from count_video.footage.opening import choose_stream, open_container, plain_words
-from count_video.inputs import THREADS, whole
+from count_video.inputs import THREADS
 from count_video.process import check_memory
 
 JUMP_SHARE = 1.7
@@ -118,7 +118,7 @@ def _threads_allowed() -> int:
     if allowed is None:
         return cores
     try:
-        return min(whole(allowed, THREADS), cores)
+        return min(THREADS(allowed), cores)
     except UsageError as error:
         raise UsageError(f"{THREADS_VARIABLE}: {error}") from error
 

@@ -18,7 +18,7 @@ from count_video.footage.decoding import Reading
 from count_video.footage.opening import MOST_FRAMES, MOST_PIXELS, check_size
 from count_video.footage.pictures import Luma, luma_of
 from count_video.footage.repeats import LONGEST_RUN, mark_repeats
-from count_video.inputs import CAPTURE_RATE, decimal
+from count_video.inputs import CAPTURE_RATE
 from count_video.records import FootageInfo, FootageReport, Frame
 
 CAPTURE_RATE_TAG = "com.android.capture.fps"
@@ -218,5 +218,5 @@ def stated_rate(tags: Iterable[tuple[str, str]]) -> float | None:
     for name, text in tags:
         if name.lower() == CAPTURE_RATE_TAG:
             with suppress(UsageError):
-                return decimal(text.strip(), CAPTURE_RATE)
+                return CAPTURE_RATE(text.strip())
     return None

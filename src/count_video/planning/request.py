@@ -18,7 +18,6 @@ from count_video.inputs import (
     DAMPING,
     LENGTH,
     MASS,
-    MOST_PLAN_BYTES,
     SEED,
     SHARE,
     TOLERANCES,
@@ -183,7 +182,7 @@ def read_request(path: Path) -> PlanRequest:
     UsageError
         If the file cannot be read, is no plan, or has a value that makes no sense.
     """
-    stored = read_json_object(path, MOST_PLAN_BYTES)
+    stored = read_json_object(path)
     if stored.get("plan_version") != PLAN_VERSION:
         raise UsageError(
             f"{path}: is no plan, version {PLAN_VERSION}; give the plan.json that --plan wrote"
