@@ -254,8 +254,7 @@ TABLE = 'name,frame,text\na,12.50,"1.5; or 2"\nb,-0.25,v1.2\nc,3,1e-05\nd,,2.5e-
 
 
 def test_a_table_is_written_as_other_spreadsheets_read_it(tmp_path: Path) -> None:
-    outputs = open_outputs(tmp_path)
-    outputs.csv_dialect = "semicolon"
+    outputs = open_outputs(tmp_path, csv_dialect="semicolon")
     outputs.write("table.csv", TABLE.encode())
     outputs.write("notes.json", TABLE.encode())
     lines = list(

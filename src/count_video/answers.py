@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from count_video.explanations import Explanation
-from count_video.footage.capture_rate import real_time_s
 from count_video.motion.parameters import Knowledge
 from count_video.motion.swing import Swing
 from count_video.physics.theory import pi_bounds
 from count_video.reasons import Cause, Reason
 from count_video.records import (
-    Collision,
     Estimate,
     FootageInfo,
     FootageReport,
@@ -21,7 +19,7 @@ from count_video.records import (
     TrialResult,
     unread_result,
 )
-from count_video.reports.wording import sentence, sentences
+from count_video.reports.words import sentence, sentences
 from count_video.settings import TrialSettings
 
 RELATIVE_SIGMA_AT_MOST = 0.1
@@ -73,7 +71,9 @@ def answer(
 ) -> TrialResult:
     """Read the answer off an explanation."""
     track, count, fit = explained.track, explained.count, explained.fit
-    collisions = tuple(_timed(collision, info.capture_fps) for collision in explained.collisions)
+    fps, collisions = info.capture_fps, explained.collisions
+    if fps is not None:
+        collisions = tuple(replace(c, time_s=c.frame / fps) for c in collisions)
     seen = sum(collision.seen for collision in collisions[:count])
     at_wall, counts = explained.scene == "wall", explained.counts
     lacks = report.frames_missing and not counts
@@ -107,13 +107,6 @@ def answer(
     return weighed(result, measured_ratios(explained), settings.masses)
 
 
-def _timed(collision: Collision, capture_fps: float | None) -> Collision:
-    """Add the time since the clip's start in seconds, where the camera's rate is known."""
-    if capture_fps is None:
-        return collision
-    return replace(collision, time_s=real_time_s(collision.frame, capture_fps))
-
-
 def swing_of(explained: Explanation) -> Swing | None:
     """Swing of the heavy body, if it shows."""
     return explained.found.swing if explained.found is not None else None
@@ -138,20 +131,19 @@ def weighed(
     """
     heavy: Fraction | float
     light: Fraction | float
-    if masses is None and not measured:
-        return result
-    if masses is None:
+    sigma, warnings = None, list(result.warnings)
+    if masses is not None:
+        heavy, light = masses
+        # The fit knows what was given; the swing, which comes last, does not.
+        warnings += [_contradiction(float(heavy / light), shown) for shown in measured[-1:]]
+    elif measured:
         heavy, light, sigma = measured[0].value, 1.0, measured[0].sigma
     else:
-        (heavy, light), sigma = masses, None
-        # The fit knows what was given; the swing, which comes last, does not.
-        result = replace(
-            result,
-            warnings=(*result.warnings, *contradiction(float(heavy / light), measured[-1:])),
-        )
+        return result
     pi = pi_bounds(result.count, heavy, light) if result.count else None
     return replace(
         result,
+        warnings=tuple(filter(None, warnings)),
         mass_ratio=float(heavy / light),
         mass_ratio_sigma=sigma,
         pi_low=pi.low if pi else None,
@@ -159,11 +151,9 @@ def weighed(
     )
 
 
-def contradiction(given: float, measured: list[Estimate]) -> list[str]:
+def _contradiction(given: float, shown: Estimate) -> str:
     """Say that a given mass ratio contradicts what the motion shows; empty if it does not."""
-    return [
-        sentence(Reason(Cause.MASSES_CONTRADICT, (given, one.value, one.sigma)))
-        for one in measured
-        if abs(given - one.value)
-        > CONTRADICTING_SIGMAS * math.hypot(WEIGHED_SHARE * given, one.sigma)
-    ]
+    allowed = CONTRADICTING_SIGMAS * math.hypot(WEIGHED_SHARE * given, shown.sigma)
+    if abs(given - shown.value) <= allowed:
+        return ""
+    return sentence(Reason(Cause.MASSES_CONTRADICT, (given, shown.value, shown.sigma)))

@@ -6,6 +6,8 @@ The command line calls them too, so that a program gets the same answer as a per
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from concurrent.futures import BrokenExecutor
+from contextlib import closing
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
@@ -13,7 +15,7 @@ from typing import TYPE_CHECKING, Unpack
 from count_video import inputs, pipeline
 from count_video.batch.manifest import Job, jobs_of
 from count_video.errors import CountVideoError, UsageError, reason_of
-from count_video.parallel import in_parallel
+from count_video.parallel import Processes, as_done
 from count_video.physics.theory import Mass, Theory, theory_of
 from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
@@ -74,12 +76,9 @@ def count(  # noqa: PLR0913 - what a clip may need is many things, each by its n
 
     Raises
     ------
-    FootageError
-        If the file cannot be read as footage.
-    UsageError
-        If a value makes no sense, or does not fit the clip.
-    MachineError
-        If the machine lacks the memory for it.
+    CountVideoError
+        FootageError if the file cannot be read as footage, UsageError if a value makes no sense or
+        does not fit the clip, MachineError if the machine lacks the memory for it.
     """
     settings = trial_settings(
         masses=masses,
@@ -124,21 +123,22 @@ def count_all(
         At the first step, if a setting, the number of jobs or a manifest makes no sense.
     """
     if jobs is not None:
-        checked("jobs", jobs, inputs.clips_at_a_time)
+        checked("jobs", jobs, inputs.CLIPS_AT_A_TIME)
     given = [paths] if isinstance(paths, str | PathLike) else paths
-    wanted = jobs_of([Path(path) for path in given], trial_settings(**settings))
-    yield from in_parallel(_count_job, wanted, jobs, _died)
+    wanted = jobs_of(map(Path, given), trial_settings(**settings))
+    with closing(as_done(_count_job, wanted, Processes(jobs))) as done:
+        for job, future in done:
+            if isinstance(future.exception(), BrokenExecutor):
+                died = CountVideoError("the process died on this clip, twice")
+                yield refused(job.clip, died)
+            else:
+                yield future.result()
 
 
 def theory(heavy: Mass, light: Mass = 1) -> Theory:
     """Return the exact count for two masses in any one unit (Galperin's billiard).
 
-    A float is taken at the decimal number it is written as.
-
-    Raises
-    ------
-    UsageError
-        If a mass is not a finite number greater than 0.
+    A float is taken at the decimal number it is written as; UsageError if it is not greater than 0.
     """
     return theory_of(exact_mass(heavy), exact_mass(light))
 
@@ -161,7 +161,7 @@ def plan(heavy: Mass, light: Mass, *, chart: bool = True, **details: Unpack[Plan
     Raises
     ------
     UsageError
-        If a value makes no sense; the message is one line.
+        If a value makes no sense.
     """
     from count_video.planning.plan import make_plan  # noqa: PLC0415
     from count_video.planning.request import PlanRequest  # noqa: PLC0415
@@ -174,7 +174,7 @@ def refused(path: AnyPath, error: CountVideoError | OSError) -> Result:
     return Result(unread_result(fspath(path), reason_of(error, path)), error=error)
 
 
-def _counted(path: Path, settings: TrialSettings, progress: Progress = NO_PROGRESS) -> Result:
+def _counted(path: Path, settings: TrialSettings, progress: Progress) -> Result:
     state = clip_state(path)
     with shortage_explained():
         worked = pipeline.work_through(path, settings, progress)
@@ -186,10 +186,6 @@ def _count_job(job: Job) -> Result:
     try:
         if job.problem is not None:
             raise UsageError(job.problem)
-        return _counted(Path(job.clip), job.settings)
+        return _counted(Path(job.clip), job.settings, NO_PROGRESS)
     except (CountVideoError, OSError) as error:
         return refused(job.clip, error)
-
-
-def _died(job: Job) -> Result:
-    return refused(job.clip, CountVideoError("the process died on this clip, twice"))

@@ -12,12 +12,13 @@ import os
 import re
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext, suppress
+from contextlib import ExitStack, nullcontext, suppress
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from count_video.errors import CountVideoError, MachineError, UsageError
-from count_video.options import complete_options, is_campaign, read_options
+from count_video.options import complete_options, is_campaign, plan_values, read_options
 from count_video.process import (
     DRAWING_BYTES,
     LIBRARIES_BYTES,
@@ -25,7 +26,6 @@ from count_video.process import (
     check_limits,
     check_memory,
     end_well_on_signals,
-    flush_stdout,
     give_stdout_up,
     keep_libraries_off_the_streams,
     leave_cores_to_the_decoder,
@@ -33,7 +33,7 @@ from count_video.process import (
     show_any_file_name,
 )
 from count_video.progress import NO_PROGRESS, Progress, TerminalBar
-from count_video.reports.words import printable
+from count_video.reports.words import labelled, plural, printable
 
 if TYPE_CHECKING:
     from count_video.planning.request import PlanRequest
@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 PROGRAM = "count-video"
 NARROWEST, WIDEST = 40, 100
 """Columns within which sentences stay readable, on whatever terminal."""
-_FORMATS = ("picture_format", "csv_dialect", "presenter")
-"""Options that say how evidence is written, called as the arguments of ``Result.save``."""
 EXIT_COUNTED = 0
 EXIT_NOT_COUNTED = 1
 EXIT_USAGE = 2
@@ -71,7 +69,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 code = _answer(read_options(arguments))
             except SystemExit as done:  # --help and --version
                 code = int(done.code or EXIT_COUNTED)
-        flush_stdout()
+        if sys.stdout is not None:  # it is None when the caller has closed it
+            sys.stdout.flush()  # so that an error comes now and not as the interpreter leaves
     except (UsageError, MachineError, ImportError) as error:
         said = str(error)
         if isinstance(error, ImportError):  # of something else of a part's name, or of a library
@@ -105,19 +104,56 @@ def _answer(options: argparse.Namespace) -> int:
 
 
 def _answer_campaign(options: argparse.Namespace) -> int:
-    from count_video.batch.command import answer_campaign
-    from count_video.settings import trial_settings
+    """Print the row of each trial as it comes, and what they say together."""
+    from count_video.batch.executor import start_workers
+    from count_video.batch.manifest import jobs_of
+    from count_video.batch.results import OWN_FILES, open_store
+    from count_video.batch.summary import run_campaign, summarise
+    from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
+    from count_video.reports.json_object import json_line
+    from count_video.settings import EvidenceSettings, trial_settings
 
-    settings, progress = trial_settings(**_settings(options)), _progress("clips")
-
-    def show(text: str) -> None:
-        with progress.aside() if isinstance(progress, TerminalBar) else nullcontext():
-            print(text, flush=True)
-
-    done, kept = answer_campaign(options, settings, progress, show, _complain, _columns())
-    if not options.json:
-        _say_what_is_kept(kept, ", and NAME.json for each trial")
+    folder, kind, dialect = options.output, options.picture_format, options.csv_dialect
+    pages = EvidenceSettings(folder, kind, dialect) if options.pages else None
+    jobs = jobs_of(options.clips, trial_settings(**_settings(options)), pages)
+    progress = _progress("clips")
+    rows: list[TrialRow] = []
+    with ExitStack() as stack:
+        store = None
+        if folder is not None:
+            own = [name.format(kind) for name in OWN_FILES]
+            _refuse_to_overwrite_manifests(options, own)
+            store = stack.enter_context(open_store(folder, own, dialect, fresh=options.fresh))
+            if names := [job.name for job in jobs if store.shows_another_clip(job)]:
+                results = f"{plural(len(names), 'result')} of other clips of the same names"
+                _complain(f"{folder}: replaces {results} ({names[0]} first)")
+        if not options.json:
+            print(TRIAL_HEADING, flush=True)
+        workers = partial(start_workers, options.jobs, options.scheduler, folder)
+        for row in run_campaign(jobs, workers, store, progress):
+            rows.append(row)
+            with progress.aside() if isinstance(progress, TerminalBar) else nullcontext():
+                print(json_line(row.result) if options.json else trial_line(row), flush=True)
+        summary = summarise(rows)
+        if not options.json:
+            print(f"\n{campaign_text(rows, summary, _columns())}", flush=True)
+        if store is not None:
+            store.write_campaign(rows, summary, kind)
+            if not options.json:
+                _say_what_is_kept([folder / name for name in own], ", and NAME.json for each trial")
+    done = all(row.count is not None and row.not_kept is None for row in rows)
     return EXIT_COUNTED if done else EXIT_NOT_COUNTED
+
+
+def _refuse_to_overwrite_manifests(options: argparse.Namespace, own: Sequence[str]) -> None:
+    """Refuse to write over a manifest that is to be read again, even one that we wrote."""
+    written = [os.path.realpath(options.output / name) for name in own]
+    for path in options.clips:
+        if path.suffix.lower() == ".csv" and os.path.realpath(path) in written:
+            raise UsageError(
+                f"{path}: the results would overwrite this manifest; rename it, or give another "
+                "folder with -o"
+            )
 
 
 def _answer_clips(options: argparse.Namespace) -> int:
@@ -138,10 +174,15 @@ def _answer_clips(options: argparse.Namespace) -> int:
     code, gap = EXIT_COUNTED, ""
     progress = _progress()
     for path in options.clips:
+        kept: list[Path] = []
         try:
-            result, kept = _count(path, options, plan, progress)
+            result = _count(path, options, plan, progress)
+            if options.output is not None:
+                kept = result.save(options.output, **_formats(options), progress=progress)
         except (CountVideoError, OSError) as error:
-            result, kept = api.refused(path, error), []
+            result = api.refused(path, error)
+        finally:
+            progress.finish()
         if _show(result, gap, kept, as_json=options.json):
             gap = "\n"
         if result.count is None:
@@ -150,6 +191,28 @@ def _answer_clips(options: argparse.Namespace) -> int:
         if replaces and result.error is None:
             _complain(f"{result.clip}: replaced the evidence of another clip of this name")
     return code
+
+
+def _count(
+    path: Path, options: argparse.Namespace, plan: PlanRequest | None, progress: Progress
+) -> Result:
+    """Count a clip and lay over it what was asked for."""
+    from count_video import api
+
+    if options.output is not None:
+        from count_video.evidence import check_evidence
+        from count_video.settings import EvidenceSettings
+
+        check_evidence(path, EvidenceSettings(options.output, **_formats(options)))
+    result = api.count(path, **_settings(options), progress=progress)
+    if options.corrections is not None:
+        result = result.reviewed(options.corrections)
+    return result if plan is None else result.compared(plan)
+
+
+def _formats(options: argparse.Namespace) -> dict[str, Any]:
+    """Collect how evidence is written; the options are called as the settings are."""
+    return {name: getattr(options, name) for name in ("picture_format", "csv_dialect", "presenter")}
 
 
 def _show(result: Result, gap: str, kept: Sequence[Path], *, as_json: bool) -> bool:
@@ -170,32 +233,6 @@ def _show(result: Result, gap: str, kept: Sequence[Path], *, as_json: bool) -> b
     if not as_json:
         _say_what_is_kept(kept)
     return as_text
-
-
-def _count(
-    path: Path, options: argparse.Namespace, plan: PlanRequest | None, progress: Progress
-) -> tuple[Result, list[Path]]:
-    """Count a clip, lay over it what was asked for, and keep its evidence; return its files."""
-    from count_video import api
-
-    kept = options.output is not None
-    formats = {name: getattr(options, name) for name in _FORMATS}
-    if kept:
-        from count_video.evidence import check_evidence
-        from count_video.settings import EvidenceSettings
-
-        check_evidence(path, EvidenceSettings(options.output, **formats))
-    result = api.count(path, **_settings(options), progress=progress)
-    if options.corrections is not None:
-        result = result.reviewed(options.corrections)
-    if plan is not None:
-        result = result.compared(plan)
-    if not kept:
-        return result, []
-    try:
-        return result, result.save(options.output, **formats, progress=progress)
-    finally:
-        progress.finish()
 
 
 def _load_the_drawing() -> None:
@@ -225,7 +262,6 @@ def _answer_theory(options: argparse.Namespace) -> int:
 
 
 def _answer_plan(options: argparse.Namespace) -> int:
-    from count_video.options import plan_values
     from count_video.planning.plan import make_plan
     from count_video.planning.request import PlanRequest, Tolerances
 
@@ -278,8 +314,6 @@ def _say_what_is_kept(files: Sequence[Path], more: str = "") -> None:
     others = ", ".join(printable(file.name) for file in files if file != first)
     words = printable(str(first)) + (" (open it in a browser)" if first.suffix == ".html" else "")
     words += f", and beside it {others}{more}" if others else ""
-    from count_video.reports.words import labelled
-
     print("", *labelled("Written", words, _columns()), sep="\n", flush=True)
 
 

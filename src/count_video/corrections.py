@@ -15,14 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from count_video.errors import UsageError
-from count_video.inputs import (
-    FRAME,
-    MOST_CORRECTIONS_BYTES,
-    content_digest,
-    read_json_object,
-    shown,
-    stored_number,
-)
+from count_video.inputs import FRAME, content_digest, read_json_object, shown, stored_number
 from count_video.records import Correction, TrialResult
 from count_video.reports.words import storable
 
@@ -33,14 +26,8 @@ may place it a little differently, and give it another number."""
 
 
 def reviewed(result: TrialResult, path: Path) -> TrialResult:
-    """Lay the corrections of a file over a result.
-
-    Raises
-    ------
-    UsageError
-        If the file cannot be read, belongs to another clip, or corrects what is not there.
-    """
-    stored = read_json_object(path, MOST_CORRECTIONS_BYTES)
+    """Lay the corrections of a file over a result; UsageError if they do not belong to it."""
+    stored = read_json_object(path)
     if stored.get("corrections_version") != CORRECTIONS_VERSION:
         raise UsageError(
             f"{path}: is no file of corrections, version {CORRECTIONS_VERSION}; "
@@ -59,7 +46,7 @@ def reviewed(result: TrialResult, path: Path) -> TrialResult:
     notes = stored.get("notes", {})
     if not isinstance(notes, dict) or not all(isinstance(note, str) for note in notes.values()):
         raise UsageError(f"{path}: its notes are no texts; save the file again from the page")
-    steps = [1 if c.action == "missed" else -1 for c in corrections if c.changes_count]
+    steps = (1 if c.action == "missed" else -1 for c in corrections if c.changes_count)
     return replace(
         result,
         corrections=corrections,

@@ -11,13 +11,15 @@ Every message says what failed, where, and what to do about it, on one line.
 
 from __future__ import annotations
 
+from argparse import ArgumentTypeError
+
 
 class CountVideoError(Exception):
     """Anything this package refuses to do, with a one-line message for the user."""
 
 
-class UsageError(CountVideoError):
-    """The request itself is off."""
+class UsageError(CountVideoError, ArgumentTypeError):
+    """The request itself is off; argparse puts the option before it, if it is that of a value."""
 
 
 class FootageError(CountVideoError):

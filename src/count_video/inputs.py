@@ -2,49 +2,49 @@
 
 A number is written in ASCII digits, as ``960``, ``59.94`` or ``1e3``, and lies in a range that
 makes physical sense, so that no arithmetic on it overflows. A text file is a regular file of a
-bounded size, in UTF-8. Whatever else comes is refused in one line that shows at most 80 characters
-of it.
+bounded size, in UTF-8. Whatever else comes is a ``UsageError`` in one line that shows at most 80
+characters of it.
 """
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import math
 import os
 import re
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
 from io import BufferedReader
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from count_video.errors import UsageError
 
 SHOWN_CHARACTERS = 80
 LONGEST_PATH = 4096
 MOST_MANIFEST_BYTES = 100_000_000
-MOST_CORRECTIONS_BYTES = 10_000_000
-MOST_PLAN_BYTES = 10_000_000
+MOST_JSON_BYTES = 10_000_000
+SMALLEST_REGION_PX = 16
+"""No filter of the tracker fits into less."""
 
 Signature = list[int]
 """What a file system says of a file; it changes whenever somebody writes to the file."""
 
+# Digits are bounded: Fraction("1e999999999") would fill the memory before it is refused.
 _DECIMAL = re.compile(r"([0-9]{1,60}(\.[0-9]{0,60})?|\.[0-9]{1,60})([eE][+-]?[0-9]{1,3})?")
 
 
 @dataclass(frozen=True)
 class Range:
-    """What values of a quantity make sense, both ends included."""
+    """What values of a quantity make sense, both ends included; called, it reads one from text."""
 
     low: float
     high: float
-    unit: str
+    unit: str = ""
 
     def holds(self, value: float | Fraction) -> bool:
         """Return whether a number lies in the range; exact, for not all of them fit into floats."""
@@ -55,22 +55,44 @@ class Range:
     def __str__(self) -> str:
         return f"from {self.low:g} to {self.high:g}{self.unit and ' '}{self.unit}"
 
+    def __call__(self, text: str) -> float:
+        """Read a decimal number."""
+        return float(self.exact(text))
+
+    def exact(self, text: str) -> Fraction:
+        """Read a decimal number at its exact value."""
+        value = Fraction(text) if _DECIMAL.fullmatch(text) else None
+        if value is None or not self.holds(value):
+            point = "; write a point before decimals" if "," in text else ""
+            raise UsageError(f"{shown(text)} is not a number {self}{point}")
+        return value
+
+
+class WholeRange(Range):
+    """A range of whole numbers, of up to 15 digits."""
+
+    def __call__(self, text: str) -> int:
+        """Read a whole number."""
+        if not re.fullmatch(r"[0-9]{1,15}", text) or not self.holds(int(text)):
+            raise UsageError(f"{shown(text)} is not a whole number {self}")
+        return int(text)
+
 
 CAPTURE_RATE = Range(1, 1e7, "frames per second")
 BALL_DIAMETER = Range(0.01, 1e5, "mm")
-MASS = Range(1e-100, 1e100, "")
-MASS_RATIO = Range(1e-40, 1e40, "")
+MASS = Range(1e-100, 1e100)
+MASS_RATIO = Range(1e-40, 1e40)
 """Heavy over light, far beyond any experiment: its squares and theirs are still sound numbers."""
-FRAME = Range(0, 1e15, "")
-CLIPS_AT_A_TIME = Range(1, 9999, "")
-THREADS = Range(1, 9999, "")
+FRAME = WholeRange(0, 1e15)
+CLIPS_AT_A_TIME = WholeRange(1, 9999)
+THREADS = WholeRange(1, 9999)
 LENGTH = Range(1e-6, 1e3, "m")
 """Of a set-up: of its gaps and threads, and of a release."""
 LENGTH_TOLERANCE = Range(0, 1e3, "m")
-SHARE = Range(0, 1, "")
+SHARE = Range(0, 1)
 DAMPING = Range(0, 1e3, "per second")
-TRIALS = Range(2, 9999, "")
-SEED = Range(0, 1e15, "")
+TRIALS = WholeRange(2, 9999)
+SEED = WholeRange(0, 1e15)
 TOLERANCES = {
     "gap": ("gap_m", LENGTH_TOLERANCE),
     "release": ("release_m", LENGTH_TOLERANCE),
@@ -80,41 +102,10 @@ TOLERANCES = {
     "scatter": ("scatter", SHARE),
 }
 """Names of a plan's tolerances for a person, those of the fields that hold them, and ranges."""
-SMALLEST_REGION_PX = 16
-"""No filter of the tracker fits into less."""
-
-
-def decimal(text: str, allowed: Range) -> float:
-    """Read a decimal number.
-
-    Raises
-    ------
-    UsageError
-        The text is no such number, or it lies outside of what is allowed.
-    """
-    return float(_decimal(text, allowed))
-
-
-def whole(text: str, allowed: Range) -> int:
-    """Read a whole number of up to 15 digits; raises as :func:`decimal` does."""
-    if not re.fullmatch(r"[0-9]{1,15}", text) or not allowed.holds(int(text)):
-        raise UsageError(f"{shown(text)} is not a whole number {allowed}")
-    return int(text)
-
-
-def mass(text: str) -> Fraction:
-    """Read a mass at its exact decimal value, in any unit; raises as :func:`decimal` does."""
-    return _decimal(text, MASS)
 
 
 def masses(heavy: Fraction, light: Fraction) -> tuple[Fraction, Fraction]:
-    """Return two masses of one trial.
-
-    Raises
-    ------
-    UsageError
-        No experiment has such a ratio, or the lighter mass comes first.
-    """
+    """Return two masses of one trial, the heavier first, in a ratio that an experiment may have."""
     if heavy < light:
         raise UsageError(
             f"the heavy mass is {float(heavy / light):.4g} of the light one; give the mass of the "
@@ -126,13 +117,7 @@ def masses(heavy: Fraction, light: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def region(text: str) -> tuple[int, int, int, int]:
-    """Read a part of the picture in px: left edge, top edge, width, height.
-
-    Raises
-    ------
-    UsageError
-        The text has another form, or the part is too small to show anything.
-    """
+    """Read a part of the picture in px: left edge, top edge, width, height."""
     if not re.fullmatch(r"[0-9]{1,6}(,[0-9]{1,6}){3}", text):
         raise UsageError(f"{shown(text)} is not of the form X,Y,W,H in whole pixels")
     x, y, width, height = map(int, text.split(","))
@@ -145,65 +130,24 @@ def region(text: str) -> tuple[int, int, int, int]:
 
 
 def tolerance(text: str) -> tuple[str, float]:
-    """Read ``NAME=VALUE`` as the name of a field of a plan's tolerances and its value.
-
-    Raises
-    ------
-    UsageError
-        The text has another form, there is no such tolerance, or the value is out of its range.
-    """
+    """Read ``NAME=VALUE`` as the name of a field of a plan's tolerances and its value."""
     name, _, value = text.partition("=")
     if name not in TOLERANCES or not value:
         names = ", ".join(TOLERANCES)
         raise UsageError(f"{shown(text)} is not of the form NAME=VALUE with one of {names}")
     field, allowed = TOLERANCES[name]
-    return field, decimal(value, allowed)
-
-
-capture_rate: Callable[[str], float] = partial(decimal, allowed=CAPTURE_RATE)
-ball_diameter: Callable[[str], float] = partial(decimal, allowed=BALL_DIAMETER)
-frame: Callable[[str], int] = partial(whole, allowed=FRAME)
-clips_at_a_time: Callable[[str], int] = partial(whole, allowed=CLIPS_AT_A_TIME)
-length: Callable[[str], float] = partial(decimal, allowed=LENGTH)
-share: Callable[[str], float] = partial(decimal, allowed=SHARE)
-damping: Callable[[str], float] = partial(decimal, allowed=DAMPING)
-trials: Callable[[str], int] = partial(whole, allowed=TRIALS)
-seed: Callable[[str], int] = partial(whole, allowed=SEED)
-
-
-def as_option(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """Turn what a reader of values refuses into an error that argparse puts the option before."""
-
-    def read_value(text: str) -> Any:
-        try:
-            return read(text)
-        except UsageError as error:
-            raise argparse.ArgumentTypeError(str(error)) from error
-
-    return read_value
+    return field, allowed(value)
 
 
 def some_path(text: str) -> Path:
-    """Read the name of a file or folder.
-
-    Raises
-    ------
-    UsageError
-        It is empty, as an unset variable of a script is, or what no name can be.
-    """
+    """Read the name of a file; an unset variable of a script is empty, which is none."""
     if not text or "\0" in text or len(text) > LONGEST_PATH:
         raise UsageError(f"{shown(text)} is no name of a file")
     return Path(text)
 
 
 def address(text: str) -> str:
-    """Read the address of a scheduler, as ``host:8786`` or ``tcp://host:8786``.
-
-    Raises
-    ------
-    UsageError
-        It has another form.
-    """
+    """Read the address of a scheduler, as ``host:8786`` or ``tcp://host:8786``."""
     found = re.fullmatch(r"((tcp|tls)://)?([\w.-]{1,253}|\[[0-9a-fA-F:.]+\]):([0-9]{1,5})", text)
     if found is None or not text.isascii() or not 0 < int(found[4]) < 65536:
         raise UsageError(f"{shown(text)} is not of the form tcp://HOST:PORT")
@@ -220,12 +164,7 @@ def shown(text: str) -> str:
 def regular_file(path: Path) -> Iterator[BufferedReader]:
     """Open a regular file; what is none, a pipe for example, may never open nor end.
 
-    Raises
-    ------
-    UsageError
-        It is no regular file.
-    OSError
-        If it cannot be read.
+    Raises UsageError for such a one, and OSError if it cannot be read.
     """
     with open(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
@@ -234,13 +173,7 @@ def regular_file(path: Path) -> Iterator[BufferedReader]:
 
 
 def read_text(path: Path, most_bytes: int) -> str:
-    """Read a text file in UTF-8, with or without a mark in front.
-
-    Raises
-    ------
-    UsageError
-        It cannot be read, is no regular file, too large, or no text.
-    """
+    """Read a text file in UTF-8, with or without a mark in front; UsageError if it is none."""
     try:
         with regular_file(path) as file:
             content = file.read(most_bytes + 1)
@@ -256,12 +189,9 @@ def read_text(path: Path, most_bytes: int) -> str:
         raise UsageError(f"{path}: cannot be read: {reason}") from error
 
 
-def read_json_object(path: Path, most_bytes: int) -> dict[str, object]:
-    """Read a file that holds one JSON object; raises as :func:`read_text` does, or if it does not.
-
-    Numbers without a value in JSON (NaN, infinity) are refused.
-    """
-    text = read_text(path, most_bytes)
+def read_json_object(path: Path) -> dict[str, object]:
+    """Read a file that holds one JSON object; numbers without a value (NaN) are refused."""
+    text = read_text(path, MOST_JSON_BYTES)
     try:
         stored = json_value(text, parse_constant=_no_number)
     except ValueError as error:
@@ -272,17 +202,15 @@ def read_json_object(path: Path, most_bytes: int) -> dict[str, object]:
 
 
 def json_value(text: str | bytes, **more: Any) -> Any:
-    """Parse JSON from outside; ``more`` is as ``json.loads`` has it.
-
-    Raises
-    ------
-    ValueError
-        It is none, or lists lie in lists so deep that the parser gives up.
-    """
+    """Parse JSON from outside as ``json.loads`` does; ValueError also if it is nested too deep."""
     try:
         return json.loads(text, **more)
     except RecursionError as error:
         raise ValueError("nested too deeply") from error
+
+
+def _no_number(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no number")
 
 
 def content_digest(file: Path) -> str:
@@ -294,10 +222,10 @@ def content_digest(file: Path) -> str:
 def signature(file: Path) -> Signature:
     """Size, times of the last change and number of a file; empty if there is none."""
     try:
-        stat = file.stat()
+        found = file.stat()
     except (OSError, ValueError):
         return []
-    return [stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns, stat.st_ino]
+    return [found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino]
 
 
 def stored_number(value: object, allowed: Range) -> float | None:
@@ -305,16 +233,3 @@ def stored_number(value: object, allowed: Range) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     return float(value) if allowed.holds(value) else None
-
-
-def _decimal(text: str, allowed: Range) -> Fraction:
-    # Digits are bounded: Fraction("1e999999999") would fill the memory before it is refused.
-    value = Fraction(text) if _DECIMAL.fullmatch(text) else None
-    if value is None or not allowed.holds(value):
-        point = "; write a point before decimals" if "," in text else ""
-        raise UsageError(f"{shown(text)} is not a number {allowed}{point}")
-    return value
-
-
-def _no_number(name: str) -> None:
-    raise ValueError(f"{name} is no number")

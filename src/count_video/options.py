@@ -10,14 +10,14 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from itertools import takewhile
 from typing import Any, NoReturn
 
 from count_video import __version__, inputs
 from count_video.errors import UsageError
-from count_video.inputs import as_option, shown
+from count_video.inputs import shown
 
 DESCRIPTION = """\
 Count the collisions in slow-motion footage of the "pi by collisions"
@@ -51,10 +51,10 @@ _OF_A_COUNT = (
 
 def _value(metavar: str, read: Callable[[str], object], **more: Any) -> dict[str, Any]:
     """Return what argparse needs for an option whose values ``read`` checks."""
-    return {"metavar": metavar, "type": as_option(read), **more}
+    return {"metavar": metavar, "type": read, **more}
 
 
-_TWO_MASSES = {"metavar": ("HEAVY", "LIGHT"), "nargs": 2, "type": as_option(inputs.mass)}
+_TWO_MASSES = {"metavar": ("HEAVY", "LIGHT"), "nargs": 2, "type": inputs.MASS.exact}
 
 
 _HELP: dict[tuple[str, str | None] | None, dict[str, str]] = {
@@ -136,23 +136,23 @@ _TAKES: dict[str, dict[str, Any]] = {
     "--theory": _TWO_MASSES,
     "--plan-file": _value("FILE", inputs.some_path),
     "--plan": _TWO_MASSES,
-    "--gap": _value("M", inputs.length),
-    "--release": _value("M", inputs.length),
-    "--thread": _value("M", inputs.length, nargs="+"),
-    "--restitution": _value("E", inputs.share),
-    "--damping": _value("RATE", inputs.damping),
-    "--trials": _value("N", inputs.trials),
+    "--gap": _value("M", inputs.LENGTH),
+    "--release": _value("M", inputs.LENGTH),
+    "--thread": _value("M", inputs.LENGTH, nargs="+"),
+    "--restitution": _value("E", inputs.SHARE),
+    "--damping": _value("RATE", inputs.DAMPING),
+    "--trials": _value("N", inputs.TRIALS),
     "--tolerance": _value("NAME=VALUE", inputs.tolerance, action="append"),
-    "--seed": _value("N", inputs.seed),
-    "--capture-fps": _value("RATE", inputs.capture_rate),
-    "--start": _value("FRAME", inputs.frame, default=0),
-    "--end": _value("FRAME", inputs.frame),
+    "--seed": _value("N", inputs.SEED),
+    "--capture-fps": _value("RATE", inputs.CAPTURE_RATE),
+    "--start": _value("FRAME", inputs.FRAME, default=0),
+    "--end": _value("FRAME", inputs.FRAME),
     "--region": _value("X,Y,W,H", inputs.region),
     "--wall": {"choices": ("left", "right")},
-    "--ball-diameter-mm": _value("MM", inputs.ball_diameter, default=40.0),
+    "--ball-diameter-mm": _value("MM", inputs.BALL_DIAMETER, default=40.0),
     "--masses": _TWO_MASSES,
     "--seen-only": {"action": "store_true"},
-    "--jobs": _value("N", inputs.clips_at_a_time),
+    "--jobs": _value("N", inputs.CLIPS_AT_A_TIME),
     "--fresh": {"action": "store_true"},
     "--pages": {"action": "store_true"},
     "--scheduler": _value("ADDRESS", inputs.address),
@@ -176,13 +176,7 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
     """Read the command line (None: the one of this process) and check each value.
 
     The namespace has ``clips``, ``json`` and one attribute for every name of ``settings.Settings``.
-
-    Raises
-    ------
-    UsageError
-        An option, a value or a combination is wrong; the message is one line.
-    SystemExit
-        With code 0 after ``--help`` or ``--version``.
+    Raises UsageError, or SystemExit with code 0 after ``--help`` or ``--version``.
     """
     arguments = sys.argv[1:] if arguments is None else arguments
     for argument in takewhile(lambda argument: argument != "--", arguments):
@@ -199,44 +193,51 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
         )
     if options.masses is not None:
         inputs.masses(*options.masses)
-    _check_what_is_wanted(options)
+    for wrong, why in _refusals(options):
+        if wrong:
+            raise UsageError(why)
     return options
 
 
-def _check_what_is_wanted(options: argparse.Namespace) -> None:
-    for option, value, usual in (
-        ("--format", options.picture_format, "png"),
-        ("--csv-dialect", options.csv_dialect, "comma"),
-        ("--fresh", options.fresh, False),
-        ("--pages", options.pages, False),
+def _refusals(options: argparse.Namespace) -> Iterator[tuple[object, str]]:
+    """Yield what may be wrong with the options together, and what to say then."""
+    for option, given in (
+        ("--format", options.picture_format != "png"),
+        ("--csv-dialect", options.csv_dialect != "comma"),
+        ("--fresh", options.fresh),
+        ("--pages", options.pages),
     ):
-        if options.output is None and value != usual:
-            raise UsageError(f"{option} needs a folder to write to: give one with -o")
+        lacks = options.output is None and given
+        yield lacks, f"{option} needs a folder to write to: give one with -o"
     if options.plan is not None:
         return
-    if options.theory is None and not options.clips:
-        raise UsageError("no clip: give a video file or a folder (see count-video --help)")
-    if options.theory is not None and options.clips:
-        raise UsageError("--theory needs no clip: ask for the one or count the other")
-    beside = (options.corrections, options.plan_file)
-    if options.theory is not None and (options.json or beside != (None, None)):
-        raise UsageError("--theory goes with -o and --format alone")
-    if options.presenter is not None and (options.output is None or is_campaign(options)):
-        raise UsageError("--presenter goes with one clip, and with a folder to write to (-o DIR)")
-    if options.plan_file is not None and is_campaign(options):
-        raise UsageError("--plan-file goes with clips, not with a campaign: give single clips")
-    one_file = len(options.clips) == 1 and not os.path.isdir(options.clips[0])
-    if options.corrections is not None and not one_file:
-        raise UsageError("--corrections are those of one clip: give that clip alone")
+    theory, clips, campaign = options.theory is not None, options.clips, is_campaign(options)
+    beside = options.json or options.corrections or options.plan_file
+    one_file = len(clips) == 1 and not os.path.isdir(clips[0])
+    yield (
+        not theory and not clips,
+        "no clip: give a video file or a folder (see count-video --help)",
+    )
+    yield theory and clips, "--theory needs no clip: ask for the one or count the other"
+    yield theory and beside, "--theory goes with -o and --format alone"
+    yield (
+        options.presenter and (options.output is None or campaign),
+        "--presenter goes with one clip, and with a folder to write to (-o DIR)",
+    )
+    yield (
+        options.plan_file and campaign,
+        "--plan-file goes with clips, not with a campaign: give single clips",
+    )
+    yield (
+        options.corrections and not one_file,
+        "--corrections are those of one clip: give that clip alone",
+    )
 
 
 def complete_options() -> None:
-    """Answer the shell that asks how a line may go on, and leave; without argcomplete, do nothing.
-
-    The package ``argcomplete`` comes with the extra ``completion``.
-    """
+    """Answer the shell that asks how a line may go on, and leave, if argcomplete is there."""
     with suppress(ImportError):
-        import argcomplete  # noqa: PLC0415 - an extra that is asked for by the shell alone
+        import argcomplete  # noqa: PLC0415 - comes with the extra ``completion``
 
         argcomplete.autocomplete(_parser())
 

@@ -62,17 +62,13 @@ _unfinished: set[Path] = set()
 class OutputFolder:
     """A folder that results go to."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, csv_dialect: CsvDialect = "comma") -> None:
         self.folder = folder
-        self.csv_dialect: CsvDialect = "comma"
-        """Dialect of the tables that are written from now on."""
+        self.hidden = folder / HIDDEN
+        """Where the folder keeps what only this program reads."""
+        self._csv_dialect = csv_dialect
         self._written: dict[str, str] = {}
         self._read_to = 0
-
-    @property
-    def hidden(self) -> Path:
-        """Where the folder keeps what only this program reads."""
-        return self.folder / HIDDEN
 
     def written(self) -> Mapping[str, str]:
         """Return what this program wrote here: digests of clips by the names of files."""
@@ -100,19 +96,8 @@ class OutputFolder:
     def claim(self, name: str, clip: str = "") -> None:
         """Put a file on record that is about to be written.
 
-        Parameters
-        ----------
-        name
-            Of the file, in this folder.
-        clip
-            Digest of the clip that it shows; empty where it shows none or many.
-
-        Raises
-        ------
-        UsageError
-            It would replace what this program did not write.
-        OSError
-            If the record cannot be written.
+        ``clip`` is the digest of the clip that it shows; empty where it shows none or many. Raises
+        as :meth:`check` does, and OSError if the record cannot be written.
         """
         self.check(name)
         if self.written().get(name) != clip:
@@ -128,7 +113,7 @@ class OutputFolder:
 
     def as_written(self, name: str, data: bytes) -> bytes:
         """Return what a file of this name holds: a table in the folder's dialect, else ``data``."""
-        if not name.endswith(".csv") or self.csv_dialect == "comma":
+        if not name.endswith(".csv") or self._csv_dialect == "comma":
             return data
         target = io.StringIO()
         writer = csv.writer(target, delimiter=";", lineterminator="\n")
@@ -142,17 +127,7 @@ def open_outputs(
 ) -> OutputFolder:
     """Open a folder for results, made if needed, and clear away what killed processes left.
 
-    Parameters
-    ----------
-    names
-        Of files that will be written; none of them may be somebody else's.
-    csv_dialect
-        Dialect of the tables.
-
-    Raises
-    ------
-    UsageError
-        The folder cannot be made or read, or a file in it was not written by this program.
+    UsageError if that fails, or if one of the ``names`` to be written is a file of somebody else.
     """
     hidden = folder / HIDDEN
     try:
@@ -163,8 +138,7 @@ def open_outputs(
         clear_unfinished(hidden)
     except OSError as error:
         raise UsageError(f"{folder}: no folder for results ({error.strerror})") from error
-    outputs = OutputFolder(folder)
-    outputs.csv_dialect = csv_dialect
+    outputs = OutputFolder(folder, csv_dialect)
     for name in names:
         outputs.check(name)
     return outputs
@@ -186,45 +160,29 @@ def output_name(wanted: str) -> str:
 
 
 def write_whole(target: Path, data: bytes) -> None:
-    """Write a file, whole or not at all.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
+    """Write a file, whole or not at all."""
     with appearing(target) as partial:
         partial.write_bytes(data)
 
 
 @contextmanager
 def appearing(target: Path) -> Iterator[Path]:
-    """Yield a place to write to; what is there appears under its name when all went well.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be made or renamed.
-    """
+    """Yield a place to write to; what is there appears under its name when all went well."""
     kind = "".join(target.suffixes[-2:])[-_SUFFIX_CHARACTERS:]
     partial = target.with_name(f".{uuid.uuid4().hex[:12]}.part{kind}")
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_LINK
     _unfinished.add(partial)
-    descriptor = os.open(partial, flags, 0o666)
     try:
-        with suppress(OSError):  # a file system without locks: then it stays if we are killed
-            _take(descriptor)
-        yield partial
-        os.fsync(descriptor)
-        os.replace(partial, target)
-        with suppress(OSError):  # the renaming lasts through a power cut; Windows needs this not
-            folder = os.open(target.parent, os.O_RDONLY)
-            try:
+        with _opened(partial, flags) as descriptor:
+            with suppress(OSError):  # a file system without locks: then it stays if we are killed
+                _take(descriptor)
+            yield partial
+            os.fsync(descriptor)
+            os.replace(partial, target)
+            # The renaming lasts through a power cut; Windows needs this not.
+            with suppress(OSError), _opened(target.parent, os.O_RDONLY) as folder:
                 os.fsync(folder)
-            finally:
-                os.close(folder)
     finally:
-        os.close(descriptor)
         partial.unlink(missing_ok=True)
         _unfinished.discard(partial)
 
@@ -237,22 +195,13 @@ def discard_unfinished() -> None:
 
 
 def clear_unfinished(folder: Path) -> None:
-    """Take away unfinished files that nobody writes to any more.
-
-    Raises
-    ------
-    OSError
-        If the folder cannot be read.
-    """
+    """Take away unfinished files that nobody writes to any more."""
     for entry in folder.iterdir():
         if _UNFINISHED.fullmatch(entry.name):
-            with suppress(OSError):  # somebody is at work on it, or has just finished
-                descriptor = os.open(entry, os.O_RDWR | _NO_LINK)
-                try:
-                    _take(descriptor)
-                    entry.unlink()
-                finally:
-                    os.close(descriptor)
+            # Somebody is at work on it, or has just finished.
+            with suppress(OSError), _opened(entry, os.O_RDWR | _NO_LINK) as descriptor:
+                _take(descriptor)
+                entry.unlink()
 
 
 @contextmanager
@@ -260,25 +209,15 @@ def held(file: Path, *, wait: bool = False) -> Iterator[None]:
     """Hold the lock on a file (made if needed, and left there: only the lock itself counts).
 
     The system lets go of the lock when the process ends, however it ends; workers do not inherit
-    it.
-
-    Parameters
-    ----------
-    wait
-        Wait for others to let go of it; where files cannot be locked nobody waits.
-
-    Raises
-    ------
-    UsageError
-        The file cannot be made; unless it waits, somebody else holds it, or the file system cannot
-        lock.
+    it. UsageError if the file cannot be made; unless it is to ``wait``, also if somebody else holds
+    it, or the file system cannot lock.
     """
     folder = file.parent.parent
     try:
         descriptor = _open_own(file, os.O_RDWR | os.O_CREAT)
     except OSError as error:
         raise UsageError(f"{folder}: no folder for results ({error.strerror})") from error
-    try:
+    with os.fdopen(descriptor, "rb"):
         try:
             _take(descriptor, wait=wait)
         except OSError as error:
@@ -289,19 +228,21 @@ def held(file: Path, *, wait: bool = False) -> Iterator[None]:
             if not wait:
                 raise UsageError(f"{folder}: {why} -o") from error
         yield
+
+
+@contextmanager
+def _opened(place: Path, flags: int) -> Iterator[int]:
+    """Open a file or folder and yield its descriptor."""
+    descriptor = os.open(place, flags, 0o666)
+    try:
+        yield descriptor
     finally:
         os.close(descriptor)
 
 
 @contextmanager
 def explained(target: Path) -> Iterator[None]:
-    """Turn an error of the system, met while a file is written, into one line for the user.
-
-    Raises
-    ------
-    UsageError
-        An OSError was met.
-    """
+    """Turn an OSError, met while a file is written, into a UsageError of one line."""
     try:
         yield
     except OSError as error:
@@ -310,13 +251,7 @@ def explained(target: Path) -> Iterator[None]:
 
 
 def _open_own(file: Path, flags: int) -> int:
-    """Open a regular file of this program; no link is followed, and no pipe waited for.
-
-    Raises
-    ------
-    OSError
-        It cannot be opened, or is none.
-    """
+    """Open a regular file of this program; no link is followed, and no pipe waited for."""
     descriptor = os.open(file, flags | _NO_LINK | getattr(os, "O_NONBLOCK", 0), 0o666)
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)

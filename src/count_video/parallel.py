@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent import futures
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from multiprocessing.connection import wait
 from typing import Protocol, TypeVar
 
@@ -47,38 +47,13 @@ class Workers(Protocol):
         """End the workers; ``at_once``: whatever they are doing."""
 
 
-def in_parallel(
-    work: Callable[[_Job], _Done],
-    jobs: Iterable[_Job],
-    workers: int | None,
-    died: Callable[[_Job], _Done],
-) -> Iterator[_Done]:
-    """Yield the result of every job, in the order in which they come.
-
-    Whoever leaves the loop early ends the processes.
-
-    Parameters
-    ----------
-    work
-        Done with each job; a function of a module, as processes need it.
-    workers
-        How many jobs to do at the same time; None: one for every core that is ours.
-    died
-        Makes the result of a job on which its process died.
-    """
-    with closing(as_done(work, jobs, Processes(workers))) as done:
-        for job, future in done:
-            dead = future is None or isinstance(future.exception(), BrokenExecutor)
-            yield died(job) if future is None or dead else future.result()
-
-
 def as_done(
     work: Callable[[_Job], _Done], jobs: Iterable[_Job], workers: Workers
-) -> Generator[tuple[_Job, Future[_Done] | None], None, None]:
+) -> Generator[tuple[_Job, Future[_Done]], None, None]:
     """Yield every job with its future, which is done, in the order in which they come.
 
-    None in place of a future whose workers are lost. The workers are closed at the end; at once, if
-    the loop is left early.
+    A future is cancelled if its workers are lost. They are closed at the end; at once, if the loop
+    is left early. ``work`` is a function of a module, as processes need it.
     """
     running: dict[Future[_Done], _Job] = {}
     at_once = True
@@ -88,7 +63,9 @@ def as_done(
         while running:
             done, _ = futures.wait(running, ASK_EVERY_S, futures.FIRST_COMPLETED)
             if not done and workers.lost():
-                yield from ((job, None) for job in running.values())
+                gone: Future[_Done] = Future()
+                gone.cancel()
+                yield from ((job, gone) for job in running.values())
                 return
             yield from ((running.pop(future), future) for future in done)
         at_once = False
@@ -107,18 +84,12 @@ class Processes:
         self._starting = threading.Lock()
         self._ended = False
         # The processes inherit these, so they hold before the first import.
-        self._environment = {name: os.environ.get(name) for name in _ONE_THREAD}
-        os.environ.update({name: self._environment[name] or "1" for name in _ONE_THREAD})
-        self._threads = ThreadPoolExecutor(workers or cores(), initializer=_ignore_ctrl_c)
+        self._added = [name for name in _ONE_THREAD if not os.environ.get(name)]
+        os.environ.update(dict.fromkeys(self._added, "1"))
+        self._threads = ThreadPoolExecutor(workers or _cores(), initializer=_ignore_ctrl_c)
 
     def submit(self, work: Callable[[_Job], _Done], job: _Job) -> Future[_Done]:
-        """Hand over a job to a thread with a process of its own.
-
-        Raises
-        ------
-        MachineError
-            The system lets no such thread start.
-        """
+        """Hand over a job to a thread with a process of its own; MachineError if none may start."""
         with _limits_explained():
             return self._threads.submit(self._do, work, job)
 
@@ -160,9 +131,8 @@ class Processes:
         # Waits until the pools have taken notice: an interpreter that ends before may complain.
         for pool in self._pools:
             pool.shutdown()
-        for name, value in self._environment.items():
-            if value is None:
-                os.environ.pop(name, None)
+        for name in self._added:
+            os.environ.pop(name, None)
 
     def kill(self) -> None:
         """End the processes at once and wait until they are gone."""
@@ -187,21 +157,16 @@ def _limits_explained() -> Iterator[None]:
         ) from error
 
 
-def check_threads(threads: int = THREADS_A_PROCESS) -> None:
-    """Check that a process can start with the threads that it needs.
+def check_threads() -> None:
+    """Raise MachineError unless a process can start with the threads that it needs.
 
     A pool whose threads do not start waits for ever, or fails in ways of its own.
-
-    Raises
-    ------
-    MachineError
-        The system does not let so many threads start.
     """
     enough = threading.Event()
     started: list[threading.Thread] = []
     try:
         with _limits_explained():
-            for _ in range(threads):
+            for _ in range(THREADS_A_PROCESS):
                 thread = threading.Thread(target=enough.wait)
                 thread.start()
                 started.append(thread)
@@ -211,7 +176,7 @@ def check_threads(threads: int = THREADS_A_PROCESS) -> None:
             thread.join()
 
 
-def cores() -> int:
+def _cores() -> int:
     """Cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
@@ -219,9 +184,9 @@ def cores() -> int:
 
 
 def _ignore_ctrl_c() -> None:
-    """Let processes that this thread starts ignore Ctrl-C, which reaches all of a terminal's.
+    """Let processes that this thread starts ignore Ctrl-C; who started them decides what it means.
 
-    Who started them decides what it means.
+    It reaches all processes of a terminal.
     """
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -230,8 +195,7 @@ def _ignore_ctrl_c() -> None:
 def _follow_the_parent() -> None:
     """End this process when the one that started it is gone, even killed.
 
-    A pool's processes wait for work on a pipe that they hold open themselves, so they would wait
-    forever.
+    A pool's processes wait for work on a pipe that they hold open themselves: forever, otherwise.
     """
     parent = multiprocessing.parent_process()
     if parent is None:

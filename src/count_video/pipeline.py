@@ -31,7 +31,7 @@ from count_video.process import take_buffer
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reasons import Cause, Reason
 from count_video.records import TrialResult
-from count_video.reports.wording import sentence
+from count_video.reports.words import sentence
 from count_video.settings import TrialSettings
 from count_video.tracking.beside import moves_beside, stands_ahead
 from count_video.tracking.observation import Observation, observe, pair_tracks
@@ -60,7 +60,7 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
     """
     take_buffer()
     with open_footage(path, capture_fps=settings.capture_fps) as footage:
-        wanted = TrackSettings(settings.wall_side, settings.region, settings.start, settings.end)
+        wanted = TrackSettings(settings.wall, settings.region, settings.start, settings.end)
         with observe(footage, wanted, progress) as seen:
             return _explained(seen, settings)
 
@@ -76,7 +76,7 @@ def _explained(seen: Observation, settings: TrialSettings) -> Trial:
     with suppress(TrackingError):
         pair = best = likeliest_pair(
             explain(track, stands_ahead=partial(stands_ahead, seen, track))
-            for track in pair_tracks(seen, settings.wall_side)
+            for track in pair_tracks(seen, settings.wall)
         )
     if pair is None or not is_settled(pair):
         try:

@@ -35,8 +35,8 @@ def end_well_on_signals(complain: Callable[[str], object]) -> None:
     """
 
     def end(number: int, _frame: FrameType | None) -> None:
-        for name in names:
-            signal.signal(getattr(signal, name), signal.SIG_IGN)
+        for one in known:
+            signal.signal(one, signal.SIG_IGN)
         for action in reversed(_last_actions):
             with suppress(OSError):
                 action()
@@ -45,10 +45,10 @@ def end_well_on_signals(complain: Callable[[str], object]) -> None:
         complain("interrupted" if name == "SIGINT" else f"ended by {name}")
         os._exit(128 + number)
 
-    names = [name for name in _SIGNALS if hasattr(signal, name)]
-    for name in names:
-        if signal.getsignal(getattr(signal, name)) != signal.SIG_IGN:
-            signal.signal(getattr(signal, name), end)
+    known = [one for one in signal.Signals if one.name in _SIGNALS]
+    for one in known:
+        if signal.getsignal(one) != signal.SIG_IGN:
+            signal.signal(one, end)
 
 
 def leave_cores_to_the_decoder() -> None:
@@ -67,12 +67,9 @@ def keep_libraries_off_the_streams() -> None:
     They write to the descriptors 1 and 2. Where the caller has closed one of the first three, a
     file opened later would take its number, and get what is meant for the stream.
     """
-    for number in range(3):
-        with suppress(OSError):
-            os.fstat(number)
-            continue
-        os.open(os.devnull, os.O_RDWR)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
+    # The lowest free number is taken first, so all three are open once a higher one is given.
+    while (nowhere := os.open(os.devnull, os.O_RDWR)) < 3:
+        pass
     for name, number in (("stdout", 1), ("stderr", 2)):
         stream = getattr(sys, name)
         if isinstance(stream, io.TextIOWrapper):
@@ -98,20 +95,11 @@ def show_any_file_name() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-def flush_stdout() -> None:
-    """Write out what is left, so that an error comes now and not as the interpreter leaves."""
-    if sys.stdout is not None:  # it is None when the caller has closed it
-        sys.stdout.flush()
-
-
 def give_stdout_up() -> None:
     """Point stdout at nothing, so that the interpreter's own last flush cannot fail as well."""
     if sys.stdout is not None:
-        with suppress(OSError, ValueError):
-            closed_pipe = sys.stdout.fileno()
-            nothing = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nothing, closed_pipe)
-            os.close(nothing)
+        with suppress(OSError, ValueError), open(os.devnull, "wb") as nothing:
+            os.dup2(nothing.fileno(), sys.stdout.fileno())
 
 
 # ---- memory --------------------------------------------------------------------------------------
@@ -127,20 +115,13 @@ DRAWING_BYTES = 300_000_000
 OpenBLAS asks for its buffer for ever as it is loaded."""
 _BUFFER_BYTES = 64_000_000
 """OpenBLAS takes half of it, once, at the first product of large matrices."""
-_LARGE = 64
 _PICTURE_BYTES = 150_000_000
 """More than any picture takes that is decoded."""
 _OPENCV_NO_MEMORY = -4  # cv::Error::StsNoMem
 
 
 def check_limits() -> None:
-    """Check that the libraries can be loaded at all; to be done before they are.
-
-    Raises
-    ------
-    MachineError
-        Whoever started this process lets it have too little memory.
-    """
+    """Raise MachineError if the libraries cannot be loaded at all; to be done before they are."""
     try:
         import resource  # noqa: PLC0415 - not on every system
     except ImportError:
@@ -157,13 +138,7 @@ def check_limits() -> None:
 
 @contextmanager
 def shortage_explained() -> Iterator[None]:
-    """Turn any error for want of memory into one of ours.
-
-    Raises
-    ------
-    MachineError
-        What was done here found no memory.
-    """
+    """Turn any error for want of memory into a MachineError."""
     try:
         yield
     except (CountVideoError, OSError):
@@ -179,14 +154,11 @@ def shortage_explained() -> Iterator[None]:
 
 def _for_want_of_memory(error: Exception) -> bool:
     """Return whether an error says so, or there is none: each library has errors of its own."""
-    said = getattr(error, "code", None) == _OPENCV_NO_MEMORY
-    if said or isinstance(error, MemoryError):
-        return True
     try:
         check_memory()
     except MemoryError:
         return True
-    return False
+    return isinstance(error, MemoryError) or getattr(error, "code", None) == _OPENCV_NO_MEMORY
 
 
 def check_memory(wanted_bytes: int = _PICTURE_BYTES) -> None:
@@ -209,15 +181,9 @@ def give_memory_back() -> None:
 
 @cache
 def take_buffer() -> None:
-    """Have OpenBLAS take its buffer while there is memory, for it ends the process if not.
-
-    Raises
-    ------
-    MemoryError
-        There is not enough memory.
-    """
+    """Have OpenBLAS take its buffer, or MemoryError: later it would end the process instead."""
     import numpy as np  # noqa: PLC0415 - takes memory that is asked for before
 
     check_memory(_BUFFER_BYTES)
-    large = np.ones((_LARGE, _LARGE))
+    large = np.ones((64, 64))
     large @ large

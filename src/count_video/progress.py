@@ -56,10 +56,7 @@ class TerminalBar:
     """What advances in a clip or a campaign, on one line, with the time that is left."""
 
     def __init__(self, stream: TextIO, unit: str = "frames", *, per_minute: bool = False) -> None:
-        """Show on a stream what advances, counted in ``unit``, a plural.
-
-        ``per_minute`` shows how many of them are done in a minute as well.
-        """
+        """Show what advances, counted in ``unit``, a plural; ``per_minute``: with its pace."""
         self._stream = stream
         self._unit = unit
         self._per_minute = per_minute
@@ -88,14 +85,14 @@ class TerminalBar:
     @contextmanager
     def aside(self) -> Iterator[None]:
         """Take the bar away while something else is written on the same terminal."""
-        if self._bar is None:
-            yield
-            return
-        self._bar.stop()
+        bar = self._bar
+        if bar is not None:
+            bar.stop()
         try:
             yield
         finally:
-            self._bar.start()
+            if bar is not None:
+                bar.start()
 
     def _drawn(self) -> Bar:
         from rich import progress  # noqa: PLC0415 - see above

@@ -1,6 +1,6 @@
 """Why a clip supports no count, or why a count is in doubt: causes with their figures.
 
-What is decided by them is decided by the cause; ``reports.wording`` makes the sentences.
+What is decided by them is decided by the cause; ``reports.words`` makes the sentences.
 """
 
 from __future__ import annotations
@@ -13,90 +13,55 @@ class Cause(Enum):
     """What stands against a count; ``Reason.figures`` are listed in brackets, frames first."""
 
     NO_COLLISION = auto()
-    NEVER_TOUCH = auto()
-    """The outlines stay apart where the ball turns back."""
-    STARTS_MOVING = auto()
-    """The ball moves to the wall when the clip starts."""
-    STARTS_CLOSE = auto()
-    """Too few frames before the first collision show whether the ball was at rest."""
-    STARTS_LATE = auto()
-    """The ball is not at rest before the first collision that is seen."""
+    NEVER_TOUCH = auto()  # the outlines stay apart where the ball turns back
+    STARTS_MOVING = auto()  # the ball moves to the wall when the clip starts
+    STARTS_CLOSE = auto()  # too few frames before the first collision show the ball at rest
+    STARTS_LATE = auto()  # the ball is not at rest before the first collision that is seen
     ENDS_AT_CONTACT = auto()
-    ENDS_APPROACHING = auto()
-    """The heavy body still moves to the wall at the end."""
-    ENDS_CATCHING_UP = auto()
-    """The ball catches up with the heavy body at the end."""
-    ENDS_RETURNING = auto()
-    """The ball moves to the wall at the end."""
-    ENDS_BEFORE_NEXT = auto()
-    """By the fitted motion one more collision follows after the clip's end [probability]."""
-    STRAYS = auto()
-    """The heavy body's path does not follow from its swing and the collisions."""
-    WALL_MISSED = auto()
-    """Between two frames [two] the ball must have met the wall, ..."""
-    BODY_MISSED = auto()
-    """... or the heavy body [two]."""
-    UNRESOLVED = auto()
-    """Collisions follow each other too fast [the shortest interval, that which shows each]."""
-    LEFT_OUT = auto()
-    """Frames are missing without a trace in the time stamps [frame, how many]."""
-    FRAMES_MISSING = auto()
-    """Frames that the file promises are missing [how many]."""
+    ENDS_APPROACHING = auto()  # the heavy body still moves to the wall at the end
+    ENDS_CATCHING_UP = auto()  # the ball catches up with the heavy body at the end
+    ENDS_RETURNING = auto()  # the ball moves to the wall at the end
+    ENDS_BEFORE_NEXT = auto()  # by the fitted motion one more follows after the end [probability]
+    STRAYS = auto()  # the heavy body's path does not follow from its swing and the collisions
+    WALL_MISSED = auto()  # between two frames [two] the ball must have met the wall ...
+    BODY_MISSED = auto()  # ... or the heavy body [two]
+    UNRESOLVED = auto()  # they follow each other too fast [shortest interval, what shows each]
+    LEFT_OUT = auto()  # frames are missing without a trace in the time stamps [frame, how many]
+    FRAMES_MISSING = auto()  # frames that the file promises are missing [how many]
     NO_IMPACT = auto()
     TOO_FAINT = auto()
-    NO_FLIGHTS = auto()
-    """The path between the turns is not that of a body that bounces."""
-    NOT_FREE = auto()
-    """The body does not fly freely in some frames [first and last of each span]."""
+    NO_FLIGHTS = auto()  # the path between the turns is not that of a body that bounces
+    NOT_FREE = auto()  # the body does not fly freely in some frames [first and last of each span]
     BEFORE_UNSEEN = auto()
-    TURNS_OPEN = auto()
-    """Turns at a stop may be impacts [all frames]."""
+    TURNS_OPEN = auto()  # turns at a stop may be impacts [all frames]
     CUT_AT_STOP = auto()
     TOO_FREQUENT = auto()
-    DIES_OUT = auto()
-    """The body bounces lower and lower, at last below what the pictures show."""
+    DIES_OUT = auto()  # the body bounces lower and lower, at last below what the pictures show
     WALL_AHEAD = auto()
-    SEVERAL_BOUNCE = auto()
-    """Bodies that each bounce by themselves [how many]."""
-    OTHERS_MOVE = auto()
-    """Few impacts of one body, while others move by themselves [how many impacts, others]."""
-    UNLIKE = auto()
-    """Two bodies are not of a kind, and neither reaches a wall."""
+    SEVERAL_BOUNCE = auto()  # bodies that each bounce by themselves [how many]
+    OTHERS_MOVE = auto()  # few impacts, while other bodies move [how many impacts, others]
+    UNLIKE = auto()  # two bodies are not of a kind, and neither reaches a wall
     MEETS_OTHERS = auto()
-    STRUCK = auto()
-    """Something that is not followed strikes the body at rest [frame]."""
-    MOVES_BESIDE = auto()
-    """Something that is not followed moves beside the body where it turns [frame]."""
-    PARTNER_UNSEEN = auto()
-    """The body may have struck something that could not be followed [probability]."""
+    STRUCK = auto()  # something that is not followed strikes the body at rest [frame]
+    MOVES_BESIDE = auto()  # something not followed moves beside the body where it turns [frame]
+    PARTNER_UNSEEN = auto()  # it may have struck something that was not followed [probability]
     ENDS_TOGETHER = auto()
     STARTS_TOGETHER = auto()
-    PARTS_OF_BODIES = auto()
-    """The bodies neither touch, nor show momentum to be kept, nor obey the law."""
-    OTHERS_LIKELY = auto()
-    """Other counts are together more probable [the count of the impacts seen, its probability]."""
+    PARTS_OF_BODIES = auto()  # neither touching, nor momentum kept, nor the law obeyed
+    OTHERS_LIKELY = auto()  # others are together likelier [count of impacts seen, its probability]
     MODEL_LACKS_FRAMES = auto()
     MODEL_FITS_NOTHING = auto()
-    MODEL_DIFFERS = auto()
-    """The collisions of the fitted model are not those that are seen."""
-    MODEL_STRAYS = auto()
-    """The fitted model strays from the track [root mean square in px, what is allowed]."""
-    MODEL_HAS_FEWER = auto()
-    """The best fit has fewer collisions than are seen [how many, how many are seen]."""
-    MODEL_LEAVES_OPEN = auto()
-    """No count is likelier than all others [each count, followed by its probability]."""
-    MASSES_WOULD_HELP = auto()
-    """The masses are not known, and would narrow the count down."""
+    MODEL_DIFFERS = auto()  # the collisions of the fitted model are not those that are seen
+    MODEL_STRAYS = auto()  # the fitted model strays from the track [rms in px, what is allowed]
+    MODEL_HAS_FEWER = auto()  # the best fit has fewer collisions than are seen [its, seen]
+    MODEL_LEAVES_OPEN = auto()  # none is likelier than all others [each count and its probability]
+    MASSES_WOULD_HELP = auto()  # the masses are not known, and would narrow the count down
 
     # What is unusual about a clip and stands against no count.
-    GAP_MADE_UP_FOR = auto()
-    """Frames are left out that the times allow for [frame, how many]."""
-    RATE_CHANGES = auto()
-    """The rate of the footage changes [by which factor, at which frames]."""
-    OUTLINES_APART = auto()
-    """The outlines of ball and cylinder do not meet where they touch [gap between them in px]."""
-    MASSES_CONTRADICT = auto()
-    """The motion shows another mass ratio than was given [given, shown, its uncertainty]."""
+    GAP_MADE_UP_FOR = auto()  # frames are left out that the times allow for [frame, how many]
+    RATE_CHANGES = auto()  # the rate of the footage changes [by which factor, at which frames]
+    OUTLINES_APART = auto()  # ball and cylinder touch with a gap between their outlines [in px]
+    MASSES_CONTRADICT = auto()  # the motion shows another ratio [given, shown, its uncertainty]
 
 
 LEFT_TO_THE_FIT = frozenset(

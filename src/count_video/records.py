@@ -5,8 +5,7 @@ Conventions
 - Frames count from 0, in the order in which they were decoded. A *frame coordinate* is a float;
   the integer k is the centre of the exposure of frame k.
 - *Footage time* is what the container says (seconds at the playing rate); *real time* is what the
-  camera lived through (seconds at the capture rate). Only ``count_video.footage.capture_rate``
-  converts.
+  camera lived through (seconds at the capture rate). Only ``count_video.answers`` converts.
 - Image x points right and y down, in px; an integer is the centre of a pixel.
 - A *position along the line of motion* is measured in px of image x (y for an upright line), so it
   grows to the right (downward). Metres point away from the wall; only
@@ -28,9 +27,7 @@ Floats = NDArray[np.float64]
 CollisionKind = Literal["bodies", "wall"]
 WallSide = Literal["left", "right"]
 RateSource = Literal["option", "metadata", "unknown"]
-Status = Literal["counted", "not_counted"]
 EndingKind = Literal["geometric", "pendulum", "dissipative"]
-CorrectionAction = Literal["wrong", "missed"]
 
 SURE = 0.9
 """A count less probable than this is given with a word of doubt, and needs a person."""
@@ -42,17 +39,15 @@ class FootageInfo:
 
     path: Path
     codec: str
-    """Short name of the decoder, e.g. ``h264``."""
+    """FFmpeg's name of the decoder, as ``h264``; that of the pixels may be ``yuv420p10le``."""
     pixel_format: str
-    """Name of the stored pixel layout, e.g. ``yuv420p10le``."""
     width_px: int
-    """Width as displayed, after rotation."""
+    """As displayed, after rotation; so is the height."""
     height_px: int
-    """Height as displayed, after rotation."""
     rotation_deg: int
     """Counter-clockwise turn that display asks for: 0, 90, 180 or 270."""
     frames_promised: int | None
-    """Number of frames that the container or its packets promise; None if neither does."""
+    """By the container or its packets; None if neither says."""
     container_fps: float | None
     """Frames per second of footage time (the playing rate); None if not stated."""
     capture_fps: float | None
@@ -71,7 +66,7 @@ class Frame:
     luma: NDArray[np.uint8]
     """Brightness, shape (height, width), 0 to 255; 10-bit footage is rounded down to 8."""
     repeats_previous: bool
-    """True for a copy of the picture before it (a duplicated frame)."""
+    """True for a copy of the picture before it."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +76,7 @@ class FootageReport:
     frames_decoded: int
     frames_promised: int | None
     frames_repeated: int
-    """How many of the decoded frames were copies of the frame before."""
+    """Those that were copies of the frame before."""
     decode_errors: int
     """Packets that the decoder refused."""
     warnings: tuple[str, ...]
@@ -148,9 +143,8 @@ class Velocities:
     ball_px_frame: float
     heavy_px_frame: float
     ball_sigma_px_frame: float = math.nan
-    """Standard uncertainty of the ball's."""
+    """Standard uncertainty of the ball's; the other is the heavy body's."""
     heavy_sigma_px_frame: float = math.nan
-    """Standard uncertainty of the heavy body's."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +172,7 @@ class Collision:
 class Correction:
     """What a person changed who checked the frames."""
 
-    action: CorrectionAction
+    action: Literal["wrong", "missed"]
     """``wrong`` takes a collision of the tool away, ``missed`` adds one."""
     kind: CollisionKind
     frame: float
@@ -191,11 +185,10 @@ class Correction:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A measured number."""
+    """A measured number, and its standard uncertainty in the same unit."""
 
     value: float
     sigma: float
-    """Its standard uncertainty, in the same unit."""
 
 
 @dataclass(frozen=True)
@@ -253,9 +246,8 @@ class PlanComparison:
     theory: int
     """Exact count of the planned masses."""
     found_count: int | None
-    """Count of a simulated trial with the set-up that was found; None where none was."""
+    """Count of a simulated trial with the set-up that was found; None where none was fitted."""
     quantities: tuple[ComparedQuantity, ...]
-    """Empty where no set-up was fitted."""
     explained_by: tuple[str, ...]
     """Names of the quantities of which each alone turns the planned count into the counted one, the
     surest difference first; all names if only all together do; empty if nothing is to be explained
@@ -267,7 +259,7 @@ class TrialResult:
     """The answer for one clip: what ``count-video`` prints; None is what is not known."""
 
     clip: str
-    status: Status
+    status: Literal["counted", "not_counted"]
     reason: str | None
     """Why the clip is not counted, or what is doubtful; None if all is well."""
     count: int | None = None
@@ -291,14 +283,13 @@ class TrialResult:
     millimetres_per_px: float | None = None
     """Scale from the ball's diameter."""
     pi_low: float | None = None
-    """Lower bound on pi from the count: N times theta."""
+    """Bounds on pi from the count: N times theta and (N + 1) times theta."""
     pi_high: float | None = None
-    """Upper bound on pi from the count: (N + 1) times theta."""
     mass_ratio: float | None = None
     """Heavy over light; given by the user or measured from the motion."""
     warnings: tuple[str, ...] = ()
     mass_ratio_sigma: float | None = None
-    """Its standard uncertainty; None where it is given, or not known."""
+    """Standard uncertainty of the mass ratio; None where it is given, or not known."""
     reviewed_count: int | None = None
     """The count after a person's corrections; None where nobody reviewed the clip."""
     corrections: tuple[Correction, ...] = ()
@@ -310,11 +301,10 @@ class TrialResult:
     restitution_bodies: Estimate | None = None
     restitution_wall: Estimate | None = None
     ending: Ending | None = None
-    """How the burst ended; None if not known."""
     setup: FittedSetup | None = None
-    """The set-up that a fitted model finds; None where none was fitted."""
+    """By the fitted model."""
     comparison: PlanComparison | None = None
-    """Comparison with the plan that was given; None where none was."""
+    """With the plan that was given."""
 
     @property
     def ratio(self) -> Estimate | None:

@@ -119,10 +119,7 @@ class Result:
     def reviewed(self, corrections: AnyPath) -> Result:
         """Return the result with a person's corrections, saved from the page, laid over it.
 
-        Raises
-        ------
-        UsageError
-            If the file cannot be read, belongs to another clip, or corrects what is not there.
+        UsageError if they cannot be read, or do not belong to this clip.
         """
         from count_video.corrections import reviewed  # noqa: PLC0415
 
@@ -131,10 +128,7 @@ class Result:
     def compared(self, planned: Plan | PlanRequest | AnyPath) -> Result:
         """Return the result with a comparison with a plan, or with the ``plan.json`` of one.
 
-        Raises
-        ------
-        UsageError
-            If the file holds no plan.
+        UsageError if the file holds no plan.
         """
         from count_video.planning.comparison import compared  # noqa: PLC0415
         from count_video.planning.request import PlanRequest, read_request  # noqa: PLC0415
@@ -148,10 +142,7 @@ class Result:
     def figure(self) -> Figure:
         """Draw the picture of the trial; the clip is read once more for it.
 
-        Raises
-        ------
-        CountVideoError
-            If no bodies could be followed, so that there is nothing to draw.
+        CountVideoError if no bodies could be followed, so that there is nothing to draw.
         """
         from count_video.evidence import draw_trial  # noqa: PLC0415
 
@@ -171,10 +162,11 @@ class Result:
     ) -> list[Path]:
         """Write page, picture, annotated clip, tables and JSON object into a folder.
 
+        The folder is made if it is not there, and the files, whose paths are returned, are named
+        after the clip.
+
         Parameters
         ----------
-        folder
-            Made if it is not there. The files are named after the clip.
         picture_format
             Kind of the picture.
         csv_dialect
@@ -183,11 +175,6 @@ class Result:
             Shape of a clip for a talk, in full HD with a big counter, and its GIF; None: none.
         progress
             Informed of how far the drawing has come; see ``count_video.progress.Progress``.
-
-        Returns
-        -------
-        list
-            The files written, the page among them.
 
         Raises
         ------
@@ -216,15 +203,13 @@ class Result:
 
     def _repr_html_(self) -> str:
         """Show the count, the picture and the text in a notebook."""
-        parts = [f"<strong>{html.escape(headline(self.answer))}</strong>"]
-        if self._png is not None:
-            data = base64.b64encode(self._png).decode("ascii")
-            parts.append(
-                f'<img alt="Picture of the trial" style="max-width: 100%" '
-                f'src="data:image/png;base64,{data}">'
+        return "\n".join(
+            (
+                f"<strong>{html.escape(headline(self.answer))}</strong>",
+                *self._image,
+                f"<pre>{html.escape(self.text())}</pre>",
             )
-        parts.append(f"<pre>{html.escape(self.text())}</pre>")
-        return "\n".join(parts)
+        )
 
     @property
     def _followed(self) -> Followed:
@@ -234,12 +219,15 @@ class Result:
         return replace(followed(self.trial), result=self.answer)
 
     @cached_property
-    def _png(self) -> bytes | None:
+    def _image(self) -> tuple[str, ...]:
+        """The picture in HTML, drawn once; none where no bodies could be followed."""
         if self.track is None:
-            return None
+            return ()
         from count_video.reports.drawing import picture_bytes  # noqa: PLC0415
 
-        return picture_bytes(self.figure(), "png")
+        data = base64.b64encode(picture_bytes(self.figure(), "png")).decode("ascii")
+        style = 'alt="Picture of the trial" style="max-width: 100%"'
+        return (f'<img {style} src="data:image/png;base64,{data}">',)
 
 
 def clip_state(clip: Path) -> tuple[int, ...]:

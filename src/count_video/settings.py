@@ -25,7 +25,8 @@ class TrialSettings:
     capture_fps: float | None = None
     """Camera's rate in frames per second of real time."""
     ball_diameter_mm: float = 40.0
-    wall_side: WallSide | None = None
+    wall: WallSide | None = None
+    """Side on which it stands."""
     region: tuple[int, int, int, int] | None = None
     """Part of the picture that holds the experiment: x, y, width, height in px."""
     start: int = 0
@@ -82,49 +83,36 @@ def _masses(text: str) -> tuple[Fraction, Fraction]:
     two = text.split()
     if len(two) != 2:
         raise UsageError(f"{inputs.shown(text)} is not two masses, heavy and light")
-    return inputs.masses(inputs.mass(two[0]), inputs.mass(two[1]))
+    return inputs.masses(*map(inputs.MASS.exact, two))
 
 
-READERS: Mapping[str, tuple[str, Callable[[str], object]]] = {
-    "region": ("region", inputs.region),
-    "masses": ("masses", _masses),
-    "wall": ("wall_side", _wall),
-    "capture_fps": ("capture_fps", inputs.capture_rate),
-    "start": ("start", inputs.frame),
-    "end": ("end", inputs.frame),
-    "ball_diameter_mm": ("ball_diameter_mm", inputs.ball_diameter),
+READERS: Mapping[str, Callable[[str], object]] = {
+    "region": inputs.region,
+    "masses": _masses,
+    "wall": _wall,
+    "capture_fps": inputs.CAPTURE_RATE,
+    "start": inputs.FRAME,
+    "end": inputs.FRAME,
+    "ball_diameter_mm": inputs.BALL_DIAMETER,
 }
-"""For every setting with a value its field of ``TrialSettings``, and what reads it from text."""
+"""What reads each setting that has a value from text."""
 
 
 def trial_settings(**settings: Unpack[Settings]) -> TrialSettings:
-    """Check what was said about a clip, as the command line does.
-
-    Raises
-    ------
-    UsageError
-        A value makes no sense; the message names it.
-    """
-    unknown = settings.keys() - Settings.__annotations__.keys()
-    if unknown:
+    """Check what was said about a clip, as the command line does; UsageError names the setting."""
+    if unknown := settings.keys() - Settings.__annotations__.keys():
         raise UsageError(f"there is no setting {', '.join(sorted(unknown))}")
     given: Mapping[str, object] = settings
     values: dict[str, Any] = {
-        field: checked(name, given[name], read)
-        for name, (field, read) in READERS.items()
+        name: checked(name, given[name], read)
+        for name, read in READERS.items()
         if given.get(name) is not None
     }
     return TrialSettings(**values, seen_only=bool(settings.get("seen_only", False)))
 
 
 def checked(name: str, value: Any, read: Callable[[str], object]) -> object:
-    """Read a value with the reader of the command line, which has the ranges.
-
-    Raises
-    ------
-    UsageError
-        It makes no sense; the message begins with the name.
-    """
+    """Read a value with the reader of the command line, which has the ranges."""
     parts = tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else ()
     try:
         if name == "masses":
@@ -137,13 +125,7 @@ def checked(name: str, value: Any, read: Callable[[str], object]) -> object:
 
 
 def exact_mass(value: Mass) -> Fraction:
-    """Return a mass at its exact value, a float at the number it is written as: 1.05 is 105/100.
-
-    Raises
-    ------
-    UsageError
-        It is no number, or out of range.
-    """
+    """Return a mass at its exact value, a float at the number it is written as: 1.05 is 105/100."""
     try:
         mass = Fraction(str(value))
     except ValueError as error:

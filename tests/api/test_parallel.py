@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Generator
 from concurrent.futures import BrokenExecutor
+from contextlib import closing
 
 import pytest
 
-from count_video.parallel import Processes, in_parallel
+from count_video.parallel import Processes, as_done
 
 DYING = -1
 
@@ -30,8 +31,17 @@ def failing(number: int) -> int:
     raise ZeroDivisionError(f"a fault with {number}")
 
 
-def slept_in_parallel(jobs: list[float], workers: int | None = 2) -> Iterator[float]:
-    return in_parallel(slept, jobs, workers, died)
+def done_in_parallel(
+    work: Callable[[float], float], jobs: list[float], workers: int
+) -> Generator[float, None, None]:
+    with closing(as_done(work, jobs, Processes(workers))) as done:
+        for job, future in done:
+            dead = isinstance(future.exception(), BrokenExecutor)
+            yield died(job) if dead else future.result()
+
+
+def slept_in_parallel(jobs: list[float], workers: int = 2) -> Generator[float, None, None]:
+    return done_in_parallel(slept, jobs, workers)
 
 
 def test_what_is_done_first_comes_first() -> None:
@@ -55,13 +65,13 @@ def test_a_process_that_dies_costs_its_own_job_alone() -> None:
 
 def test_a_fault_of_the_program_is_raised() -> None:
     with pytest.raises(ZeroDivisionError, match="a fault with 7"):
-        list(in_parallel(failing, [7], 1, lambda job: job))
+        list(done_in_parallel(failing, [7], 1))
 
 
 def test_a_loop_that_is_left_begins_no_more_jobs() -> None:
     results = slept_in_parallel([0.0] * 3 + [600.0] * 5, workers=1)
     assert next(results) == 0.0
-    results.close()  # type: ignore[attr-defined] - a generator; waits for what has begun
+    results.close()  # waits for what has begun
 
 
 def test_workers_that_were_ended_begin_nothing_more() -> None:

@@ -17,7 +17,7 @@ from unittest.mock import patch
 from stub_work import work_through
 
 from count_video import cli, pipeline
-from count_video.batch import command as batch_command
+from count_video.batch import executor
 from count_video.batch.executor import Answer
 from count_video.batch.manifest import Job
 
@@ -79,7 +79,7 @@ class StubCampaign:
         with (
             patch.dict(os.environ, {"STUB_LOG": str(self.log)}),
             patch.multiple(pipeline, work_through=work_through),
-            patch.multiple(batch_command, Processes=WorkersHere),
+            patch.multiple(executor, Processes=WorkersHere),
             redirect_stdout(out),
             redirect_stderr(err),
         ):

@@ -80,7 +80,7 @@ def test_a_manifest_gives_each_clip_its_options(tmp_path: Path) -> None:
     assert first.settings == TrialSettings(
         capture_fps=960.0,
         ball_diameter_mm=20.0,
-        wall_side="left",
+        wall="left",
         region=(1, 2, 30, 40),
         start=3,
         end=9,

@@ -10,10 +10,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from count_video.batch.manifest import Job
-from count_video.batch.summary import row_of, summarise
+from count_video.batch.summary import summarise
 from count_video.followed import packed, unpacked
-from count_video.pipeline import TrialSettings
 from count_video.records import Ending, Estimate, TrialResult, unread_result
 from count_video.reports.campaign import TrialRow, campaign_json, campaign_text
 from count_video.reports.page import campaign_page
@@ -23,7 +21,7 @@ RESULT = unread_result("trial.mp4", "nothing moves")
 
 
 def row_with(masses: tuple[Fraction, Fraction] | None = None, **changes: Any) -> TrialRow:
-    return row_of(Job("trial", "a.mp4", TrialSettings(masses=masses)), replace(RESULT, **changes))
+    return TrialRow("trial", replace(RESULT, **changes), masses)
 
 
 def cells_of(row: TrialRow) -> dict[str, str]:
@@ -32,7 +30,7 @@ def cells_of(row: TrialRow) -> dict[str, str]:
 
 def test_a_result_without_physics_leaves_its_columns_open() -> None:
     row = row_with()
-    assert (row.count, row.result.reason, row.probability) == (None, "nothing moves", None)
+    assert (row.count, row.result.reason, row.result.chance) == (None, "nothing moves", None)
     names = ("restitution_bodies", "restitution_wall", "energy_kept", "ending")
     assert [cells_of(row)[name] for name in names] == [""] * 4
 
@@ -55,7 +53,7 @@ def test_the_theory_of_a_row_is_exact() -> None:
 
 def test_a_probability_is_that_of_the_count() -> None:
     row = row_with(status="counted", count=31, probability={30: 0.2, 31: 0.8})
-    assert row.probability == pytest.approx(0.8)
+    assert row.result.chance == pytest.approx(0.8)
     assert row.needs_a_person
 
 

@@ -159,7 +159,7 @@ def test_the_options_become_the_settings_of_the_trial(command: StandIn) -> None:
     assert settings == TrialSettings(
         capture_fps=960.0,
         ball_diameter_mm=20.0,
-        wall_side="left",
+        wall="left",
         region=(1, 2, 30, 40),
         start=3,
         end=9,

@@ -9,7 +9,7 @@ from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import BrokenExecutor, Future
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar
@@ -29,11 +29,11 @@ from count_video.errors import (
 )
 from count_video.followed import Followed, followed, packed, unpacked
 from count_video.inputs import content_digest
-from count_video.parallel import Workers, as_done
-from count_video.process import shortage_explained
+from count_video.outputs import clear_unfinished
+from count_video.parallel import Processes, Workers, as_done
+from count_video.process import before_the_end, shortage_explained
 from count_video.records import TrialResult, unread_result
 from count_video.reports.json_object import SCHEMA_VERSION
-from count_video.settings import EvidenceSettings
 
 _Job = TypeVar("_Job")
 _Done = TypeVar("_Done")
@@ -76,22 +76,18 @@ def count_job(job: Job) -> Answer:
     cv2.setNumThreads(1)
     if job.problem is not None:
         return failure(job, job.problem)
-    content: str | None = None
-    kept: str | None = None
-    evidence: tuple[str, ...] = ()
+    answer = failure(job, "")
     try:
-        content = content_digest(job.file)
+        answer = replace(answer, content=content_digest(job.file))
         with shortage_explained():
             found = _followed(job)
-            result, kept, final = found.result, packed(found), True
-            if job.pages is not None:
-                evidence = _drawn(job, job.pages, found)
+            result = replace(found.result, clip=job.clip)
+            answer = replace(answer, result=result, final=True, followed=packed(found))
+            return replace(answer, evidence=_drawn(job, found))
     except (CountVideoError, OSError) as error:
         result = unread_result(job.clip, reason_of(error, job.file))
         # What hinders the work, a full disk for example, may be gone the next time.
-        final = isinstance(error, FootageError | TrackingError)
-    result = replace(result, clip=job.clip)
-    return Answer(result, content, final, tool_version(), evidence, kept)
+        return replace(answer, result=result, final=isinstance(error, FootageError | TrackingError))
 
 
 def _followed(job: Job) -> Followed:
@@ -103,11 +99,14 @@ def _followed(job: Job) -> Followed:
     return followed(pipeline.work_through(job.file, job.settings))
 
 
-def _drawn(job: Job, pages: EvidenceSettings, found: Followed) -> tuple[str, ...]:
-    # Drawing takes long to import, and most campaigns draw nothing.
-    from count_video.evidence import draw_evidence  # noqa: PLC0415
+def _drawn(job: Job, found: Followed) -> tuple[str, ...]:
+    """Draw the pages that the job wants; return the names of their files."""
+    if job.pages is None:
+        return ()
+    from count_video.evidence import draw_evidence  # noqa: PLC0415 - matplotlib takes time
 
-    return draw_evidence(found, replace(pages, folder=Path(job.start, pages.folder), name=job.name))
+    folder = Path(job.start, job.pages.folder)
+    return draw_evidence(found, replace(job.pages, folder=folder, name=job.name))
 
 
 def failure(job: Job, reason: str) -> Answer:
@@ -116,33 +115,40 @@ def failure(job: Job, reason: str) -> Answer:
 
 
 def answers(jobs: Iterable[Job], workers: Workers) -> Generator[tuple[Job, Answer], None, None]:
-    """Yield every job with its answer, in the order in which they come.
-
-    Nothing that fails stops the others: it is the answer of its job.
-    """
+    """Yield every job with its answer, as they come; what fails is the answer of its job alone."""
     with closing(as_done(count_job, jobs, workers)) as done:
         for job, future in done:
             yield job, _answer(job, future)
 
 
-def _answer(job: Job, future: Future[Answer] | None) -> Answer:
-    if future is None or future.cancelled():
+def _answer(job: Job, future: Future[Answer]) -> Answer:
+    if future.cancelled():
         return failure(job, "the cluster let the clip go; check its scheduler and start again")
     error = future.exception()
-    if isinstance(error, BrokenExecutor):
-        return failure(job, "the worker died on this clip, twice; play the clip, or convert it")
-    if isinstance(error, MachineError):
-        return failure(job, str(error))
-    if error is not None:
-        # Not the clip's error but the program's (or the cluster's): the others are not to suffer.
+    if error is None:
+        answer, ours = future.result(), tool_version()
+        if answer.tool == ours:
+            return answer
+        reason = f"the worker has count-video {answer.tool}, not {ours}; install the same"
+    elif isinstance(error, BrokenExecutor):
+        reason = "the worker died on this clip, twice; play the clip, or convert it"
+    elif isinstance(error, MachineError):
+        reason = str(error)
+    else:  # not the clip's error but the program's (or the cluster's): the others do not suffer
         words = " ".join(f"{type(error).__name__}: {error}".split())
-        return failure(job, f"the work on this clip failed ({words}); please report it")
-    answer = future.result()
-    if answer.tool != tool_version():
-        return failure(
-            job, f"the worker has count-video {answer.tool}, not {tool_version()}; install the same"
-        )
-    return answer
+        reason = f"the work on this clip failed ({words}); please report it"
+    return failure(job, reason)
+
+
+def start_workers(number: int | None, scheduler: str | None, folder: Path | None) -> Workers:
+    """Join a cluster, or have processes here, which end and leave nothing when a signal comes."""
+    if scheduler is not None:
+        return ClusterWorkers(scheduler)
+    workers = Processes(number)
+    if folder is not None:
+        before_the_end(partial(clear_unfinished, folder))
+    before_the_end(workers.kill)  # the latest comes first
+    return workers
 
 
 class ClusterWorkers:
@@ -151,10 +157,7 @@ class ClusterWorkers:
     def __init__(self, address: str) -> None:
         """Join a cluster at the address of its scheduler, such as ``tcp://host:8786``.
 
-        Raises
-        ------
-        UsageError
-            Dask is not installed, or no scheduler answers there.
+        UsageError if Dask is not installed, or no scheduler answers there.
         """
         client = _dask_client()
         try:

@@ -67,12 +67,7 @@ def jobs_of(
 
     A folder stands for its clips in natural order, a manifest (``.csv``) for its lines; what a
     folder's own ``manifest.csv`` says of clips is heeded. A folder without a clip, or one that
-    cannot be read, is a job with its problem.
-
-    Raises
-    ------
-    UsageError
-        A manifest cannot be read or says what makes no sense, or the current folder is gone.
+    cannot be read, is a job with its problem; UsageError for a manifest that makes no sense.
     """
     taken = dict.fromkeys(RESERVED_NAMES, 2)
     wanted = (job for path in paths for job in _wanted(path, settings))
@@ -83,20 +78,10 @@ def jobs_of(
     return [replace(job, name=_free_name(job, taken), pages=pages, start=start) for job in wanted]
 
 
-def is_manifest(path: Path) -> bool:
-    """Return whether a path is that of a manifest, by its suffix."""
-    return path.suffix.lower() == ".csv"
-
-
 def clips_in(folder: Path) -> list[Path]:
     """List the video files of a folder (not of its subfolders), clip2 before clip10.
 
-    Annotated clips that this program wrote there are left out.
-
-    Raises
-    ------
-    FootageError
-        The folder holds no video file.
+    Annotated clips that this program wrote there are left out. FootageError if there is none.
     """
     written = OutputFolder(folder).written()
     clips = [
@@ -119,11 +104,8 @@ def clips_in(folder: Path) -> list[Path]:
 
 
 def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
-    """Yield jobs whose names are wishes: empty, or given by a manifest.
-
-    Of a folder the trials of its manifest come first, if it has one, then its other clips.
-    """
-    if is_manifest(path):
+    """Yield jobs whose names are wishes; a folder's manifest comes before its other clips."""
+    if path.suffix.lower() == ".csv":
         yield from read_manifest(path, settings)
         return
     if not os.path.isdir(path):
@@ -144,10 +126,7 @@ def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
 
 
 def _free_name(job: Job, taken: dict[str, int]) -> str:
-    """Choose the shortest name that is still free, and take it.
-
-    ``taken`` has the lowest number that others of each name may have.
-    """
+    """Choose and take the shortest free name; ``taken`` has the next number for each name."""
     full = job.file.name or "clip"
     stem = job.name or job.file.stem or full
     folder = Path(os.path.abspath(job.clip)).parent.name
@@ -168,13 +147,7 @@ def _alike(name: str) -> str:
 
 
 def read_manifest(path: Path, settings: TrialSettings) -> list[Job]:
-    """Read a manifest; what a line leaves open is taken from ``settings``.
-
-    Raises
-    ------
-    UsageError
-        The file cannot be read, has no clip, or a line says what makes no sense.
-    """
+    """Read a manifest; what a line leaves open is taken from ``settings``."""
     text = inputs.read_text(path, inputs.MOST_MANIFEST_BYTES)
     try:
         jobs = [_job(path, where, cells, settings) for where, cells in _cells(path, text)]
@@ -222,9 +195,7 @@ def _job(path: Path, where: str, cells: Mapping[str, str], settings: TrialSettin
             raise UsageError(f"{shown(name)} is no name for a file; leave out slashes and dots")
         clip = path.parent / inputs.some_path(cells["clip"])
         given: dict[str, Any] = {
-            setting: read(cells[column])
-            for column, (setting, read) in READERS.items()
-            if cells.get(column)
+            column: read(cells[column]) for column, read in READERS.items() if cells.get(column)
         }
         settings = replace(settings, **given)
     except UsageError as error:

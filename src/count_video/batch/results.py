@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -31,9 +31,13 @@ from count_video.inputs import (
 )
 from count_video.outputs import HIDDEN, CsvDialect, OutputFolder, held, open_outputs, write_whole
 from count_video.records import TrialResult
+from count_video.reports.campaign import CampaignSummary, TrialRow, campaign_json
 from count_video.reports.json_object import json_line
+from count_video.reports.tables import trials_csv
 from count_video.reports.words import storable
 
+OWN_FILES = ("campaign.html", "trials.csv", "campaign.json", "campaign.{}")
+"""What belongs to a campaign as a whole; the last is the picture, by its format."""
 _MOST_BYTES = 100_000_000
 """Of a file that is kept; larger ones are not ours."""
 
@@ -76,18 +80,20 @@ class ResultStore:
         """Return whether the evidence of a kept result that the job wants is there, unchanged."""
         if job.pages is None:
             return True
-        listed, there = self._kept(job).get("evidence"), self.evidence(job)
-        if not isinstance(listed, dict) or there != listed.keys() or not there:
-            return False
+        there = self.evidence(job)
         # A clip in which no bodies were found has a page alone.
-        return len(there) == 1 or f"{job.name}.{job.pages.picture_format}" in there
+        pictured = len(there) == 1 or f"{job.name}.{job.pages.picture_format}" in there
+        return pictured and there == self._listed(job).keys()
 
     def evidence(self, job: Job) -> frozenset[str]:
         """Return the names of the files that show the job's kept result, as they were written."""
+        files = self._listed(job).items()
+        return frozenset(name for name, at in files if at and at == self._written_at(name))
+
+    def _listed(self, job: Job) -> Mapping[str, Signature]:
+        """Return the names of these files and when they were written, as it was kept."""
         listed = self._kept(job).get("evidence")
-        if not isinstance(listed, dict):
-            return frozenset()
-        return frozenset(n for n in listed if listed[n] and listed[n] == self._written_at(n))
+        return listed if isinstance(listed, dict) else {}
 
     def followed(self, job: Job) -> str | None:
         """Return what was followed for the job's kept result, as text; None if it is lost."""
@@ -107,33 +113,26 @@ class ResultStore:
     def keep(self, job: Job, answer: Answer, seen: Signature) -> None:
         """Keep an answer; one that is not final does not replace a result that may hold again.
 
-        Parameters
-        ----------
-        seen
-            Signature of the clip before the work on it began.
-
-        Raises
-        ------
-        OSError
-            If it cannot be written, for want of space for example.
-        UsageError
-            If it would replace a file that this program did not write.
+        ``seen`` is the signature of the clip before the work on it began. Raises as
+        :meth:`OutputFolder.claim` does.
         """
         if answer.final and answer.content is not None:
-            kept = {
-                "clip": answer.content,
-                "tool": tool_version(),
-                "options": _settings_text(job),
-                "signature": seen,
-                "evidence": {name: self._written_at(name) for name in answer.evidence},
-            }
+            kept = {"clip": answer.content, **_made_with(job), "signature": seen}
+            kept["evidence"] = {name: self._written_at(name) for name in answer.evidence}
             self._write(job, answer.result, kept, answer.followed)
         elif not self._kept(job):
-            self.write(self._place(job).name, f"{json_line(answer.result)}\n")
+            self.outputs.write(self._place(job).name, f"{json_line(answer.result)}\n".encode())
 
-    def write(self, name: str, text: str) -> None:
-        """Write a file of the campaign, whole or not at all; raises as ``keep`` does."""
-        self.outputs.write(name, text.encode("utf-8"))
+    def write_campaign(
+        self, rows: Sequence[TrialRow], summary: CampaignSummary, picture_format: str
+    ) -> None:
+        """Write what the trials say together, each file whole or not at all."""
+        self.outputs.write("trials.csv", trials_csv(rows).encode())
+        self.outputs.write("campaign.json", campaign_json(rows, summary).encode())
+        from count_video.reports.figure import campaign_files  # noqa: PLC0415 - matplotlib
+
+        for name, content in campaign_files(rows, summary, picture_format).items():
+            self.outputs.write(name, content)
 
     def _write(
         self, job: Job, result: TrialResult, kept: Mapping[str, Any], followed: str | None
@@ -150,8 +149,7 @@ class ResultStore:
             regular_file(self._kept_place(job)) as file,
         ):
             kept = json_value(file.readline(_MOST_BYTES))
-            wanted = (tool_version(), _settings_text(job))
-            if isinstance(kept, dict) and (kept.get("tool"), kept.get("options")) == wanted:
+            if isinstance(kept, dict) and _made_with(job).items() <= kept.items():
                 return kept
         return {}
 
@@ -172,17 +170,8 @@ def open_store(
 ) -> Iterator[ResultStore]:
     """Open a folder for results, made if needed, for this process alone.
 
-    Parameters
-    ----------
-    own
-        Names of the campaign's own files, which must be free or written by this program.
-    csv_dialect
-        Dialect of its tables.
-
-    Raises
-    ------
-    UsageError
-        The folder cannot be made, another run is at work in it, or a file is in the way.
+    UsageError if that fails, another run is at work in it, or one of the campaign's ``own`` files
+    is somebody else's.
     """
     outputs = open_outputs(folder, (), csv_dialect)
     with held(outputs.hidden / "lock"):
@@ -191,6 +180,7 @@ def open_store(
         yield ResultStore(outputs, fresh)
 
 
-def _settings_text(job: Job) -> str:
-    """Write the settings as a text that is the same for the same settings."""
-    return json.dumps(asdict(job.settings), default=str, sort_keys=True)
+def _made_with(job: Job) -> dict[str, Any]:
+    """Return tool and options, as texts that are the same for the same ones."""
+    options = json.dumps(asdict(job.settings), default=str, sort_keys=True)
+    return {"tool": tool_version(), "options": options}

@@ -37,12 +37,8 @@ def run_campaign(
 ) -> Iterator[TrialRow]:
     """Count all jobs and yield them in their own order, each when it and those before are there.
 
-    Parameters
-    ----------
-    start_workers
-        Not called where all is known already.
-    store
-        Where results are kept and sought; None keeps nothing.
+    Workers are started only if something is not known already. In the ``store`` results are kept
+    and sought; None keeps nothing.
     """
     done: dict[str, TrialRow] = {}
     rest = []
@@ -51,11 +47,12 @@ def run_campaign(
         if store is None or result is None:
             rest.append(job)
         elif store.has_pages(job):
-            done[job.name] = row_of(job, result, None, store.evidence(job))
+            row = TrialRow(job.name, result, job.settings.masses)
+            done[job.name] = replace(row, files=store.evidence(job))
         else:
             rest.append(replace(job, followed=store.followed(job)))
     if not rest:
-        yield from (done[job.name] for job in jobs)
+        yield from done.values()
         return
     progress.start(len(rest), f"{len(done)} known already," if done else "")
     signatures = {job.name: signature(job.file) for job in rest}
@@ -74,27 +71,18 @@ def run_campaign(
 
 def _kept_row(job: Job, answer: Answer, seen: Signature, store: ResultStore | None) -> TrialRow:
     """Keep an answer, and return its row, which says so if that failed."""
+    row = TrialRow(job.name, answer.result, job.settings.masses)
     if store is None:
-        return row_of(job, answer.result)
+        return row
     try:
         store.keep(job, answer, seen)
     except OSError as error:
         reason = f"the result could not be written ({error.strerror}); free space and start again"
-        return row_of(job, answer.result, reason)
+        return replace(row, not_kept=reason)
     except UsageError as error:
-        return row_of(job, answer.result, f"the result could not be written ({error})")
+        return replace(row, not_kept=f"the result could not be written ({error})")
     # What is not final leaves the record of an earlier result.
-    return row_of(job, answer.result, None, store.evidence(job) if answer.final else frozenset())
-
-
-def row_of(
-    job: Job,
-    result: TrialResult,
-    not_kept: str | None = None,
-    files: frozenset[str] = frozenset(),
-) -> TrialRow:
-    """Make the row of a trial, from a result of this run or of an earlier one."""
-    return TrialRow(job.name, result, job.settings.masses, not_kept, files)
+    return replace(row, files=store.evidence(job)) if answer.final else row
 
 
 def summarise(rows: Sequence[TrialRow]) -> CampaignSummary:
