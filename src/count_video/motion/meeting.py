@@ -62,13 +62,8 @@ def seen_impacts(track: Track) -> SeenImpacts:
     seen = replace(weighed(motion, found, pace, collisions), errors=fitted.errors)
     if heavy is None or not frames:
         return seen
-    causes = (
-        Cause.MEETS_OTHERS if _meet_others(frames, slow, heavy) else None,
-        _cut_off(motion.place_px),
-        Cause.UNLIKE if _unlike(collisions, slow, heavy) else None,
-    )
-    reasons = tuple(Reason(cause) for cause in causes if cause is not None)
-    return replace(seen, shortcomings=(*seen.shortcomings, *reasons))
+    against = _against_two(slow, heavy, frames, collisions)
+    return replace(seen, shortcomings=(*seen.shortcomings, *against))
 
 
 def without_wall(track: Track) -> Track:
@@ -99,6 +94,18 @@ def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:
         if not shown or max(shown) > -TURN_LOG_RATIO:
             return False
     return True
+
+
+def _against_two(
+    track: Track, heavy: BodyTrack, frames: Sequence[float], collisions: Sequence[Collision]
+) -> tuple[Reason, ...]:
+    """Say what stands against two bodies that meet each other alone."""
+    causes = (
+        Cause.MEETS_OTHERS if _meet_others(frames, track, heavy) else None,
+        _cut_off(heavy.position_px - track.ball.position_px - track.ball.high_edge_px),
+        Cause.UNLIKE if _unlike(collisions, track, heavy) else None,
+    )
+    return tuple(Reason(cause) for cause in causes if cause is not None)
 
 
 def _unlike(collisions: Sequence[Collision], track: Track, heavy: BodyTrack) -> bool:
