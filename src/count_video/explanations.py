@@ -17,7 +17,6 @@ from typing import Literal
 
 import numpy as np
 
-from count_video.motion.copies import with_copies
 from count_video.motion.fitted import Between, Misfit, fit_burst
 from count_video.motion.meeting import only_turns, seen_impacts, without_wall
 from count_video.motion.parameters import Knowledge
@@ -26,6 +25,7 @@ from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL, STRAYING_WRO
 from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
 from count_video.motion.time_base import TimeBase, even
+from count_video.motion.time_hypotheses import with_copies
 from count_video.motion.timed import seen_by_time_base
 from count_video.motion.weighing import SeenImpacts
 from count_video.reasons import LEFT_TO_THE_FIT, Cause, Reason

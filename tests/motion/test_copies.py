@@ -11,8 +11,8 @@ from free_paths import alone, between_stops, noisy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from count_video.motion.copies import with_copies
 from count_video.motion.meeting import seen_impacts
+from count_video.motion.time_hypotheses import with_copies
 from count_video.records import Collision, Floats, Track
 
 NOISE_PX = 0.1

@@ -7,8 +7,9 @@ import pytest
 from filmed_trials import FilmedTrial, Filming, film
 
 from count_video.motion.fitted import Between, fit_burst
-from count_video.motion.left_out import LeftOut, left_out
 from count_video.motion.seen import seen_collisions
+from count_video.motion.time_base import LeftOut
+from count_video.motion.time_hypotheses import left_out
 from count_video.motion.timed import seen_by_time_base
 from count_video.physics.setup import Setup
 from count_video.records import BodyTrack, Track

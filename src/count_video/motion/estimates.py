@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.motion.errors_of_places import HALF_EXPOSURE
-from count_video.motion.left_out import LeftOut
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import Column
 from count_video.motion.pendulums import Paths, follow_one
@@ -28,6 +27,7 @@ from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Solution
 from count_video.motion.tangents import tangents_of
+from count_video.motion.time_base import LeftOut
 from count_video.records import (
     Collision,
     Ending,

@@ -21,7 +21,6 @@ from count_video.motion.estimates import (
     left_out_of,
     mass_ratio,
 )
-from count_video.motion.left_out import LeftOut
 from count_video.motion.observations import Observations, observe
 from count_video.motion.parameters import FIRST_DEVIATION, Column, Knowledge, prior_of
 from count_video.motion.posterior import (
@@ -46,6 +45,7 @@ from count_video.motion.starting import (
     forward_fit,
     rough_values,
 )
+from count_video.motion.time_base import LeftOut
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 

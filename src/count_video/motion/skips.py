@@ -17,12 +17,13 @@ from functools import cached_property
 
 import numpy as np
 
-from count_video.motion.left_out import SIDE_FRAMES, LeftOut
 from count_video.motion.observations import Observations, left_out_after
 from count_video.motion.parameters import Column, Prior, with_deviations
 from count_video.motion.priors import LEFT_OUT, SCATTERS
 from count_video.motion.rivals import FLOORS_PX, PAIR, Rivals
 from count_video.motion.solving import Fit, Linearised, Noise, Question, Solution, noise_of
+from count_video.motion.time_base import LeftOut
+from count_video.motion.time_hypotheses import SIDE_FRAMES
 from count_video.records import Floats
 
 MOST_FRAMES = 24

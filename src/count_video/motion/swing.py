@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from count_video.motion.gaps import Gaps
+from count_video.motion.linear import least_squares
 from count_video.records import Collision, Floats
 from count_video.signals import integral, sigma_of
 
@@ -29,9 +30,7 @@ FREE_SHARE = 0.5
 """A step that is not shown is filled in from its neighbours, for of many steps each is like the
 next; of few it need not be, and where the path strays less than this share with a step of its own
 instead, it is not."""
-STRAY_AT_LEAST_PX = 0.5
-STRAY_SHARE = 0.004
-STRAY_SIGMAS = 3.0
+STRAY_AT_LEAST_PX, STRAY_SHARE, STRAY_SIGMAS = 0.5, 0.004, 3.0
 """A heavy body that was followed rightly, through collisions that are all known, strays less than
 this from its path, or than this share of its way (lenses bend a straight line, converted clips
 blend pictures), or than so many standard deviations of its places."""
@@ -111,18 +110,32 @@ def _let_go(gaps: Gaps, first: float) -> float:
 def _solved(
     frame: Floats, place: Floats, times: Floats, steps: Floats
 ) -> tuple[Floats, Floats, float] | None:
-    """Solve for the five unknowns, with steps as they are shown, NaN where they are not."""
-    filled = _solve(_design(frame, place, times, -_filled(steps)), place)
-    shown = np.isfinite(steps)
+    """Solve for the five unknowns, with steps as they are shown, NaN where they are not.
+
+    Returns them, their standard uncertainties, and the RMS of what is left over.
+    """
+    clock, shown = frame - frame[0], np.isfinite(steps)
+    twice = integral(frame, integral(frame, place - place.mean()))
+    law = np.stack([np.ones_like(clock), clock, clock**2, -twice], axis=1)
+    ramps = np.maximum(frame[:, None] - times, 0.0)
+    number = np.arange(len(steps))
+    by_neighbours = np.interp(number, number[shown], steps[shown])
+    filled = _solve(np.column_stack([law, -ramps @ by_neighbours]), place)
     if filled is None or shown.all():
         return filled
-    design = _design(frame, place, times[shown], -steps[shown])
-    free = _solve(np.column_stack([design, _ramps(frame, times[~shown])]), place)
-    if free is None or free[2] > FREE_SHARE * filled[2]:
-        return filled
-    solution, sigma, stray = free
-    unknowns = design.shape[1]
-    return solution[:unknowns], sigma[:unknowns], stray
+    own = np.column_stack([law, -ramps[:, shown] @ steps[shown], ramps[:, ~shown]])
+    free = _solve(own, place)
+    return filled if free is None or free[2] > FREE_SHARE * filled[2] else free
+
+
+def _solve(design: Floats, place: Floats) -> tuple[Floats, Floats, float] | None:
+    """Solve for the first five of all unknowns; None where the columns are not independent."""
+    solution, covariance, squares = least_squares(design, place)
+    if np.isnan(squares):
+        return None
+    variance = CORRELATED_FRAMES * float(squares) / (len(place) - design.shape[1])
+    sigma = np.sqrt(variance * np.diag(covariance))
+    return solution[:5], sigma[:5], float(np.sqrt(squares / len(place)))
 
 
 def swing_of(path: HeavyPath | None) -> Swing | None:
@@ -151,44 +164,3 @@ def path_fits(path: HeavyPath | None, gaps: Gaps) -> bool | None:
         return False
     noise = STRAY_SIGMAS * sigma_of(gaps.heavy_px)
     return path.stray_px < max(STRAY_AT_LEAST_PX, STRAY_SHARE * path.way_px, noise)
-
-
-def _filled(steps: Floats) -> Floats:
-    """Put in steps that the frames do not show, from their neighbours: they change slowly."""
-    number = np.arange(len(steps))
-    shown = np.isfinite(steps)
-    return np.interp(number, number[shown], steps[shown])
-
-
-def _design(frame: Floats, place: Floats, times: Floats, steps: Floats) -> Floats:
-    """Columns of the linear model, shape (n, 5)."""
-    clock = frame - frame[0]
-    centred = place - place.mean()
-    twice = integral(frame, integral(frame, centred))
-    ramps = _ramps(frame, times) @ steps
-    return np.stack([np.ones_like(clock), clock, clock**2, -twice, ramps], axis=1)
-
-
-def _ramps(frame: Floats, times: Floats) -> Floats:
-    """Return what a step of 1 at each time adds to the places, shape (n, times)."""
-    return np.maximum(frame[:, None] - times, 0.0)
-
-
-def _solve(design: Floats, place: Floats) -> tuple[Floats, Floats, float] | None:
-    """Coefficients, their standard uncertainties, and the RMS of what is left over.
-
-    None where the columns are not independent.
-    """
-    scale = np.abs(design).max(axis=0)
-    if not np.all(scale > 0):
-        return None
-    scaled = design / scale
-    solution, _, rank, _ = np.linalg.lstsq(scaled, place, rcond=None)
-    if rank < design.shape[1]:
-        return None
-    left_over = place - scaled @ solution
-    variance = float(left_over @ left_over) / (len(place) - design.shape[1])
-    inverse = np.linalg.pinv(scaled.T @ scaled, hermitian=True)
-    covariance = CORRELATED_FRAMES * variance * inverse
-    stray = float(np.sqrt(np.mean(left_over**2)))
-    return solution / scale, np.sqrt(np.diag(covariance)) / scale, stray

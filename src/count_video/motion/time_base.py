@@ -15,14 +15,14 @@ frames that show them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.motion.gaps import gaps_of
-from count_video.motion.swing import Swing, fit_path
-from count_video.reasons import Reason
+from count_video.motion.swing import Swing
+from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track, Velocities
 
 UNSURE_FRAMES = 0.5
@@ -89,18 +89,63 @@ class TimeBase:
         """Time that a frame takes after a picture."""
         return float((self.time[k + 1] - self.time[k]) / (self.frame[k + 1] - self.until[k]))
 
-    def stray_px(self, track: Track, collisions: tuple[Collision, ...]) -> float:
-        """By how much the heavy body strays from its path; inf if the path is not known.
-
-        ``collisions`` are those that the clip shows, by these times.
-        """
-        path = fit_path(gaps_of(self.evened(track)), collisions)
-        return float("inf") if path is None else path.stray_px
-
 
 def even(frame: Floats) -> TimeBase:
     """Take pictures for evenly taken, of which the frame coordinates have shape (n,)."""
     return TimeBase(frame, frame, frame, np.ones(len(frame), dtype=bool))
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Frames that are missing between two pictures."""
+
+    after: float
+    """Frame coordinate of the picture before them."""
+    frames: int
+    """How many they are."""
+
+    @property
+    def note(self) -> Reason:
+        """What is unusual about the clip."""
+        return Reason(Cause.GAP_MADE_UP_FOR, (self.after, self.frames))
+
+    def time_base(self, frame: Floats) -> TimeBase:
+        """Time pictures in these frames, shape (n,), as if those left out were there."""
+        late = frame > self.after
+        time, gap = frame + self.frames * late, int(np.argmax(late)) - 1
+        return replace(even(frame), time=time, gap=gap, notes=(self.note,))
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """Changes of a clip's rate, by turns to the one and the other of two."""
+
+    changes: tuple[float, ...]
+    """Frame coordinates at which the rate changes, increasing."""
+    sparse_first: bool
+    """Whether pictures are left out before the first of them; from then on by turns."""
+    factor: int
+    """Time from picture to picture where some are left out over that where none are."""
+
+    def time_base(self, frame: Floats) -> TimeBase:
+        """Time pictures in these frames, shape (n,), in the shortest of their steps."""
+        ends = np.concatenate([frame[:1], self.changes, frame[-1:]])
+        pace = np.where(self._sparse(np.arange(len(ends) - 1)), self.factor, 1)
+        times = np.concatenate([[0.0], np.cumsum(np.diff(ends) * pace)])
+        note = Reason(Cause.RATE_CHANGES, (self.factor, *self.changes))
+        time = np.interp(frame, ends, times)
+        return replace(even(frame), time=time, keeps_rate=False, notes=(note,))
+
+    def slows(self, frames: Sequence[float]) -> bool:
+        """Whether a collision, of which the frames are given, lies where no pictures are left out.
+
+        Where none does, no count hangs on the change, and it may be none: bodies that are let go
+        speed up as well.
+        """
+        return not bool(self._sparse(np.searchsorted(self.changes, frames)).all())
+
+    def _sparse(self, stretch: NDArray[np.intp]) -> NDArray[np.bool_]:
+        return np.asarray((stretch % 2 == 0) == self.sparse_first)
 
 
 def frames_per_picture(track: Track) -> float:

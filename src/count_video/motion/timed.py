@@ -1,20 +1,20 @@
 """The collisions that the frames show, by the times of the pictures that explain the track best.
 
-Where neither the heavy body's path nor anything else speaks against even frames, they are even.
-Copies show in the steps of the bodies, frames left out in steps of the heavy body's place. By times
-whose rate changes the heavy body must stray much less from its path, for they have two more
+Where neither the heavy body's path nor anything else speaks against even frames, they are even. By
+times whose rate changes the heavy body must stray much less from its path, for they have two more
 parameters to choose; whether the collisions leave doubts has no say: the count must not choose its
 own times.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from count_video.motion.copies import with_copies
-from count_video.motion.left_out import LeftOut, left_out
-from count_video.motion.ramps import Ramp, ramps_of, sharpened, stray_px
+import numpy as np
+
+from count_video.motion.gaps import gaps_of
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import (
     NOTHING_SEEN,
@@ -22,19 +22,23 @@ from count_video.motion.seen import (
     seen_collisions,
     shows_motion,
 )
-from count_video.motion.time_base import TimeBase, even
+from count_video.motion.swing import fit_path
+from count_video.motion.time_base import LeftOut, Ramp, TimeBase, even
+from count_video.motion.time_hypotheses import TRIED, left_out, ramps_of, with_copies
 from count_video.reasons import LEFT_TO_THE_FIT, Cause, Reason
-from count_video.records import Track
+from count_video.records import Collision, Floats, Track
 
 STRAYS_LESS = 0.6
 """A changing rate has two more parameters to choose. What the path leaves over hangs together over
 some ten pictures: of a hundred that is worth ten numbers, and by chance, at three standard
 deviations, two parameters take up to two thirds of their squares."""
-SHARPENED_AT_MOST = 3
-"""So many ramps are fitted closely, those by which the heavy body strays least: first by the
-collisions that even frames show, then by their own."""
 STEP_FRAMES = 3.0
 """A change of the rate this near to a step of the places is that step: a rate makes none."""
+MOVED_AT_MOST_FRAMES, SHARP_FRAMES = 1.5, 0.05
+"""Changes are moved to where the path fits best, to this part of a picture, but no farther than
+that: the steps show on which side of it a picture was taken."""
+NO_PATH_PX = 1e9
+"""Stray of times that are out of the question."""
 
 
 def seen_by_time_base(track: Track) -> tuple[TimeBase, SeenCollisions, LeftOut | None]:
@@ -58,13 +62,28 @@ def seen_by_time_base(track: Track) -> tuple[TimeBase, SeenCollisions, LeftOut |
         other = seen_collisions(steady.evened(track), pace=1.0)
         likelier = gap is None or (
             min(abs(change - gap.after) for change in ramp.changes) > STEP_FRAMES
-            and _stray_px(steady, track, other) < _stray_px(whole, track, without)
+            and stray_px(steady, track, _burst(steady, other))
+            < stray_px(whole, track, _burst(whole, without))
         )
         if likelier and _is_sure(other) and resolves(steady, other):
             return steady, other, None
     # In frames left out there may have been collisions.
     lacks = (Reason(Cause.LEFT_OUT, (gap.after, gap.frames)),) if gap else ()
     return whole, replace(without, doubts=(*without.doubts, *lacks)), gap
+
+
+def stray_px(base: TimeBase, track: Track, shown: Iterable[Collision]) -> float:
+    """By how much the heavy body strays from its path by a time base; inf if it is not known.
+
+    ``shown`` are the collisions of the clip, in frames.
+    """
+    path = fit_path(gaps_of(base.evened(track)), [base.timed(one) for one in shown])
+    return float("inf") if path is None else path.stray_px
+
+
+def _burst(base: TimeBase, found: SeenCollisions) -> list[Collision]:
+    """List the collisions of a burst in frames."""
+    return [base.shown(collision) for collision in found.collisions[: found.burst]]
 
 
 def _is_sure(found: SeenCollisions) -> bool:
@@ -74,30 +93,48 @@ def _is_sure(found: SeenCollisions) -> bool:
 
 def resolves(base: TimeBase, found: SeenCollisions) -> bool:
     """Whether there are pictures enough between collisions also where they are rarer."""
-    frames = [base.shown(collision).frame for collision in found.collisions[: found.burst]]
-    return all(b - a >= RESOLVED_FRAMES for a, b in pairwise(frames))
-
-
-def _stray_px(base: TimeBase, track: Track, found: SeenCollisions) -> float:
-    """By how much the heavy body strays from its path through the burst."""
-    return base.stray_px(track, found.collisions[: found.burst])
+    return all(b.frame - a.frame >= RESOLVED_FRAMES for a, b in pairwise(_burst(base, found)))
 
 
 def _likeliest_ramp(track: Track, base: TimeBase, found: SeenCollisions) -> Ramp | None:
     """Find the changing rate by which the heavy body strays least; None if the ``base`` does.
 
-    ``found`` is what the clip shows by the base.
+    ``found`` is what the clip shows by the base: by its collisions the likeliest are chosen, then
+    by their own.
     """
-    shown = found.collisions[: found.burst]
-    nearest = sorted(ramps_of(track, shown), key=lambda ramps: stray_px(ramps[0], track, shown))
+
+    def stray(ramp: Ramp, shown: Sequence[Collision]) -> float:
+        return stray_px(ramp.time_base(track.frame), track, shown)
+
+    shown = _burst(base, found)
+    nearest = sorted(ramps_of(track, shown), key=lambda ramps: stray(ramps[0], shown))
     tried = []
-    for ramps in nearest[:SHARPENED_AT_MOST]:
+    for ramps in nearest[:TRIED]:
         steady = ramps[0].time_base(track.frame)
-        seen = seen_collisions(steady.evened(track), pace=1.0)
-        own = [steady.shown(collision) for collision in seen.collisions[: seen.burst]]
+        own = _burst(steady, seen_collisions(steady.evened(track), pace=1.0))
         slow = [ramp for ramp in ramps if ramp.slows([one.frame for one in own])]
-        tried += [(stray_px(ramp, track, own), ramp, own) for ramp in slow]
-    best = sorted(tried, key=lambda one: one[0])[:SHARPENED_AT_MOST]
-    sharp = [sharpened(ramp, track, own) for _, ramp, own in best]
-    stray, ramp = min(sharp, key=lambda one: one[0], default=(float("inf"), None))
-    return ramp if stray < STRAYS_LESS * _stray_px(base, track, found) else None
+        tried += [(stray(ramp, own), ramp, own) for ramp in slow]
+    best = sorted(tried, key=lambda one: one[0])[:TRIED]
+    sharp = [_sharpened(ramp, track, own) for _, ramp, own in best]
+    least, ramp = min(sharp, key=lambda one: one[0], default=(float("inf"), None))
+    return ramp if least < STRAYS_LESS * stray_px(base, track, shown) else None
+
+
+def _sharpened(ramp: Ramp, track: Track, shown: Sequence[Collision]) -> tuple[float, Ramp]:
+    """Move the changes to where the heavy body strays least; returns the stray with the ramp."""
+    from scipy.optimize import fmin  # noqa: PLC0415 - few clips have such a rate
+
+    first = np.array(ramp.changes)
+
+    def at(changes: Floats) -> Ramp:
+        return replace(ramp, changes=tuple(changes.tolist()))
+
+    def stray(changes: Floats) -> float:
+        far = np.abs(changes - first).max() > MOVED_AT_MOST_FRAMES
+        if far or np.any(np.diff([track.frame[0], *changes, track.frame[-1]]) <= 0):
+            return NO_PATH_PX
+        return min(stray_px(at(changes).time_base(track.frame), track, shown), NO_PATH_PX)
+
+    simplex = np.vstack([first, first + np.eye(len(first))])
+    best = fmin(stray, first, xtol=SHARP_FRAMES, initial_simplex=simplex, disp=False)
+    return stray(best), at(best)

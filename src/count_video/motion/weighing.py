@@ -17,6 +17,7 @@ from count_video.motion.corners import STRAY_SHARE, STRAY_SIGMAS, strays
 from count_video.motion.errors_of_places import WINDOW_FRAMES
 from count_video.motion.flight import HYSTERESIS_SIGMAS, Motion
 from count_video.motion.impacts import Found, Impact
+from count_video.motion.linear import least_squares
 from count_video.motion.priors import (
     CHANCE_CLEAR,
     CHANCE_CUT_OFF,
@@ -127,20 +128,16 @@ def struck_at_rest(motion: Motion, until: float) -> float | None:
     time, place = motion.frame[rows] - begin, motion.place_px[rows]
     if min((time < 0).sum(), (time > 0).sum()) < PICTURES_AT_LEAST:
         return None
-    left = np.full((2, len(STARTS)), np.inf)
-    for number, start in enumerate(STARTS):
-        since = np.maximum(time - start, 0.0)
-        design = np.stack([np.ones_like(since), since**2, since], axis=1)
-        for blow in (0, 1):
-            law = np.linalg.lstsq(design[:, : 2 + blow], place, rcond=None)[0]
-            left[blow, number] = np.sum((place - design[:, : 2 + blow] @ law) ** 2)
-    smooth, struck = left.min(axis=1)
+    since = np.maximum(time - STARTS[:, None], 0.0)
+    law = np.stack([np.ones_like(since), since**2, since], axis=2)
+    led, blown = (least_squares(law[..., :k], place - place[0])[2] for k in (2, 3))
+    smooth, struck = led.min(), blown.min()
     noise = motion.sigma_px**2
     log_ratio = len(time) / 2 * np.log((smooth + noise) / (struck + noise))
     described = struck / len(time) < max(STRAY_SIGMAS**2 * noise, STRAY_SHARE**2 * np.var(place))
     if log_ratio < CERTAIN_LOG_ODDS or not described:
         return None
-    return float(begin + STARTS[int(np.argmin(left[1]))])
+    return float(begin + STARTS[int(np.argmin(blown))])
 
 
 def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:
