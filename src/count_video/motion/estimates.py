@@ -21,13 +21,12 @@ from numpy.typing import NDArray
 from count_video.motion.left_out import LeftOut
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import Column
-from count_video.motion.pendulums import Paths, follow_one
+from count_video.motion.pendulums import Paths, follow, tangents_of
 from count_video.motion.pieces import HALF_EXPOSURE
 from count_video.motion.posterior import Weighed, draws_of
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Solution
-from count_video.motion.tangents import tangents_of
 from count_video.records import (
     Collision,
     Ending,
@@ -105,10 +104,9 @@ def energy_kept(paths: Paths, values: Floats) -> Floats:
 
 
 def _energy(paths: Paths, values: Floats, states: Floats) -> Floats:
-    laws = paths.pendulums
+    rate, rest, ball_rate, ball_rest = paths.laws[:, 0]
     heavy, heavy_velocity, ball, ball_velocity = states
-    swung = laws.heavy_rate[0] * (heavy - laws.heavy_rest[0])
-    ball_swung = laws.ball_rate[0] * (ball - laws.ball_rest[0])
+    swung, ball_swung = rate * (heavy - rest), ball_rate * (ball - ball_rest)
     light = np.exp(values[Column.LIGHTNESS]) * (ball_velocity**2 + ball_swung**2)
     return np.asarray(heavy_velocity**2 + swung**2 + light) / 2
 
@@ -172,7 +170,7 @@ def collisions_of(
 
 def _events(observed: Observations, solution: Solution) -> tuple[Floats, Floats]:
     """Time, state before and state after each event, and their uncertainties; (events, 9) each."""
-    paths = follow_one(solution.values, solution.count, float(observed.frame[0]) - 1.0)
+    paths = follow(solution.values[None], solution.count, float(observed.frame[0]) - 1.0)
     tangents = tangents_of(paths, solution.values)
     covariance = np.linalg.pinv(solution.hessian, hermitian=True)
     sigmas = []

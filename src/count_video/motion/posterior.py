@@ -174,7 +174,7 @@ def end_chances(observed: Observations, solution: Solution) -> dict[int, float]:
     count = solution.count
     late = (paths.states[1, :, count - 1] > 0) & (paths.before[1, :, count] < 0)
     more, going = np.where(late, -1, 0), ~late
-    rate, rest = paths.pendulums.heavy_rate, paths.pendulums.heavy_rest
+    rate, rest, _, _ = paths.laws
     end = observed.end + solution.values[Column.SKIP]
     for last in range(count, count + FOLLOWED_AT_MOST):
         heavy, velocity = paths.states[0, :, last], paths.states[1, :, last]

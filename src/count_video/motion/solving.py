@@ -20,8 +20,7 @@ from count_video.motion.parameters import (
     Prior,
     limits_of,
 )
-from count_video.motion.pendulums import Paths, follow, follow_one
-from count_video.motion.tangents import tangents_of
+from count_video.motion.pendulums import Paths, follow, tangents_of
 from count_video.records import Floats
 
 BLUR_SHARE = 0.06
@@ -59,7 +58,7 @@ class Solution:
 
 def noise_of(observed: Observations, values: Floats, count: int, floor_px: float = 0.0) -> Noise:
     """Noise to be expected where the motion of one set, shape (columns,), is smeared."""
-    paths = follow_one(values, count, float(observed.frame[0]) - 1.0)
+    paths = follow(values[None], count, float(observed.frame[0]) - 1.0)
     with np.errstate(invalid="ignore", over="ignore"):
         smeared = BLUR_SHARE * blur_of(paths, values, observed.times(values[None])[0])
     smeared = np.where(np.isfinite(smeared), smeared, 0.0)
@@ -70,7 +69,7 @@ def noise_of(observed: Observations, values: Floats, count: int, floor_px: float
 def modelled(observed: Observations, sets: Floats, count: int) -> tuple[Paths, Sampled]:
     """Follow and sample parameter sets, shape (sets, columns), where there are observations."""
     start = float(observed.frame[0]) - 1.0
-    paths = follow_one(sets[0], count, start) if len(sets) == 1 else follow(sets, count, start)
+    paths = follow(sets, count, start)
     with np.errstate(invalid="ignore", over="ignore"):
         return paths, sample(paths, sets, observed.times(sets))
 
@@ -159,7 +158,7 @@ class Fit:
         question, observed = self.question, self.question.observed
         tangents = tangents_of(self.paths, self.values)
         with np.errstate(invalid="ignore", over="ignore"):
-            ball, heavy = sampled_tangents(self.paths, self.sampled, tangents, self.values)
+            ball, heavy = sampled_tangents(self.sampled, tangents, self.values)
             heavy[:, FIRST_DRIFT:FIRST_DEVIATION] = observed.drift
             root = np.sqrt(weights_of(self.data))
             data = root * self.data
