@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from count_video.motion.parameters import Column
-from count_video.motion.pendulums import STEP, Paths, Tangents, stepped, swung
+from count_video.motion.pendulums import STEP, Paths, Tangents, swung
 from count_video.records import Floats
 
 BLUR_MOMENTS = 16
@@ -70,7 +70,7 @@ def sample(paths: Paths, sets: Floats, frame: Floats) -> Sampled:
     ends = flown(paths, BALL, times - exposure / 2), flown(paths, BALL, times + exposure / 2)
     middle = flown(paths, HEAVY, times)
     whole = _before(pieces.swept())
-    first, last = (np.take_along_axis(whole, one.piece, axis=1) + one.swept() for one in ends)
+    first, last = (_taken(whole, one.piece) + one.swept() for one in ends)
     heavy = middle.place()
     from_rest = heavy - sets[:, Column.BALL_REST, None]
     outline = sets[:, Column.CONTACT, None] + sets[:, Column.PARALLAX, None] * from_rest
@@ -93,7 +93,7 @@ def flown(paths: Paths, body: slice, time: Floats) -> Flown:
     rows = zip(paths.time, time, strict=True)
     piece = np.stack([np.searchsorted(row, when, side="right") for row, when in rows])
     piece = np.maximum(piece - 1, 0)
-    return _within(paths, body, piece, time - np.take_along_axis(paths.time, piece, axis=1))
+    return _within(paths, body, piece, time - _taken(paths.time, piece))
 
 
 def _pieces(paths: Paths) -> Flown:
@@ -104,8 +104,12 @@ def _pieces(paths: Paths) -> Flown:
 
 def _within(paths: Paths, body: slice, piece: np.ndarray, since: Floats) -> Flown:
     rate, rest = paths.laws[body, :, None]
-    place, velocity = (np.take_along_axis(one, piece, axis=1) for one in paths.states[body])
+    place, velocity = (_taken(one, piece) for one in paths.states[body])
     return Flown(piece, rate, (rest, place, velocity), since)
+
+
+def _taken(values: Floats, piece: np.ndarray) -> Floats:
+    return np.asarray(values[np.arange(len(piece))[:, None], piece])
 
 
 def _before(pieces: Floats) -> Floats:
@@ -153,8 +157,8 @@ def _by_parameters(path: Callable[..., Any], body: slice, at: Flown, tangents: T
     """Differentiate a path of the first motion at some times, shape (times, columns)."""
     rate, state, since = at.rate[0], [one[0] for one in at.state], at.since[0]
     by_rate = path(rate + 1j * STEP, *state, since).imag / STEP
-    steps = stepped(np.array(np.broadcast_arrays(*state)))
-    by_rest, by_place, by_velocity = path(rate, *steps, since).imag / STEP
+    # It is linear in the others: the factor of each is what it gives where that one is 1 alone.
+    by_rest, by_place, by_velocity = path(rate, *np.eye(3)[:, :, None], since)
     by_state = np.stack([by_place, by_velocity], axis=1)[:, None]
     moved = (by_state @ tangents.states[at.piece[0], body])[:, 0]
     return np.asarray(np.stack([by_rate, by_rest], axis=1) @ tangents.laws[body] + moved)

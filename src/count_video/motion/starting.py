@@ -18,7 +18,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from count_video.motion.observations import Observations, at_rows, until
+from count_video.motion.exposures import sample
+from count_video.motion.observations import Observations, thinned
 from count_video.motion.parameters import (
     FIRST_DEVIATION,
     Column,
@@ -28,10 +29,11 @@ from count_video.motion.parameters import (
     with_deviations,
     within_limits,
 )
+from count_video.motion.pendulums import follow
 from count_video.motion.priors import CLEAR_FRAMES, PULL_SHARE
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import SeenCollisions
-from count_video.motion.solving import Question, Solution, modelled, noise_of, solve
+from count_video.motion.solving import Fit, Question, noise_of, solve
 from count_video.motion.swing import Swing
 from count_video.records import Collision, Floats
 
@@ -143,8 +145,9 @@ def scan(observed: Observations, rough: Floats, prior: Prior) -> Floats:
     sets[:, Column.BOUNCE] = np.minimum(rough[Column.BOUNCE] + restitution, 1.0)
     sets = within_limits(sets)
     most = round(1.5 * expected_count(float(steps.min()))) + 4
-    parts = np.array_split(sets, _parts(len(sets)))
-    rows = np.concatenate([_scanned(observed, part, most) for part in parts])
+    parts = np.array_split(sets, -(-len(sets) // SETS_AT_ONCE))
+    thin = observed.at(thinned(len(observed.frame), SCAN_FRAMES))
+    rows = np.concatenate([_scanned(thin, part, most) for part in parts])
     return np.asarray(rows[np.argsort(rows[:, -1])])
 
 
@@ -158,17 +161,13 @@ def lightness_of(count: int) -> float:
     return float(2 * np.log(np.pi / count))
 
 
-def _parts(sets: int) -> int:
-    return -(-sets // SETS_AT_ONCE)
-
-
 def _scanned(observed: Observations, sets: Floats, most: int) -> Floats:
     """Give the sets with their numbers of collisions and their losses in two more columns."""
-    thin = _thinned(observed)
-    paths, sampled = modelled(thin, sets, most)
+    paths, frame = follow(sets, most, observed.start), observed.times(sets)
     with np.errstate(invalid="ignore", over="ignore"):
-        loss = _capped(sampled.ball - thin.ball_px) + _capped(sampled.heavy - thin.heavy_px)
-    counts = (paths.time[:, 1:] <= observed.times(sets)[:, -1:]).sum(axis=1)
+        sampled = sample(paths, sets, frame)
+        loss = _capped(sampled.ball - observed.ball_px) + _capped(sampled.heavy - observed.heavy_px)
+    counts = (paths.time[:, 1:] <= frame[:, -1:]).sum(axis=1)
     return np.column_stack([sets, counts, loss])
 
 
@@ -186,11 +185,6 @@ def _lightness_steps(rough: Floats, prior: Prior) -> Floats:
     # N is about pi sqrt(M/m): its logarithm moves half as much as that of the lightness.
     number = 2 + int(np.ceil((high - low) * expected_count(low) / 2 / PHASE_STEP))
     return np.linspace(low, high, min(number, STEPS_AT_MOST))
-
-
-def _thinned(observed: Observations) -> Observations:
-    keep = np.unique(np.linspace(0, len(observed.frame) - 1, SCAN_FRAMES).round().astype(int))
-    return at_rows(observed, keep)
 
 
 def _capped(residuals: Floats) -> Floats:
@@ -215,7 +209,7 @@ RATIO_SIGMAS = 4.0
 
 def forward_fit(
     observed: Observations, rough: Floats, prior: Prior, found: SeenCollisions, seen: int
-) -> Solution:
+) -> Fit:
     """Fit the first so many collisions of a burst, every one of which is seen."""
     burst = found.collisions[: found.burst]
     values, swing = rough.copy(), found.swing
@@ -226,14 +220,15 @@ def forward_fit(
     for count, floor_px in [(counts[0], far_px), *((n, near_px) for n in counts)]:
         part = observed
         if count < len(burst):
-            part = until(observed, burst[count].frame - observed.origin - CLEAR_FRAMES)
+            end = burst[count].frame - observed.origin - CLEAR_FRAMES
+            part = observed.at(observed.frame < end)
         missing = FIRST_DEVIATION + deviations_of(count) - len(values)
         values = np.concatenate([values, np.zeros(max(missing, 0))])
         noise = noise_of(part, values, count, floor_px)
         full = with_deviations(prior, count, SCATTER)
-        solution = solve(Question(part, noise, full, count), values)
-        values = solution.values
-    return solution
+        fit = solve(Question(part, noise, full, count), values)
+        values = fit.values
+    return fit
 
 
 def calm_beginning(burst: Sequence[Collision]) -> int:
