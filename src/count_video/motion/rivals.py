@@ -24,12 +24,11 @@ from count_video.motion.parameters import (
     FIRST_DEVIATION,
     Column,
     Prior,
-    deviations_of,
-    with_deviations,
     within_limits,
 )
+from count_video.motion.pendulums import follow
 from count_video.motion.priors import CLEAR_FRAMES, SCATTERS
-from count_video.motion.solving import Fit, Noise, Question, noise_of, solve
+from count_video.motion.solving import Fit, Noise, Question, fine_fit, noise_of, solve
 from count_video.motion.starting import MOST_COLLISIONS, scan
 from count_video.records import Floats
 
@@ -92,13 +91,9 @@ class Rivals:
         follow. So the frames before it are fitted first, with the collisions before it.
         """
         observed = self.observed
+        last = follow(start[None], count, observed.start).time[0, -1]
         before = observed.at(observed.frame < observed.last - CLEAR_FRAMES)
-        noise = noise_of(observed, start, count)
-        if (
-            len(before.frame) < 2
-            or count < 2
-            or not Fit(Question(observed, noise, self.prior, count), start).late
-        ):
+        if last <= observed.times(start)[-1] or len(before.frame) < 2 or count < 2:
             return start
         noise = noise_of(before, start, count - 1, FLOORS_PX[-1])
         question = Question(before, noise, self.prior, count - 1)
@@ -167,18 +162,6 @@ RESIDUALS_AT_LEAST = 20
 """Fewer do not show how large they are."""
 CLIPPED_SIGMAS = 6.0
 """Larger residuals count as this: the tracker was misled."""
-
-
-def fine_fit(
-    question: Question, start: Floats, scatter: float = SCATTERS[-1], bearable: float = np.inf
-) -> Fit:
-    """Fit with scatter of the restitution, from the values of a coarse fit or another fine one."""
-    count = question.count
-    columns = FIRST_DEVIATION + deviations_of(count)
-    start = np.concatenate([start, np.zeros(columns)])[:columns]
-    start[Column.SKIP] = round(start[Column.SKIP])
-    full = with_deviations(question.prior, count, scatter).with_value(Column.SKIP, 0.0, 0.0)
-    return solve(replace(question, prior=full), start, bearable)
 
 
 def residual_noise(rivals: Rivals, coarse: Fit) -> tuple[Fit, Noise]:

@@ -20,8 +20,8 @@ from count_video.motion.left_out import SIDE_FRAMES, LeftOut
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import Column, with_deviations
 from count_video.motion.priors import LEFT_OUT, SCATTERS
-from count_video.motion.rivals import FLOORS_PX, Rivals, fine_fit, loss_of
-from count_video.motion.solving import Fit, Noise, Question, noise_of
+from count_video.motion.rivals import FLOORS_PX, Rivals, loss_of
+from count_video.motion.solving import Fit, Noise, Question, fine_fit, noise_of
 from count_video.records import Floats
 
 MOST_FRAMES = 24

@@ -5,7 +5,7 @@ Least squares with a Cauchy loss (see ``descent``) and exact derivatives.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -18,9 +18,12 @@ from count_video.motion.parameters import (
     FIRST_DRIFT,
     Column,
     Prior,
+    deviations_of,
     limits_of,
+    with_deviations,
 )
 from count_video.motion.pendulums import Tangents, follow, tangents_of
+from count_video.motion.priors import SCATTERS
 from count_video.records import Floats
 
 BLUR_SHARE = 0.06
@@ -181,6 +184,18 @@ def solve(
     by less than ``enough`` is done.
     """
     return descend(partial(Fit, question), start, limits_of(len(start)), bearable, enough)
+
+
+def fine_fit(
+    question: Question, start: Floats, scatter: float = SCATTERS[-1], bearable: float = np.inf
+) -> Fit:
+    """Fit with scatter of the restitution, from the values of a coarse fit or another fine one."""
+    count = question.count
+    columns = FIRST_DEVIATION + deviations_of(count)
+    start = np.concatenate([start, np.zeros(columns)])[:columns]
+    start[Column.SKIP] = round(start[Column.SKIP])
+    full = with_deviations(question.prior, count, scatter).with_value(Column.SKIP, 0.0, 0.0)
+    return solve(replace(question, prior=full), start, bearable)
 
 
 def noise_of(observed: Observations, values: Floats, count: int, floor_px: float = 0.0) -> Noise:

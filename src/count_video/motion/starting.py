@@ -22,18 +22,17 @@ from count_video.motion.exposures import sample
 from count_video.motion.observations import Observations, thinned
 from count_video.motion.parameters import (
     FIRST_DEVIATION,
+    LIMITS,
     Column,
     Knowledge,
     Prior,
-    deviations_of,
-    with_deviations,
     within_limits,
 )
 from count_video.motion.pendulums import follow
-from count_video.motion.priors import CLEAR_FRAMES, PULL_SHARE
+from count_video.motion.priors import CLEAR_FRAMES, EXPOSURE, PULL_SHARE, RESTITUTION, SCATTERS
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import SeenCollisions
-from count_video.motion.solving import Fit, Question, noise_of, solve
+from count_video.motion.solving import Fit, Question, fine_fit, noise_of
 from count_video.motion.swing import Swing
 from count_video.records import Collision, Floats
 
@@ -45,9 +44,6 @@ RATE_STEPS = np.linspace(-3.0, 3.0, 49)
 """Angular rates that are tried, in standard deviations of what is known of its logarithm."""
 SWING_FLOOR_PX = 0.5
 """Places of the heavy body that err together stray from its swing by so much."""
-RESTITUTION_USUAL = 0.96
-EXPOSURE_USUAL = 0.5
-"""Frames."""
 
 
 def rough_values(observed: Observations, known: Knowledge, swing: Swing | None = None) -> Floats:
@@ -67,8 +63,8 @@ def rough_values(observed: Observations, known: Knowledge, swing: Swing | None =
     values[Column.SWING] = np.log(rate)
     nearest = float(np.nanmin(observed.heavy_px)) - place - wall
     values[Column.LIGHTNESS] = 2 * np.log(np.clip(nearest / way, NEAREST_SHARE, 1.0))
-    values[Column.EXPOSURE] = EXPOSURE_USUAL
-    values[[Column.BODIES, Column.BOUNCE]] = RESTITUTION_USUAL
+    values[Column.EXPOSURE] = EXPOSURE[0]
+    values[[Column.BODIES, Column.BOUNCE]] = RESTITUTION[0]
     return values
 
 
@@ -118,8 +114,6 @@ RESTITUTIONS = np.linspace(-0.03, 0.03, 7)
 """Added to the rough restitution of both contacts."""
 MOST_COLLISIONS = 600
 """More are not sought: no track distinguishes them."""
-LIGHTEST = float(np.log(2.0))
-"""Logarithm of the greatest lightness: a heavy body of half the ball's mass."""
 LONG_BURST = 60
 """With more collisions the same loss of energy is a smaller one at each: the steps shrink."""
 SETS_AT_ONCE = 512
@@ -156,11 +150,6 @@ def expected_count(lightness: float) -> float:
     return float(np.pi / np.exp(lightness / 2))
 
 
-def lightness_of(count: int) -> float:
-    """Logarithm of the lightness of free bodies that collide so often."""
-    return float(2 * np.log(np.pi / count))
-
-
 def _scanned(observed: Observations, sets: Floats, most: int) -> Floats:
     """Give the sets with their numbers of collisions and their losses in two more columns."""
     paths, frame = follow(sets, most, observed.start), observed.times(sets)
@@ -177,8 +166,8 @@ def _lightness_steps(rough: Floats, prior: Prior) -> Floats:
     # The frame nearest to the wall may show the ball half of its way in a frame off it.
     near = np.exp(rough[Column.LIGHTNESS] / 2) * (rough[Column.BALL_REST] - rough[Column.WALL])
     high += 2 * np.log1p(abs(rough[Column.HEAVY_RATE]) / max(near, 1e-9))
-    high = min(high, LIGHTEST)
-    low = max(low, lightness_of(MOST_COLLISIONS))
+    high = min(high, LIMITS[Column.LIGHTNESS][1])
+    low = max(low, 2 * np.log(np.pi / MOST_COLLISIONS))
     if np.isfinite(prior.sigma[Column.LIGHTNESS]):
         reach = 3 * prior.sigma[Column.LIGHTNESS]
         low, high = prior.mean[Column.LIGHTNESS] + np.array([-reach, reach])
@@ -201,8 +190,6 @@ FIRST_COLLISIONS = 4
 GROWTH = 1.5
 """Each fit spans so many times the collisions of the one before: they foresee the others' times to
 a small part of a collision."""
-SCATTER = 0.006
-"""Of the restitution from collision to collision, to begin with."""
 RATIO_SIGMAS = 4.0
 """The heavy body's path must give the mass ratio this clearly to begin with it."""
 
@@ -222,11 +209,8 @@ def forward_fit(
         if count < len(burst):
             end = burst[count].frame - observed.origin - CLEAR_FRAMES
             part = observed.at(observed.frame < end)
-        missing = FIRST_DEVIATION + deviations_of(count) - len(values)
-        values = np.concatenate([values, np.zeros(max(missing, 0))])
         noise = noise_of(part, values, count, floor_px)
-        full = with_deviations(prior, count, SCATTER)
-        fit = solve(Question(part, noise, full, count), values)
+        fit = fine_fit(Question(part, noise, prior, count), values, SCATTERS[-2])
         values = fit.values
     return fit
 
