@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from count_video.explanations import Explanation
-from count_video.footage.capture_rate import real_time_s
 from count_video.motion.parameters import Knowledge
 from count_video.motion.swing import Swing
 from count_video.physics.theory import pi_bounds
@@ -21,7 +20,7 @@ from count_video.records import (
     TrialResult,
     unread_result,
 )
-from count_video.reports.wording import sentence, sentences
+from count_video.reports.words import sentence, sentences
 from count_video.settings import TrialSettings
 
 RELATIVE_SIGMA_AT_MOST = 0.1
@@ -111,7 +110,7 @@ def _timed(collision: Collision, capture_fps: float | None) -> Collision:
     """Add the time since the clip's start in seconds, where the camera's rate is known."""
     if capture_fps is None:
         return collision
-    return replace(collision, time_s=real_time_s(collision.frame, capture_fps))
+    return replace(collision, time_s=collision.frame / capture_fps)
 
 
 def swing_of(explained: Explanation) -> Swing | None:

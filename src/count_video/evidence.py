@@ -7,14 +7,14 @@ clip and leaves its line in the space-time image and its cut-outs at the contact
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
 from count_video.followed import Followed
-from count_video.footage.reader import open_footage
+from count_video.footage.reader import Footage, open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
 from count_video.outputs import (
@@ -27,8 +27,9 @@ from count_video.outputs import (
 )
 from count_video.process import DRAWING_BYTES, check_memory
 from count_video.progress import NO_PROGRESS, Progress, counted_off
-from count_video.records import Track
-from count_video.reports.clip import AnnotatedClip, Pixels, layout_of
+from count_video.records import Floats, Frame, Track
+from count_video.reports.clip import Gif, pictures
+from count_video.reports.clip_layout import frame_times_s, layout_of, presenter_layout
 from count_video.reports.drawing import MEDIA_TYPES, picture_bytes
 from count_video.reports.figure import (
     PANELS,
@@ -38,17 +39,10 @@ from count_video.reports.figure import (
     trial_figure,
 )
 from count_video.reports.json_object import json_line
-from count_video.reports.material import Material, Pendulum, touching
-from count_video.reports.pace import frame_times_s
-from count_video.reports.page import Footage, Picture, clip_page
-from count_video.reports.presenter import Gif, presenter_layout
+from count_video.reports.material import Material, touching
+from count_video.reports.page import PageMedia, clip_page, data_address
 from count_video.reports.tables import collisions_array, table_csv, track_array
 from count_video.settings import EvidenceSettings
-
-_PRESENTER = ("presenter.mp4", "presenter.gif")
-_SUFFIXES = ("html", "annotated.mp4", "strip.jpg", "track.csv", "collisions.csv")
-CRF = 23
-"""Quality of the annotated clip: lines and letters stay clean, a page holds it easily."""
 
 
 def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
@@ -62,6 +56,19 @@ def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
     _opened(path, evidence, "json")
 
 
+def shows_another_clip(folder: Path, path: Path) -> bool:
+    """Return whether a folder holds the evidence of another clip of this name.
+
+    Raises
+    ------
+    OSError, UsageError
+        If the clip cannot be read.
+    """
+    page = f"{output_name(path.stem)}.html"
+    clip = OutputFolder(folder).written().get(page)
+    return bool(clip) and (folder / page).exists() and clip != content_digest(path)
+
+
 def draw_evidence(
     found: Followed,
     evidence: EvidenceSettings,
@@ -73,13 +80,9 @@ def draw_evidence(
 
     Files are named after the clip: for ``trial7.mp4`` they are ``trial7.html``, ``trial7.png``
     (or ``.svg``) and one for each of its panels, ``trial7.strip.jpg``, ``trial7.annotated.mp4``,
-    ``trial7.track.csv`` and ``trial7.collisions.csv``. Where no bodies could be followed there is
-    the page alone. Each appears when it is complete.
-
-    Parameters
-    ----------
-    with_json
-        Write the answer as ``trial7.json`` as well.
+    ``trial7.track.csv`` and ``trial7.collisions.csv``, and with ``with_json`` the answer as
+    ``trial7.json``. Where no bodies could be followed there is the page alone. Each appears when it
+    is complete.
 
     Raises
     ------
@@ -94,53 +97,39 @@ def draw_evidence(
     with held(files.outputs.hidden / f"{files.name}.lock", wait=True):
         if with_json:
             files.write("json", f"{json_line(found.result)}\n".encode("ascii"))
-        if found.track is None:
-            files.write("html", clip_page(found.result, None, None).encode("utf-8"))
+        material = _material(found)
+        if material is None:
+            files.write("html", clip_page(found.result).encode("utf-8"))
         else:
-            _write_all(found, found.track, files, progress)
+            _write_all(found.path, material, files, progress)
     return tuple(files.written)
 
 
 def draw_trial(found: Followed) -> Figure | None:
     """Draw the picture of a counted clip, which is decoded once more; None if nothing moved."""
+    material = _material(found)
+    if material is None:
+        return None
+    with open_footage(found.path) as footage:
+        deque(material.keeping(_rows(footage, material.track, NO_PROGRESS)), maxlen=0)
+    return trial_figure(material)
+
+
+def _material(found: Followed) -> Material | None:
+    """Return what is drawn of a clip, with the heavy body's face where the ball touches it."""
     if found.track is None:
         return None
-    clip, pendulum, _ = _clip_of(found, found.track)
-    with open_footage(found.path) as footage:
-        deque(clip.pictures(footage.frames(*_ends(clip.track))), maxlen=0)  # keeps the lines
-    return trial_figure(Material(found.result, clip.track, clip.space_time(), pendulum))
+    return touching(Material(found.result, found.track, found.pendulum))
 
 
-def _opened(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
-    """Open the folder for a clip.
-
-    ``more`` are endings of files that will be written besides those of the evidence.
-
-    Raises
-    ------
-    UsageError
-        A file in the folder is not this program's own.
-    """
-    name, kind = evidence.name or output_name(path.stem), evidence.picture_format
-    # The pictures are all panels on a sheet, and each alone.
-    suffixes = [*_SUFFIXES, kind, *(f"{panel}.{kind}" for panel in PANELS), *more]
-    suffixes += _PRESENTER if evidence.presenter else ()
-    names = [f"{name}.{suffix}" for suffix in suffixes]
-    outputs = open_outputs(evidence.folder, names, evidence.csv_dialect)
-    return _Files(outputs, evidence, name, content_digest(path) if path.is_file() else "")
-
-
-def shows_another_clip(folder: Path, path: Path) -> bool:
-    """Return whether a folder holds the evidence of another clip of this name.
-
-    Raises
-    ------
-    OSError, UsageError
-        If the clip cannot be read.
-    """
-    page = f"{output_name(path.stem)}.html"
-    clip = OutputFolder(folder).written().get(page)
-    return bool(clip) and (folder / page).exists() and clip != content_digest(path)
+def _rows(footage: Footage, track: Track, progress: Progress) -> Iterator[tuple[Frame, int]]:
+    """Decode the frames of a track, each with its row."""
+    rows = {int(index): row for row, index in enumerate(track.frame)}
+    first, end = int(track.frame[0]), int(track.frame[-1]) + 1
+    progress.start(end - first, "drawing")
+    for frame in counted_off(footage.frames(first, end), progress):
+        if frame.index in rows:
+            yield frame, rows[frame.index]
 
 
 @dataclass(frozen=True)
@@ -171,63 +160,55 @@ class _Files:
             write_whole(target, self.outputs.as_written(target.name, data))
 
 
-def _write_all(found: Followed, measured: Track, files: _Files, progress: Progress) -> None:
-    result, kind = found.result, files.wanted.picture_format
-    clip, pendulum, size = _clip_of(found, measured)
-    track_csv = table_csv(track_array(clip.track, result), frame=".0f")
-    files.write("track.csv", track_csv.encode("ascii"))
+def _opened(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
+    """Open the folder for the evidence, and for files with ``more`` endings; check all names."""
+    name, kind = evidence.name or output_name(path.stem), evidence.picture_format
+    suffixes = ["html", "annotated.mp4", "strip.jpg", "track.csv", "collisions.csv", kind, *more]
+    suffixes += [f"{panel}.{kind}" for panel in PANELS]
+    suffixes += ["presenter.mp4", "presenter.gif"] if evidence.presenter else []
+    names = [f"{name}.{suffix}" for suffix in suffixes]
+    outputs = open_outputs(evidence.folder, names, evidence.csv_dialect)
+    return _Files(outputs, evidence, name, content_digest(path) if path.is_file() else "")
+
+
+def _write_all(path: Path, material: Material, files: _Files, progress: Progress) -> None:
+    result, track = material.result, material.track
+    files.write("track.csv", table_csv(track_array(track, result), frame=".0f").encode("ascii"))
     files.write("collisions.csv", table_csv(collisions_array(result)).encode("ascii"))
-    annotated = files.claim("annotated.mp4")
-    _write_clip(found.path, annotated, clip, progress)
-    material = Material(result, clip.track, clip.space_time(), pendulum)
-    sheet = trial_figure(material)
-    picture = picture_bytes(sheet, kind)
-    files.write(kind, picture)
-    for panel, figure in panel_figures(material).items():
-        files.write(f"{panel}.{kind}", picture_bytes(figure, kind))
-    files.write("strip.jpg", thumbnail_jpeg(material))
-    shown = Footage(annotated.read_bytes(), clip.track.frame, clip.shown_s, clip.cuts, files.clip)
-    drawn = Picture(picture, MEDIA_TYPES[kind], time_panels(sheet))
-    files.write("html", clip_page(result, shown, drawn).encode("utf-8"))
-    if files.wanted.presenter is not None:
-        wall, most = measured.wall_side, result.burst_size
-        layout = presenter_layout(files.wanted.presenter, *size, wall, most)
-        talk, gif = AnnotatedClip(result, clip.track, layout, clip.shown_s), Gif(clip.shown_s)
-        _write_clip(found.path, files.claim("presenter.mp4"), talk, progress, gif.keeping)
+    annotated, shape = files.claim("annotated.mp4"), files.wanted.presenter
+    with open_footage(path) as footage:
+        info, collisions = footage.info, [c.frame for c in result.collisions]
+        size = (info.width_px, info.height_px)
+        shown_s = frame_times_s(track.frame, collisions, info.container_fps)
+        # Lines and letters stay clean at this quality, and a page holds it easily.
+        options = WriteOptions(frame_times_s=shown_s.tolist(), crf=23)
+        frames = material.keeping(_rows(footage, track, progress))
+        write_clip(annotated, pictures(material, layout_of(*size), shown_s, frames), options)
+    _write_pictures(material, shown_s, annotated, files)
+    if shape is not None:
+        layout = presenter_layout(shape, *size, track.wall_side, result.burst_size)
+        gif = Gif(shown_s)
+        with open_footage(path) as footage:
+            drawn = pictures(material, layout, shown_s, _rows(footage, track, progress))
+            write_clip(files.claim("presenter.mp4"), gif.keeping(drawn), options)
         files.write("presenter.gif", gif.data())
 
 
-def _write_clip(
-    path: Path,
-    target: Path,
-    clip: AnnotatedClip,
-    progress: Progress,
-    passing: Callable[[Iterator[Pixels]], Iterator[Pixels]] = iter,
-) -> None:
-    """Draw a clip while its footage is decoded; ``passing`` hands its pictures on."""
-    first, end = _ends(clip.track)
-    progress.start(end - first, "drawing")
-    options = WriteOptions(frame_times_s=clip.shown_s.tolist(), crf=CRF)
-    with open_footage(path) as footage:
-        frames = counted_off(footage.frames(first, end), progress)
-        write_clip(target, passing(clip.pictures(frames)), options)
-
-
-def _clip_of(
-    found: Followed, measured: Track
-) -> tuple[AnnotatedClip, Pendulum | None, tuple[int, int]]:
-    """Prepare the drawing of a clip, with the heavy body's face where the ball touches it.
-
-    Returned are the drawing, the swing of that face, and width and height of the footage.
-    """
-    with open_footage(found.path) as footage:
-        info = footage.info
-    collisions, size = found.result.collisions, (info.width_px, info.height_px)
-    track, pendulum = touching(measured, collisions, found.pendulum)
-    shown_s = frame_times_s(track.frame, [c.frame for c in collisions], info.container_fps)
-    return AnnotatedClip(found.result, track, layout_of(*size), shown_s), pendulum, size
-
-
-def _ends(track: Track) -> tuple[int, int]:
-    """First frame of a track, and the one after its last."""
-    return int(track.frame[0]), int(track.frame[-1]) + 1
+def _write_pictures(material: Material, shown_s: Floats, annotated: Path, files: _Files) -> None:
+    """Write what is drawn once all frames are known, and the page that shows all."""
+    kind, figure = files.wanted.picture_format, trial_figure(material)
+    picture = picture_bytes(figure, kind)
+    files.write(kind, picture)
+    for panel, alone in panel_figures(material).items():
+        files.write(f"{panel}.{kind}", picture_bytes(alone, kind))
+    files.write("strip.jpg", thumbnail_jpeg(material))
+    media = PageMedia(
+        mp4=annotated.read_bytes(),
+        frame=material.track.frame,
+        shown_s=shown_s,
+        cuts=material.cuts,
+        clip_sha256=files.clip,
+        picture=data_address(picture, MEDIA_TYPES[kind]),
+        panels=time_panels(figure),
+    )
+    files.write("html", clip_page(material.result, media).encode("utf-8"))

@@ -31,7 +31,7 @@ from count_video.process import take_buffer
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reasons import Cause, Reason
 from count_video.records import TrialResult
-from count_video.reports.wording import sentence
+from count_video.reports.words import sentence
 from count_video.settings import TrialSettings
 from count_video.tracking.beside import moves_beside, stands_ahead
 from count_video.tracking.observation import Observation, observe, pair_tracks

@@ -1,6 +1,6 @@
 """Why a clip supports no count, or why a count is in doubt: causes with their figures.
 
-What is decided by them is decided by the cause; ``reports.wording`` makes the sentences.
+What is decided by them is decided by the cause; ``reports.words`` makes the sentences.
 """
 
 from __future__ import annotations

@@ -5,8 +5,7 @@ Conventions
 - Frames count from 0, in the order in which they were decoded. A *frame coordinate* is a float;
   the integer k is the centre of the exposure of frame k.
 - *Footage time* is what the container says (seconds at the playing rate); *real time* is what the
-  camera lived through (seconds at the capture rate). Only ``count_video.footage.capture_rate``
-  converts.
+  camera lived through (seconds at the capture rate). Only ``count_video.answers`` converts.
 - Image x points right and y down, in px; an integer is the centre of a pixel.
 - A *position along the line of motion* is measured in px of image x (y for an upright line), so it
   grows to the right (downward). Metres point away from the wall; only

@@ -32,7 +32,7 @@ def cells_of(row: TrialRow) -> dict[str, str]:
 
 def test_a_result_without_physics_leaves_its_columns_open() -> None:
     row = row_with()
-    assert (row.count, row.result.reason, row.probability) == (None, "nothing moves", None)
+    assert (row.count, row.result.reason, row.result.chance) == (None, "nothing moves", None)
     names = ("restitution_bodies", "restitution_wall", "energy_kept", "ending")
     assert [cells_of(row)[name] for name in names] == [""] * 4
 
@@ -55,7 +55,7 @@ def test_the_theory_of_a_row_is_exact() -> None:
 
 def test_a_probability_is_that_of_the_count() -> None:
     row = row_with(status="counted", count=31, probability={30: 0.2, 31: 0.8})
-    assert row.probability == pytest.approx(0.8)
+    assert row.result.chance == pytest.approx(0.8)
     assert row.needs_a_person
 
 

@@ -1,7 +1,7 @@
 """Accuracy under hard conditions only goes up: clips of the suite against their scores on file.
 
 Of every cell (a condition at a strength) the track of one clip is stored and counted with every run
-of the tests, but for one that takes long; two whole clips are filmed and counted. The rest runs
+of the tests, but for one that takes long; one whole clip is filmed and counted. The rest runs
 with ``-m slow``.
 """
 
@@ -72,7 +72,7 @@ def test_a_track_is_counted_as_well_as_the_scores_on_file_say(name: str) -> None
     assert_no_worse(record_of(found), on_file(TRACKS_FILE)[name])
 
 
-@pytest.mark.parametrize("take", rest_slow(takes(), quick=2), ids=lambda take: Path(take.name).stem)
+@pytest.mark.parametrize("take", rest_slow(takes()), ids=lambda take: Path(take.name).stem)
 def test_a_clip_is_counted_as_well_as_the_scores_on_file_say(take: Take, tmp_path: Path) -> None:
     found = scored(take, tmp_path)
     assert_no_worse(record_of(found), on_file(CLIPS_FILE)[Path(take.name).stem])

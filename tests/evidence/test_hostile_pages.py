@@ -18,7 +18,7 @@ from count_video.batch.summary import summarise
 from count_video.planning.plan import make_plan
 from count_video.planning.request import PlanRequest
 from count_video.records import Correction
-from count_video.reports.page import Footage, campaign_page, clip_page, plan_page
+from count_video.reports.page import PageMedia, campaign_page, clip_page, plan_page
 from table_rows import row
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def page_of(made: Made, text: str) -> str:
         made.result, clip=f"folder/{text}", reason=text, warnings=(text,), corrections=corrections
     )
     video = made.file("annotated.mp4").read_bytes()
-    return clip_page(result, Footage(video, np.arange(9.0), np.arange(9.0), {}, text), None)
+    return clip_page(result, PageMedia(video, np.arange(9.0), np.arange(9.0), {}, text))
 
 
 def test_hostile_text_on_a_clips_page_is_shown_and_does_nothing(

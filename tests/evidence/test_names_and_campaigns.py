@@ -19,7 +19,7 @@ from count_video.evidence import EvidenceSettings
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import write_clip
 from count_video.pipeline import TrialSettings
-from count_video.reports.page import Footage, campaign_page, clip_page
+from count_video.reports.page import PageMedia, campaign_page, clip_page
 from table_rows import row
 
 SMALL = FIXTURES / "ratio1-count3.mp4"
@@ -50,10 +50,10 @@ def tags(page: str) -> list[str]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_clips_name_is_text_and_never_markup(made: Made, name: str) -> None:
-    footage = Footage(b"clip", np.arange(3.0), np.arange(3.0), {})
+    media = PageMedia(b"clip", np.arange(3.0), np.arange(3.0), {})
 
     def page(clip: str) -> str:
-        return clip_page(replace(made.result, clip=clip, reason=clip), footage, None)
+        return clip_page(replace(made.result, clip=clip, reason=clip), media)
 
     assert tags(page(name)) == tags(page("plain.mp4"))
     assert name not in page(name)

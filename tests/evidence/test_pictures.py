@@ -16,11 +16,11 @@ from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 from PIL import Image
+from PIL.ImageColor import getrgb
 
 from count_video.batch.summary import summarise
 from count_video.followed import followed
 from count_video.footage.reader import open_footage
-from count_video.reports.clip import rgb
 from count_video.reports.drawing import MARKS, drawable, picture_bytes
 from count_video.reports.figure import (
     campaign_figure,
@@ -29,8 +29,7 @@ from count_video.reports.figure import (
     thumbnail_jpeg,
     trial_figure,
 )
-from count_video.reports.material import Material, SpaceTime, line_of_motion, scale_of
-from count_video.reports.states import measured_states
+from count_video.reports.material import Material, line_of_motion, measured_states, speed_scale
 from table_rows import row, rows_of
 from tiers import rest_slow
 
@@ -46,8 +45,8 @@ def material(made: Made) -> Material:
     return Material(
         result=trial.result,
         track=trial.track,
-        space_time=SpaceTime(trial.track.frame, np.array(lines)),
         pendulum=followed(trial).pendulum,
+        lines=lines,
     )
 
 
@@ -85,7 +84,7 @@ def test_the_two_kinds_differ_in_colour_and_in_shape() -> None:
     bodies, wall = MARKS["bodies"], MARKS["wall"]
     assert bodies.shape != wall.shape
     # In grey, as a printer without colours has it, they differ as well.
-    grey = [np.dot(rgb(mark.colour), (0.299, 0.587, 0.114)) for mark in (bodies, wall)]
+    grey = [np.dot(getrgb(mark.colour), (0.299, 0.587, 0.114)) for mark in (bodies, wall)]
     assert abs(grey[0] - grey[1]) > 20
 
 
@@ -222,7 +221,8 @@ def test_velocities_and_energies_have_bars_of_their_standard_uncertainty(
     assert np.isfinite(sigma).all()
     assert sigma[0, 0] == 0.0  # the model has the ball at rest before the first collision
     assert sigma.ravel()[1:].min() > 0
-    speed = scale_of(material.result).speed
+    speed, unit = speed_scale(material.result)
+    assert unit == "m/s"
     velocities = panel(figure, "Velocities")
     assert bars(velocities, "ball") == pytest.approx(sigma[:, 0] * speed)
     assert bars(velocities, "cylinder") == pytest.approx(sigma[:, 1] * speed)

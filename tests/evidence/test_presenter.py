@@ -17,7 +17,13 @@ from PIL import Image
 from count_video import cli
 from count_video.footage.reader import open_footage
 from count_video.reports.clip import font
-from count_video.reports.presenter import COUNTER_PX, MARGIN_PX, SIZES, Shape, presenter_layout
+from count_video.reports.clip_layout import (
+    COUNTER_PX,
+    MARGIN_PX,
+    SIZES,
+    Shape,
+    presenter_layout,
+)
 from count_video.reports.tables import COLLISION_COLUMNS
 from tiers import rest_slow
 
@@ -87,7 +93,7 @@ def test_a_clip_for_a_talk_is_full_hd_and_counts_to_the_answer(kept: Kept) -> No
 def test_a_count_of_any_length_fits_into_a_clip_for_a_talk(shape: Shape, count: int) -> None:
     layout = presenter_layout(shape, 640, 240, "left", count)
     _, size_px, _ = layout.letters["count"]
-    assert font(size_px).getlength(str(count)) <= layout.width_px - 2 * MARGIN_PX
+    assert font(size_px).getlength(str(count)) <= layout.size_px[0] - 2 * MARGIN_PX
 
 
 @pytest.mark.parametrize("arguments", [[], ["other.mp4", "-o", "out"]])

@@ -6,8 +6,7 @@ import pytest
 from numbered_frames import write_numbered
 
 from count_video.errors import UsageError
-from count_video.footage.capture_rate import capture_rate
-from count_video.footage.reader import open_footage
+from count_video.footage.reader import open_footage, stated_rate
 from count_video.footage.writer import WriteOptions
 
 ANDROID = "com.android.capture.fps"
@@ -35,16 +34,18 @@ def test_the_user_knows_better_than_the_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["0", "-30", "nan", "inf", "fast", ""])
 def test_a_rate_that_is_no_rate_is_as_good_as_none(text: str) -> None:
-    assert capture_rate(None, [(ANDROID, text)]) == (None, "unknown")
+    assert stated_rate([(ANDROID, text)]) is None
 
 
-def test_without_option_and_tag_the_rate_is_unknown() -> None:
-    assert capture_rate(None, [("encoder", "240")]) == (None, "unknown")
+def test_without_option_and_tag_the_rate_is_unknown(tmp_path: Path) -> None:
+    with open_footage(clip(tmp_path, "clip.mp4", {"encoder": "240"})) as footage:
+        assert footage.info.capture_fps is None
+        assert footage.info.capture_fps_source == "unknown"
 
 
 def test_a_worthless_tag_does_not_hide_a_good_one() -> None:
     tags = [(ANDROID, "0"), (ANDROID.upper(), "120")]
-    assert capture_rate(None, tags) == (120.0, "metadata")
+    assert stated_rate(tags) == 120.0
 
 
 @pytest.mark.parametrize("rate", NO_RATES)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from numbered_frames import write_numbered
 
-from count_video.footage.capture_rate import real_time_s
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions
 
@@ -40,8 +39,3 @@ def test_time_stamps_of_a_variable_rate_are_exact(tmp_path: Path, codec: str) ->
 def test_matroska_rounds_time_stamps_to_its_own_milliseconds(tmp_path: Path) -> None:
     path = write_numbered(tmp_path / "clip.mkv", 20)
     assert stamps(path) == [round(k * 1000 / 30) / 1000 for k in range(20)]
-
-
-def test_a_frame_at_the_capture_rate_is_a_second_of_real_time() -> None:
-    assert real_time_s(240.0, 240.0) == 1.0
-    assert real_time_s(0.5, 2000.0) == 0.00025

@@ -3,7 +3,9 @@ from __future__ import annotations
 import re
 import struct
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import av
 import numpy as np
@@ -26,8 +28,15 @@ TIMED = [("clip.mkv", "libx264"), ("clip.mkv", "ffv1"), ("clip.webm", "libvpx-vp
 
 
 def whole(path: Path, codec: str) -> Path:
-    options = WriteOptions(codec=codec, gop=GOP, b_frames=3)
-    return write_numbered(path, FRAMES, options)
+    path.write_bytes(whole_file(path.suffix, codec))
+    return path
+
+
+@cache
+def whole_file(suffix: str, codec: str) -> bytes:
+    with TemporaryDirectory() as folder:
+        options = WriteOptions(codec=codec, gop=GOP, b_frames=3)
+        return write_numbered(Path(folder, f"clip{suffix}"), FRAMES, options).read_bytes()
 
 
 def packet_places(path: Path) -> list[tuple[int, int]]:

@@ -4,7 +4,7 @@ import av
 import numpy as np
 import pytest
 
-from count_video.footage.pictures import luma_layout, luma_of
+from count_video.footage.pictures import luma_of, luma_shift
 
 HEIGHT, WIDTH = 48, 70  # no multiple of 32: FFmpeg pads every line
 
@@ -50,7 +50,7 @@ def test_other_layouts_are_converted_to_grey(pixel_format: str) -> None:
     grey = np.broadcast_to(np.linspace(20, 230, WIDTH).astype(np.uint8), (HEIGHT, WIDTH))
     source = av.VideoFrame.from_ndarray(np.ascontiguousarray(grey), format="gray")
     frame = source.reformat(format=pixel_format)
-    assert luma_layout(pixel_format) is None
+    assert luma_shift(pixel_format) is None
     # Each of the two conversions rounds, and one may go through limited range.
     assert np.abs(luma_of(frame).astype(int) - grey).max() <= 3
 

@@ -14,7 +14,7 @@ STEP = 8
 """Grey levels from one picture to the next: what is no more than noise is not written."""
 
 
-@pytest.mark.parametrize("held", [0, 3, 100], ids=["all in a file", "some in a file", "in memory"])
+@pytest.mark.parametrize("held", [0, 3, 100], ids=["one in memory", "some in a file", "in memory"])
 def test_pictures_come_back_as_they_were(held: int) -> None:
     with PictureStore(held * PICTURE.size, 2 * PICTURE.size) as store:
         for k in range(9):
@@ -30,16 +30,23 @@ def test_pictures_come_back_as_they_were(held: int) -> None:
 
 def test_the_caller_may_use_its_picture_again() -> None:
     own = PICTURE.copy()
-    with PictureStore() as store:
-        store.append(own)
+    with PictureStore(0) as store:
+        thumbnails = [store.append(own), store.append(own)]
         own[:] = 0
-        assert np.array_equal(store[0], PICTURE)
+        assert all(np.array_equal(kept, PICTURE) for kept in (*store, *thumbnails))
 
 
 def test_a_turned_view_is_kept_as_it_is_seen() -> None:
     with PictureStore(0) as store:
-        store.append(PICTURE.T)
-        assert np.array_equal(store[0], PICTURE.T)
+        for _ in range(2):
+            store.append(PICTURE.T)
+        assert all(np.array_equal(kept, PICTURE.T) for kept in store)
+
+
+def test_the_thumbnail_of_a_picture_stays_as_it_was_when_others_are_added() -> None:
+    with PictureStore(0, 2 * PICTURE.size) as store:
+        thumbnails = [store.append(PICTURE // 2 + np.uint8(STEP * k)) for k in range(9)]
+        assert [int(one[0, 0]) for one in thumbnails] == [STEP * k for k in range(9)]
 
 
 @pytest.mark.parametrize("temporary", ["gone", None])
@@ -49,14 +56,18 @@ def test_a_full_disk_is_one_clear_line(
     """Where the folder for temporary files vanished, and where no folder at all can be written."""
     monkeypatch.setattr(tempfile, "tempdir", temporary and str(tmp_path / temporary))
     monkeypatch.setattr(tempfile, "_candidate_tempdir_list", lambda: [str(tmp_path / "none")])
-    with PictureStore(0, 1) as store, pytest.raises(FootageError, match="no room for the pictures"):
+    with PictureStore(0, 1) as store:
         store.append(PICTURE)
+        with pytest.raises(FootageError, match="no room for the pictures"):
+            store.append(PICTURE)
 
 
 def test_the_temporary_file_has_no_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with PictureStore(0, 1) as store:
         store.append(PICTURE)
+        store.append(PICTURE + np.uint8(STEP))
+        assert store.bytes_written > 0
         assert list(tmp_path.iterdir()) == []
 
 

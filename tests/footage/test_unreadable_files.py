@@ -202,4 +202,5 @@ def test_packets_refused_for_want_of_memory_are_no_damage(monkeypatch: pytest.Mo
 def test_a_decoder_that_stops_later_was_opened_and_met_damage() -> None:
     tally = Tally()
     assert len(list(decode(Packets(), Reluctant(3), tally))) == 3  # type: ignore[arg-type]
-    assert (tally.pictures, tally.errors) == (3, 3)  # two packets and the decoder's last pictures
+    # Two packets and the decoder's last pictures.
+    assert (tally.pictures, tally.refused) == (3, [3, 3, 3])

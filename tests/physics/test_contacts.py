@@ -9,9 +9,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from count_video.physics import contacts
-from count_video.physics.contacts import Mover, first_zero, safe_step, wall_contact_s
-from count_video.physics.laws import Law
+from count_video.physics import laws
+from count_video.physics.laws import Law, Mover, first_zero, safe_step
 from count_video.records import Floats
 
 WINDOW_S = 8.0
@@ -34,11 +33,11 @@ def mover(law: Law, position_m: float, velocity_m_s: float) -> Mover:
 
 
 def contact_s(upper: Mover, lower: Mover, window_s: float) -> float:
-    return float(contacts.contact_s(upper, lower, np.array([window_s]))[0])
+    return float(laws.contact_s(upper, lower, np.array([window_s]))[0])
 
 
 def wall_s(body: Mover, window_s: float) -> float:
-    return float(wall_contact_s(body, np.array([window_s]))[0])
+    return float(laws.contact_s(body, None, np.array([window_s]))[0])
 
 
 LOWER = st.builds(mover, PENDULUMS, PLACES, SPEEDS)
@@ -148,7 +147,7 @@ def test_pendulums_in_nearly_one_motion_are_not_followed_at_a_crawl(
         return safe_step(gap, slope, curvature)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(contacts, "safe_step", counted)
+        patch.setattr(laws, "safe_step", counted)
         contact_s(mover(upper_law, 0.0, separation), mover(lower_law, 0.0, 0.0), 1.0)
     assert steps < 1000  # with the bounds of each pendulum by itself some hundred thousand
 

@@ -18,7 +18,7 @@ from count_video.outputs import HIDDEN
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.planning.request import PlanRequest, Tolerances, read_request
-from count_video.reports.page import Footage, clip_page
+from count_video.reports.page import PageMedia, clip_page
 
 TOP = Path(__file__).parents[2]
 PAPER = ["--plan", "1050", "10.5", "--thread", "1.0", "--release", "0.09", "--gap", "0.03"]
@@ -237,7 +237,7 @@ def test_a_counted_clip_is_held_against_its_plan(
     assert abs(gap["found"] - 50) <= 2 * gap["sigma"]
     assert gap["sigma"] < 0.5
     held = count_video.count(clip, capture_fps=2000).compared(plan)
-    page = clip_page(held.answer, Footage(b"", np.zeros(0), np.zeros(0), {}), None)
+    page = clip_page(held.answer, PageMedia(b"", np.zeros(0), np.zeros(0), {}))
     assert "the gap alone makes it 29" in " ".join(page.split())
 
 

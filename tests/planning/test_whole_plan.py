@@ -20,7 +20,6 @@ from count_video.planning.plan import Plan, make_plan
 from count_video.planning.request import PlanRequest, Tolerances
 from count_video.planning.spread import (
     ENOUGH,
-    SPREAD_TRIALS,
     changed,
     chart_of,
     shares_of,
@@ -94,7 +93,7 @@ def test_a_table_is_like_the_distribution_it_is_drawn_from(plan: Plan) -> None:
     trials = 3000
     table = table_of(replace(PAPER, trials=trials), 31)
     assert table.mean is not None
-    off = SAMPLING_SIGMAS * spread.sd * math.sqrt(1 / trials + 1 / SPREAD_TRIALS)
+    off = SAMPLING_SIGMAS * spread.sd * math.sqrt(1 / trials + 1 / spread.trials)
     assert abs(table.mean - spread.mean) <= off
     assert spread.table_mean[0] < spread.mean < spread.table_mean[1]
 
@@ -122,6 +121,14 @@ def test_what_is_proposed_gives_the_theorys_count_with_a_margin() -> None:
             (share,) = shares_of([better], 31, CHECK_TRIALS)
             # A share of one in twenty, of a hundred trials, is known to this much.
             assert share >= ENOUGH - SAMPLING_SIGMAS * math.sqrt(ENOUGH * (1 - ENOUGH) / 100)
+
+
+def test_no_clay_is_proposed_that_no_mass_could_have() -> None:
+    heaviest = PlanRequest(10**100, 10**98, gap_m=0.05)
+    planned = make_plan(heaviest, with_table=False, with_chart=False)
+    clay = [one.value for one in planned.proposals if one.change == "heavy mass"]
+    assert planned.proposals
+    assert all(value < 0 for value in clay)
 
 
 def test_a_set_up_with_a_margin_is_left_alone() -> None:

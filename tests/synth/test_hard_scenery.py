@@ -20,6 +20,7 @@ from synth_video.stage import Stage, set_stage
 from synth_video.suite.condition import STRENGTHS, Strength
 from synth_video.suite.suites import conditions_of
 from synth_video.truth import Truth, truth_of
+from tiers import rest_slow
 
 NUMBERS = range(3)
 AS_BRIGHT = 5.0
@@ -27,7 +28,7 @@ AS_BRIGHT = 5.0
 DARK_LEVELS = 30
 
 either_strength = pytest.mark.parametrize("strength", STRENGTHS)
-each_number = pytest.mark.parametrize("number", NUMBERS)
+each_number = pytest.mark.parametrize("number", rest_slow(NUMBERS))
 
 
 def scene_and_seed(name: str, strength: Strength, number: int) -> tuple[Scene, int]:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
 from pathlib import Path
 
 import pytest
 
+from count_video.footage.writer import write_clip
+from synth_video import film
 from synth_video.cli import main
+from synth_video.suite import suites
 from synth_video.suite.suites import SUITES
 
 SUITE = ["suite", "part", "--conditions", "nothing", "--strength", "full"]
@@ -16,7 +21,7 @@ NOTHING = "nothing-full-000"
 
 
 def test_a_suite_is_rendered_once_and_again_only_when_its_scene_changed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert main([*ONE, str(tmp_path)]) == 0
     assert f"{NOTHING}.mp4" in capsys.readouterr().out.splitlines()
@@ -31,6 +36,13 @@ def test_a_suite_is_rendered_once_and_again_only_when_its_scene_changed(
     assert f"{NOTHING}.mp4" not in printed
     assert f"count-video --json {tmp_path}" in printed
 
+    # Again, but in this process and of one picture: the whole was drawn above.
+    monkeypatch.setattr(suites, "ProcessPoolExecutor", lambda *_: ThreadPoolExecutor(1))
+    monkeypatch.setattr(
+        film,
+        "write_clip",
+        lambda path, frames, options: write_clip(path, islice(frames, 1), options),
+    )
     truth_file.write_text(json.dumps({**truth, "seed": truth["seed"] + 1}), "utf-8")
     assert main([*ONE, str(tmp_path)]) == 0
     assert f"{NOTHING}.mp4" in capsys.readouterr().out.splitlines()

@@ -16,6 +16,7 @@ from synth_video.film import render_clip
 from synth_video.projection import projection_of
 from synth_video.schedule import RAMP_APART_FRAMES, Schedule
 from synth_video.truth import Truth, truth_of
+from tiers import rest_slow
 
 ROUNDING_S = 1e-9
 TICK_S = 1 / 90_000
@@ -113,7 +114,7 @@ def test_a_clip_until_all_is_over_shows_the_second_swing() -> None:
     assert not truth("clip.end=burst").events_after_burst
 
 
-@pytest.mark.parametrize("rotation_deg", [90, 180, 270])
+@pytest.mark.parametrize("rotation_deg", rest_slow([90, 180, 270]))
 def test_a_turned_file_is_shown_as_an_upright_one(rotation_deg: int, tmp_path: Path) -> None:
     plain, turned = (read(tmp_path, f"encoding.rotation_deg={turn}") for turn in (0, rotation_deg))
     assert turned[0].luma.shape == plain[0].luma.shape

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import stat
+import struct
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 import av
 import av.error
@@ -15,22 +17,19 @@ from av.container import InputContainer
 from av.stream import Disposition
 
 from count_video.errors import FootageError
-from count_video.footage.index_size import frames_in_index
 from count_video.process import check_memory
 
 MOST_PIXELS = 20_000_000
 """Of one picture: above the 4096 x 4320 of today's cameras, and 16 reference pictures of this size
 take half a gigabyte in the decoder."""
-LONGEST_SIDE_PX = 16_384
-SHORTEST_SIDE_PX = 16
-"""A body of use is larger, and no filter of the tracker fits into less."""
+SHORTEST_SIDE_PX, LONGEST_SIDE_PX = 16, 16_384
+"""A body of use is larger than the first, and no filter of the tracker fits into less."""
 MOST_FRAMES = 1_000_000
 """More than an hour at 240 frames per second. Each takes some 60 bytes of an index in memory."""
-
 OPENING_BYTES = 700_000_000
 """To open a file takes an index of up to 100 MB and a few decoded pictures."""
-_one_at_a_time = threading.Lock()
 
+_one_at_a_time = threading.Lock()
 _OPTIONS = {
     "protocol_whitelist": "file",  # playlists reach no network
     "pattern_type": "none",  # img%03d.png is the name of one file
@@ -40,7 +39,6 @@ _TEXT_FORMATS = frozenset({"tty", "bin", "adf", "idf", "xbin", "concat", "hls"})
 """FFmpeg paints text as pictures and follows lists of other files; nobody means that as footage."""
 _STILLS = frozenset({"mjpeg", "png", "bmp", "gif", "tiff", "webp"})
 """Coded so, a stream beside another one is likely its cover, where no header says so."""
-_TABLES = frozenset({".txt", ".tsv", ".xls", ".xlsx", ".ods"})
 _GIVE_CLIPS = (
     "give the clip itself, or a table of clips saved as CSV, with a name that ends in .csv"
 )
@@ -65,11 +63,11 @@ def open_container(path: Path) -> InputContainer:
     except (av.error.FFmpegError, OSError, ValueError) as error:
         if isinstance(error, MemoryError):
             check_memory(OPENING_BYTES)
-        if path.suffix.lower() in _TABLES:
+        if path.suffix.lower() in (".txt", ".tsv", ".xls", ".xlsx", ".ods"):
             raise FootageError(f"{path}: this is no video; {_GIVE_CLIPS}") from error
         raise FootageError(
-            f"{path}: not readable as video ({_short(error)}); the file is damaged, cut off before "
-            "its index was written, or no video file: copy it again from the camera"
+            f"{path}: not readable as video ({plain_words(error)}); the file is damaged, cut off "
+            "before its index was written, or no video file: copy it again from the camera"
         ) from error
     if container.format.name in _TEXT_FORMATS:
         container.close()
@@ -110,11 +108,11 @@ def choose_stream(path: Path, container: InputContainer) -> av.VideoStream:
     FootageError
         If the file holds no moving picture that can be decoded, or states a picture too large.
     """
+    no_film = Disposition.attached_pic | Disposition.timed_thumbnails
     films = [
         stream
         for stream in container.streams.video
-        if stream.codec_context is not None
-        and not stream.disposition & (Disposition.attached_pic | Disposition.timed_thumbnails)
+        if stream.codec_context is not None and not stream.disposition & no_film
     ]
     if not films:
         kinds = ", ".join(sorted({stream.type for stream in container.streams})) or "no stream"
@@ -124,11 +122,11 @@ def choose_stream(path: Path, container: InputContainer) -> av.VideoStream:
         )
 
     def rank(stream: av.VideoStream) -> tuple[bool, bool, bool, int]:
-        size = stream.codec_context.width * stream.codec_context.height
+        context = stream.codec_context
         # Phones store a large still beside the film and call both the default.
         default = bool(stream.disposition & Disposition.default)
-        still = stream.codec_context.name in _STILLS
-        return stream.frames != 1, default, not still, size
+        still = context.name in _STILLS
+        return stream.frames != 1, default, not still, context.width * context.height
 
     film = max(films, key=rank)
     film.codec_context.options = {"max_pixels": str(MOST_PIXELS)}
@@ -166,18 +164,67 @@ def _check_readable(path: Path) -> None:
             if not file.read(1):
                 raise FootageError(f"{path}: the file is empty; copy it again from the camera")
             frames = frames_in_index(file)
-            if frames > MOST_FRAMES:
-                raise FootageError(
-                    f"{path}: its index states {frames} frames, more than {MOST_FRAMES}; the file "
-                    "is damaged, or cut the clip into parts"
-                )
     except FileNotFoundError as error:
         raise FootageError(f"{path}: no such file; check the name") from error
     except (OSError, ValueError) as error:
-        raise FootageError(f"{path}: cannot be read ({_short(error)}); check its rights") from error
+        reason = plain_words(error)
+        raise FootageError(f"{path}: cannot be read ({reason}); check its rights") from error
+    if frames > MOST_FRAMES:
+        raise FootageError(
+            f"{path}: its index states {frames} frames, more than {MOST_FRAMES}; the file "
+            "is damaged, or cut the clip into parts"
+        )
 
 
-def _short(error: Exception) -> str:
-    """Return what the system says about an error, without its bookkeeping."""
-    text = getattr(error, "strerror", None) or str(error)
-    return " ".join(text.split())
+def plain_words(error: Exception) -> str:
+    """Return what the system says about an error, on one line and without its bookkeeping."""
+    return " ".join((getattr(error, "strerror", None) or str(error)).split())
+
+
+def frames_in_index(file: BinaryIO) -> int:
+    """How many entries the decoder's index of an MP4 or MOV would have; 0 for another format.
+
+    A sample table may give all frames one size: then a few bytes state millions of frames, and
+    every one of them takes memory in the decoder's own index.
+    """
+    frames, is_sound, is_plain, samples = 0, False, False, 0
+    for name, table in _tables(file):
+        if name == b"trak":
+            frames, is_sound, is_plain, samples = frames + samples, False, False, 0
+        elif name == b"hdlr":
+            is_sound = table[8:12] == b"soun"
+        elif name == b"stts":
+            is_plain = table[4:8] == struct.pack(">I", 1) == table[12:16]  # one tick each
+        elif name == b"trun":
+            frames += int.from_bytes(table[4:8], "big")
+        else:
+            samples = int.from_bytes(table[8:12], "big")
+        if is_sound and is_plain:  # plain sound waves: the decoder's index has their chunks alone
+            samples = 0
+    return frames + samples
+
+
+def _tables(file: BinaryIO) -> Iterator[tuple[bytes, bytes]]:
+    """Yield name and first bytes of the tables in a tree of boxes (ISO/IEC 14496-12)."""
+    file_end = file.seek(0, os.SEEK_END)
+    place = 0
+    # Fragments of an hour are fewer; files that have more are as large as what they state.
+    for _ in range(200_000):
+        file.seek(place)
+        header = file.read(8)
+        if len(header) < 8:
+            return
+        size, name = struct.unpack(">I4s", header)
+        start = place + 8
+        if size == 1:  # the true size follows, in 64 bits
+            size, start = int.from_bytes(file.read(8), "big"), place + 16
+        elif size == 0:  # to the end of the file
+            size = file_end - place
+        if name in (b"trak", b"stsz", b"stz2", b"trun", b"hdlr", b"stts"):
+            yield name, file.read(16)
+        if name in (b"moov", b"trak", b"mdia", b"minf", b"stbl", b"moof", b"traf"):
+            place = start
+        elif 8 <= size <= file_end - place:
+            place += size
+        else:
+            return

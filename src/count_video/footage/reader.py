@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import suppress
 from itertools import chain, islice
 from pathlib import Path
-from types import TracebackType
 
 import av
+import numpy as np
 
 from count_video.errors import FootageError, UsageError
-from count_video.footage.capture_rate import capture_rate, check_capture_rate
-from count_video.footage.completeness import Promise, complaints, frames_missing, promise_of
-from count_video.footage.decoding import Reading, seconds
+from count_video.footage.completeness import Promise, promise_of, shortcomings
+from count_video.footage.decoding import Reading
 from count_video.footage.opening import MOST_FRAMES, MOST_PIXELS, check_size
-from count_video.footage.pictures import Luma, luma_of, quarter_turns, upright
+from count_video.footage.pictures import Luma, luma_of
 from count_video.footage.repeats import LONGEST_RUN, mark_repeats
+from count_video.inputs import CAPTURE_RATE, decimal
 from count_video.records import FootageInfo, FootageReport, Frame
 
-__all__ = ["Footage", "open_footage"]
-
-REPEATS_WORTH_A_WORD = 3
-"""Fewer copies between real frames are set aside without a word."""
+CAPTURE_RATE_TAG = "com.android.capture.fps"
+"""States the capture rate. Android's recorders write it; the container's own rate is then the rate
+of playing. Apple's high-speed films have no such tag: straight from the camera they play at the
+capture rate, but a shared copy is slowed down and does not say so."""
 
 
 class Footage:
@@ -38,17 +40,13 @@ class Footage:
         """For the first pass, which shows the picture that was decoded at once too."""
         self._tally = reading.tally
         self._stream: Generator[Frame, None, None] | None = None
-        self._repeats = _RepeatCount()
+        self._runs = [0]
+        """Lengths of the runs of copies so far."""
 
     def __enter__(self) -> Footage:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -56,7 +54,8 @@ class Footage:
         if self._stream is not None:
             self._stream.close()
         if self._opened is not None:
-            self._opened.close()
+            self._opened.container.close()
+            self._opened = None
 
     def frames(self, start: int = 0, end: int | None = None) -> Iterator[Frame]:
         """Stream frames ``start`` to ``end`` (exclusive), each as soon as the next is decoded.
@@ -76,47 +75,58 @@ class Footage:
             self._stream.close()
         # A pass alone holds what it reads: a decoder keeps its pictures until it is forgotten.
         reading, self._opened = self._opened or Reading(self.info.path), None
-        self._tally, self._repeats = reading.tally, _RepeatCount()
-        self._stream = self._frames(reading, self._repeats, start, end)
+        self._tally, self._runs = reading.tally, [0]
+        self._stream = self._frames(reading, self._runs, start, end)
         return self._stream
 
     def report(self) -> FootageReport:
         """Return what became of the file, as far as it was decoded."""
-        tally = self._tally
-        warnings = [*complaints(self._promise, tally), *self._repeats.complaints(tally.pictures)]
+        tally, found = self._tally, list(shortcomings(self._promise, self._tally))
+        warnings = [sentence for sentence, _ in found]
+        # A long run is a still picture, as it should be while nothing moves.
+        between = sum(run for run in self._runs if run <= LONGEST_RUN)
+        if between > 2:
+            warnings.append(
+                f"{between} of {tally.pictures} frames repeat the one before them and are set "
+                "aside: the clip was converted to a higher frame rate than it was filmed at"
+            )
         return FootageReport(
             frames_decoded=tally.pictures,
             frames_promised=self._promise.frames,
-            frames_repeated=self._repeats.all,
-            decode_errors=tally.errors,
+            frames_repeated=sum(self._runs),
+            decode_errors=len(tally.refused),
             warnings=tuple(warnings),
-            frames_missing=frames_missing(self._promise, tally),
+            # By what misses most of them.
+            frames_missing=round(max([0, *(lost for _, lost in found if math.isfinite(lost))])),
         )
 
     def _frames(
-        self, reading: Reading, repeats: _RepeatCount, start: int, end: int | None
+        self, reading: Reading, runs: list[int], start: int, end: int | None
     ) -> Generator[Frame, None, None]:
-        turns = self.info.rotation_deg // 90
         # Whether a frame is a copy is known when the next one is there: it waits here till then.
         waiting: deque[tuple[float, Luma]] = deque()
         try:
             copies = mark_repeats(self._lumas(reading, end, waiting))
             for index, copy in enumerate(copies):
-                repeats.add(copy)
+                if copy:
+                    runs[-1] += 1
+                elif runs[-1]:
+                    runs.append(0)
                 time_s, luma = waiting.popleft()
                 if index >= start:
-                    yield Frame(index, time_s, upright(luma, turns), copy)
+                    turned = np.rot90(luma, self.info.rotation_deg // 90)
+                    yield Frame(index, time_s, turned, copy)
         finally:
-            reading.close()
+            reading.container.close()
 
     def _lumas(
         self, reading: Reading, end: int | None, waiting: deque[tuple[float, Luma]]
     ) -> Iterator[Luma]:
         """Yield the luma of every picture, as long as these keep their size."""
         first = None
-        for index, picture in enumerate(islice(reading, end)):
+        for index, picture in enumerate(islice(reading.pictures, end)):
             luma = luma_of(picture)
-            first = luma.shape if first is None else first
+            first = first or luma.shape
             if luma.shape != first:
                 raise FootageError(
                     f"{self.info.path}: the picture size changes at frame {index} from "
@@ -128,37 +138,8 @@ class Footage:
                     f"{self.info.path}: more than {MOST_FRAMES} frames; give a part of the clip "
                     "with start and end"
                 )
-            waiting.append((seconds(picture.pts, reading.stream.time_base), luma))
+            waiting.append((reading.tally.time_s, luma))
             yield luma
-
-
-class _RepeatCount:
-    """Copies among the frames so far."""
-
-    def __init__(self) -> None:
-        self.all = 0
-        self._between = 0
-        self._run = 0
-
-    def add(self, copy: bool) -> None:
-        """Count a frame."""
-        if copy:
-            self.all += 1
-            self._run += 1
-            return
-        self._between, self._run = self._so_far(), 0
-
-    def complaints(self, frames: int) -> Iterator[str]:
-        """Yield a sentence if copies come between real frames."""
-        if self._so_far() >= REPEATS_WORTH_A_WORD:
-            yield (
-                f"{self._so_far()} of {frames} frames repeat the one before them and are set "
-                "aside: the clip was converted to a higher frame rate than it was filmed at"
-            )
-
-    def _so_far(self) -> int:
-        # A long run is a still picture, as it should be while nothing moves.
-        return self._between + (self._run if self._run <= LONGEST_RUN else 0)
 
 
 def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
@@ -178,36 +159,42 @@ def open_footage(path: Path, *, capture_fps: float | None = None) -> Footage:
     UsageError
         If no camera has the rate ``capture_fps``.
     """
-    check_capture_rate(capture_fps)
+    if capture_fps is not None and not CAPTURE_RATE.holds(capture_fps):
+        raise UsageError(f"capture rate {capture_fps:g}: give the camera's rate, {CAPTURE_RATE}")
     path = Path(path)
     reading = Reading(path)
     try:
-        first = reading.first()
+        first = next(reading.pictures, None)
         if first is None:
             raise FootageError(
                 f"{path}: not one picture could be decoded (packets refused: "
-                f"{reading.tally.errors}, coded as {reading.stream.codec_context.name}); the file "
-                "is damaged or cut, its pictures are too large (more than "
+                f"{len(reading.tally.refused)}, coded as {reading.stream.codec_context.name}); "
+                "the file is damaged or cut, its pictures are too large (more than "
                 f"{MOST_PIXELS // 1_000_000} million pixels), or FFmpeg cannot decode their kind, "
                 "as animated WebP: copy it again from the camera, or convert it to MP4"
             )
         check_size(path, first.width, first.height)
         promise = promise_of(path, reading)
-        return Footage(_info(path, reading, first, promise, capture_fps), promise, reading)
+        info = _info(path, reading, first, promise.frames, capture_fps)
+        reading.pictures = chain([first], reading.pictures)
+        return Footage(info, promise, reading)
     except BaseException:
-        reading.close()
+        reading.container.close()
         raise
 
 
 def _info(
-    path: Path, reading: Reading, first: av.VideoFrame, promise: Promise, option: float | None
+    path: Path,
+    reading: Reading,
+    first: av.VideoFrame,
+    frames_promised: int | None,
+    capture_fps: float | None,
 ) -> FootageInfo:
-    turns = quarter_turns(first)
-    sides = (first.width, first.height)
-    width_px, height_px = sides if turns % 2 == 0 else sides[::-1]
+    turns = round(first.rotation / 90) % 4
+    width_px, height_px = (first.width, first.height)[:: -1 if turns % 2 else 1]
     rate = reading.stream.average_rate
     tags = chain(reading.container.metadata.items(), reading.stream.metadata.items())
-    capture_fps, source = capture_rate(option, tags)
+    stated_fps = stated_rate(tags) if capture_fps is None else None
     return FootageInfo(
         path=path,
         codec=reading.stream.codec_context.name,
@@ -215,8 +202,21 @@ def _info(
         width_px=width_px,
         height_px=height_px,
         rotation_deg=90 * turns,
-        frames_promised=promise.frames,
+        frames_promised=frames_promised,
         container_fps=float(rate) if rate else None,
-        capture_fps=capture_fps,
-        capture_fps_source=source,
+        capture_fps=stated_fps if capture_fps is None else float(capture_fps),
+        capture_fps_source="option" if capture_fps else "metadata" if stated_fps else "unknown",
     )
+
+
+def stated_rate(tags: Iterable[tuple[str, str]]) -> float | None:
+    """Return the capture rate that tags of a file (name and value) state; None if they do not.
+
+    Case does not matter (Matroska writes names in capitals), and values that no camera has count as
+    absent.
+    """
+    for name, text in tags:
+        if name.lower() == CAPTURE_RATE_TAG:
+            with suppress(UsageError):
+                return decimal(text.strip(), CAPTURE_RATE)
+    return None

@@ -19,34 +19,21 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Luma = NDArray[np.uint8]
+from count_video.footage.pictures import Luma
 
-ROWS_COMPARED = 60
-"""About so many rows of a picture are compared: every body of use spans two of them."""
-BLOCK_ROWS, BLOCK_PX = 2, 16
-SUBLEVELS = 4
-"""Block means are kept in quarters of a grey level (and saturate at 64 levels)."""
 DIP_SHARE, LONE_DIP_SHARE = 0.5, 0.3
 """A copy changes less than this share of what real frames change: re-encoded copies of filmed and
 rendered clips show 0.02 to 0.15 at high quality, 0.2 to 0.5 at low. A single dip must be deeper."""
 MOVING_LEVEL = 4.0
 """Below this change (grey levels) nothing moves or rustles enough for a copy to be recognised."""
-FLICKER_SHARE = 0.25
-"""If the mean brightness takes this share in the change, lamps flicker, and a dip is no copy."""
-RETRACE_SHARE = 0.8
-HISTORY = 64
-"""Real frames whose smallest change a single dip has to undercut clearly."""
 HISTORY_AT_LEAST = 12
+"""Real frames that a single dip has to undercut clearly."""
 LONGEST_RUN = 8
 """More dips in a row than this are no copies but calm."""
-PERIODS = range(2, 13)
-"""Cadences that are tried: 2 is every picture twice, 5 is 24 pictures shown as 30 with one copy."""
 PERIODS_SEEN = 4
 """A cadence counts after so many periods without an exception."""
 
@@ -74,53 +61,53 @@ class _Sample:
 
     def __init__(self, luma: Luma, before: _Sample | None) -> None:
         self.luma = luma
-        self.rows = np.ascontiguousarray(luma[:: max(1, round(luma.shape[0] / ROWS_COMPARED))])
+        # Every body of use spans two of some 60 rows.
+        self.rows = np.ascontiguousarray(luma[:: max(1, round(luma.shape[0] / 60))])
         self.brightness = cv2.mean(self.rows)[0]
-        self.identical = False
         self.change, self.flicker = math.inf, 0.0
-        if before is None:
-            return
-        self.change = _change(self.rows, before.rows)
-        self.flicker = abs(self.brightness - before.brightness)
-        if self.change == 0:
-            self.identical = np.array_equal(luma, before.luma)
-            if not self.identical:  # a body moved between the rows that were compared
-                self.change = _change(luma, before.luma)
+        if before is not None:
+            # If no row differs, a body may still have moved between them.
+            self.change = _change(self.rows, before.rows) or _change(luma, before.luma)
+            self.flicker = abs(self.brightness - before.brightness)
 
 
 def _change(picture: Luma, before: Luma) -> float:
-    """Return the largest mean difference over the blocks of two pictures, in grey levels."""
+    """Largest mean difference over blocks of two pictures, in grey levels; 0 only if identical."""
     if picture.shape != before.shape:
         return math.inf
     difference = cv2.absdiff(picture, before)
     if not difference.max():
         return 0.0
-    blocks = picture.shape[1] // BLOCK_PX, picture.shape[0] // BLOCK_ROWS
-    if not all(blocks):  # smaller than a block
+    columns, rows = picture.shape[1] // 16, picture.shape[0] // 2
+    if not (columns and rows):  # smaller than a block
         return math.inf
-    whole = difference[: blocks[1] * BLOCK_ROWS, : blocks[0] * BLOCK_PX]
-    scaled = cv2.convertScaleAbs(whole, alpha=SUBLEVELS)
-    largest = int(cv2.resize(scaled, blocks, interpolation=cv2.INTER_AREA).max())
-    return max(largest, 1) / SUBLEVELS
+    # Means are rounded to quarters of a grey level, and saturate at 64 levels.
+    scaled = cv2.convertScaleAbs(difference[: 2 * rows, : 16 * columns], alpha=4)
+    largest = int(cv2.resize(scaled, (columns, rows), interpolation=cv2.INTER_AREA).max())
+    return max(largest, 1) / 4
 
 
 class _Judge:
     """Distinguishes copies from real frames by the changes so far and the one that follows."""
 
     def __init__(self) -> None:
-        self._real: deque[float] = deque(maxlen=HISTORY)
-        self._dips: deque[bool] = deque(maxlen=PERIODS_SEEN * PERIODS[-1])
-        self._run = 0
-        self._flickers = False
-        self._cadence = _Cadence(1, frozenset())
         self._index = 0
+        self._real: deque[float] = deque(maxlen=64)
+        """Changes of the last real frames."""
+        self._flickers = False
+        """If the mean brightness takes a large share in the change: then a dip is no copy."""
+        self._dips: deque[bool] = deque(maxlen=PERIODS_SEEN * 12)
+        self._run = 0
+        """Dips in a row."""
+        self._period, self._due = 1, frozenset[int]()
+        """Cadence: frames from one copy to the next, and which frames of a period are copies."""
 
     def is_copy(self, samples: tuple[_Sample, ...], after: _Sample | None) -> bool:
         """Whether the last of up to three pictures in a row is a copy of the one before."""
         sample = samples[-1]
-        dip = sample.identical or self._is_dip(sample)
+        dip = sample.change == 0 or self._is_dip(sample)
         self._dips.append(dip)
-        copy = sample.identical or (
+        copy = sample.change == 0 or (
             dip and (self._keeps_time() or (len(samples) == 3 and self._is_lone(samples, after)))
         )
         if dip:
@@ -141,22 +128,28 @@ class _Judge:
         if not math.isfinite(sample.change):
             return
         self._real.append(sample.change)
-        self._flickers = sample.flicker > FLICKER_SHARE * sample.change
-        if sample.change >= MOVING_LEVEL and self._cadence.has(self._index):
-            self._cadence = _Cadence(1, frozenset())  # a copy was due, and none came
+        self._flickers = sample.flicker > 0.25 * sample.change
+        if sample.change >= MOVING_LEVEL and self._is_due():
+            self._due = frozenset()  # a copy was due, and none came
+
+    def _is_due(self) -> bool:
+        return self._index % self._period in self._due
 
     def _keeps_time(self) -> bool:
         """Whether a copy is due now, by the cadence of the dips up to this one."""
         dips = tuple(self._dips)
-        for period in PERIODS:
+        # From every picture twice to one copy among 12; 24 pictures shown as 30 have one among 5.
+        for period in range(2, 13):
             recent = dips[-PERIODS_SEEN * period :]
             if len(recent) < PERIODS_SEEN * period:
                 break
             if recent[:-period] == recent[period:] and not all(recent):
-                due = frozenset((self._index - k) % period for k in range(period) if dips[-1 - k])
-                self._cadence = _Cadence(period, due)
+                self._period = period
+                self._due = frozenset(
+                    (self._index - k) % period for k in range(period) if dips[-1 - k]
+                )
                 break
-        return self._cadence.has(self._index)
+        return self._is_due()
 
     def _is_lone(self, samples: tuple[_Sample, ...], after: _Sample | None) -> bool:
         """Whether a dip stands alone among moving pictures that do not retrace each other."""
@@ -166,18 +159,4 @@ class _Judge:
         if sample.change > LONE_DIP_SHARE * min(*self._real, after.change):
             return False
         # Where a body came back between the two frames, the pictures around them are alike.
-        retrace = _change(after.rows, earlier.rows)
-        return retrace > RETRACE_SHARE * max(before.change, after.change)
-
-
-@dataclass(frozen=True)
-class _Cadence:
-    """Copies that come in step."""
-
-    period: int
-    """Frames from one to the next."""
-    due: frozenset[int]
-    """Which frames of a period are copies."""
-
-    def has(self, index: int) -> bool:
-        return index % self.period in self.due
+        return _change(after.rows, earlier.rows) > 0.8 * max(before.change, after.change)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import tempfile
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import IO, overload
 
@@ -18,24 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.errors import FootageError
-from count_video.footage.pictures import scale_to, thumbnail
+from count_video.footage.pictures import Luma, reduced, scale_to
 from count_video.records import Floats
-
-Luma = NDArray[np.uint8]
 
 MEMORY_BYTES = 64_000_000
 """Pictures up to so many bytes stay in memory as they are."""
 CHUNK_BYTES = 24_000_000
 """Pictures that are written together, in one box."""
-NOISE_RATIO, LEVELS = 4.0, (0.5, 4.0)
-"""What differs, as a root mean square over some pictures, by so many times as much as most of the
-picture does is more than noise, for the first picture's own noise makes up to 3.6 times as much in
-one of 40 000 pixels. Kept is what differs by this, but at least by the first, and at most by the
-second of these grey levels: another scene differs everywhere."""
-MARGIN = 2
-"""Kept around it, in px of a thumbnail."""
-LIGHT_STRIDE = 4
-"""The light is measured in every fourth pixel of every fourth row of a thumbnail."""
 
 
 @dataclass(frozen=True)
@@ -46,34 +35,19 @@ class _Chunk:
     """Place of the first picture in the clip."""
     offset: int
     """Where it begins in the file, in bytes."""
-    box: tuple[int, int, int, int]
-    """Left, top, right, bottom in px."""
+    box: tuple[slice, slice]
+    """Rows and columns that are stored."""
     light: Floats
     """How much brighter each picture is than the first of the clip, as a ratio."""
 
-    @property
-    def shape(self) -> tuple[int, int]:
-        left, top, right, bottom = self.box
-        return bottom - top, right - left
-
 
 class PictureStore(Sequence[Luma]):
-    """Pictures of one size in order; a context manager that releases the temporary file."""
+    """Pictures of one size in order, read when all were added; a context manager."""
 
     def __init__(self, memory_bytes: int = MEMORY_BYTES, chunk_bytes: int = CHUNK_BYTES) -> None:
         self._memory_bytes, self._chunk_bytes = memory_bytes, chunk_bytes
-        self._kept: list[Luma] = []
-        self._waiting: list[Luma] = []
-        self._thumbnails: list[Luma] = []
-        """Of the pictures that wait."""
-        self._chunks: list[_Chunk] = []
         self._file: IO[bytes] | None = None
-        self._first: Luma | None = None
-        self._before: Luma | None = None
-        """Thumbnail of the first picture."""
-        self._count = 0
-        self.bytes_written = 0
-        """Length of the temporary file."""
+        self._forget()
 
     def __enter__(self) -> PictureStore:
         return self
@@ -82,13 +56,26 @@ class PictureStore(Sequence[Luma]):
         self.close()
 
     def close(self) -> None:
-        """Forget all pictures."""
-        self._kept, self._waiting, self._thumbnails, self._chunks = [], [], [], []
-        self._first = self._before = None
-        self._count = self.bytes_written = 0
+        """Forget all pictures, and release the temporary file."""
+        self._forget()
         if self._file is not None:
             self._file.close()
             self._file = None
+
+    def _forget(self) -> None:
+        self._count = 0
+        self._kept: list[Luma] = []
+        """In memory: the first picture at least."""
+        self._before: Luma = np.empty((0, 0), np.uint8)
+        """Thumbnail of the first picture."""
+        self._waiting = np.empty((0, 0, 0), np.uint8)
+        """Room for the pictures of one chunk. It is used again and again, for to take new memory
+        for a picture costs far more than to copy into it."""
+        self._thumbnails: list[Luma] = []
+        """Of the pictures that wait in it."""
+        self._chunks: list[_Chunk] = []
+        self.bytes_written = 0
+        """Length of the temporary file."""
 
     def append(self, picture: Luma) -> Luma:
         """Keep a copy of a picture, shape (height, width), and return its thumbnail.
@@ -98,41 +85,45 @@ class PictureStore(Sequence[Luma]):
         FootageError
             If the temporary file cannot be written.
         """
-        copy = np.array(picture, order="C")
-        small = thumbnail(copy)
-        if self._first is None:
-            self._first, self._before = copy, small
+        scale = scale_to(picture.shape[1])
+        all_kept = self._count == len(self._kept)
         self._count += 1
-        if not self._waiting and not self._chunks and self._count * copy.size <= self._memory_bytes:
-            self._kept.append(copy)
+        if self._count == 1 or (all_kept and self._count * picture.size <= self._memory_bytes):
+            self._kept.append(np.array(picture, order="C"))
+            small = reduced(self._kept[-1], scale)
+            if self._count == 1:
+                self._before = small
             return small
-        self._waiting.append(copy)
+        if not len(self._waiting):
+            room = -(-self._chunk_bytes // picture.size)
+            self._waiting = np.empty((room, *picture.shape), np.uint8)
+        copy = self._waiting[len(self._thumbnails)]
+        copy[...] = picture
+        small = copy.copy() if scale == 1 else reduced(copy, scale)
         self._thumbnails.append(small)
-        if len(self._waiting) * copy.size >= self._chunk_bytes:
+        if len(self._thumbnails) == len(self._waiting):
             self._write()
         return small
 
     def _write(self) -> None:
         """Write the pictures that wait to the file."""
-        assert self._before is not None
-        light, small_box = _changes(self._thumbnails, self._before)
-        left, top, right, bottom = box = _at_full_size(small_box, self._waiting[0].shape)
-        first = self._count - len(self._waiting)
+        light, differs = _changes(self._thumbnails, self._before)
+        box = _box_around(differs, self._kept[0].shape)
         try:
             if self._file is None:
                 self._file = tempfile.TemporaryFile()  # noqa: SIM115  closed by close()
-            self._file.seek(self.bytes_written)
+            end = self._file.seek(self.bytes_written)
             for picture in self._waiting:
-                self._file.write(np.ascontiguousarray(picture[top:bottom, left:right]).data)
+                end += self._file.write(np.ascontiguousarray(picture[box]).data)
         except OSError as error:
             raise FootageError(
                 "no room for the pictures of the clip in the folder for temporary files "
                 f"({error.strerror}): free some space there, set TMPDIR to another folder, or give "
                 "a part of the clip with --region, --start and --end"
             ) from error
+        first = self._count - len(self._thumbnails)
         self._chunks.append(_Chunk(first, self.bytes_written, box, light))
-        self.bytes_written += len(self._waiting) * (bottom - top) * (right - left)
-        self._waiting, self._thumbnails = [], []
+        self.bytes_written, self._thumbnails = end, []
 
     def __len__(self) -> int:
         return self._count
@@ -144,40 +135,31 @@ class PictureStore(Sequence[Luma]):
     def __getitem__(self, place: int | slice) -> Luma | list[Luma]:
         if isinstance(place, slice):
             return [self[k] for k in range(*place.indices(self._count))]
-        if not -self._count <= place < self._count:
-            raise IndexError(place)
-        place %= self._count
+        place = range(self._count)[place]
         if place < len(self._kept):
             return self._kept[place]
-        waiting = place - (self._count - len(self._waiting))
+        waiting = place - (self._count - len(self._thumbnails))
         return self._waiting[waiting] if waiting >= 0 else self._read(place)
 
     def _read(self, place: int) -> Luma:
         """Read a picture from the file."""
+        assert self._file is not None
         chunk = self._chunks[bisect_right(self._chunks, place, key=lambda one: one.first) - 1]
-        if self._file is None or self._first is None:
-            raise IndexError(place)
-        height, width = chunk.shape
+        height, width = (edges.stop - edges.start for edges in chunk.box)
         self._file.seek(chunk.offset + (place - chunk.first) * height * width)
-        left, top, right, bottom = chunk.box
-        piece = np.frombuffer(self._file.read(height * width), np.uint8).reshape(chunk.shape)
-        if chunk.shape == self._first.shape:
+        piece = np.frombuffer(self._file.read(height * width), np.uint8).reshape(height, width)
+        if piece.shape == self._kept[0].shape:
             return piece
         light = float(chunk.light[place - chunk.first])
-        picture = np.asarray(cv2.convertScaleAbs(self._first, alpha=light), np.uint8)
-        picture[top:bottom, left:right] = piece
+        picture = np.asarray(cv2.convertScaleAbs(self._kept[0], alpha=light), np.uint8)
+        picture[chunk.box] = piece
         return picture
 
-    def __iter__(self) -> Iterator[Luma]:
-        return (self[k] for k in range(self._count))
 
-
-def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, tuple[int, int, int, int]]:
-    """Light of each picture over the first one's, and the box in which more than it changes.
-
-    The box is that of thumbnails: left, top, right, bottom in their px.
-    """
-    some = slice(None, None, LIGHT_STRIDE), slice(None, None, LIGHT_STRIDE)
+def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, NDArray[np.bool_]]:
+    """Light of each picture over the first one's, and where more than that changes."""
+    # The light is measured in every fourth pixel of every fourth row.
+    some = slice(None, None, 4), slice(None, None, 4)
     bright = before[some] >= max(1.0, float(np.median(before[some])))
     first = _smooth(before)
     light, squares = np.ones(len(thumbnails)), np.zeros(before.shape, np.float32)
@@ -187,25 +169,24 @@ def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, tuple[in
             light[number] = np.median(smooth[some][bright] / first[some][bright])
         cv2.accumulateSquare(smooth - np.float32(light[number]) * first, squares)
     away = np.sqrt(squares / len(thumbnails))
-    differs = away > np.clip(NOISE_RATIO * float(np.median(away)), *LEVELS)
-    rows, columns = (np.flatnonzero(differs.any(axis=axis)) for axis in (1, 0))
-    if len(rows) == 0:
-        return light, (0, 0, 0, 0)
-    (top, bottom), (left, right) = (
-        (int(found[0]) - MARGIN, int(found[-1]) + 1 + MARGIN) for found in (rows, columns)
-    )
-    return light, (left, top, right, bottom)
+    # What differs by 4 times as much as most of the picture does is more than noise, for the first
+    # picture's own noise makes up to 3.6 times as much in one of 40 000 pixels. It differs by half
+    # a grey level at least; and by 4 levels at most, for another scene differs everywhere.
+    return light, away > np.clip(4.0 * float(np.median(away)), 0.5, 4.0)
 
 
 def _smooth(small: Luma) -> NDArray[np.float32]:
     return np.asarray(cv2.blur(small.astype(np.float32), (3, 3)), np.float32)
 
 
-def _at_full_size(
-    box: tuple[int, int, int, int], shape: tuple[int, ...]
-) -> tuple[int, int, int, int]:
-    """Turn px of a thumbnail into those of its picture, and keep within that."""
-    height, width = shape
-    scale = scale_to(width)
-    left, top, right, bottom = (max(0, edge) * scale for edge in box)
-    return left, top, min(right, width), min(bottom, height)
+def _box_around(differs: NDArray[np.bool_], shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Rows and columns of a picture that hold what differs in its thumbnail, and 2 px around."""
+    scale = scale_to(shape[1])
+    if not differs.any():
+        return slice(0, 0), slice(0, 0)
+    found = np.argwhere(differs)
+    rows, columns = (
+        slice(max(0, int(first) - 2) * scale, min((int(last) + 3) * scale, size))
+        for first, last, size in zip(found.min(axis=0), found.max(axis=0), shape, strict=True)
+    )
+    return rows, columns

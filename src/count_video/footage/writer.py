@@ -11,7 +11,7 @@ import platform
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import chain, repeat
+from itertools import chain
 from pathlib import Path
 
 import av
@@ -21,17 +21,14 @@ from av.container import OutputContainer
 from numpy.typing import NDArray
 
 from count_video.errors import UsageError
-from count_video.footage.pictures import luma_layout
+from count_video.footage.opening import plain_words
+from count_video.footage.pictures import luma_shift
 from count_video.outputs import appearing
 
 Pixels = NDArray[np.uint8]
 
-_MP4_LIKE = (".mp4", ".mov", ".m4v")
-_FINEST_TICK = Fraction(1, 90_000)
+FINEST_TICK_S = Fraction(1, 90_000)
 """Time base of clips with given time stamps: the customary clock of MPEG, divides 24 to 240 fps."""
-_X86, _INSTRUCTIONS = ("x86_64", "AMD64"), "AVX2"
-"""With the wider instructions of newer processors libx264's mb-tree gives other bytes now and then
-on a busy machine."""
 
 
 @dataclass(frozen=True)
@@ -98,15 +95,13 @@ def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | Non
     try:
         with appearing(path) as partial, _open(partial, options) as container:
             stream = _add_stream(container, first.shape, options)
-            count = _encode(chain([first], pictures), stream, container, options)
+            return _encode(chain([first], pictures), stream, container, options)
     except (av.error.FFmpegError, OSError, _RefusalError) as error:
-        # The system's plain words; the text of its errors repeats a name that nobody gave.
-        reason = " ".join((getattr(error, "strerror", None) or str(error)).split())
+        # The text of the system's errors repeats a name that nobody gave.
         raise UsageError(
-            f"cannot write {path} ({options.codec}, {options.pixel_format}): {reason}; "
+            f"cannot write {path} ({options.codec}, {options.pixel_format}): {plain_words(error)}; "
             "check the folder, the suffix and that codec and container go together"
         ) from error
-    return count
 
 
 class _RefusalError(Exception):
@@ -115,7 +110,7 @@ class _RefusalError(Exception):
 
 def _open(path: Path, options: WriteOptions) -> OutputContainer:
     muxer_options = {"fflags": "+bitexact"}
-    if path.suffix.lower() in _MP4_LIKE:
+    if path.suffix.lower() in (".mp4", ".mov", ".m4v"):
         muxer_options["movflags"] = "use_metadata_tags" + "+faststart" * options.index_first
     try:
         container = av.open(os.path.abspath(path), "w", options=muxer_options)
@@ -134,14 +129,16 @@ def _add_stream(
         if not isinstance(stream, av.VideoStream):
             raise _RefusalError(f"{options.codec} is no video codec")
         stream.height, stream.width = shape[:2]
-        stream.pix_fmt = _full_range_name(options)
+        stream.pix_fmt = options.pixel_format
+        if options.codec == "mjpeg":  # full range only, for which FFmpeg has names of its own
+            stream.pix_fmt = options.pixel_format.replace("yuv4", "yuvj4")
     except (ValueError, TypeError) as error:  # unknown to FFmpeg, or not for this container
         raise _RefusalError(error) from error
     if "420" in options.pixel_format and (stream.height % 2 or stream.width % 2):
         raise _RefusalError(f"{stream.width} x {stream.height} px: both sides must be even")
     context = stream.codec_context
     context.thread_count = options.threads
-    context.time_base = 1 / rate if options.frame_times_s is None else _FINEST_TICK
+    context.time_base = 1 / rate if options.frame_times_s is None else FINEST_TICK_S
     if options.gop is not None:
         context.gop_size = options.gop
     if options.rotation_deg:
@@ -165,19 +162,12 @@ def _encode(
                 f"shape {shape}"
             )
         frame = _video_frame(picture, stream.codec_context.pix_fmt or options.pixel_format)
-        frame.pts = _time_stamp(options, count, last)
+        frame.pts = last = _time_stamp(options, count, last)
         frame.time_base = stream.codec_context.time_base
         container.mux(stream.encode(frame))
-        count, last = count + 1, frame.pts
+        count += 1
     container.mux(stream.encode(None))
     return count
-
-
-def _full_range_name(options: WriteOptions) -> str:
-    """JPEG stores full-range pictures only, and FFmpeg names those layouts apart."""
-    if options.codec == "mjpeg" and options.pixel_format.startswith("yuv4"):
-        return options.pixel_format.replace("yuv", "yuvj")
-    return options.pixel_format
 
 
 def _encoder_options(options: WriteOptions) -> dict[str, str]:
@@ -186,8 +176,10 @@ def _encoder_options(options: WriteOptions) -> dict[str, str]:
         chosen |= {"crf": str(options.crf), "preset": options.preset}
         if options.b_frames is not None:
             chosen["bf"] = str(options.b_frames)
-    if options.codec == "libx264" and platform.machine() in _X86:
-        chosen["x264-params"] = f"asm={_INSTRUCTIONS}"
+    if options.codec == "libx264" and platform.machine() in ("x86_64", "AMD64"):
+        # With the wider instructions of newer processors libx264's mb-tree gives other bytes now
+        # and then on a busy machine.
+        chosen["x264-params"] = "asm=AVX2"
     if options.codec == "libx265":
         chosen["x265-params"] = "log-level=none"  # it writes to stderr past FFmpeg's log
     elif options.codec.startswith("libvpx"):
@@ -207,7 +199,7 @@ def _time_stamp(options: WriteOptions, number: int, last: int) -> int:
         return number
     if number >= len(options.frame_times_s):
         raise _RefusalError(f"frame_times_s ends after {number} frames, but there are more")
-    ticks = round(Fraction(options.frame_times_s[number]) / _FINEST_TICK)
+    ticks = round(Fraction(options.frame_times_s[number]) / FINEST_TICK_S)
     if ticks <= last:
         raise _RefusalError(f"frame_times_s[{number}] does not come after the one before it")
     return ticks
@@ -215,15 +207,16 @@ def _time_stamp(options: WriteOptions, number: int, last: int) -> int:
 
 def _video_frame(picture: Pixels, pixel_format: str) -> av.VideoFrame:
     """Put a picture into a frame of the stored layout; luma goes in unconverted."""
-    layout = luma_layout(pixel_format)
-    if picture.ndim == 3 or layout is None:
+    shift = luma_shift(pixel_format)
+    if picture.ndim == 3 or shift is None:
         source = "gray" if picture.ndim == 2 else "rgb24"
         return av.VideoFrame.from_ndarray(picture, format=source).reformat(format=pixel_format)
     height, width = picture.shape
     frame = av.VideoFrame(width, height, pixel_format)
-    for plane, neutral in zip(frame.planes, chain([0], repeat(128)), strict=False):
-        values = np.frombuffer(memoryview(plane), layout.dtype).reshape(plane.height, -1)
-        values[...] = neutral << layout.shift
-    luma = np.frombuffer(memoryview(frame.planes[0]), layout.dtype).reshape(height, -1)
-    np.left_shift(picture, layout.shift, out=luma[:, :width], dtype=layout.dtype)
+    stored = "<u2" if shift else "u1"
+    for plane in frame.planes:
+        np.frombuffer(memoryview(plane), stored)[...] = 128 << shift  # neutral, where it is chroma
+    luma = np.frombuffer(memoryview(frame.planes[0]), stored).reshape(height, -1)
+    luma[...] = 0
+    np.left_shift(picture, shift, out=luma[:, :width], dtype=stored)
     return frame

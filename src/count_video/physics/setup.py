@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from typing import Any, Literal, get_args
-
-import numpy as np
+from dataclasses import dataclass
+from typing import Literal, get_args
 
 from count_video.errors import UsageError
-from count_video.physics.laws import Law
 
 Mounting = Literal["free", "suspended"]
 
@@ -59,21 +56,21 @@ class Setup:
             raise UsageError(
                 f"mounting is {self.mounting!r}; choose one of {', '.join(get_args(Mounting))}"
             )
-        for field in fields(self):
-            if field.name != "mounting":
-                _check_number(field.name, getattr(self, field.name))
+        for name, value in vars(self).items():
+            if name != "mounting":
+                _check_number(name, value)
         if self.bodies_gap_m + self.release_m < 0:
             raise UsageError(
                 f"the cylinder would start {-self.bodies_gap_m - self.release_m:g} m inside the "
                 "ball; raise release_m or the gaps"
             )
-        if self.mounting == "free" and self.heavy_velocity_m_s >= 0:
+        if self.mounting == "suspended":
+            self._check_pendulums()
+        elif self.heavy_velocity_m_s >= 0:
             raise UsageError(
                 f"heavy_velocity_m_s is {self.heavy_velocity_m_s:g}; a free cylinder "
                 "needs a negative one (toward the wall) to collide at all"
             )
-        if self.mounting == "suspended":
-            self._check_pendulums()
 
     @property
     def heavy_rest_m(self) -> float:
@@ -113,26 +110,3 @@ def _check_number(name: str, value: float) -> None:
         raise UsageError(f"{name} is {value:g}; it must not be negative")
     if name in _FRACTIONS and value > 1:
         raise UsageError(f"{name} is {value:g}; it must lie between 0 and 1")
-
-
-def laws_of(table: Any) -> tuple[Law, Law]:
-    """Laws of the cylinder and of the ball for n set-ups.
-
-    Parameters
-    ----------
-    table
-        Has the fields of ``Setup`` as columns of shape (n,), and ``suspended``, which is true or
-        false. The cylinder's place is that of its face less a ball diameter.
-    """
-    hangs, gravity = table["suspended"], table["gravity_m_s2"]
-    rest = {"light": table["wall_gap_m"], "heavy": table["wall_gap_m"] + table["bodies_gap_m"]}
-    heavy, light = (
-        Law.hanging(
-            table[f"{body}_thread_m"],
-            np.where(hangs, gravity, 0.0),
-            np.where(hangs, table[f"{body}_damping_per_s"], 0.0),
-            rest[body],
-        )
-        for body in ("heavy", "light")
-    )
-    return heavy, light

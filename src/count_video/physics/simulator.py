@@ -14,13 +14,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from count_video.errors import UsageError
-from count_video.physics.contacts import Whole
-from count_video.physics.events import Flags, Run, Step, table_of
-from count_video.physics.laws import Law
-from count_video.physics.setup import Setup, laws_of
+from count_video.physics.events import Flags, Run, Step, laws_of
+from count_video.physics.laws import Whole
+from count_video.physics.setup import Setup
 from count_video.records import CollisionKind, Floats
 
 NO_COUNT = -1
@@ -92,7 +91,7 @@ class Motion:
     @property
     def after_burst(self) -> tuple[SimulatedCollision, ...]:
         """The collisions after that."""
-        return tuple(bounce for bounce in self.collisions if bounce.time_s > self.burst_end_s)
+        return self.collisions[self.count :]
 
     @property
     def count(self) -> int:
@@ -131,7 +130,7 @@ class Motion:
             times = np.maximum(times, 0.0)
         rows = np.maximum(np.searchsorted(self.events[:, 0], times, side="right") - 1, 0)
         start_s, heavy, heavy_velocity, ball, ball_velocity = self.events[rows].T
-        heavy_law, ball_law = laws_of(table_of([self.setup]))
+        heavy_law, ball_law = laws_of([self.setup])
         since_s, diameter_m = times - start_s, self.setup.ball_diameter_m
         rise, heavy_now = heavy_law.advance(heavy, heavy_velocity, since_s)
         climb, ball_now = ball_law.advance(ball, ball_velocity, since_s)
@@ -152,8 +151,7 @@ class ManyBursts:
     turn_s: Floats
     """When the cylinder, driven back, turns round; inf if it never does, NaN without a count."""
     endless: Flags
-    """Whether bodies came to rest on each other in ever smaller bounces, or collided more often
-    than was asked for."""
+    """As in ``Motion``."""
 
 
 def simulate(
@@ -161,48 +159,39 @@ def simulate(
 ) -> Motion:
     """Run a trial from its start.
 
-    Parameters
-    ----------
-    setup
-        The apparatus and the start.
-    seed
-        Of the scatter of the restitution; without scatter it changes nothing.
-    until_s
-        Stop after this time. By default a suspended trial runs half a heavy period beyond the end
-        of its burst; a free one until nothing more can happen.
-    most
-        End a trial with more collisions than this; it is endless then.
+    ``seed`` is that of the scatter of the restitution. It stops after ``until_s``; by default a
+    suspended trial runs half a heavy period beyond the end of its burst, a free one until nothing
+    more can happen. One with more than ``most`` collisions is endless.
 
     Raises
     ------
     UsageError
         If ``until_s`` is not a time.
     """
-    endless = until_s == math.inf and setup.mounting == "suspended"
-    if until_s is not None and (endless or not until_s >= 0.0):
+    for_ever = until_s == math.inf and setup.mounting == "suspended"
+    if until_s is not None and (for_ever or not until_s >= 0.0):
         raise UsageError(f"cannot simulate until {until_s} s; give a finite time from 0 on")
-    table = table_of([setup])
-    run = Run(table, [seed])
-    half_period_s = 0.5 * float(run.laws[0].period_s[0])
-    limit_s = 2.0 * LONGEST_BURST_PERIODS * half_period_s if until_s is None else until_s
-    events, collisions = [np.array(run.state).T], list[SimulatedCollision]()
+    run = Run([setup], [seed])
+    period_s = float(run.heavy.law.period_s[0])
+    limit_s = LONGEST_BURST_PERIODS * period_s if until_s is None else until_s
+    events, collisions = [run.events()], list[SimulatedCollision]()
     burst_end_s, endless = math.inf, False
     while True:
         step = run.step()
-        time_s = float(step.after.time[0])
+        time_s = float(run.time_s[0])
         if step.never[0]:
             limit_s = math.inf
         if step.turned[0] and collisions and burst_end_s == math.inf and time_s <= limit_s:
             burst_end_s = time_s
-            limit_s = burst_end_s + half_period_s if until_s is None else limit_s
+            limit_s = time_s + 0.5 * period_s if until_s is None else limit_s
         if step.never[0] or time_s > limit_s:
             break
         if step.resting[0] or len(collisions) >= most:
             limit_s, endless = time_s, True
             break
-        events.append(np.array(step.after).T)
+        events.append(run.events())
         if step.met[0]:
-            collisions.append(_collision(table, run.laws, step))
+            collisions.append(_collision(setup, run, step))
     states = np.concatenate(events)
     return Motion(setup, seed, limit_s, tuple(collisions), burst_end_s, endless, states)
 
@@ -212,41 +201,33 @@ def simulate_many(
 ) -> ManyBursts:
     """Run n suspended trials to the end of their bursts.
 
-    Parameters
-    ----------
-    most
-        Leave trials with more collisions than this, and those in which bodies come to rest on each
-        other, without a count.
-    seeds
-        Of the scatter of the restitution, n of them; None: 0 for all.
+    Those with more than ``most`` collisions are endless. ``seeds`` are those of the scatter of the
+    restitution, n of them; None: 0 for all.
     """
     size = len(setups)
-    table = table_of(setups)
-    run = Run(table, [0] * size if seeds is None else seeds)
-    limit = LONGEST_BURST_PERIODS * run.laws[0].period_s
-    found = ManyBursts(
-        count=np.zeros(size, np.int64),
-        shortest_s=np.full(size, np.inf),
-        last_s=np.full(size, np.nan),
-        turn_s=np.full(size, np.inf),
-        endless=np.zeros(size, np.bool_),
-    )
+    run = Run(setups, [0] * size if seeds is None else seeds)
+    limit_s = LONGEST_BURST_PERIODS * run.heavy.law.period_s
+    count, endless = np.zeros(size, np.int64), np.zeros(size, np.bool_)
+    shortest_s, turn_s = np.full((2, size), np.inf)
+    last_s = np.full(size, np.nan)
     while run.rows.size:
-        step, rows = run.step(), run.rows
-        time_s, counted = step.after.time, found.count[rows]
-        late = ~step.never & (time_s > limit[rows])
-        endless = ~late & (step.resting | (step.met & (counted >= most)))
-        turned = ~late & step.turned & (counted > 0)
-        found.endless[rows[endless]] = True
-        found.turn_s[rows[turned]] = time_s[turned]
-        ended = step.never | late | endless | turned
+        rows, step = run.rows, run.step()
+        time_s = run.time_s
+        late = ~step.never & (time_s > limit_s[rows])
+        no_end = ~late & (step.resting | (step.met & (count[rows] >= most)))
+        turned = ~late & step.turned & (count[rows] > 0)
+        endless[rows[no_end]] = True
+        turn_s[rows[turned]] = time_s[turned]
+        ended = step.never | late | no_end | turned
         hit = step.met & ~ended
-        _note(found, rows[hit], time_s[hit])
+        here = rows[hit]
+        shortest_s[here] = np.fmin(shortest_s[here], time_s[hit] - last_s[here])  # first: NaN
+        last_s[here] = time_s[hit]
+        count[here] += 1
         run.keep(~ended)
-    found.count[found.endless] = NO_COUNT
-    for times in (found.shortest_s, found.turn_s):
-        times[found.endless] = np.nan
-    return found
+    count[endless] = NO_COUNT
+    shortest_s[endless] = turn_s[endless] = np.nan
+    return ManyBursts(count, shortest_s, last_s, turn_s, endless)
 
 
 def varied(setup: Setup, **columns: ArrayLike) -> list[Setup]:
@@ -261,33 +242,18 @@ def varied(setup: Setup, **columns: ArrayLike) -> list[Setup]:
     return [replace(setup, **dict(zip(columns, row, strict=True))) for row in rows.tolist()]
 
 
-def _note(found: ManyBursts, rows: Whole, time_s: Floats) -> None:
-    """Count one collision more for some rows."""
-    since = time_s - found.last_s[rows]
-    known = np.where(np.isnan(since), np.inf, since)
-    found.shortest_s[rows] = np.minimum(found.shortest_s[rows], known)
-    found.last_s[rows] = time_s
-    found.count[rows] += 1
-
-
-def _collision(table: NDArray[np.void], laws: tuple[Law, Law], step: Step) -> SimulatedCollision:
+def _collision(setup: Setup, run: Run, step: Step) -> SimulatedCollision:
     """Describe the bounce of a single trial."""
-    before, after = step.arrived, step.after
-    moving = (
-        ("heavy_mass_kg", laws[0], after.heavy, after.heavy_velocity),
-        ("light_mass_kg", laws[1], after.ball, after.ball_velocity),
-    )
-    energy = sum(
-        table[mass] * (0.5 * velocity**2 + law.potential(place))
-        for mass, law, place, velocity in moving
-    )
+    energy = 0.0
+    for mass, body in ((setup.heavy_mass_kg, run.heavy), (setup.light_mass_kg, run.ball)):
+        energy += mass * (0.5 * body.velocity_m_s**2 + body.law.potential(body.position_m))
     return SimulatedCollision(
-        time_s=float(after.time[0]),
+        time_s=float(run.time_s[0]),
         kind="wall" if step.at_wall[0] else "bodies",
-        heavy_before_m_s=float(before.heavy_velocity[0]),
-        heavy_after_m_s=float(after.heavy_velocity[0]),
-        light_before_m_s=float(before.ball_velocity[0]),
-        light_after_m_s=float(after.ball_velocity[0]),
+        heavy_before_m_s=float(step.heavy_before_m_s[0]),
+        heavy_after_m_s=float(run.heavy.velocity_m_s[0]),
+        light_before_m_s=float(step.ball_before_m_s[0]),
+        light_after_m_s=float(run.ball.velocity_m_s[0]),
         energy_after_j=float(np.asarray(energy)[0]),
-        restitution=float(step.bounce[0]),
+        restitution=float(step.restitution[0]),
     )

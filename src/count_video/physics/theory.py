@@ -3,6 +3,9 @@
 With θ = arctan √(m/M) every collision turns the state on the phase circle by θ seen from the
 right place, and the count is ⌈π/θ⌉ − 1 (Galperin; section 2 of the paper with α = 2θ). Counts are
 whole numbers read off real ones with proof, by interval arithmetic of growing precision.
+
+Whatever takes masses raises ``UsageError`` if one is not a finite number greater than 0; with
+angles, also if their ratio has no place in a float.
 """
 
 from __future__ import annotations
@@ -30,45 +33,22 @@ WHOLE_QUOTIENTS = {Fraction(1, 3): 3, Fraction(1): 4, Fraction(3): 6}
 
 _ROUNDING = 4 * 2.0**-52
 """A bound on the relative error of atan(sqrt(ratio)) times a whole number in floats."""
-_START_BITS = 64
-_GUARD_BITS = 8
-"""The outermost bits of an interval's ends are not trusted: atan2 is rounded outward from a value
-that is itself only good to some guard bits. The interval is widened by this many bits."""
 
 
-class MassRatioInterval(NamedTuple):
-    """The mass ratios at which a count holds: low < M/m ≤ high."""
-
-    low: float
-    high: float
-
-
-class PiBounds(NamedTuple):
-    """An interval that holds pi: low ≤ π ≤ high."""
+class Bounds(NamedTuple):
+    """Ends of an interval."""
 
     low: float
     high: float
 
 
 def exact_ratio(heavy: Mass, light: Mass) -> Fraction:
-    """M/m as an exact fraction.
-
-    Raises
-    ------
-    UsageError
-        If a mass is not a finite number greater than 0.
-    """
+    """M/m as an exact fraction."""
     return _exact(heavy, "heavy") / _exact(light, "light")
 
 
 def collision_count(heavy: Mass, light: Mass = 1) -> int:
-    """Exact number of collisions of two elastic bodies and a wall: ⌈π/θ⌉ − 1.
-
-    Raises
-    ------
-    UsageError
-        If a mass is not a finite number greater than 0.
-    """
+    """Exact number of collisions of two elastic bodies and a wall: ⌈π/θ⌉ − 1."""
     ratio = exact_ratio(heavy, light)
     if ratio in WHOLE_QUOTIENTS:
         return WHOLE_QUOTIENTS[ratio] - 1
@@ -78,24 +58,20 @@ def collision_count(heavy: Mass, light: Mass = 1) -> int:
         root_heavy = context.sqrt(context.mpf(ratio.numerator))
         return context.pi / context.atan2(root_light, root_heavy)
 
-    return certain_floor(quotient, scale_bits=_bits(ratio))
+    # So many bits does the root of the ratio need, or that of its inverse.
+    bits = abs(ratio.numerator.bit_length() - ratio.denominator.bit_length()) // 2
+    return certain_floor(quotient, scale_bits=bits)
 
 
 def theta_rad(heavy: Mass, light: Mass = 1) -> float:
-    """θ = arctan √(m/M), to a rounding or two.
-
-    Raises
-    ------
-    UsageError
-        If a mass is not a finite number greater than 0, or the ratio has no place in a float.
-    """
+    """θ = arctan √(m/M), to a rounding or two."""
     ratio = exact_ratio(heavy, light)
     if not 1e-300 < ratio < 1e300:
         raise UsageError("the mass ratio lies outside 1e-300 to 1e300; check the masses")
     return math.atan(math.sqrt(float(1 / ratio)))
 
 
-def pi_bounds(count: int, heavy: Mass, light: Mass = 1) -> PiBounds:
+def pi_bounds(count: int, heavy: Mass, light: Mass = 1) -> Bounds:
     """Bounds on π from a count: N θ ≤ π ≤ (N + 1) θ, rounded outward.
 
     At 1:100ⁿ the bounds read off the digits of π. They hold for the count of a lossless trial;
@@ -104,15 +80,15 @@ def pi_bounds(count: int, heavy: Mass, light: Mass = 1) -> PiBounds:
     Raises
     ------
     UsageError
-        If the count is negative or a mass is unusable.
+        If the count is negative.
     """
     if count < 0:
         raise UsageError(f"a count of {count} collisions is impossible; it must be 0 or more")
     theta = theta_rad(heavy, light)
-    return PiBounds(count * theta * (1.0 - _ROUNDING), (count + 1) * theta * (1.0 + _ROUNDING))
+    return Bounds(count * theta * (1.0 - _ROUNDING), (count + 1) * theta * (1.0 + _ROUNDING))
 
 
-def mass_ratio_interval(count: int) -> MassRatioInterval:
+def mass_ratio_interval(count: int) -> Bounds:
     """Mass ratios M/m at which a lossless trial has ``count`` collisions, low < M/m ≤ high.
 
     N < π/θ ≤ N + 1 means cot²(π/N) < M/m ≤ cot²(π/(N + 1)). Both ends are the nearest floats.
@@ -124,7 +100,7 @@ def mass_ratio_interval(count: int) -> MassRatioInterval:
     """
     if count < 2:
         raise UsageError(f"no mass ratio gives {count} collisions; the fewest are 2")
-    return MassRatioInterval(_squared_cotangent(count), _squared_cotangent(count + 1))
+    return Bounds(_squared_cotangent(count), _squared_cotangent(count + 1))
 
 
 @dataclass(frozen=True)
@@ -137,20 +113,14 @@ class Theory:
     """Exact number of collisions."""
     theta_rad: float
     """arctan of the root of the light over the heavy mass, in radians."""
-    pi_bounds: PiBounds
+    pi_bounds: Bounds
     """``count`` and ``count`` + 1 times ``theta_rad``; pi lies between them."""
-    same_count: MassRatioInterval
+    same_count: Bounds
     """Mass ratios above the first and up to the second have the same count."""
 
 
 def theory_of(heavy: Mass, light: Mass = 1) -> Theory:
-    """Collect what follows from two masses.
-
-    Raises
-    ------
-    UsageError
-        If a mass is unusable, or the ratio has no place in a float.
-    """
+    """Collect what follows from two masses."""
     count = collision_count(heavy, light)
     return Theory(
         mass_ratio=float(exact_ratio(heavy, light)),
@@ -181,19 +151,16 @@ def state_points(heavy: Mass, light: Mass = 1) -> Floats:
 def certain_floor(real: Callable[[Any], Any], scale_bits: int = 0) -> int:
     """Return the floor of a positive real number that is not an integer.
 
-    Parameters
-    ----------
-    real
-        Called with an interval context of mpmath (a private one: its precision is nobody else's);
-        returns the interval that holds the number. Called again with twice the precision until
-        both ends of the interval have the same floor. For an integer that would never end: the
-        caller excludes integers by algebra.
-    scale_bits
-        Rough number of bits before the point, a start for the precision.
+    ``real`` is called with an interval context of mpmath and returns the interval that holds the
+    number; it is called again with twice the precision until both ends have the same floor. For an
+    integer that would never end: the caller excludes integers by algebra. ``scale_bits`` is the
+    rough number of bits before the point, a start for the precision.
     """
-    context = _intervals(_START_BITS + scale_bits)
+    context = _intervals(64 + scale_bits)
     while True:
-        doubt = context.mpf(2) ** (_GUARD_BITS - context.prec)
+        # The outermost eight bits of an interval's ends are not trusted: atan2 is rounded outward
+        # from a value that is itself only good to some guard bits.
+        doubt = context.mpf(2) ** (8 - context.prec)
         interval = real(context) * context.mpf([(1 - doubt).a, (1 + doubt).b])
         low, high = int(interval.a), int(interval.b)
         if low == high:
@@ -231,8 +198,3 @@ def _exact(mass: Mass, name: str) -> Fraction:
     if value <= 0:
         raise UsageError(f"the {name} mass is {mass}; it must be greater than 0")
     return value
-
-
-def _bits(ratio: Fraction) -> int:
-    """Rough number of bits that the square root of a ratio or of its inverse needs."""
-    return abs(ratio.numerator.bit_length() - ratio.denominator.bit_length()) // 2

@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 from count_video.errors import UsageError
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import NO_COUNT, simulate_many
 from count_video.physics.theory import collision_count
 from count_video.planning.request import PlanRequest, most_collisions
-from count_video.records import (
-    ComparedQuantity,
-    Estimate,
-    FittedSetup,
-    PlanComparison,
-    TrialResult,
-)
+from count_video.records import ComparedQuantity, Estimate, FittedSetup, PlanComparison, TrialResult
 
-SIGMAS = 2.0
-"""A mass ratio lies this many standard uncertainties about its value with a chance of 95 %."""
 DIAMETER_SIGMA_PX = 0.3
 """Standard uncertainty of the ball's width in the picture, which is the scale: on sixty rendered
 clips of known truth the errors have a root mean square of 0.24 px."""
+Changes = Mapping[str, float]
+"""Fields of a set-up with other values."""
 
 
 @dataclass(frozen=True)
@@ -49,16 +42,17 @@ def expected_counts(result: TrialResult) -> Expected | None:
     low, high = ratio_range(result)
     free = (collision_count(low), collision_count(high))
     hung = None if result.setup is None else _as_fitted(result.setup, ratio)
-    if hung is None:
-        return Expected(free, None, None)
-    return Expected(free, *_counts([hung, _with_losses(hung, result)], max(free)))
+    lossy, (bodies, wall) = None, (result.restitution_bodies, result.restitution_wall)
+    if hung and bodies and wall and math.isfinite(bodies.value + wall.value):
+        lossy = _changed(hung, _losses(bodies, "bodies") | _losses(wall, "wall"))
+    return Expected(free, *_counts([hung, lossy], free[1]))
 
 
 def ratio_range(result: TrialResult) -> tuple[float, float]:
-    """Return the mass ratios that are likely, low and high; both alike where it was given."""
+    """Return the mass ratios that are likely, low and high: 95 %, or both alike if it was given."""
     ratio, sigma = result.mass_ratio or math.nan, result.mass_ratio_sigma or 0.0
     # A ratio stays above 0, however little is known of it.
-    reach = min(SIGMAS * sigma, 0.5 * ratio) if math.isfinite(sigma) else 0.5 * ratio
+    reach = min(2.0 * sigma, 0.5 * ratio) if math.isfinite(sigma) else 0.5 * ratio
     return ratio - reach, ratio + reach
 
 
@@ -73,89 +67,90 @@ def compared(result: TrialResult, request: PlanRequest) -> TrialResult:
     setup = request.setup()
     theory = collision_count(request.heavy, request.light)
     found = [] if result.setup is None else list(_found(result, result.setup, setup))
-    as_found = _changed(setup, found) if found else None
-    each = [_changed(setup, [one]) for one in found]
-    planned, found_count, *counts = _counts([setup, as_found, *each], theory)
+    each = [changes for _, changes in found]
+    together = {name: value for changes in each for name, value in changes.items()}
+    as_found = _changed(setup, together) if found else None
+    each_alone = [_changed(setup, changes) for changes in each]
+    planned, found_count, *counts = _counts([setup, as_found, *each_alone], theory)
     if planned is None:
         raise UsageError("the planned bodies come to rest on each other; plan harder ones")
     quantities = tuple(
-        ComparedQuantity(one.name, one.planned, one.found, count)
-        for one, count in zip(found, counts, strict=True)
+        replace(quantity, count=count) for (quantity, _), count in zip(found, counts, strict=True)
     )
-    comparison = PlanComparison(
-        planned_count=planned,
-        theory=theory,
-        found_count=found_count,
-        quantities=quantities,
-        explained_by=_explanation(result.count, (planned, theory, found_count), quantities),
-    )
+    explained_by: tuple[str, ...] = ()
+    if result.count not in (None, planned, theory):
+        alone = [one for one in quantities if one.count == result.count]
+        ordered = sorted(alone, key=_in_sigmas, reverse=True)
+        if not alone and found_count == result.count:
+            ordered = list(quantities)
+        explained_by = tuple(one.name for one in ordered)
+    comparison = PlanComparison(planned, theory, found_count, quantities, explained_by)
     return replace(result, comparison=comparison)
 
 
-class _Found(NamedTuple):
-    """One quantity that was planned and found, both in the unit of its name."""
-
-    name: str
-    planned: float
-    found: Estimate
-    field: str
-    """The field of a set-up that it stands for, ..."""
-    value: float
-    """... and what was found in that field's unit."""
+def _in_sigmas(one: ComparedQuantity) -> float:
+    off = abs(one.found.value - one.planned)
+    return off / one.found.sigma if one.found.sigma else math.inf
 
 
-def _found(result: TrialResult, fitted: FittedSetup, setup: Setup) -> Iterator[_Found]:
-    """Yield each quantity that was found: lengths with a scale, times with the camera's rate."""
+def _found(
+    result: TrialResult, fitted: FittedSetup, setup: Setup
+) -> Iterator[tuple[ComparedQuantity, Changes]]:
+    """Yield each quantity that was found, without its count, and the set-up's field with it.
+
+    Lengths are known with a scale, times with the camera's rate.
+    """
     scale, diameter, rate = result.millimetres_per_px, result.ball_diameter_px, result.capture_fps
     if scale is not None and diameter is not None:
-        for name, planned_m, length_px, field in (
-            ("gap_mm", setup.wall_gap_m, fitted.gap_px, "wall_gap_m"),
-            ("release_mm", setup.release_m, fitted.release_px, "release_m"),
-            ("bodies_gap_mm", setup.bodies_gap_m, fitted.bodies_gap_px, "bodies_gap_m"),
+        for name, field, length_px in (
+            ("gap_mm", "wall_gap_m", fitted.gap_px),
+            ("release_mm", "release_m", fitted.release_px),
+            ("bodies_gap_mm", "bodies_gap_m", fitted.bodies_gap_px),
         ):
             # The uncertainty of the scale, a share of it, adds to that of the length.
             off_px = DIAMETER_SIGMA_PX / diameter * length_px.value
             sigma = scale * math.hypot(length_px.sigma, off_px)
             length = Estimate(length_px.value * scale, sigma)
             least = 0.0 if field == "wall_gap_m" else -math.inf  # the ball hangs off the wall
-            value = max(least, length.value / 1e3)
-            yield _Found(name, 1e3 * planned_m, length, field, value)
+            quantity = ComparedQuantity(name, 1e3 * getattr(setup, field), length, None)
+            yield quantity, {field: max(least, length.value / 1e3)}
     if rate is not None:
-        gravity = setup.gravity_m_s2
-        for name, planned_m, frames, field in (
-            ("heavy_period_s", setup.heavy_thread_m, fitted.heavy_period_frames, "heavy_thread_m"),
-            ("ball_period_s", setup.light_thread_m, fitted.ball_period_frames, "light_thread_m"),
+        for name, field, frames in (
+            ("heavy_period_s", "heavy_thread_m", fitted.heavy_period_frames),
+            ("ball_period_s", "light_thread_m", fitted.ball_period_frames),
         ):
             period = Estimate(frames.value / rate, frames.sigma / rate)
-            planned_s = 2.0 * math.pi * math.sqrt(planned_m / gravity)
-            yield _Found(name, planned_s, period, field, _thread_m(period.value, gravity))
-    ratio = result.ratio
+            planned_s = 2.0 * math.pi * math.sqrt(getattr(setup, field) / setup.gravity_m_s2)
+            quantity = ComparedQuantity(name, planned_s, period, None)
+            yield quantity, {field: _thread_m(period.value, setup.gravity_m_s2)}
+    ratio, light_kg = result.ratio, setup.light_mass_kg
     if ratio is not None:
-        light_kg = setup.light_mass_kg
-        planned = setup.heavy_mass_kg / light_kg
-        yield _Found("mass_ratio", planned, ratio, "heavy_mass_kg", ratio.value * light_kg)
-    for name, share in (
-        ("restitution_bodies", result.restitution_bodies),
-        ("restitution_wall", result.restitution_wall),
-    ):
+        quantity = ComparedQuantity("mass_ratio", setup.heavy_mass_kg / light_kg, ratio, None)
+        yield quantity, {"heavy_mass_kg": ratio.value * light_kg}
+    for pair in ("bodies", "wall"):
+        name = f"restitution_{pair}"
+        share = getattr(result, name)
         if share is not None:
-            yield _Found(name, getattr(setup, name), share, name, _as_share(share.value))
+            yield ComparedQuantity(name, getattr(setup, name), share, None), _losses(share, pair)
+
+
+def _losses(restitution: Estimate, pair: str) -> dict[str, float]:
+    """Restitution as a set-up takes it; a measured one may exceed 1 a little."""
+    return {f"restitution_{pair}": min(max(restitution.value, 0.0), 1.0)}
 
 
 def _thread_m(period_s: float, gravity_m_s2: float) -> float:
     return gravity_m_s2 * (period_s / (2.0 * math.pi)) ** 2
 
 
-def _as_share(restitution: float) -> float:
-    """Return a restitution as a set-up takes it; a measured one may exceed 1 a little."""
-    return min(max(restitution, 0.0), 1.0)
+def _changed(setup: Setup, changes: Changes) -> Setup | None:
+    """Return a set-up with other values; None where that is impossible.
 
-
-def _changed(setup: Setup, found: Iterable[_Found]) -> Setup | None:
-    """Return a set-up with some quantities as they were found; None where that is impossible."""
+    Such as a cylinder inside the ball, by the errors of a fit.
+    """
     try:
-        return replace(setup, **{one.field: one.value for one in found})  # type: ignore[arg-type]
-    except UsageError:  # such as a cylinder inside the ball, by the errors of a fit
+        return replace(setup, **changes)  # type: ignore[arg-type]
+    except UsageError:
         return None
 
 
@@ -167,54 +162,21 @@ def _counts(setups: Sequence[Setup | None], theory: int) -> list[int | None]:
     return [None if count == NO_COUNT else count for count in found]
 
 
-def _explanation(
-    counted: int | None,
-    counts: tuple[int, int, int | None],
-    quantities: Sequence[ComparedQuantity],
-) -> tuple[str, ...]:
-    """Name what turns the planned count into the counted one; see ``PlanComparison``."""
-    planned, theory, together = counts
-    if counted is None or counted in (planned, theory):
-        return ()
-
-    def in_sigmas(one: ComparedQuantity) -> float:
-        off = abs(one.found.value - one.planned)
-        return off / one.found.sigma if one.found.sigma else math.inf
-
-    alone = [one for one in quantities if one.count == counted]
-    if alone:
-        return tuple(one.name for one in sorted(alone, key=in_sigmas, reverse=True))
-    return tuple(one.name for one in quantities) if together == counted else ()
-
-
 def _as_fitted(fitted: FittedSetup, mass_ratio: float) -> Setup | None:
-    """Return the fitted set-up, lossless; None where it is none.
+    """Return the fitted set-up, lossless; None where a period is infinite: no threads show.
 
     The swings are small, hence linear, and no count depends on the units: a px stands for a metre
     and a frame for a second.
     """
-    gravity = Setup.gravity_m_s2
-    try:
-        return Setup(
-            heavy_mass_kg=mass_ratio,
-            light_mass_kg=1.0,
-            heavy_thread_m=_thread_m(fitted.heavy_period_frames.value, gravity),
-            light_thread_m=_thread_m(fitted.ball_period_frames.value, gravity),
-            wall_gap_m=max(0.0, fitted.gap_px.value),
-            bodies_gap_m=fitted.bodies_gap_px.value,
-            release_m=fitted.release_px.value,
-        )
-    except UsageError:  # a fit may leave a period at infinity, where no threads show
-        return None
-
-
-def _with_losses(lossless: Setup, result: TrialResult) -> Setup | None:
-    """Return a set-up with the restitutions of a result; None where these are not known."""
-    bodies, wall = result.restitution_bodies, result.restitution_wall
-    if bodies is None or wall is None or not math.isfinite(bodies.value + wall.value):
-        return None
-    return replace(
-        lossless,
-        restitution_bodies=_as_share(bodies.value),
-        restitution_wall=_as_share(wall.value),
+    return _changed(
+        Setup(),
+        {
+            "heavy_mass_kg": mass_ratio,
+            "light_mass_kg": 1.0,
+            "heavy_thread_m": _thread_m(fitted.heavy_period_frames.value, Setup.gravity_m_s2),
+            "light_thread_m": _thread_m(fitted.ball_period_frames.value, Setup.gravity_m_s2),
+            "wall_gap_m": max(0.0, fitted.gap_px.value),
+            "bodies_gap_m": fitted.bodies_gap_px.value,
+            "release_m": fitted.release_px.value,
+        },
     )

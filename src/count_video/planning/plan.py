@@ -32,24 +32,10 @@ from count_video.planning.spread import (
 )
 from count_video.progress import NO_PROGRESS, Progress
 
-CLOSEST_FRAMES = 0.25
-"""Trials near 1:100 were measured down to this shortest interval, ..."""
-CLOSER_FRAMES = 0.08
-"""... and planned ones, with their masses given, down to this."""
-MOST_OF_A_SHORT_BURST = 45
-"""Measured trials that were not resolved have up to so many collisions, or some 310."""
-LONG_BURST = (250, 350)
-LONG_BURST_FPS = 1000.0
-"""Slowest camera with which long bursts were measured."""
 BALL_AT_LEAST_PX = 20.0
 """Smaller balls are followed too coarsely, whatever the set-up."""
-HOP_AT_LEAST_PX = 1.0
-"""A hop smaller than a pixel may be missed."""
 PICTURE_WIDTH_PX = 1920
 """Width of the picture that phones take in slow motion."""
-MARGIN_DIAMETERS = 0.8
-"""The picture shows so much more than the way of the ball, in ball diameters: the wall on one side
-and space to aim on the other."""
 
 Way = Literal["seen", "inferred", "not measured"]
 
@@ -77,19 +63,37 @@ CLOSE = Measured("planned clips with collisions closer than a quarter of a frame
 LONG = Measured("clips of some 310 collisions with the masses given", 20, 20, 0, 0)
 
 
+@dataclass(frozen=True)
+class Likeness:
+    """Which clips are like those that were measured."""
+
+    measured: Measured
+    way: Way
+    shortest_frames: float = 0.0
+    """Frames from one collision to the next, where they follow each other fastest, at least."""
+    counts: tuple[int, int] = (0, 1_000_000)
+    """Fewest and most collisions."""
+    capture_fps: float = 0.0
+    """Slowest camera."""
+
+
+LIKENESSES = (
+    Likeness(RESOLVED, "seen", RESOLVED_FRAMES),
+    Likeness(BETWEEN, "inferred", 0.25, (0, 45)),
+    Likeness(CLOSE, "inferred", 0.08, (0, 45)),
+    Likeness(LONG, "inferred", counts=(250, 350), capture_fps=1000.0),
+)
+"""The first that holds is taken."""
+
+
 def most_like(
     count: int, shortest_frames: float, capture_fps: float
 ) -> tuple[Way, Measured | None]:
     """Return how a clip would be counted, and the measured clips that were most like it."""
-    if shortest_frames >= RESOLVED_FRAMES:
-        return "seen", RESOLVED
-    if count <= MOST_OF_A_SHORT_BURST:
-        if shortest_frames >= CLOSEST_FRAMES:
-            return "inferred", BETWEEN
-        if shortest_frames >= CLOSER_FRAMES:
-            return "inferred", CLOSE
-    if LONG_BURST[0] <= count <= LONG_BURST[1] and capture_fps >= LONG_BURST_FPS:
-        return "inferred", LONG
+    for one in LIKENESSES:
+        fits = one.counts[0] <= count <= one.counts[1] and capture_fps >= one.capture_fps
+        if fits and shortest_frames >= one.shortest_frames:
+            return one.way, one.measured
     return "not measured", None
 
 
@@ -120,51 +124,6 @@ class PlannedBurst:
     """Times from each collision to the next."""
 
 
-def planned_motion(request: PlanRequest) -> Motion:
-    """Simulate the planned trial, once, without scatter.
-
-    Raises
-    ------
-    UsageError
-        If the bodies lose so much that they come to rest on each other in ever smaller bounces.
-    """
-    theory = collision_count(request.heavy, request.light)
-    motion = simulate(request.setup(), most=most_collisions(theory))
-    if motion.endless:
-        raise UsageError(
-            f"with a restitution of {request.restitution:g} the ball comes to rest between "
-            "cylinder and wall in ever smaller bounces, of which there is no count; plan harder "
-            "bodies or a smaller mass ratio"
-        )
-    return motion
-
-
-def planned_burst(request: PlanRequest, motion: Motion) -> PlannedBurst:
-    """Read the answer off the simulated trial."""
-    burst = motion.burst
-    times = np.array([bounce.time_s for bounce in burst])
-    turn_s = motion.burst_end_s
-    sample = motion.sample(np.append(times, turn_s if np.isfinite(turn_s) else times[-1]))
-    places = sample.ball_far_face_m[:-1]
-    crossed = np.array([a.kind != b.kind for a, b in pairwise(burst)], dtype=bool)
-    last = burst[-1]
-    other = 0.0 if last.kind == "wall" else last.heavy_before_m_s
-    return PlannedBurst(
-        count=len(burst),
-        theory=collision_count(request.heavy, request.light),
-        bodies=sum(bounce.kind == "bodies" for bounce in burst),
-        shortest_s=motion.shortest_s,
-        first_s=float(times[0]),
-        last_s=float(times[-1]),
-        turn_s=turn_s,
-        swing_back_m=float(sample.heavy_face_m[-1]) - motion.setup.heavy_rest_m,
-        last_m=float(places[-1]),
-        last_speed_m_s=abs(last.light_before_m_s - other),
-        smallest_hop_m=float(np.abs(np.diff(places))[crossed].min(initial=np.inf)),
-        intervals_s=tuple(np.diff(times).tolist()),
-    )
-
-
 @dataclass(frozen=True)
 class CameraView:
     """What a camera of some rate would see."""
@@ -192,39 +151,6 @@ class Framing:
     """Width of the ball if the picture shows the wall and the whole burst, and little else."""
     smallest_hop_px: float
     """The ball's shortest way between two collisions, with the largest ball."""
-
-
-def framing_of(request: PlanRequest, burst: PlannedBurst) -> Framing:
-    """Say how large the ball must and can be in the picture."""
-    diameter_m = request.ball_diameter_m
-    view_m = max(request.gap_m, burst.last_m) + (1.0 + MARGIN_DIAMETERS) * diameter_m
-    px_per_m = PICTURE_WIDTH_PX / view_m
-    hop_m = burst.smallest_hop_m
-    for_the_hop = HOP_AT_LEAST_PX * diameter_m / hop_m if math.isfinite(hop_m) and hop_m else 0.0
-    return Framing(
-        rate_needed_fps=rate_needed_fps(burst.shortest_s),
-        ball_at_least_px=max(BALL_AT_LEAST_PX, for_the_hop),
-        ball_at_most_px=diameter_m * px_per_m,
-        smallest_hop_px=hop_m * px_per_m,
-    )
-
-
-def camera_view(request: PlanRequest, burst: PlannedBurst, framing: Framing) -> CameraView | None:
-    """Judge the planned camera; None where there is none."""
-    rate = request.capture_fps
-    if rate is None:
-        return None
-    shortest = burst.shortest_s * rate
-    way, measured = most_like(burst.count, shortest, rate)
-    px_per_m = framing.ball_at_most_px / request.ball_diameter_m
-    return CameraView(
-        capture_fps=rate,
-        shortest_frames=shortest,
-        close=sum(interval * rate < RESOLVED_FRAMES for interval in burst.intervals_s),
-        way=way,
-        measured=measured,
-        last_px_frame=burst.last_speed_m_s * px_per_m / rate,
-    )
 
 
 @dataclass(frozen=True)
@@ -260,29 +186,83 @@ def make_plan(
     Raises
     ------
     UsageError
-        As for ``planned_motion``.
+        If the bodies lose so much that they come to rest on each other in ever smaller bounces.
     """
     progress.start(3 + with_table + with_chart, "planning")
-    motion = planned_motion(request)
-    burst = planned_burst(request, motion)
-    framing = framing_of(request, burst)
+    theory = collision_count(request.heavy, request.light)
+    motion = simulate(request.setup(), most=most_collisions(theory))
+    if motion.endless:
+        raise UsageError(
+            f"with a restitution of {request.restitution:g} the ball comes to rest between "
+            "cylinder and wall in ever smaller bounces, of which there is no count; plan harder "
+            "bodies or a smaller mass ratio"
+        )
+    burst = _planned_burst(motion, theory)
+    framing = _framing(request, burst)
     progress.advance(1)
-    spread = spread_of(request, burst.theory)
+    spread = spread_of(request, theory)
     progress.advance(1)
-    changes = proposals(request, burst.theory, spread)
+    changes = proposals(request, theory, spread)
     progress.advance(1)
-    table = table_of(request, burst.theory) if with_table else None
+    table = table_of(request, theory) if with_table else None
     progress.advance(int(with_table))
-    chart = chart_of(request, burst.theory) if with_chart else None
+    chart = chart_of(request, theory) if with_chart else None
     progress.finish()
-    return Plan(
-        request=request,
-        burst=burst,
-        framing=framing,
-        camera=camera_view(request, burst, framing),
-        spread=spread,
-        proposals=changes,
-        table=table,
-        chart=chart,
-        motion=motion,
+    camera = _camera_view(request, burst, framing)
+    return Plan(request, burst, framing, camera, spread, changes, table, chart, motion)
+
+
+def _planned_burst(motion: Motion, theory: int) -> PlannedBurst:
+    """Read the answer off the simulated trial."""
+    burst = motion.burst
+    times = np.array([bounce.time_s for bounce in burst])
+    turn_s = motion.burst_end_s
+    sample = motion.sample(np.append(times, turn_s if np.isfinite(turn_s) else times[-1]))
+    places = sample.ball_far_face_m[:-1]
+    crossed = np.array([a.kind != b.kind for a, b in pairwise(burst)], dtype=bool)
+    last = burst[-1]
+    other = 0.0 if last.kind == "wall" else last.heavy_before_m_s
+    return PlannedBurst(
+        count=len(burst),
+        theory=theory,
+        bodies=sum(bounce.kind == "bodies" for bounce in burst),
+        shortest_s=motion.shortest_s,
+        first_s=float(times[0]),
+        last_s=float(times[-1]),
+        turn_s=turn_s,
+        swing_back_m=float(sample.heavy_face_m[-1]) - motion.setup.heavy_rest_m,
+        last_m=float(places[-1]),
+        last_speed_m_s=abs(last.light_before_m_s - other),
+        smallest_hop_m=float(np.abs(np.diff(places))[crossed].min(initial=np.inf)),
+        intervals_s=tuple(np.diff(times).tolist()),
     )
+
+
+def _framing(request: PlanRequest, burst: PlannedBurst) -> Framing:
+    """Say how large the ball must and can be in the picture.
+
+    That has the ball's way, the wall on one side and space to aim on the other: 0.8 diameters. A
+    hop smaller than a pixel may be missed.
+    """
+    diameter_m, hop_m = request.ball_diameter_m, burst.smallest_hop_m
+    px_per_m = PICTURE_WIDTH_PX / (max(request.gap_m, burst.last_m) + 1.8 * diameter_m)
+    for_the_hop = diameter_m / hop_m if math.isfinite(hop_m) and hop_m else 0.0
+    return Framing(
+        rate_needed_fps=rate_needed_fps(burst.shortest_s),
+        ball_at_least_px=max(BALL_AT_LEAST_PX, for_the_hop),
+        ball_at_most_px=diameter_m * px_per_m,
+        smallest_hop_px=hop_m * px_per_m,
+    )
+
+
+def _camera_view(request: PlanRequest, burst: PlannedBurst, framing: Framing) -> CameraView | None:
+    """Judge the planned camera; None where there is none."""
+    rate = request.capture_fps
+    if rate is None:
+        return None
+    shortest = burst.shortest_s * rate
+    way, measured = most_like(burst.count, shortest, rate)
+    close = sum(interval * rate < RESOLVED_FRAMES for interval in burst.intervals_s)
+    px_per_m = framing.ball_at_most_px / request.ball_diameter_m
+    last_px_frame = burst.last_speed_m_s * px_per_m / rate
+    return CameraView(rate, shortest, close, way, measured, last_px_frame)

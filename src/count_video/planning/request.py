@@ -33,21 +33,12 @@ from count_video.physics.theory import Mass, exact_ratio
 PLAN_VERSION = 1
 MOST_RATIO = 1_000_000
 """A larger mass ratio would have more than 3141 collisions, of which no clip shows the number."""
-MOST_FACTOR, MOST_MORE = 2, 60
-"""Trials are followed up to so many times the theory's count, and so many collisions more."""
-
 _RANGES = {
     **dict.fromkeys(("heavy", "light"), MASS),
     **dict.fromkeys(("gap_m", "release_m", "heavy_thread_m", "light_thread_m"), LENGTH),
-    "ball_diameter_m": LENGTH,
-    "capture_fps": CAPTURE_RATE,
-    "restitution": SHARE,
-    "damping_per_s": DAMPING,
-    "trials": TRIALS,
-    "seed": SEED,
+    **{"ball_diameter_m": LENGTH, "capture_fps": CAPTURE_RATE, "restitution": SHARE},
+    **{"damping_per_s": DAMPING, "trials": TRIALS, "seed": SEED},
 }
-_TOLERANCE_RANGES = dict(TOLERANCES.values())
-_WHOLE = ("trials", "seed")
 
 
 @dataclass(frozen=True)
@@ -74,7 +65,7 @@ class Tolerances:
     """Deviation of the restitution from collision to collision."""
 
     def __post_init__(self) -> None:
-        _check_ranges(vars(self), _TOLERANCE_RANGES, "the tolerance ")
+        _check_ranges(self, dict(TOLERANCES.values()), "the tolerance ")
 
 
 class PlanDetails(TypedDict, total=False):
@@ -126,7 +117,7 @@ class PlanRequest:
 
     def __post_init__(self) -> None:
         exact_ratio(self.heavy, self.light)  # refuses what is no mass
-        _check_ranges({name: getattr(self, name) for name in _RANGES}, _RANGES)
+        _check_ranges(self, _RANGES)
         if self.mass_ratio < 1:
             raise UsageError(
                 f"the heavy mass is {float(self.mass_ratio):.4g} of the light one; give the heavy "
@@ -139,13 +130,13 @@ class PlanRequest:
                 f"the gap of {self.gap_m:g} m is larger than the release of {self.release_m:g} m; "
                 "hang the ball nearer to the wall or let the cylinder go from farther away"
             )
-        shortest_m = min(self.heavy_thread_m, self.light_thread_m)
+        shortest_m, longest_m = sorted((self.heavy_thread_m, self.light_thread_m))
         if self.release_m >= shortest_m:
             raise UsageError(
                 f"the release of {self.release_m:g} m is not shorter than a thread of "
                 f"{shortest_m:g} m; plan swings that are small"
             )
-        slowest = math.sqrt(Setup.gravity_m_s2 / max(self.heavy_thread_m, self.light_thread_m))
+        slowest = math.sqrt(Setup.gravity_m_s2 / longest_m)
         if self.damping_per_s >= slowest:
             raise UsageError(
                 f"the damping is {self.damping_per_s:g} a second; it must lie between 0 and "
@@ -176,16 +167,12 @@ class PlanRequest:
 
 def most_collisions(theory: int) -> int:
     """Trials with more are taken for endless: losses that add so many end in ever more."""
-    return MOST_FACTOR * theory + MOST_MORE
+    return 2 * theory + 60
 
 
 def request_object(request: PlanRequest) -> dict[str, Any]:
     """Turn a request into what ``json.dumps`` takes."""
-    return {
-        **asdict(request),
-        "heavy": float(request.heavy),
-        "light": float(request.light),
-    }
+    return asdict(request) | {"heavy": float(request.heavy), "light": float(request.light)}
 
 
 def read_request(path: Path) -> PlanRequest:
@@ -215,13 +202,13 @@ def read_request(path: Path) -> PlanRequest:
         ) from error
 
 
-def _check_ranges(values: Mapping[str, Any], ranges: Mapping[str, Range], prefix: str = "") -> None:
+def _check_ranges(record: object, ranges: Mapping[str, Range], prefix: str = "") -> None:
     """Refuse a value that is no number or out of its range; the camera's rate may be left open."""
-    for name, value in values.items():
+    for name, allowed in ranges.items():
+        value = getattr(record, name)
         if name == "capture_fps" and value is None:
             continue
-        number = isinstance(value, Integral if name in _WHOLE else Number)
-        if isinstance(value, bool) or not number or not ranges[name].holds(value):
-            raise UsageError(
-                f"{prefix}{name} is {shown(str(value))}; it must be a number {ranges[name]}"
-            )
+        number = isinstance(value, Integral if name in ("trials", "seed") else Number)
+        if isinstance(value, bool) or not number or not allowed.holds(value):
+            given = shown(str(value))
+            raise UsageError(f"{prefix}{name} is {given}; it must be a number {allowed}")

@@ -3,6 +3,8 @@
 Trials that are meant to be alike are simulated with the tolerances of hands: their counts make the
 distribution and the table of a plan. A change of the set-up is proposed where nearly all such
 trials give the theory's count. The map has the count at every gap and release, without scatter.
+
+So much is simulated as takes a second at the most: of trials with many collisions there are fewer.
 """
 
 from __future__ import annotations
@@ -11,58 +13,28 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 from statistics import fmean, pstdev, stdev
 from typing import Any, Literal
 
 import numpy as np
 
-from count_video.physics.contacts import Whole
+from count_video.errors import UsageError
+from count_video.physics.laws import Whole
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import NO_COUNT, ManyBursts, simulate, simulate_many, varied
-from count_video.physics.theory import mass_ratio_interval
-from count_video.planning.request import MOST_RATIO, PlanRequest, most_collisions
+from count_video.physics.theory import collision_count
+from count_video.planning.request import PlanRequest, most_collisions
 from count_video.records import Floats
 
-SPREAD_TRIALS = 2000
-"""Simulated trials of the distribution of counts, ..."""
-SPREAD_EVENTS = 250_000
-"""... or fewer, where they would have more collisions together than this."""
-FEWEST_TRIALS = 100
-LEAST_GAP_M = 1e-4
-"""Hands that scatter do not hang the ball inside the wall."""
-TABLES, FEWEST_TABLES = 2000, 100
-"""Tables of trials that are drawn from the distribution, to see how they differ, ..."""
-MOST_DRAWN = 4_000_000
-"""... unless they would have more trials together than this."""
-CENTRAL = (0.025, 0.975)
-"""Quantiles that hold 95 % between them."""
-_STREAM_TABLE, _STREAM_SPREAD, _STREAM_GROUPS = range(3)
 RESOLVED_FRAMES = 2.5
 """Collisions this far apart or farther are shown each by the frames."""
-RATE_STEP_FPS = 10
-
-HOPELESS = 0.5
-"""Where bodies come to rest on each other in more trials, no gap or release will help."""
 ENOUGH = 0.95
-"""Share of the trials that is to give the theory's count, ..."""
-PROPOSAL_TRIALS, FEWEST_PROPOSAL_TRIALS = 100, 20
-"""... of so many simulated ones at each candidate, ..."""
-FEWEST_VALUES = 5
-"""... of which there are at least so many ..."""
-PROPOSAL_EVENTS = 150_000
-"""... unless the trials of one search would have more collisions together than this."""
-GAPS_M = (0.005, 0.100)
-RELEASES_M = (0.020, 0.200)
+"""Share of the trials that is to give the theory's count."""
+LEAST_M = 1e-4
+"""Hands that scatter do not hang the ball inside the wall."""
+GAPS_M, RELEASES_M = (0.005, 0.100), (0.020, 0.200)
 """Ends of the map, and of what is proposed."""
-GAP_STEP_M, RELEASE_STEP_M = 0.001, 0.005
-"""Steps of what is proposed."""
-CLAY_SHARE, CLAY_STEP = 0.10, 0.01
-"""Clay is tried up to this share of the cylinder's mass, in these steps."""
-CELLS = (96, 91)
-"""Cells of the map along gap and release: a millimetre by two millimetres."""
-MAP_EVENTS = 1_000_000
-"""Collisions that all cells may have together; where they would have more, cells get larger."""
+_STREAM_TABLE, _STREAM_SPREAD, _STREAM_GROUPS = range(3)
 
 Change = Literal["gap", "release", "heavy mass"]
 
@@ -83,7 +55,7 @@ class Spread:
     theory_share: float
     """Share of all trials that give the theory's count."""
     table_trials: int
-    """Trials of a table, for which the next three hold."""
+    """Trials of a table, for which the next two hold."""
     table_mean: tuple[float, float]
     """The mean of a table lies between these in 95 of 100 tables."""
     table_sd: tuple[float, float]
@@ -138,42 +110,16 @@ class Chart:
 def rate_needed_fps(shortest_s: float) -> float:
     """Rate at which collisions this far apart are seen one by one, in steps of ten; at least 10."""
     if shortest_s == math.inf:
-        return float(RATE_STEP_FPS)
-    return float(RATE_STEP_FPS * math.ceil(RESOLVED_FRAMES / shortest_s / RATE_STEP_FPS))
+        return 10.0
+    return 10.0 * math.ceil(RESOLVED_FRAMES / shortest_s / 10)
 
 
-def drawn_setups(
-    request: PlanRequest, trials: int, seed: Sequence[int]
-) -> tuple[list[Setup], list[int]]:
-    """Draw set-ups as hands make them, and the seeds of their scatter.
+def _affordable(together: int, each: int, least: int, most: int) -> int:
+    """How many may be simulated or drawn, where each costs as much as it does."""
+    return max(least, min(most, together // each))
 
-    The same seed gives the same errors of the hands.
-    """
-    rng = np.random.default_rng(list(seed))
-    off = request.tolerances
-    normal = rng.standard_normal((6, trials))
-    even = rng.uniform(size=(2, trials))
-    heavy, light = np.maximum(1.0 + off.mass * normal[:2], 0.01)
-    threads = (request.heavy_thread_m, request.light_thread_m)
-    heavy_thread, light_thread = (
-        np.maximum(thread_m + off.thread_m * part, 0.1 * thread_m)
-        for thread_m, part in zip(threads, normal[4:], strict=True)
-    )
-    low, high = restitution_range(request)
-    bodies, wall = low + (high - low) * even
-    setups = varied(
-        request.setup(),
-        heavy_mass_kg=request.mass_ratio * heavy / light,
-        wall_gap_m=np.maximum(request.gap_m + off.gap_m * normal[2], LEAST_GAP_M),
-        release_m=np.maximum(request.release_m + off.release_m * normal[3], LEAST_GAP_M),
-        heavy_thread_m=heavy_thread,
-        light_thread_m=light_thread,
-        restitution_bodies=bodies,
-        restitution_wall=wall,
-        restitution_bodies_sd=off.scatter,
-        restitution_wall_sd=off.scatter,
-    )
-    return setups, rng.integers(2**62, size=trials).tolist()
+
+# ---- trials that are meant to be alike -----------------------------------------------------------
 
 
 def restitution_range(request: PlanRequest) -> tuple[float, float]:
@@ -184,10 +130,15 @@ def restitution_range(request: PlanRequest) -> tuple[float, float]:
 
 def spread_of(request: PlanRequest, theory: int) -> Spread:
     """Simulate the distribution of counts; mean and deviations are NaN where there are none."""
-    trials = int(np.clip(SPREAD_EVENTS // max(theory, 1), FEWEST_TRIALS, SPREAD_TRIALS))
-    found = _simulated(request, trials, _STREAM_SPREAD, theory)
+    trials = _affordable(250_000, theory, 100, 2000)
+    found = _simulated([request], trials, _STREAM_SPREAD, theory)
     counts = found.count[~found.endless]
-    means, deviations = _tables(counts, request)
+    # Tables drawn from the distribution show how tables differ.
+    tables = np.full((1, 1), math.nan)
+    if counts.size:
+        rng = np.random.default_rng([request.seed, _STREAM_GROUPS])
+        number = _affordable(4_000_000, request.trials, 100, 2000)
+        tables = counts[rng.integers(len(counts), size=(number, request.trials))]
     return Spread(
         trials=trials,
         histogram=dict(sorted(Counter(counts.tolist()).items())),
@@ -196,29 +147,20 @@ def spread_of(request: PlanRequest, theory: int) -> Spread:
         sd=float(counts.std()) if counts.size else math.nan,
         theory_share=float(np.mean(found.count == theory)),
         table_trials=request.trials,
-        table_mean=_between(means),
-        table_sd=_between(deviations),
+        table_mean=_central(tables.mean(axis=1)),
+        table_sd=_central(tables.std(axis=1)),
     )
 
 
-def _simulated(request: PlanRequest, trials: int, stream: int, theory: int) -> ManyBursts:
-    setups, seeds = drawn_setups(request, trials, (request.seed, stream))
-    return simulate_many(setups, most_collisions(theory), seeds)
-
-
-def _tables(counts: Whole, request: PlanRequest) -> tuple[Floats, Floats]:
-    """Means and standard deviations of tables drawn from the counts, shape (tables,) each."""
-    number = max(FEWEST_TABLES, min(TABLES, MOST_DRAWN // request.trials))
-    if not counts.size:
-        return np.full(number, math.nan), np.full(number, math.nan)
-    rng = np.random.default_rng([request.seed, _STREAM_GROUPS])
-    tables = counts[rng.integers(len(counts), size=(number, request.trials))]
-    return tables.mean(axis=1), tables.std(axis=1)
+def _central(values: Floats) -> tuple[float, float]:
+    """Quantiles that hold 95 % between them."""
+    low, high = np.quantile(values, (0.025, 0.975))
+    return float(low), float(high)
 
 
 def table_of(request: PlanRequest, theory: int) -> TrialTable:
     """Simulate one table of trials."""
-    found = _simulated(request, request.trials, _STREAM_TABLE, theory)
+    found = _simulated([request], request.trials, _STREAM_TABLE, theory)
     counts = found.count[~found.endless].tolist()
     return TrialTable(request.trials, tuple(counts), theory=theory, **count_figures(counts))
 
@@ -237,26 +179,57 @@ def count_figures(counts: Sequence[int]) -> dict[str, Any]:
 
 def shares_of(planned: Sequence[PlanRequest], count: int, trials: int) -> list[float]:
     """Share of trials that give a count, for each request; the errors of the hands are the same."""
-    if not planned:
-        return []
-    drawn = [drawn_setups(one, trials, (one.seed, _STREAM_SPREAD)) for one in planned]
-    setups, seeds = (list(chain.from_iterable(part)) for part in zip(*drawn, strict=True))
-    found = simulate_many(setups, most_collisions(count), seeds)
-    counts = found.count.reshape(len(planned), trials)
-    return [float(share) for share in (counts == count).mean(axis=1)]
+    found = _simulated(planned, trials, _STREAM_SPREAD, count)
+    return [float(np.mean(part == count)) for part in found.count.reshape(-1, trials)]
 
 
-def _between(values: Floats) -> tuple[float, float]:
-    low, high = np.quantile(values, CENTRAL)
-    return float(low), float(high)
+def _simulated(planned: Sequence[PlanRequest], trials: int, stream: int, theory: int) -> ManyBursts:
+    """Simulate so many trials of each request."""
+    drawn = [_drawn(one, trials, (one.seed, stream)) for one in planned]
+    setups = [setup for some, _ in drawn for setup in some]
+    seeds = [seed for _, some in drawn for seed in some]
+    return simulate_many(setups, most_collisions(theory), seeds)
+
+
+def _drawn(request: PlanRequest, trials: int, seed: Sequence[int]) -> tuple[list[Setup], list[int]]:
+    """Draw set-ups as hands make them, and the seeds of their scatter.
+
+    The same seed gives the same errors of the hands.
+    """
+    rng = np.random.default_rng(seed)
+    off = request.tolerances
+    normal = rng.standard_normal((6, trials))
+    even = rng.uniform(size=(2, trials))
+    heavy, light = np.maximum(1.0 + off.mass * normal[:2], 0.01)
+    threads_m = np.array([[request.heavy_thread_m], [request.light_thread_m]])
+    threads = np.maximum(threads_m + off.thread_m * normal[4:], 0.1 * threads_m)
+    low, high = restitution_range(request)
+    bodies, wall = low + (high - low) * even
+    setups = varied(
+        request.setup(),
+        heavy_mass_kg=request.mass_ratio * heavy / light,
+        wall_gap_m=np.maximum(request.gap_m + off.gap_m * normal[2], LEAST_M),
+        release_m=np.maximum(request.release_m + off.release_m * normal[3], LEAST_M),
+        heavy_thread_m=threads[0],
+        light_thread_m=threads[1],
+        restitution_bodies=bodies,
+        restitution_wall=wall,
+        restitution_bodies_sd=off.scatter,
+        restitution_wall_sd=off.scatter,
+    )
+    return setups, rng.integers(2**62, size=trials).tolist()
+
+
+# ---- other gaps, releases and masses -------------------------------------------------------------
 
 
 def chart_of(request: PlanRequest, theory: int) -> Chart:
-    """Simulate every cell of the map."""
-    share = min(1.0, float(np.sqrt(MAP_EVENTS / (math.prod(CELLS) * theory))))
+    """Simulate every cell of the map: a millimetre of gap by two of release, or larger."""
+    most = (96, 91)
+    share = min(1.0, math.sqrt(1_000_000 / (math.prod(most) * theory)))
     gaps, releases = (
         np.linspace(*ends, max(12, round(share * cells)))
-        for ends, cells in zip((GAPS_M, RELEASES_M), CELLS, strict=True)
+        for ends, cells in zip((GAPS_M, RELEASES_M), most, strict=True)
     )
     release, gap = np.meshgrid(releases, gaps, indexing="ij")
     possible = gap <= release
@@ -271,20 +244,17 @@ def chart_of(request: PlanRequest, theory: int) -> Chart:
 def proposals(request: PlanRequest, theory: int, spread: Spread) -> tuple[Proposal, ...]:
     """Return the nearest gap, release and mass that help.
 
-    Empty if the set-up gives the count nearly always, or loses so much that nothing will help.
+    Empty if the set-up gives the count nearly always, or if in most trials bodies come to rest on
+    each other: then no gap or release will help.
     """
-    if spread.theory_share >= ENOUGH or spread.endless_share > HOPELESS:
+    if spread.theory_share >= ENOUGH or spread.endless_share > 0.5:
         return ()
-    shortest_m = min(request.heavy_thread_m, request.light_thread_m)
-    gaps = [gap for gap in _steps(GAPS_M, GAP_STEP_M) if gap <= request.release_m]
-    releases = _steps(RELEASES_M, RELEASE_STEP_M)
-    releases = [release for release in releases if request.gap_m <= release < shortest_m]
-    candidates: dict[Change, list[float]] = {
-        "gap": _giving(request, theory, "gap", gaps),
-        "release": _giving(request, theory, "release", releases),
-        "heavy mass": _masses(request, theory),
-    }
-    found = (_nearest(request, theory, *one) for one in candidates.items())
+    clay = [0.01 * sign * step * float(request.heavy) for step in range(1, 11) for sign in (1, -1)]
+    found = (
+        _nearest(request, theory, "gap", _steps(GAPS_M, 0.001)),
+        _nearest(request, theory, "release", _steps(RELEASES_M, 0.005)),
+        _nearest(request, theory, "heavy mass", clay),
+    )
     return tuple(proposal for proposal in found if proposal is not None)
 
 
@@ -295,53 +265,43 @@ def changed(request: PlanRequest, change: Change, value: float) -> PlanRequest:
     return replace(request, **{f"{change}_m": value})  # type: ignore[arg-type]
 
 
-def _nearest(
-    request: PlanRequest, theory: int, change: Change, values: Sequence[float]
-) -> Proposal | None:
-    """Return the first of some values, which come by their distance, that helps."""
-    values = values[: max(FEWEST_VALUES, PROPOSAL_EVENTS // (theory * FEWEST_PROPOSAL_TRIALS))]
-    trials = PROPOSAL_EVENTS // (theory * max(1, len(values)))
-    trials = max(FEWEST_PROPOSAL_TRIALS, min(PROPOSAL_TRIALS, trials))
-    shares = shares_of([changed(request, change, value) for value in values], theory, trials)
-    for value, share in zip(values, shares, strict=True):
-        if share >= ENOUGH:
-            shortest_s = simulate(changed(request, change, value).setup()).shortest_s
-            return Proposal(change, value, share, rate_needed_fps(shortest_s))
-    return None
-
-
 def _steps(ends: tuple[float, float], step: float) -> list[float]:
     return [step * number for number in range(round(ends[0] / step), round(ends[1] / step) + 1)]
 
 
+def _nearest(
+    request: PlanRequest, theory: int, change: Change, values: Sequence[float]
+) -> Proposal | None:
+    """Return the nearest of some values with which nearly all trials give the theory's count."""
+    near = _giving(request, theory, change, values)
+    near = near[: max(5, 150_000 // (20 * theory))]
+    trials = _affordable(150_000, theory * max(1, len(near)), 20, 100)
+    shares = shares_of([planned for _, planned in near], theory, trials)
+    for (value, planned), share in zip(near, shares, strict=True):
+        if share >= ENOUGH:
+            rate_fps = rate_needed_fps(simulate(planned.setup()).shortest_s)
+            return Proposal(change, value, share, rate_fps)
+    return None
+
+
 def _giving(
-    request: PlanRequest, theory: int, change: Literal["gap", "release"], values: Sequence[float]
-) -> list[float]:
-    """Lengths at which a trial without scatter gives the theory's count, the nearest first."""
-    if not values:
-        return []
-    now_m = getattr(request, f"{change}_m")
-    setups = varied(request.setup(), **{"wall_gap_m" if change == "gap" else "release_m": values})
-    counts = simulate_many(setups, most_collisions(theory)).count
-    good = [value for value, count in zip(values, counts, strict=True) if count == theory]
-    return sorted(good, key=lambda value: abs(value - now_m))
+    request: PlanRequest, theory: int, change: Change, values: Sequence[float]
+) -> list[tuple[float, PlanRequest]]:
+    """Values with which a trial may give the theory's count, the nearest first, and their requests.
 
-
-def _masses(request: PlanRequest, theory: int) -> list[float]:
-    """Clay for the cylinder, the least first; taken away where it is negative.
-
-    The theory's count must stay: what a count says about pi hangs on the masses.
+    With another mass the theory itself must stay: what a count says about pi hangs on the masses.
     """
-    heavy, light = float(request.heavy), float(request.light)
-    added = [
-        sign * step * CLAY_STEP * heavy
-        for step in range(1, round(CLAY_SHARE / CLAY_STEP) + 1)
-        for sign in (1, -1)
-    ]
-    low, high = mass_ratio_interval(theory)
-    ratios = [(heavy + value) / light for value in added]
-    return [
-        value
-        for value, ratio in zip(added, ratios, strict=True)
-        if low < ratio <= high and 1 <= ratio <= MOST_RATIO
-    ]
+    now = {"gap": request.gap_m, "release": request.release_m}.get(change, 0.0)
+    possible = []
+    for value in sorted(values, key=lambda value: abs(value - now)):
+        try:
+            planned = changed(request, change, value)
+        except UsageError:  # such as a gap larger than the release
+            continue
+        if collision_count(planned.heavy, planned.light) == theory:
+            possible.append((value, planned))
+    if change == "heavy mass":
+        return possible
+    setups = [planned.setup() for _, planned in possible]
+    counts = simulate_many(setups, most_collisions(theory)).count
+    return [one for one, count in zip(possible, counts, strict=True) if count == theory]

@@ -28,12 +28,7 @@ from count_video.reports.words import (
 if TYPE_CHECKING:
     from count_video.planning.spread import TrialTable
 
-EXACT = 1e-9
-"""A mass ratio whose uncertainty is a smaller share of it is taken as given."""
 TRIAL_HEADING = f"{'trial':<24}  count  probability"
-_BAR_AT_MOST = 40
-_CHANCES_AT_MOST = 4
-
 Line = tuple[str, str, str]
 """A label, a value, and a remark beside it."""
 
@@ -58,11 +53,6 @@ class TrialRow:
         return self.result.count
 
     @property
-    def probability(self) -> float | None:
-        """Probability of the count; None where there is none."""
-        return self.result.chance
-
-    @property
     def theory(self) -> int | None:
         """Exact count of the masses that were given; None where none were."""
         return None if self.masses is None else _theory(*self.masses)
@@ -75,14 +65,16 @@ class TrialRow:
         ratio = self.result.ratio
         if ratio is None or not MASS_RATIO.holds(ratio.value):
             return None
-        known = EXACT * ratio.value < ratio.sigma < math.inf
+        # An uncertainty of nothing but rounding errors is none: the ratio was given.
+        known = 1e-9 * ratio.value < ratio.sigma < math.inf
         return ratio if known else Estimate(ratio.value, 0.0)
 
     @property
     def needs_a_person(self) -> bool:
         """True for what is not counted, not kept, or less than sure."""
-        sure = self.probability is None or self.probability >= SURE
-        return self.count is None or self.not_kept is not None or not sure
+        chance = self.result.chance
+        unsure = chance is not None and chance < SURE
+        return self.count is None or self.not_kept is not None or unsure
 
 
 _theory = cache(collision_count)
@@ -163,7 +155,7 @@ def theory_words(summary: Summary) -> str:
 def trial_line(row: TrialRow) -> str:
     """Write one trial as a line of the growing table."""
     count = "-" if row.count is None else str(row.count)
-    chance = "-" if row.probability is None else percent(row.probability)
+    chance = "-" if row.result.chance is None else percent(row.result.chance)
     mark = "  needs a person" if row.needs_a_person else ""
     return f"{printable(row.name):<24}  {count:>5}  {chance:>11}{mark}"
 
@@ -217,20 +209,19 @@ def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
 
 def _why(row: TrialRow) -> str:
     reason = row.result.reason
-    if row.not_kept is not None:
-        return row.not_kept
-    if row.count is None:
-        return reason or "not counted"
-    listed = chances_words(row.result.probability, _CHANCES_AT_MOST)
+    if row.count is None or row.not_kept is not None:
+        return row.not_kept or reason or "not counted"
+    listed = chances_words(row.result.probability, 4)
     return "; ".join(filter(None, (f"probably {row.count} ({listed})", reason)))
 
 
 def summary_lines(one: Summary) -> list[Line]:
     """List the lines of the paper's table for trials, and of what is known of their bodies."""
-    uncertainty, source = one.mean_uncertainty, ""
+    source, beside = "", ""
     if one.theory_source == "measured":
         source = f"(measured mass ratio {ratio_words(one.mass_ratio)})"
-    beside = "" if uncertainty is None else f"± {uncertainty:.2f} by the counts' own probabilities"
+    if one.mean_uncertainty is not None:
+        beside = f"± {one.mean_uncertainty:.2f} by the counts' own probabilities"
     lines = paper_lines(one, ("counted", one.counted), (theory_words(one), source), beside)
     for label, spread in (
         ("Restitution between the bodies", one.restitution_bodies),
@@ -274,7 +265,7 @@ def histogram_lines(histogram: Mapping[int, int], theories: Sequence[int]) -> li
     if not histogram:
         return []
     lines = ["", "Collisions  trials"]
-    scale = min(1.0, _BAR_AT_MOST / max(histogram.values()))
+    scale = min(1.0, 40 / max(histogram.values()))
     for count in range(max(histogram), min(histogram) - 1, -1):
         number = histogram.get(count, 0)
         bar = "#" * max(round(number * scale), number > 0)
@@ -299,7 +290,7 @@ def campaign_json(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
             "clip": plain(row.result.clip),
             "status": row.result.status,
             "count": row.count,
-            "probability": plain(row.probability),
+            "probability": plain(row.result.chance),
             "reason": plain(row.not_kept or row.result.reason),
             "what_to_do": advice(row),
         }

@@ -10,7 +10,6 @@ import io
 from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import matplotlib.patheffects as effects
@@ -20,13 +19,12 @@ from matplotlib.axes import Axes
 from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
-from matplotlib.font_manager import findfont
-from matplotlib.ft2font import FT2Font
+from matplotlib.font_manager import findfont, get_font
 from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
 
 from count_video.records import CollisionKind
-from count_video.reports.words import printable
+from count_video.reports.words import KINDS, printable
 
 BLACK, GREY, WHITE = "#000000", "#666666", "#FFFFFF"
 ORANGE, SKY_BLUE, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
@@ -76,15 +74,14 @@ class Mark:
 
 
 MARKS: dict[CollisionKind, Mark] = {
-    "bodies": Mark(VERMILION, "o", "●○", "between the bodies"),
-    "wall": Mark(BLUE, "s", "■□", "with the wall"),
+    "bodies": Mark(VERMILION, "o", "●○", KINDS["bodies"]),
+    "wall": Mark(BLUE, "s", "■□", KINDS["wall"]),
 }
 
 
 def styled() -> AbstractContextManager[None]:
     """Context in which a figure is made and written, whatever ``matplotlibrc`` lies about here."""
-    context: AbstractContextManager[None] = style.context(["default", STYLE])
-    return context
+    return style.context(["default", STYLE])
 
 
 def picture_bytes(figure: Figure, picture_format: str) -> bytes:
@@ -101,27 +98,11 @@ def picture_bytes(figure: Figure, picture_format: str) -> bytes:
 
 def drawable(text: str) -> str:
     """Replace what the font has no sign for, so that nothing is left out in silence."""
-    return "".join(sign if ord(sign) in _signs() else "?" for sign in printable(text))
-
-
-@cache
-def _signs() -> frozenset[int]:
-    return frozenset(FT2Font(font_path()).get_charmap())
-
-
-@cache
-def font_path() -> str:
-    """File of the font that everything is lettered in."""
-    return str(findfont(FONT))
+    font = get_font(findfont(FONT))
+    return "".join(sign if font.get_char_index(ord(sign)) else "?" for sign in printable(text))
 
 
 # ---- numbers beside marks ----------------------------------------------------------------------
-
-NUMBER = "number"
-AWAY_POINTS = 6.0
-"""Distance from the middle of a mark to its number."""
-MARGIN_PX = 3.0
-"""A number leaves so much around itself free."""
 
 Number = tuple[str, tuple[float, float], tuple[float, float]]
 """What to write, its mark's place in data coordinates, and the direction in which it stands from
@@ -136,7 +117,7 @@ def number_marks(axes: Axes, numbers: Iterable[Number], *, size: float = 10) -> 
             label = axes.annotate(
                 text,
                 place,
-                xytext=(AWAY_POINTS * right, AWAY_POINTS * up),
+                xytext=(6.0 * right, 6.0 * up),
                 textcoords="offset points",
                 ha=("right", "center", "left")[round(right) + 1],
                 va=("top", "center", "bottom")[round(up) + 1],
@@ -144,7 +125,7 @@ def number_marks(axes: Axes, numbers: Iterable[Number], *, size: float = 10) -> 
                 weight="bold",
                 path_effects=list(HALO),
                 zorder=5,
-                gid=NUMBER,
+                gid="number",
                 annotation_clip=True,
             )
             label.set_in_layout(False)
@@ -168,11 +149,11 @@ def thin_numbers(figure: Figure) -> None:
         places = [axes.transData.transform(np.asarray(one.get_offsets())) for one in drawn]
         taken: list[Bbox] = []
         for label in axes.texts:
-            if isinstance(label, Annotation) and label.get_gid() == NUMBER:
+            if isinstance(label, Annotation) and label.get_gid() == "number":
                 box, marks = label.get_window_extent(), np.concatenate(places)
                 middle, own = box.get_points().mean(axis=0), axes.transData.transform(label.xy)
                 nearest = np.linalg.norm(marks - middle, axis=1).min()
-                around = box.padded(MARGIN_PX)
+                around = box.padded(3.0)
                 free = around.count_overlaps(taken) == around.count_contains(marks) == 0
                 label.set_visible(free and nearest >= np.linalg.norm(own - middle) - 1e-6)
                 taken += [box] if label.get_visible() else []

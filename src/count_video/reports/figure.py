@@ -18,7 +18,7 @@ from matplotlib.patches import Arc
 from matplotlib.ticker import MaxNLocator
 
 from count_video.outputs import explained, open_outputs
-from count_video.physics.theory import collision_count, theta_rad
+from count_video.physics.theory import theta_rad
 from count_video.reports.campaign import CampaignSummary, Summary, TrialRow, theory_words
 from count_video.reports.drawing import (
     BLACK,
@@ -38,14 +38,16 @@ from count_video.reports.material import Material
 from count_video.reports.page import campaign_page
 from count_video.reports.panels import (
     TIME,
+    draw_energy,
     draw_enlarged,
+    draw_phase_circle,
     draw_space_time,
+    draw_states,
     draw_velocities,
     draw_whole,
 )
 from count_video.reports.plan_text import plain, theory_text
-from count_video.reports.states import MOST_POINTS, draw_energy, draw_phase_circle, draw_states
-from count_video.reports.text import answer_words
+from count_video.reports.text import answer_words, review_words
 from count_video.reports.words import plural, ratio_words
 
 PANELS: Mapping[str, Callable[[Axes, Material], None]] = {
@@ -56,9 +58,6 @@ PANELS: Mapping[str, Callable[[Axes, Material], None]] = {
     "energy": draw_energy,
 }
 """The panels of a trial, by the names of their own files."""
-SIZE_INCHES = (16.0, 10.5)
-PANEL_INCHES = (10.0, 6.0)
-THUMBNAIL_PX = (480, 130)
 
 
 def figure_of(width: float, height: float) -> Figure:
@@ -80,14 +79,12 @@ def add_legend(figure: Figure, axes: Axes, title: str | None = None) -> None:
 def trial_figure(material: Material) -> Figure:
     """Draw the picture of a trial."""
     result = material.result
-    title = answer_words(result)
-    if result.reviewed_count is not None:
-        title += f", {result.reviewed_count} after review"
+    title = answer_words(result) + review_words(result)
     if result.count is not None and result.mass_ratio is not None:
         title += f" at a mass ratio of {result.mass_ratio:.4g}"
     middle = "enlarged" if material.is_dense else "space-time"
     with styled():
-        figure = figure_of(*SIZE_INCHES)
+        figure = figure_of(16.0, 10.5)
         figure.suptitle(title, fontsize=20, weight="bold")
         panels = figure.subplot_mosaic(
             [["space-time", "phase-circle"], [middle, "phase-circle"], ["velocities", "energy"]],
@@ -111,7 +108,8 @@ def time_panels(figure: Figure) -> list[dict[str, list[float]]]:
     for axes in figure.axes:
         if axes.get_gid() == TIME:
             (left, bottom), (right, top) = axes.get_position().get_points()
-            box = [float(share) for share in (left, 1 - top, right, 1 - bottom)]
+            # The solver of the layout differs in the last digits from run to run.
+            box = [round(float(share), 6) for share in (left, 1 - top, right, 1 - bottom)]
             panels.append({"box": box, "frames": [float(end) for end in axes.get_xlim()]})
     return panels
 
@@ -122,7 +120,7 @@ def panel_figures(material: Material) -> dict[str, Figure]:
     with styled():
         for name, draw in PANELS.items():
             if name != "enlarged" or material.is_dense:
-                figures[name] = figure = Figure(figsize=PANEL_INCHES, layout="constrained")
+                figures[name] = figure = Figure(figsize=(10.0, 6.0), layout="constrained")
                 axes = figure.add_subplot()
                 draw(axes, material)
                 if axes.get_gid() == TIME:
@@ -134,22 +132,16 @@ def panel_figures(material: Material) -> dict[str, Figure]:
 def thumbnail_jpeg(material: Material) -> bytes:
     """Draw the whole of a trial in small, for lists: tracks and marks, no letters."""
     with styled():
-        width, height = THUMBNAIL_PX
-        figure = Figure(figsize=(width / 100, height / 100), dpi=100)
+        figure = Figure(figsize=(4.8, 1.3), dpi=100)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         draw_space_time(axes, material, material.shown_frames, size=14)
         axes.set_axis_off()
         target = io.BytesIO()
         figure.savefig(target, format="jpeg", pil_kwargs={"quality": 85})
-    return target.getvalue()
+        return target.getvalue()
 
 
 # ---- the theory --------------------------------------------------------------------------------
-
-LONGEST_ANSWER, LONGEST_LINE = 20, 70
-"""Characters that there is space for."""
-MOST_NUMBERS = 45
-"""Where there are more points, only about this many are numbered."""
 
 
 def write_theory_picture(
@@ -157,12 +149,8 @@ def write_theory_picture(
 ) -> None:
     """Write ``theory.png`` or ``theory.svg`` into a folder, which is made if needed.
 
-    ``masses`` are the heavy and the light one, in any one unit.
-
-    Raises
-    ------
-    UsageError
-        If it cannot be written.
+    ``masses`` are the heavy and the light one, in any one unit. A UsageError says that it cannot be
+    written.
     """
     data = picture_bytes(theory_figure(*masses), picture_format)
     outputs, name = open_outputs(folder), f"theory.{picture_format}"
@@ -175,22 +163,21 @@ def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
     with styled():
         figure = figure_of(15.0, 9.5)
         circle, words = figure.subplots(1, 2, width_ratios=[1.5, 1])
-        count = collision_count(heavy, light)
-        points = draw_phase_circle(circle, heavy, light, count)
+        points = draw_phase_circle(circle, heavy, light)
         circle.scatter(*points.T, s=25, color=BLACK, zorder=3, gid="state points")
-        step = max(1, -(-len(points) // MOST_NUMBERS))
-        places = [(float(x), float(y)) for x, y in points[::step]]
-        number_marks(circle, [(f"({step * k})", at, at) for k, at in enumerate(places)])
+        step = max(1, -(-len(points) // 45))
+        places = list(enumerate(map(tuple, points.tolist())))[::step]
+        number_marks(circle, [(f"({number})", at, at) for number, at in places])
         _draw_angles(circle, theta_rad(heavy, light))
         circle.set_xlabel(r"$V_1 = \sqrt{M}\,v_1$")
         circle.set_title(f"m : M = 1 : {plain(heavy / light)}", fontsize=18)
-        if count >= MOST_POINTS:
+        if not points.size:
             circle.text(0, -0.5, "state points:\ntoo many to draw", ha="center")
         headline, *lines = theory_text(heavy, light).splitlines()
         words.set_axis_off()
-        answer = _clipped(headline.partition(": ")[2], LONGEST_ANSWER)
+        answer = _clipped(headline.partition(": ")[2], 20)
         words.text(0, 0.98, answer, fontsize=34, weight="bold", va="top")
-        table = "\n".join(_clipped(line, LONGEST_LINE) for line in lines)
+        table = "\n".join(_clipped(line, 70) for line in lines)
         words.text(0, 0.84, table, fontsize=10, family=f"{FONT} Mono", linespacing=2.3, va="top")
         thin_numbers(figure)
         return figure

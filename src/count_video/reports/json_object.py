@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from count_video.planning.request import PLAN_VERSION, request_object
-from count_video.records import TrialResult
+from count_video.records import TrialResult, Velocities
 from count_video.reports.words import storable
 
 if TYPE_CHECKING:
@@ -25,15 +25,12 @@ if TYPE_CHECKING:
 
 SCHEMA_VERSION = 1
 SIGNIFICANT_DIGITS = 12
-"""Digits of a number: more than any measurement has, fewer than rounding errors show in."""
+"""More than any measurement has, fewer than rounding errors show in."""
 _NAMES = {
     "setup": "fitted_setup",
     "velocity_before": "velocity_before_px_frame",
     "velocity_after": "velocity_after_px_frame",
-    "ball_px_frame": "ball",
-    "heavy_px_frame": "heavy",
-    "ball_sigma_px_frame": "ball_sigma",
-    "heavy_sigma_px_frame": "heavy_sigma",
+    **{name: name.removesuffix("_px_frame") for name in Velocities.__dataclass_fields__},
 }
 """Keys that are not called as the field of the record is."""
 _KEYS = (
@@ -94,8 +91,7 @@ def plan_object(plan: Plan) -> dict[str, object]:
     """Turn a plan into what ``json.dumps`` takes; the map is in its own table."""
     camera = plain(plan.camera)
     if plan.camera is not None:
-        measured = plan.camera.measured
-        camera["chance"] = None if measured is None else plain(measured.chance)
+        camera["chance"] = plain(getattr(plan.camera.measured, "chance", None))
     return {
         "plan_version": PLAN_VERSION,
         "request": request_object(plan.request),

@@ -2,42 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Collision, Floats, MotionLine, Track, TrialResult
+from count_video.records import BodyTrack, Collision, Floats, Frame, MotionLine, Track, TrialResult
 
 Luma = NDArray[np.uint8]
 Point = tuple[float, float]
 Range = tuple[float, float]
-DENSE_SHARE = 0.6
-"""The enlarged stretch is the shortest that holds this share of the burst."""
-ENLARGED_SHARE = 0.5
-"""What takes more than this share of the whole is not worth a panel that enlarges it."""
-MARGIN_SHARE = 0.06
-"""Share of a stretch of frames that is shown on either side of it."""
-BESIDE_DIAMETERS = 0.35
-"""Shown beyond the ball's path, towards the wall and towards the heavy body."""
-HALF_WIDTH_DIAMETERS = 0.1
-"""The line is averaged this far to either side, in ball diameters: noise goes, edges stay."""
-CUT_DIAMETERS = (2.4, 1.5)
-"""Size of the enlarged surroundings of a contact, along and across the line."""
-CUT_WIDTH_PX = 300
-JPEG_QUALITY = 82
-
-
-@dataclass(frozen=True)
-class SpaceTime:
-    """The space-time image: the line of motion, cut out of every frame and laid row upon row."""
-
-    frame: Floats
-    """Frame coordinates of the rows, shape (n,)."""
-    image: Luma
-    """Brightness, shape (n, length): row by frame, column by position along the line in px."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +36,26 @@ class Material:
 
     result: TrialResult
     track: Track
-    space_time: SpaceTime | None
-    """None of a trial that is planned and not filmed; the wall then stands at 0."""
     pendulum: Pendulum | None
     """None where the swing does not show."""
+    lines: list[Luma] = field(default_factory=list)
+    """Brightness along the line of motion in the frames of the track that were decoded so far,
+    shape (length,) each: the space-time image. Empty of a trial that is planned and not filmed;
+    the wall then stands at 0."""
+    cuts: dict[int, list[tuple[int, bytes]]] = field(default_factory=lambda: defaultdict(list))
+    """The frames before, at and after each contact, by the collision's number: the index of each,
+    and its surroundings of the contact, enlarged, as JPEG."""
+
+    def keeping(self, frames: Iterable[tuple[Frame, int]]) -> Iterator[tuple[Frame, int]]:
+        """Yield frames and their rows of the track, and keep what pictures and page need."""
+        nearest = [int(np.argmin(abs(self.track.frame - c.frame))) for c in self.result.collisions]
+        for frame, row in frames:
+            self.lines.append(line_of_motion(frame.luma, self.track, row))
+            for collision, own in zip(self.result.collisions, nearest, strict=True):
+                if abs(row - own) <= 1:
+                    jpeg = _contact_jpeg(frame.luma, collision, self.track, row)
+                    self.cuts[collision.number].append((frame.index, jpeg))
+            yield frame, row
 
     @property
     def outward(self) -> int:
@@ -77,36 +72,36 @@ class Material:
         """First and last frame of the whole picture: all collisions, or the clip without any."""
         first, last = float(self.track.frame[0]), float(self.track.frame[-1])
         times = [c.frame for c in self.result.collisions] or [first, last]
-        margin = max(10.0, 2 * MARGIN_SHARE * (times[-1] - times[0]))
+        margin = max(10.0, 0.12 * (times[-1] - times[0]))
         return max(first, times[0] - margin), min(last, times[-1] + margin)
 
     @cached_property
     def dense_frames(self) -> Range:
-        """The shortest stretch of frames that holds most of the burst."""
+        """The shortest stretch of frames that holds 60 % of the burst."""
         times = [collision.frame for collision in self.burst]
         if len(times) < 3:
             return self.shown_frames
-        held = max(3, round(DENSE_SHARE * len(times))) - 1
+        held = max(3, round(0.6 * len(times))) - 1
         low, high = min(zip(times, times[held:], strict=False), key=lambda ends: ends[1] - ends[0])
-        margin = MARGIN_SHARE * (high - low) + 1.0
+        margin = 0.06 * (high - low) + 1.0
         return low - margin, high + margin
 
     @cached_property
     def is_dense(self) -> bool:
-        """Whether the burst has a part that is worth enlarging."""
+        """Whether the burst has a part that is worth enlarging: less than half of what is shown."""
         (low, high), (first, last) = self.dense_frames, self.shown_frames
-        return high - low < ENLARGED_SHARE * (last - first)
+        return high - low < 0.5 * (last - first)
 
     def shown_places(self, frames: Range) -> Range:
         """Lowest and highest position shown: from the wall to the heavy body's face, and beyond."""
         track = self.track
         inside = (track.frame >= frames[0]) & (track.frame <= frames[1])
-        lines = [*ball_edges_px(track), *([] if track.heavy is None else [track.heavy.position_px])]
-        values = np.concatenate([line[inside] for line in lines])
+        paths = [*ball_edges_px(track), *([] if track.heavy is None else [track.heavy.position_px])]
+        values = np.concatenate([path[inside] for path in paths])
         values = values[np.isfinite(values)]
         if values.size == 0:
-            return 0.0, 1.0 if self.space_time is None else float(self.space_time.image.shape[1])
-        beside = BESIDE_DIAMETERS * track.ball_diameter_px
+            return 0.0, float(len(self.lines[0])) if self.lines else 1.0
+        beside = 0.35 * track.ball_diameter_px
         return float(values.min()) - beside, float(values.max()) + beside
 
 
@@ -122,42 +117,6 @@ def ball_edges_px(track: Track) -> tuple[Floats, Floats]:
     return ball.position_px + ball.low_edge_px, ball.position_px + ball.high_edge_px
 
 
-# ---- units ------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Scale:
-    """Turns px and frames into what the axes say."""
-
-    length: float
-    """Millimetres a px, or 1."""
-    length_unit: str
-    time: float
-    """Milliseconds a frame, or 1."""
-    time_unit: str
-
-    @property
-    def speed(self) -> float:
-        """Speed units a px per frame; mm/ms is m/s."""
-        return self.length / self.time
-
-    @property
-    def speed_unit(self) -> str:
-        """``m/s`` where both scales are known."""
-        unit = f"{self.length_unit}/{self.time_unit}"
-        return "m/s" if unit == "mm/ms" else unit
-
-
-def scale_of(result: TrialResult) -> Scale:
-    """Best units that are known."""
-    length, fps = result.millimetres_per_px, result.capture_fps
-    time = (1000.0 / fps, "ms") if fps else (1.0, "frame")
-    return Scale(*((length, "mm") if length else (1.0, "px")), *time)
-
-
-# ---- places ------------------------------------------------------------------------------------
-
-
 def image_point(line: MotionLine, position_px: float, shift: Point = (0.0, 0.0)) -> Point:
     """Image x and y of a position along the line of motion, in a picture shifted so far."""
     slope = np.tan(np.radians(line.tilt_deg))
@@ -169,38 +128,87 @@ def image_point(line: MotionLine, position_px: float, shift: Point = (0.0, 0.0))
 
 def shift_of(track: Track, row: int) -> Point:
     """How far the picture of one row of a track is shifted by the camera's motion, by x and y."""
-    if track.shift_px is None:
-        return 0.0, 0.0
-    x, y = track.shift_px[row]
+    x, y = (0.0, 0.0) if track.shift_px is None else track.shift_px[row]
     return float(x), float(y)
 
 
-def touching(
-    track: Track, collisions: tuple[Collision, ...], swing: Pendulum | None
-) -> tuple[Track, Pendulum | None]:
+def touching(material: Material) -> Material:
     """Shift the heavy body's face, and its swing, to where the ball touches it, in the median.
 
     Its face is learnt from the picture, and a rim, a shadow or a reflection can pass for it. The
     track is not wrong by that, only shifted by a constant; and the collisions between the bodies
     give the constant, for there the heavy body's face is where the ball's outline is.
     """
-    contacts = [c for c in collisions if c.kind == "bodies" and c.seen]
-    if track.heavy is None or not contacts or not np.isfinite(track.heavy.position_px).any():
-        return track, swing
-    place = track.heavy.position_px
-    seen = np.isfinite(place)
-    face = np.interp([c.frame for c in contacts], track.frame[seen], place[seen])
-    shift = float(np.median(np.array([contact_px(c, track) for c in contacts]) - face))
-    heavy = replace(
-        track.heavy,
-        position_px=place + shift,
-        low_edge_px=track.heavy.low_edge_px - shift,
-        high_edge_px=track.heavy.high_edge_px - shift,
+    track, heavy, swing = material.track, material.track.heavy, material.pendulum
+    contacts = [c for c in material.result.collisions if c.kind == "bodies" and c.seen]
+    if heavy is None or not contacts or not np.isfinite(heavy.position_px).any():
+        return material
+    touched = np.array([contact_px(c, track) for c in contacts])
+    shift = float(np.median(touched - face_px(track, heavy, [c.frame for c in contacts])))
+    moved = replace(
+        heavy,
+        position_px=heavy.position_px + shift,
+        low_edge_px=heavy.low_edge_px - shift,
+        high_edge_px=heavy.high_edge_px - shift,
     )
     if swing is not None:
-        outward = 1 if track.wall_side == "left" else -1
-        swing = replace(swing, centre_px=swing.centre_px + outward * shift)
-    return replace(track, heavy=heavy), swing
+        swing = replace(swing, centre_px=swing.centre_px + material.outward * shift)
+    return replace(material, track=replace(track, heavy=moved), pendulum=swing)
+
+
+def face_px(track: Track, heavy: BodyTrack, frames: Sequence[float]) -> Floats:
+    """Place of the heavy body's face, seen in part, at some frame coordinates."""
+    seen = np.isfinite(heavy.position_px)
+    return np.interp(frames, track.frame[seen], heavy.position_px[seen])
+
+
+def speed_scale(result: TrialResult) -> tuple[float, str]:
+    """Factor from px a frame to the best unit of speed that is known, and that unit."""
+    length = (result.millimetres_per_px, "mm") if result.millimetres_per_px else (1.0, "px")
+    time = (1000.0 / result.capture_fps, "ms") if result.capture_fps else (1.0, "frame")
+    unit = f"{length[1]}/{time[1]}"
+    return length[0] / time[0], "m/s" if unit == "mm/ms" else unit
+
+
+@dataclass(frozen=True)
+class States:
+    """The state before the first collision of the burst and after each; n states.
+
+    The coordinates are those of G. Galperin (Playing pool with pi, 2003), in which every collision
+    without loss is a reflection and the energy is the square of the distance from the origin.
+    """
+
+    scaled: Floats
+    """V1 = sqrt(M) v1 and V2 = sqrt(m) v2, away from the wall, in units of the first state's
+    length, shape (2, n); NaN if unknown."""
+    sigma: Floats
+    """Standard uncertainties of these, in the same unit, which counts as exact; NaN if unknown."""
+    swing_energy: Floats
+    """Energy stored in the heavy body's swing, in units of the first state's kinetic energy and
+    counted from there, shape (n,); 0 where the swing is not known."""
+
+
+def measured_states(material: Material) -> States | None:
+    """States of the burst; None where the mass ratio or the first state is not known."""
+    burst, ratio = material.burst, material.result.mass_ratio
+    if not burst or ratio is None:
+        return None
+    velocities = [burst[0].velocity_before, *(c.velocity_after for c in burst)]
+    roots = np.array([[math.sqrt(ratio)], [1.0]])
+    scaled = roots * np.transpose([(v.heavy_px_frame, v.ball_px_frame) for v in velocities])
+    sigma = roots * np.transpose(
+        [(v.heavy_sigma_px_frame, v.ball_sigma_px_frame) for v in velocities]
+    )
+    length = math.hypot(*scaled[:, 0])
+    if not (length > 0 and math.isfinite(length)):
+        return None
+    swing = np.zeros(len(velocities))
+    heavy, pendulum = material.track.heavy, material.pendulum
+    if pendulum is not None and heavy is not None and np.isfinite(heavy.position_px).any():
+        face = face_px(material.track, heavy, [burst[0].frame, *(c.frame for c in burst)])
+        height = (face * material.outward - pendulum.centre_px) ** 2
+        swing = ratio * pendulum.rate_squared * (height - height[0]) / length**2
+    return States(material.outward * scaled / length, sigma / length, swing)
 
 
 # ---- what is kept of the frames ----------------------------------------------------------------
@@ -209,10 +217,11 @@ def touching(
 def line_of_motion(luma: Luma, track: Track, row: int) -> Luma:
     """Brightness along the line of motion in the picture of one row of a track, shape (length,).
 
+    It is averaged over a tenth of the ball's diameter to either side: noise goes, edges stay.
     Beyond the picture's border its last pixel goes on.
     """
     line = track.line
-    half = max(1, round(HALF_WIDTH_DIAMETERS * track.ball_diameter_px))
+    half = max(1, round(0.1 * track.ball_diameter_px))
     begin = np.array(image_point(line, 0.0, shift_of(track, row)))
     along, across = np.array([1.0, np.tan(np.radians(line.tilt_deg))]), np.array([0.0, 1.0])
     if line.upright:
@@ -227,16 +236,15 @@ def line_of_motion(luma: Luma, track: Track, row: int) -> Luma:
     return np.asarray(np.rint(band.mean(axis=0)), np.uint8)
 
 
-def contact_jpeg(luma: Luma, collision: Collision, track: Track, row: int) -> bytes:
-    """Cut the surroundings of a contact out of the picture of one row of a track, enlarged."""
+def _contact_jpeg(luma: Luma, collision: Collision, track: Track, row: int) -> bytes:
+    """Cut 2.4 by 1.5 ball diameters around a contact out of the picture of a row, enlarged."""
     x, y = image_point(track.line, contact_px(collision, track), shift_of(track, row))
-    sides = [max(10, round(share * track.ball_diameter_px)) for share in CUT_DIAMETERS]
+    sides = [max(10, round(share * track.ball_diameter_px)) for share in (2.4, 1.5)]
     width, height = np.minimum(sides[::-1] if track.line.upright else sides, luma.shape[::-1])
     left = int(np.clip(round(x - width / 2), 0, luma.shape[1] - width))
     top = int(np.clip(round(y - height / 2), 0, luma.shape[0] - height))
     piece = np.ascontiguousarray(luma[top : top + height, left : left + width])
-    scale = CUT_WIDTH_PX / width
-    size = (CUT_WIDTH_PX, max(1, round(height * scale)))
-    smooth = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
+    size = (300, max(1, round(height * (300 / width))))
+    smooth = cv2.INTER_CUBIC if width < 300 else cv2.INTER_AREA
     shown = cv2.resize(piece, size, interpolation=smooth)
-    return bytes(cv2.imencode(".jpg", shown, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1])
+    return bytes(cv2.imencode(".jpg", shown, [cv2.IMWRITE_JPEG_QUALITY, 82])[1])

@@ -14,23 +14,16 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from count_video.inputs import TOLERANCES
-from count_video.planning import plan as planned_clips
 from count_video.planning.comparison import expected_counts
-from count_video.planning.plan import Plan
+from count_video.planning.plan import LIKENESSES, Plan
 from count_video.planning.request import PlanRequest, Tolerances
 from count_video.records import Floats, TrialResult
-from count_video.reports.campaign import (
-    CampaignSummary,
-    TrialRow,
-    advice,
-    summary_lines,
-)
+from count_video.reports.campaign import CampaignSummary, TrialRow, advice, summary_lines
 from count_video.reports.json_object import json_object, plain
 from count_video.reports.plan_text import change_words, plan_headline, plan_notes, table_lines
 from count_video.reports.tables import collision_lines
@@ -38,44 +31,11 @@ from count_video.reports.text import answer_words, comparison_lines, result_note
 from count_video.reports.words import counts_words, percent, printable, ratio_words, storable
 
 
-@dataclass(frozen=True)
-class Footage:
-    """The annotated clip on the page."""
-
-    mp4: bytes
-    frame: Floats
-    """Frames of the footage that it shows, shape (n,)."""
-    shown_s: Floats
-    """When it shows each, in seconds from its start, shape (n,)."""
-    cuts: Mapping[int, Sequence[tuple[int, bytes]]]
-    """Enlarged frames of each contact, by the collision's number: their indices and JPEGs."""
-    clip_sha256: str = ""
-    """Digest of the clip's bytes, which no other clip has; empty if not known."""
-
-
-@dataclass(frozen=True)
-class Picture:
-    """The picture of the trial on the page."""
-
-    data: bytes
-    media_type: str
-    """``image/png`` or ``image/svg+xml``."""
-    panels: Sequence[Mapping[str, object]] = ()
-    """Panels in which time runs to the right, as ``figure.time_panels`` gives them."""
-
-
 def render(name: str, scripts: Sequence[str] = (), **values: object) -> str:
-    """Fill in a template of this package.
+    """Fill in a template; its style is called like it, and all pages share ``page.css``.
 
-    Parameters
-    ----------
-    name
-        Of the template; its style is called like it, and all pages share ``page.css``.
-    scripts
-        Names of the scripts that run on the page, in order.
-    values
-        What the template asks for. Everything that is filled in is escaped, so that no name can end
-        a script or begin an element.
+    ``scripts`` are the names of those that run on the page, in order. Every value that is filled in
+    is escaped, so that no name can end a script or begin an element.
     """
     made = Environment(
         loader=PackageLoader("count_video.reports"),
@@ -103,7 +63,7 @@ def _own_file(name: str) -> Markup:
     return Markup((Path(__file__).parent / "templates" / name).read_text("utf-8"))
 
 
-def _address(data: bytes, media_type: str) -> str:
+def data_address(data: bytes, media_type: str) -> str:
     """Write a file as an address that holds all of it."""
     return f"data:{media_type};base64,{base64.b64encode(data).decode('ascii')}"
 
@@ -111,31 +71,36 @@ def _address(data: bytes, media_type: str) -> str:
 # ---- a clip --------------------------------------------------------------------------------------
 
 
-def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | None) -> str:
-    """Write the page; without footage (no bodies were followed) it holds the answer alone."""
+@dataclass(frozen=True)
+class PageMedia:
+    """The annotated clip, and the picture of the trial, on the page."""
+
+    mp4: bytes
+    frame: Floats
+    """Frames of the footage that the clip shows, shape (n,)."""
+    shown_s: Floats
+    """When it shows each, in seconds from its start, shape (n,)."""
+    cuts: Mapping[int, Sequence[tuple[int, bytes]]]
+    """Enlarged frames of each contact, by the collision's number: their indices and JPEGs."""
+    clip_sha256: str = ""
+    """Digest of the clip's bytes, which no other clip has; empty if not known."""
+    picture: str | None = None
+    """The picture as an address that holds it."""
+    panels: Sequence[Mapping[str, object]] = ()
+    """Those of its panels in which time runs to the right, as ``figure.time_panels`` gives them."""
+
+
+def clip_page(result: TrialResult, media: PageMedia | None = None) -> str:
+    """Write the page; without media (no bodies were followed) it holds the answer alone."""
     name = storable(Path(result.clip).name)
     saved = f"{Path(name).stem}.corrections.json"
-    data = None
-    if footage is not None:
-        cuts = {
-            number: [(frame, _address(jpeg, "image/jpeg")) for frame, jpeg in frames]
-            for number, frames in footage.cuts.items()
-        }
-        data = {
-            "clip": name,
-            "clip_sha256": footage.clip_sha256,
-            "save_as": saved,
-            "result": json_object(result),
-            "burst_size": result.burst_size,
-            "burst_ends": min((c.frame for c in result.beyond_burst), default=1e300),
-            "panels": [] if picture is None else list(picture.panels),
-            "frames": footage.frame.astype(int).tolist(),
-            "times": footage.shown_s.round(5).tolist(),
-            "cuts": cuts,
-        }
+    shown: dict[str, object] = {"video": None, "picture": None}
+    if media is not None:
+        shown = {"video": data_address(media.mp4, "video/mp4"), "picture": media.picture}
+        shown["data"] = {"clip": name, "save_as": saved, **_script_data(result, media)}
     return render(
         "clip",
-        () if footage is None else ("clip",),
+        () if media is None else ("clip",),
         clip=name,
         command=f"count-video {shlex.quote(name)} --corrections {shlex.quote(saved)}",
         answer=answer_words(result),
@@ -144,10 +109,25 @@ def clip_page(result: TrialResult, footage: Footage | None, picture: Picture | N
         notes=result_notes(result),
         table="\n".join(collision_lines(result)),
         compared="\n".join(comparison_lines(result.comparison)),
-        video=None if footage is None else _address(footage.mp4, "video/mp4"),
-        picture=None if picture is None else _address(picture.data, picture.media_type),
-        data=data,
+        **shown,
     )
+
+
+def _script_data(result: TrialResult, media: PageMedia) -> dict[str, object]:
+    """Return what the page's script needs."""
+    return {
+        "clip_sha256": media.clip_sha256,
+        "result": json_object(result),
+        "burst_size": result.burst_size,
+        "burst_ends": min((c.frame for c in result.beyond_burst), default=1e300),
+        "panels": list(media.panels),
+        "frames": media.frame.astype(int).tolist(),
+        "times": media.shown_s.round(5).tolist(),
+        "cuts": {
+            number: [(frame, data_address(jpeg, "image/jpeg")) for frame, jpeg in frames]
+            for number, frames in media.cuts.items()
+        },
+    }
 
 
 def _facts(result: TrialResult) -> dict[str, str]:
@@ -179,8 +159,7 @@ def campaign_page(
         groups=[(ratio_words(group.mass_ratio), summary_lines(group)) for group in summary.groups],
         rows=sorted(rows, key=lambda row: not row.needs_a_person),
         doubt=_doubt,
-        link=_link,
-        picture=_address(*picture),
+        picture=data_address(*picture),
     )
 
 
@@ -191,23 +170,7 @@ def _doubt(row: TrialRow) -> str:
     return printable(". ".join(filter(None, sentences)))
 
 
-def _link(row: TrialRow, suffix: str) -> str | None:
-    """Address of a file beside the page; None if it is not there."""
-    name = f"{row.name}.{suffix}"
-    return quote(name) if name in row.files else None
-
-
 # ---- a plan ------------------------------------------------------------------------------------
-
-MOST_RATIO = 10_000.0
-"""Largest mass ratio that the sliders reach, unless a larger one is planned."""
-LIGHT_FACTOR = 4.0
-LOGARITHMIC_STEP = 0.002
-_MEASURED = (
-    *("RESOLVED", "BETWEEN", "CLOSE", "LONG", "CLOSEST_FRAMES", "CLOSER_FRAMES"),
-    *("MOST_OF_A_SHORT_BURST", "LONG_BURST", "LONG_BURST_FPS"),
-)
-"""What of the clips of known truth the script judges a camera by."""
 
 
 def plan_page(plan: Plan) -> str:
@@ -231,7 +194,7 @@ def plan_page(plan: Plan) -> str:
             "tolerances": plain(request.tolerances),
             "seed": request.seed,
             "options": _options_beside(request),
-            "measured": plain({name.lower(): getattr(planned_clips, name) for name in _MEASURED}),
+            "likenesses": plain(LIKENESSES),
         },
     )
 
@@ -258,8 +221,8 @@ def _sliders(plan: Plan) -> list[dict[str, object]]:
     for name, label, low, high, step, planned in (
         ("gap", "Gap, ball to wall", 0.005, 0.1, 0.0005, request.gap_m),
         ("release", "Release", 0.02, 0.2, 0.001, request.release_m),
-        ("heavy", "Mass of the cylinder", light, light * MOST_RATIO, None, heavy),
-        ("light", "Mass of the ball", light / LIGHT_FACTOR, light * LIGHT_FACTOR, None, light),
+        ("heavy", "Mass of the cylinder", light, light * 10_000.0, None, heavy),
+        ("light", "Mass of the ball", light / 4.0, light * 4.0, None, light),
         ("heavyThread", "Thread of the cylinder", 0.2, 3.0, 0.001, request.heavy_thread_m),
         ("lightThread", "Thread of the ball", 0.2, 3.0, 0.001, request.light_thread_m),
         ("restitution", "Restitution", 0.85, 1.0, 0.001, request.restitution),
@@ -269,6 +232,6 @@ def _sliders(plan: Plan) -> list[dict[str, object]]:
         if step is None:
             least, most = round(math.log10(least), 4), round(math.log10(most), 4)
             value = math.log10(planned)
-        slider: dict[str, object] = {"name": name, "label": label, "step": step or LOGARITHMIC_STEP}
+        slider: dict[str, object] = {"name": name, "label": label, "step": step or 0.002}
         sliders.append(slider | {"least": least, "most": most, "value": value, "planned": planned})
     return sliders

@@ -1,4 +1,7 @@
-"""Panels over time of the picture of a trial, measured or planned: each drawn into given axes."""
+"""The panels of the picture of a trial, measured or planned: each drawn into given axes.
+
+The phase circle's coordinates are those of ``material.States``.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +11,24 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle, Wedge
+from matplotlib.ticker import MaxNLocator
 
-from count_video.records import CollisionKind
+from count_video.physics.theory import Mass, collision_count, state_points, theta_rad
+from count_video.planning.comparison import expected_counts
+from count_video.records import CollisionKind, Floats
 from count_video.reports.drawing import (
     BALL,
     BARS,
     BLACK,
+    BLUE,
+    GREEN,
     GREY,
     HEAVY,
     MARKS,
+    PAPER,
+    SKY_BLUE,
+    VERMILION,
     WHITE,
     YELLOW,
     number_marks,
@@ -25,17 +37,17 @@ from count_video.reports.material import (
     Material,
     Point,
     Range,
-    SpaceTime,
     ball_edges_px,
     contact_px,
-    scale_of,
+    measured_states,
+    speed_scale,
 )
+from count_video.reports.words import counts_words
 
 TIME = "time"
 """Group of the panels in which time runs to the right."""
-MOST_NUMBERS = 60
-"""Where there are more collisions, not every one is numbered in the enlarged panel either."""
-BRIGHTEST_PERCENTILES = (1.0, 99.5)
+MOST_POINTS = 700
+"""More points than this cannot be seen one by one; the phase circle is then drawn alone."""
 
 
 def draw_whole(axes: Axes, material: Material) -> None:
@@ -45,7 +57,7 @@ def draw_whole(axes: Axes, material: Material) -> None:
     title = "Space and time, the wall at the bottom"
     if material.is_dense:
         low, high = material.dense_frames
-        frame = BLACK if material.space_time is None else YELLOW
+        frame = YELLOW if material.lines else BLACK
         axes.axvspan(low, high, fill=False, edgecolor=frame, linewidth=2.0)
         title += "; the framed part is enlarged"
         numbered -= {c.number for c in [c for c in material.burst if low <= c.frame <= high][1:-1]}
@@ -59,7 +71,7 @@ def draw_enlarged(axes: Axes, material: Material) -> None:
     draw_space_time(axes, material, (low, high))
     shown = [c.number for c in material.result.collisions if low <= c.frame <= high]
     axes.set_title(f"Enlarged: collisions {shown[0]} to {shown[-1]}")
-    _number_and_label(axes, material, shown[:: -(-len(shown) // MOST_NUMBERS)], size=10)
+    _number_and_label(axes, material, shown[:: -(-len(shown) // 60)], size=10)
 
 
 def draw_space_time(axes: Axes, material: Material, frames: Range, size: float = 52) -> None:
@@ -67,8 +79,8 @@ def draw_space_time(axes: Axes, material: Material, frames: Range, size: float =
     places, track = material.shown_places(frames), material.track
     low, high = ball_edges_px(track)
     face = None if track.heavy is None else track.heavy.position_px
-    if material.space_time is not None:
-        _draw_image(axes, material.space_time, frames, places)
+    if material.lines:
+        _draw_image(axes, material, frames, places)
     elif face is not None:
         axes.axhspan(places[0], 0.0, color=GREY, alpha=0.4, linewidth=0)
         axes.fill_between(track.frame, low, high, color=BALL, alpha=0.35, linewidth=0)
@@ -83,8 +95,8 @@ def draw_space_time(axes: Axes, material: Material, frames: Range, size: float =
     axes.set_ylim(*places[:: material.outward])
 
 
-def _draw_image(axes: Axes, filmed: SpaceTime, frames: Range, places: Range) -> None:
-    rows, image = filmed.frame, filmed.image
+def _draw_image(axes: Axes, material: Material, frames: Range, places: Range) -> None:
+    rows, image = material.track.frame[: len(material.lines)], np.array(material.lines)
     # Frames that were left out (copies) get the row before them: the image's time stays even.
     wanted = np.arange(np.floor(frames[0]), np.ceil(frames[1]) + 1)
     wanted = wanted[(wanted >= rows[0]) & (wanted <= rows[-1])]
@@ -93,7 +105,7 @@ def _draw_image(axes: Axes, filmed: SpaceTime, frames: Range, places: Range) -> 
     low = max(0, int(np.floor(places[0])))
     high = min(image.shape[1], int(np.ceil(places[1])) + 1)
     piece = image[np.searchsorted(rows, wanted, side="right") - 1, low:high].T
-    darkest, brightest = np.percentile(piece, BRIGHTEST_PERCENTILES)
+    darkest, brightest = np.percentile(piece, (1.0, 99.5))
     axes.imshow(
         piece,
         cmap="gray",
@@ -116,6 +128,7 @@ def _draw_marks(axes: Axes, material: Material, frames: Range, size: float) -> N
             alike[c.kind, c.seen, counts].append((c.frame, contact_px(c, material.track)))
     for (kind, seen, counts), places in alike.items():
         colour = MARKS[kind].colour if counts else GREY
+        label = f"collision {MARKS[kind].words}{'' if seen else ', inferred'}"
         x, y = zip(*places, strict=True)
         axes.scatter(
             x,
@@ -127,8 +140,7 @@ def _draw_marks(axes: Axes, material: Material, frames: Range, size: float) -> N
             linewidth=(1.0 if seen else 2.2) * min(1.0, size / 30),
             zorder=4,
             gid="collision" if counts else "beyond",
-            label=f"collision {MARKS[kind].words}{'' if seen else ', inferred'}"
-            f"{'' if counts else ', after the burst'}",
+            label=label if counts else f"{label}, after the burst",
         )
 
 
@@ -150,16 +162,16 @@ def _number_and_label(
     ]
     number_marks(axes, marks, size=size)
     axes.set_gid(TIME)
-    axes.set_ylabel("position along the line (px)")
-    axes.set_xlabel("frame")
-    scale, (low, high) = scale_of(material.result), ball_edges_px(track)
+    axes.set(xlabel="frame", ylabel="position along the line (px)")
+    (low, high), mm_a_px = ball_edges_px(track), material.result.millimetres_per_px
     wall = float(np.nanmin(low) if outward > 0 else np.nanmax(high))
-    if scale.length_unit != "px":
-        side = axes.secondary_yaxis("right", functions=_linear(outward * scale.length, wall))
-        side.set_ylabel(f"from the wall ({scale.length_unit})")
-    if scale.time_unit != "frame":
-        top = axes.secondary_xaxis("top", functions=_linear(scale.time, 0.0))
-        top.set_xlabel(f"time ({scale.time_unit})", loc="right", labelpad=2)
+    if mm_a_px:
+        side = axes.secondary_yaxis("right", functions=_linear(outward * mm_a_px, wall))
+        side.set_ylabel("from the wall (mm)")
+    if material.result.capture_fps:
+        ms_a_frame = 1000.0 / material.result.capture_fps
+        top = axes.secondary_xaxis("top", functions=_linear(ms_a_frame, 0.0))
+        top.set_xlabel("time (ms)", loc="right", labelpad=2)
 
 
 def _linear(factor: float, zero: float) -> Any:
@@ -173,13 +185,14 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     Steps from frame to frame that hold a collision are left out.
     """
     frames = material.dense_frames if material.is_dense else material.shown_frames
-    scale, collisions, track = scale_of(material.result), material.result.collisions, material.track
-    unit, times = scale.speed * material.outward, np.array([c.frame for c in collisions])
+    collisions, track = material.result.collisions, material.track
+    speed, unit_name = speed_scale(material.result)
+    unit, times = speed * material.outward, np.array([c.frame for c in collisions])
     clear = np.diff(np.searchsorted(times, track.frame)) == 0
     middle = (track.frame[1:] + track.frame[:-1]) / 2
     sides = [side for c in collisions for side in (c.velocity_before, c.velocity_after)]
     when = np.repeat(times, 2)
-    shown = [-1.0, 1.0] if not sides else []
+    shown = [] if sides else [-1.0, 1.0]
     for name, label, colour, body in (
         ("ball", "ball", BALL, track.ball),
         ("heavy", "cylinder", HEAVY, track.heavy),
@@ -200,8 +213,107 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
     beside = 0.12 * float(np.ptp(shown)) or 1.0
     axes.set_gid(TIME)
-    axes.set_xlim(*frames)
-    axes.set_ylim(min(shown) - beside, max(shown) + beside)
-    axes.set_xlabel("frame")
-    axes.set_ylabel(f"velocity ({scale.speed_unit})\naway from the wall is up")
+    axes.set(xlim=frames, ylim=(min(shown) - beside, max(shown) + beside), xlabel="frame")
+    axes.set_ylabel(f"velocity ({unit_name})\naway from the wall is up")
     axes.set_title("Velocities: dots from frame to frame, lines and bars fitted between collisions")
+
+
+# ---- states and energies after each collision --------------------------------------------------
+
+
+def draw_phase_circle(
+    axes: Axes, heavy: Mass, light: Mass, *, colour: str = VERMILION, alpha: float = 0.7
+) -> Floats:
+    """Draw the theory into a panel and return its state points, shape (n, 2); n = 0 if too many.
+
+    The momentum lines, of this colour and opacity, have slope -sqrt(M/m); the stopping region lies
+    between the V1 axis and the line of slope sqrt(m/M) through the centre.
+    """
+    theta = theta_rad(heavy, light)
+    opening = float(np.degrees(theta))
+    axes.add_patch(Wedge((0, 0), 1.0, 0.0, opening, color=SKY_BLUE, alpha=0.35, gid="stopping"))
+    axes.plot([0, 1.12 * np.cos(theta)], [0, 1.12 * np.sin(theta)], color=SKY_BLUE, linewidth=1.2)
+    axes.add_patch(Circle((0, 0), 1.0, fill=False, edgecolor=BLACK, linewidth=1.3, gid="circle"))
+    axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=0)
+    axes.axvline(0.0, color=GREY, linewidth=0.7, zorder=0)
+    few = collision_count(heavy, light) < MOST_POINTS
+    states = state_points(heavy, light) if few else np.empty((0, 2))
+    for step in range(1, len(states)):
+        # Momentum lines slant (odd steps), mirrors at the wall are upright and dashed (even ones).
+        style: Any = {"gid": "mirror", "color": GREY, "linestyle": (0, (3, 2))}
+        if step % 2:
+            style = {"gid": "momentum", "color": colour}
+        axes.plot(*states[step - 1 : step + 1].T, zorder=1, linewidth=1.0, alpha=alpha, **style)
+    axes.set(xlim=(-1.24, 1.24), ylim=(-1.24, 1.24), aspect="equal", anchor="N")
+    axes.set_xlabel(r"$V_1 = \sqrt{M}\,v_1$  (in units of the first state)")
+    axes.set_ylabel(r"$V_2 = \sqrt{m}\,v_2$")
+    return states
+
+
+def draw_states(axes: Axes, material: Material) -> None:
+    """Draw the phase circle: theory and measurement; a sentence where the ratio is not known."""
+    axes.set_title("Phase circle: theory (lines) and measured states")
+    states, ratio = measured_states(material), material.result.mass_ratio
+    expected = expected_counts(material.result)
+    if states is None or ratio is None or expected is None:
+        _say_instead(axes, material)
+        return
+    draw_phase_circle(axes, ratio, 1, colour=GREY, alpha=0.55)
+    x, y = states.scaled
+    if np.isfinite(states.sigma).any():
+        x_sigma, y_sigma = states.sigma
+        axes.errorbar(x, y, y_sigma, x_sigma, fmt="none", ecolor=GREY, zorder=3, **BARS)
+    axes.scatter(x[0], y[0], s=64, marker="^", color=BLACK, gid="state", zorder=4)
+    for kind, mark in MARKS.items():
+        chosen = [k for k, c in enumerate(material.burst, 1) if c.kind == kind]
+        style: Any = {"s": 49, "marker": mark.shape, "color": mark.colour, "edgecolor": WHITE}
+        axes.scatter(x[chosen], y[chosen], gid="state", zorder=4, **style)
+    step = 1 if len(x) <= 45 else 5
+    places = list(enumerate(states.scaled.T.tolist()))[::step]
+    number_marks(axes, [(str(number), (x, y), (x, y)) for number, (x, y) in places], size=9)
+    words = f"M : m = {ratio:.4g} : 1\ntheory counts {counts_words(*expected.free)}"
+    axes.text(0.0, 0.06, words, ha="center", va="bottom", fontsize=11, bbox=PAPER)
+    axes.text(0.5, -0.03, "stops here", ha="center", va="top", fontsize=9, color=BLUE)
+    if states.swing_energy.max() > 0.05:  # of all energy
+        words = "inside the circle: the swing\nholds part of the energy"
+        axes.text(0.0, -0.12, words, ha="center", va="top", fontsize=9, bbox=PAPER)
+
+
+def _say_instead(axes: Axes, material: Material) -> None:
+    """Fill a panel that cannot be drawn with the reason."""
+    one = material.track.heavy is None
+    reason = "one body alone" if one else "needs the mass ratio:\ngive --masses HEAVY LIGHT"
+    axes.set_axis_off()
+    axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", va="center", fontsize=12)
+
+
+def draw_energy(axes: Axes, material: Material) -> None:
+    """Draw each share of the energy against the collision's number, in % of the first state's.
+
+    Uncertainties are propagated to first order (JCGM 100:2008, 5.1.2): that of a square is twice
+    the value times its own. The two bodies' are taken as independent.
+    """
+    axes.set_title("Energy after each collision; bars: uncertainty")
+    states = measured_states(material)
+    if states is None:
+        _say_instead(axes, material)
+        return
+    swing = 100 * states.swing_energy
+    moving, sigma = 100 * states.scaled**2, 200 * np.abs(states.scaled) * states.sigma
+    known = material.pendulum is not None
+    whole = "all together" if known else "both together; the swing is not known"
+    for label, shape, colour, energy, bar in (
+        ("cylinder, moving", "s", HEAVY, moving[0], sigma[0]),
+        ("ball, moving", "o", BALL, moving[1], sigma[1]),
+        *([("raised by the swing", "^", GREEN, swing, 0.0 * swing)] if known else []),
+        (whole, "D", BLACK, moving.sum(axis=0) + swing, np.hypot(*sigma)),
+    ):
+        style: Any = {"fmt": f"{shape}-", "color": colour, "ms": 4, "label": label, **BARS}
+        drawn = axes.errorbar(np.arange(len(energy)), energy, bar, **style)
+        drawn.lines[0].set_gid("total" if label == whole else label)
+    axes.axhline(100.0, color=BLACK, linewidth=0.7, linestyle=":")
+    axes.set_xlabel("after collision number (0: before the first)")
+    axes.set_ylabel("energy (% of the first state's)")
+    axes.set_ylim(min(0.0, 1.1 * float(swing.min())), 138.0)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.legend(loc="upper center", ncols=2, fontsize=9)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -11,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from count_video.outputs import OutputFolder, explained
@@ -43,26 +43,21 @@ from count_video.reports.figure import add_legend, figure_of
 from count_video.reports.json_object import plan_object
 from count_video.reports.material import Material, Pendulum
 from count_video.reports.page import plan_page
-from count_video.reports.panels import draw_enlarged, draw_whole
+from count_video.reports.panels import draw_enlarged, draw_states, draw_whole
 from count_video.reports.plan_text import plan_headline
-from count_video.reports.states import draw_states
 from count_video.reports.tables import map_csv
 
-SIZE_INCHES = (16.0, 12.0)
 RATES_FPS = (60, 120, 240, 480, 960, 2000, 4000, 8000, 16_000, 32_000, 64_000, 128_000)
 """Rates whose contours are drawn, where they lie on the map."""
-LETTER_CELLS = 2.2
-"""A count is written where its region reaches this far to all sides."""
-ELLIPSE_SIGMAS = 2.0
 
 
 def plan_figure(plan: Plan) -> Figure:
     """Draw the map above the space-time picture, and the phase circle."""
     material = planned_material(plan)
     with styled():
-        figure = figure_of(*SIZE_INCHES)
-        title = f"Plan: {plan_headline(plan)}"
-        figure.suptitle(drawable(title), fontsize=20, weight="bold", parse_math=False)
+        figure = figure_of(16.0, 12.0)
+        title = drawable(f"Plan: {plan_headline(plan)}")
+        figure.suptitle(title, fontsize=20, weight="bold", parse_math=False)
         (above, circle), below = figure.subplots(2, 2, height_ratios=[1.25, 1])
         if plan.chart is None:
             above.set_axis_off()
@@ -93,8 +88,7 @@ def _draw_map(axes: Axes, plan: Plan, chart: Chart) -> None:
     axes.pcolormesh(*cells, own, cmap=ListedColormap([OWN]), **style)
     axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())  # whatever else is drawn
     _draw_rates(axes, cells, RESOLVED_FRAMES / chart.shortest_s)
-    for count in np.unique(counts.compressed()):
-        _write_count(axes, cells, chart.count == count, str(count))
+    _write_counts(axes, cells, counts)
     _draw_setup(axes, plan)
     axes.set_xlabel("gap from the wall to the hanging ball (cm)")
     axes.set_ylabel("release (cm)")
@@ -112,102 +106,104 @@ def _draw_rates(axes: Axes, cells: tuple[Floats, Floats], needed_fps: Floats) ->
             label.set_path_effects(list(HALO))
 
 
-def _write_count(
-    axes: Axes, cells: tuple[Floats, Floats], region: NDArray[np.bool_], count: str
-) -> None:
-    """Write a count where its region is widest, if it is wide enough to hold it."""
-    depth = ndimage.distance_transform_edt(np.pad(region, 1))[1:-1, 1:-1]
-    row, column = np.unravel_index(int(depth.argmax()), depth.shape)
-    widest = float(depth[row, column])
-    if widest >= LETTER_CELLS:
-        place = float(cells[0][column]), float(cells[1][row])
-        size = min(20.0, 8.0 + 1.2 * widest)
-        style: Any = {"ha": "center", "va": "center", "weight": "bold", "gid": "count"}
-        axes.text(*place, count, fontsize=size, path_effects=list(HALO), zorder=3, **style)
+def _write_counts(axes: Axes, cells: tuple[Floats, Floats], counts: Any) -> None:
+    """Write each count where its region is widest, if it is wide enough to hold it."""
+    style: Any = {"ha": "center", "va": "center", "weight": "bold", "gid": "count", "zorder": 3}
+    for count in np.unique(counts.compressed()):
+        region = np.pad(counts.filled(NO_COUNT) == count, 1)
+        depth = ndimage.distance_transform_edt(region)[1:-1, 1:-1]
+        row, column = np.unravel_index(int(depth.argmax()), depth.shape)
+        widest = float(depth[row, column])
+        if widest >= 2.2:
+            place = float(cells[0][column]), float(cells[1][row])
+            size = min(20.0, 8.0 + 1.2 * widest)
+            axes.text(*place, str(count), fontsize=size, path_effects=list(HALO), **style)
 
 
 def _draw_setup(axes: Axes, plan: Plan) -> None:
-    """Draw the planned set-up as a dot, its tolerance as an ellipse, and what to change."""
+    """Draw the planned set-up as a dot, twice its tolerance as an ellipse, and what to change."""
     request, off = plan.request, plan.request.tolerances
-    place = (100 * request.gap_m, 100 * request.release_m)
-    size = (200 * ELLIPSE_SIGMAS * off.gap_m, 200 * ELLIPSE_SIGMAS * off.release_m)
+    gap_cm, release_cm = place = (100 * request.gap_m, 100 * request.release_m)
     style: Any = {"facecolor": "none", "edgecolor": VERMILION, "linewidth": 2.0, "zorder": 4}
-    axes.add_patch(Ellipse(place, *size, gid="tolerance", **style))
+    size_cm = (400 * off.gap_m, 400 * off.release_m)
+    axes.add_patch(Ellipse(place, *size_cm, gid="tolerance", **style))
     axes.plot(*place, "o", color=VERMILION, markeredgecolor="white", markersize=9, zorder=5)
+    arrow = {"arrowstyle": "-|>", "color": GREEN, "linewidth": 2.0}
     for proposal in plan.proposals:
-        if proposal.change != "heavy mass":
-            value = 100 * proposal.value
-            target = (value, place[1]) if proposal.change == "gap" else (place[0], value)
-            arrow = {"arrowstyle": "-|>", "color": GREEN, "linewidth": 2.0}
+        value_cm = 100 * proposal.value
+        targets = {"gap": (value_cm, release_cm), "release": (gap_cm, value_cm)}
+        if proposal.change in targets:
+            target = targets[proposal.change]
             axes.annotate("", target, xytext=place, arrowprops=arrow, zorder=4)
 
 
 # ---- the planned trial as if it had been counted -------------------------------------------------
-
-POINTS = 1000
-"""Of the paths, besides those at the collisions, between which they are smooth."""
-BEYOND = 0.12
-"""The picture begins this share of the burst before the first collision, and ends so after it."""
 
 
 def planned_material(plan: Plan) -> Material:
     """Make what the panels of a measured trial are drawn from.
 
     Frame 0 is the release, and px are those of a picture that holds wall and burst and little else;
-    places are counted from the wall. The paths are drawn between the frames as well. A collision
-    counts as seen if both its neighbours are far enough away.
+    places are counted from the wall. The paths are drawn between the frames as well.
     """
-    motion, burst, request = plan.motion, plan.motion.burst, plan.request
+    motion, request, setup = plan.motion, plan.request, plan.motion.setup
     fps = plan.framing.rate_needed_fps if plan.camera is None else plan.camera.capture_fps
-    px_per_m = plan.framing.ball_at_most_px / request.ball_diameter_m
-    half_px, wide_px = plan.framing.ball_at_most_px / 2, float(PICTURE_WIDTH_PX)
-    times_s = np.array([bounce.time_s for bounce in burst])
-    margin_s = BEYOND * max(times_s[-1] - times_s[0], 1e-3)
-    even = np.linspace(max(0.0, times_s[0] - margin_s), times_s[-1] + margin_s, POINTS)
+    diameter_px = plan.framing.ball_at_most_px
+    half_px, px_per_m = diameter_px / 2, diameter_px / request.ball_diameter_m
+    times_s = np.array([bounce.time_s for bounce in motion.burst])
+    margin_s = 0.12 * max(times_s[-1] - times_s[0], 1e-3)
+    even = np.linspace(max(0.0, times_s[0] - margin_s), times_s[-1] + margin_s, 1000)
     drawn_s = np.union1d(even, times_s)  # the paths have corners at the collisions
     sample, still = motion.sample(drawn_s), np.zeros(len(drawn_s))
     ball_px = half_px + px_per_m * sample.ball_far_face_m
+    heavy_px = px_per_m * sample.heavy_face_m
     track = Track(
         frame=drawn_s * fps,
         ball=BodyTrack(ball_px, still, -half_px, half_px),
-        heavy=BodyTrack(px_per_m * sample.heavy_face_m, still, 0.0, wide_px),
+        heavy=BodyTrack(heavy_px, still, 0.0, float(PICTURE_WIDTH_PX)),
         wall_side="left",
-        ball_diameter_px=2 * half_px,
+        ball_diameter_px=diameter_px,
         line=MotionLine(0.0, 0.0, 0.0, upright=False),
         warnings=(),
     )
-    gaps_s = np.diff(times_s, prepend=-np.inf, append=np.inf)
-    clear = np.minimum(gaps_s[:-1], gaps_s[1:]) >= RESOLVED_FRAMES / fps
-    unit = px_per_m / fps
-    collisions = tuple(
-        Collision(
-            number=number,
-            kind=bounce.kind,
-            frame=bounce.time_s * fps,
-            frame_sigma=0.0,
-            time_s=bounce.time_s,
-            seen=bool(seen),
-            position_px=float(np.interp(bounce.time_s, drawn_s, ball_px)),
-            velocity_before=Velocities(
-                unit * bounce.light_before_m_s, unit * bounce.heavy_before_m_s
-            ),
-            velocity_after=Velocities(unit * bounce.light_after_m_s, unit * bounce.heavy_after_m_s),
-        )
-        for number, (bounce, seen) in enumerate(zip(burst, clear, strict=True), 1)
-    )
+    collisions = _as_counted(plan, fps, px_per_m, np.interp(times_s, drawn_s, ball_px))
     result = TrialResult(
         clip="plan",
         status="counted",
         reason=None,
-        count=len(burst),
+        count=len(collisions),
         collisions=collisions,
         capture_fps=fps,
         millimetres_per_px=1e3 / px_per_m,
         mass_ratio=request.mass_ratio,
     )
-    setup = motion.setup
     rate_squared = setup.gravity_m_s2 / setup.heavy_thread_m / fps**2
-    return Material(result, track, None, Pendulum(rate_squared, px_per_m * setup.heavy_rest_m))
+    return Material(result, track, Pendulum(rate_squared, px_per_m * setup.heavy_rest_m))
+
+
+def _as_counted(
+    plan: Plan, fps: float, px_per_m: float, places_px: Floats
+) -> tuple[Collision, ...]:
+    """Describe the collisions; one counts as seen if both its neighbours are far enough away."""
+    gaps_s = np.array([math.inf, *plan.burst.intervals_s, math.inf])
+    clear = np.minimum(gaps_s[:-1], gaps_s[1:]) >= RESOLVED_FRAMES / fps
+    unit = px_per_m / fps
+    return tuple(
+        Collision(
+            number=number,
+            kind=one.kind,
+            frame=one.time_s * fps,
+            frame_sigma=0.0,
+            time_s=one.time_s,
+            seen=bool(seen),
+            position_px=float(place_px),
+            velocity_before=Velocities(unit * one.light_before_m_s, unit * one.heavy_before_m_s),
+            velocity_after=Velocities(unit * one.light_after_m_s, unit * one.heavy_after_m_s),
+        )
+        for number, (one, seen, place_px) in enumerate(
+            zip(plan.motion.burst, clear, places_px, strict=True), 1
+        )
+    )
 
 
 # ---- the files of a plan -----------------------------------------------------------------------

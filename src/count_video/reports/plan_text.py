@@ -24,8 +24,6 @@ from count_video.planning.spread import (
 from count_video.reports.campaign import entry, histogram_lines, paper_lines
 from count_video.reports.words import RARE, WIDTH, Note, answer_text, percent, plural
 
-LISTED_AT_MOST = 5
-"""Where there are more counts than this, only their range is given."""
 GOOD_BALL_PX = 60
 """A ball this wide or wider is followed well."""
 
@@ -57,27 +55,25 @@ def _burst_notes(plan: Plan) -> Iterator[Note]:
     walls = burst.count - burst.bodies
     yield "Kinds", f"{burst.bodies} between the bodies, {walls} with the wall"
     shortest = burst.shortest_s
-    duration = f"{1e3 * shortest:.3g} ms" if shortest < 1.0 else f"{shortest:.3g} s"
-    words = f"{duration} from one collision to the next where they follow each other fastest"
-    yield "Shortest", "there is one collision alone" if math.isinf(shortest) else words
+    text = f"{1e3 * shortest:.3g} ms" if shortest < 1.0 else f"{shortest:.3g} s"
+    text += " from one collision to the next where they follow each other fastest"
+    yield "Shortest", "there is one collision alone" if math.isinf(shortest) else text
     where = "at the wall" if burst.last_m == 0 else f"{_mm(burst.last_m)} from the wall"
     speed = f"{1e3 * burst.last_speed_m_s:.3g} mm/s"
     yield "Last", f"with the ball {where}, where the two close in at {speed}"
-    lasts = f"({burst.last_s - burst.first_s:.2f} s)"
-    text = f"from {burst.first_s:.2f} s to {burst.last_s:.2f} s after the release {lasts}; the "
+    text = f"from {burst.first_s:.2f} s to {burst.last_s:.2f} s after the release "
+    text += f"({burst.last_s - burst.first_s:.2f} s); the cylinder "
     if math.isinf(burst.turn_s):
-        yield "Burst", f"{text}cylinder does not turn round"
+        text += "does not turn round"
     else:
-        text += f"cylinder turns round at {burst.turn_s:.2f} s, {_mm(burst.swing_back_m)} beyond "
-        yield "Burst", f"{text}its rest: let the camera run from before the release until then"
+        text += f"turns round at {burst.turn_s:.2f} s, {_mm(burst.swing_back_m)} beyond its rest: "
+        text += "let the camera run from before the release until then"
+    yield "Burst", text
 
 
 def _camera_notes(plan: Plan) -> Iterator[Note]:
-    camera, framing = plan.camera, plan.framing
-    said = "no rate given (--capture-fps)"
-    if camera is not None:
-        said = f"{camera.capture_fps:g} frames a second: {_camera_words(camera)}"
-    yield "Camera", said
+    framing = plan.framing
+    yield "Camera", _camera_words(plan.camera)
     yield "Film at", f"{framing.rate_needed_fps:.0f} frames a second to see each collision"
     least = math.ceil(framing.ball_at_least_px)
     text = f"the ball at least {least} px across"
@@ -89,12 +85,16 @@ def _camera_notes(plan: Plan) -> Iterator[Note]:
     yield "Picture", text
 
 
-def _camera_words(camera: CameraView) -> str:
+def _camera_words(camera: CameraView | None) -> str:
     """Say what the frames show, what is inferred, and how often such clips were counted exactly."""
-    text = "the frames show every collision"
-    if camera.way != "seen":
-        text = f"{plural(camera.close, 'collision')} closer than {RESOLVED_FRAMES:g} frames to the "
-        text += f"one before, {camera.shortest_frames:.2g} at the closest; "
+    if camera is None:
+        return "no rate given (--capture-fps)"
+    text = f"{camera.capture_fps:g} frames a second: "
+    if camera.way == "seen":
+        text += "the frames show every collision"
+    else:
+        text += f"{plural(camera.close, 'collision')} closer than {RESOLVED_FRAMES:g} frames to "
+        text += f"the one before, {camera.shortest_frames:.2g} at the closest; "
         text += "these are inferred" if camera.way == "inferred" else ""
     measured = camera.measured
     if measured is None:
@@ -111,27 +111,24 @@ def _spread_notes(plan: Plan) -> Iterator[Note]:
     text = f"{_counts(spread)} of {spread.trials} simulated trials"
     if spread.endless_share:
         text += f"; in {spread.endless_share:.0%} the ball rattles to rest and nothing is counted"
-    yield (
-        "How sure",
-        f"{text}, with gaps +-{_mm(off.gap_m)}, releases +-{_mm(off.release_m)}, masses "
-        f"+-{100 * off.mass:g}%, threads +-{_mm(off.thread_m)} (standard deviations) and "
-        f"restitutions from {low:.3g} to {high:.3g} that scatter by {off.scatter:g}",
-    )
+    text += f", with gaps +-{_mm(off.gap_m)}, releases +-{_mm(off.release_m)}, masses "
+    text += f"+-{100 * off.mass:g}%, threads +-{_mm(off.thread_m)} (standard deviations) and "
+    text += f"restitutions from {low:.3g} to {high:.3g} that scatter by {off.scatter:g}"
+    yield "How sure", text
     (low, high), (least, most) = spread.table_mean, spread.table_sd
-    figures = (
-        f"of {spread.table_trials} such trials has a mean of {low:.2f} to {high:.2f} and a "
-        f"standard deviation of {least:.2f} to {most:.2f} (95 in 100 tables)"
-    )
-    yield "A table", "has no counts" if math.isnan(low) else figures
+    text = f"of {spread.table_trials} such trials has a mean of {low:.2f} to {high:.2f} and a "
+    text += f"standard deviation of {least:.2f} to {most:.2f} (95 in 100 tables)"
+    yield "A table", "has no counts" if math.isnan(low) else text
     yield "Change", change_words(plan)
 
 
 def _counts(spread: Spread) -> str:
+    """List the counts, or where there are many their range."""
     shares = {count: number / spread.trials for count, number in spread.histogram.items()}
     listed = {count: share for count, share in shares.items() if share >= RARE}
     if not listed:
         return "no count stands out" if shares else "no count at all"
-    if len(listed) > LISTED_AT_MOST:
+    if len(listed) > 5:
         return f"counts from {min(listed)} to {max(listed)} in most"
     ordered = sorted(listed.items(), key=lambda item: -item[1])
     return ", ".join(f"{count} in {share:.0%}" for count, share in ordered)
@@ -190,30 +187,25 @@ def plain(mass: Mass) -> str:
 
 # ---- the theory alone ------------------------------------------------------------------------
 
-POWERS = range(8)
-"""Exponents n of the table for 1:100^n."""
-
 
 def theory_text(heavy: Fraction, light: Fraction) -> str:
     """Write count, angles and bounds on pi as plain text, then the table for 1:100^n."""
     theory = theory_of(heavy, light)
     count, bounds, ratios = theory.count, theory.pi_bounds, theory.same_count
-    angles = [
-        f"{angle:.10g} rad ({math.degrees(angle):.6g}°)"
-        for angle in (theory.theta_rad, 2 * theory.theta_rad)
-    ]
+    angles = (theory.theta_rad, 2 * theory.theta_rad)
+    theta, alpha = (f"{angle:.10g} rad ({math.degrees(angle):.6g}°)" for angle in angles)
     facts = {
         "Mass ratio": f"M : m = {plain(heavy / light)} : 1",
         "Exact count": f"{count} = ⌈π/θ⌉ − 1",
-        "θ": f"{angles[0]} = arctan √(m/M)",
-        "α = 2θ": f"{angles[1]} = arccos((M − m)/(M + m))",
+        "θ": f"{theta} = arctan √(m/M)",
+        "α = 2θ": f"{alpha} = arccos((M − m)/(M + m))",
         "Interval of π": f"{bounds.low:.10g} to {bounds.high:.10g}, {count} θ to {count + 1} θ",
         "Same count": f"for M/m above {ratios.low:.10g} up to {ratios.high:.10g}",
     }
     lines = [f"{plain(heavy)} and {plain(light)}: {plural(count, 'collision')}", ""]
     lines += [f"  {label:<15}{words}" for label, words in facts.items()]
     lines += ["", "  m : M = 1 : 100^n", "    n  collisions  pi lies between"]
-    for power in POWERS:
+    for power in range(8):
         count, decimals = collision_count(100**power), power + 2
         bounds, unit = pi_bounds(count, 100**power), 10**decimals
         # Rounded outward, so that what is printed still holds pi between it.

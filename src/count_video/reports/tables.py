@@ -15,7 +15,6 @@ from count_video.physics.simulator import NO_COUNT
 from count_video.planning.spread import Chart, rate_needed_fps
 from count_video.records import Track, TrialResult
 from count_video.reports.campaign import TrialRow, advice
-from count_video.reports.material import scale_of
 from count_video.reports.words import WIDTH, fixed, printable, storable
 
 _TYPES = {"number": "i8", "kind": "U6", "seen": "?", "in_burst": "?", "quality": "U5"}
@@ -50,7 +49,7 @@ TRIAL_COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
     "clip": lambda row: storable(row.result.clip),
     "status": lambda row: row.result.status,
     "count": lambda row: row.count,
-    "probability": lambda row: row.probability,
+    "probability": lambda row: row.result.chance,
     "needs_a_person": lambda row: row.needs_a_person,
     "reason": lambda row: storable("; ".join(filter(None, (row.result.reason, row.not_kept)))),
     "what_to_do": advice,
@@ -68,7 +67,6 @@ TRIAL_COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
 }
 """Columns of the table of trials, and what stands in them; None is an empty cell."""
 NOT_KNOWN = "-"
-INFERRED = "  * inferred between frames"
 
 
 # ---- for NumPy and for a spreadsheet -----------------------------------------------------------
@@ -81,19 +79,17 @@ def track_array(track: Track | None, result: TrialResult) -> NDArray[np.void]:
     face; millimetres are counted from the picture's edge like the pixels. ``quality`` says what
     the frame shows: ``both``, ``ball``, ``heavy`` or ``none``. What is not known is NaN.
     """
-    table = np.empty(0 if track is None else len(track.frame), TRACK_COLUMNS)
     if track is None:
-        return table
-    scale = scale_of(result)
-    millimetre = scale.length if scale.length_unit == "mm" else math.nan
+        return np.empty(0, TRACK_COLUMNS)
+    table = np.full(len(track.frame), math.nan).astype(TRACK_COLUMNS)
     table["frame"] = track.frame
     table["time_s"] = track.frame / (result.capture_fps or math.nan)
+    millimetre = result.millimetres_per_px or math.nan
     for name, body in (("ball", track.ball), ("heavy", track.heavy)):
-        unseen = np.full(len(table), math.nan)
-        table[f"{name}_px"] = unseen if body is None else body.position_px
-        table[f"{name}_sigma_px"] = unseen if body is None else body.sigma_px
-        for kind in ("", "_sigma"):
-            table[f"{name}{kind}_mm"] = table[f"{name}{kind}_px"] * millimetre
+        if body is not None:
+            table[f"{name}_px"], table[f"{name}_sigma_px"] = body.position_px, body.sigma_px
+            table[f"{name}_mm"] = body.position_px * millimetre
+            table[f"{name}_sigma_mm"] = body.sigma_px * millimetre
     ball, heavy = (np.isfinite(table[f"{name}_px"]) for name in ("ball", "heavy"))
     table["quality"] = np.select([ball & heavy, ball, heavy], ["both", "ball", "heavy"], "none")
     return table
@@ -123,8 +119,7 @@ def table_csv(table: NDArray[np.void], **formats: str) -> str:
     """
     names = table.dtype.names or ()
     wanted = [(_FORMATS | formats).get(name, ".4f") for name in names]
-    rows = ([_cell(*cell) for cell in zip(row, wanted, strict=True)] for row in table.tolist())
-    return _csv(names, rows)
+    return _csv(names, ([*map(_cell, row, wanted)] for row in table.tolist()))
 
 
 def trials_csv(trials: Sequence[TrialRow]) -> str:
@@ -164,7 +159,7 @@ def _cell(value: object, number: str) -> str:
         return "yes" if value else "no"
     text = printable(str(value))
     # A spreadsheet would run a cell that begins so as a formula; a clip's name is only text.
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text
+    return f"'{text}" if text.startswith(("=", "+", "-", "@")) else text
 
 
 # ---- for a terminal ----------------------------------------------------------------------------
@@ -209,12 +204,9 @@ _NUMBERS = (
     (Column("time/s", 10), 5, ("time_s",)),
     (Column("ball/px", 9), 1, ("ball_px",)),
     *(
-        (
-            Column("before    after", 18, f"{body} px/frame"),
-            3,
-            (f"{body}_before_px_frame", f"{body}_after_px_frame"),
-        )
+        (Column("before    after", 18, f"{body} px/frame"), 3, names)
         for body in ("ball", "heavy")
+        for names in [(f"{body}_before_px_frame", f"{body}_after_px_frame")]
     ),
 )
 """Columns of the table of collisions, their decimals, and the columns of the array in them."""
@@ -241,4 +233,5 @@ def collision_lines(result: TrialResult, width: int = WIDTH) -> list[str]:
     if result.count is not None and result.count < len(rows):
         words = " after the heavy body turned back:"
         rows.insert(result.count, [words, *[""] * (len(columns) - 1)])
-    return text_table(columns, rows, width) + ([] if table["seen"].all() else [INFERRED])
+    inferred = [] if table["seen"].all() else ["  * inferred between frames"]
+    return text_table(columns, rows, width) + inferred

@@ -12,6 +12,7 @@ from count_video.planning.comparison import Expected, expected_counts, ratio_ran
 from count_video.records import SURE, PlanComparison, TrialResult
 from count_video.reports.tables import NOT_KNOWN, Column, collision_lines, text_table
 from count_video.reports.words import (
+    KINDS,
     WIDTH,
     Note,
     answer_text,
@@ -25,19 +26,11 @@ from count_video.reports.words import (
 
 _CLOSE_FRAMES = 2.5
 """Collisions closer than this follow from fits on both sides, not from frames between them."""
-_ENDING_IN_WORDS = {
+_ENDINGS = {
     "geometric": "geometric: both move away, the ball no faster than the heavy body",
     "pendulum": "by the threads: they turn the heavy body before the ball meets anything",
     "dissipative": "dissipative: the energy is used up",
 }
-_KIND_IN_WORDS = {"bodies": "between the bodies", "wall": "with the wall"}
-_WALL_IN_WORDS = {
-    (False, "left"): "wall on the left",
-    (False, "right"): "wall on the right",
-    (True, "left"): "wall above",
-    (True, "right"): "wall below",
-}
-"""By whether the bodies move up and down, and the side that the wall is on."""
 _RATE_SOURCES = {"option": "as given", "metadata": "from the clip", "unknown": "of unknown source"}
 _ADVICE = (
     "The clip must show the trial from before the first collision until the heavy body turns back. "
@@ -57,8 +50,7 @@ def result_text(result: TrialResult, width: int = WIDTH) -> str:
 
 def headline(result: TrialResult) -> str:
     """Say the answer in a few words: the clip's name, its count, and that after review."""
-    reviewed = "" if result.reviewed_count is None else f", {result.reviewed_count} after review"
-    return f"{printable(Path(result.clip).name)}: {answer_words(result)}{reviewed}"
+    return f"{printable(Path(result.clip).name)}: {answer_words(result)}{review_words(result)}"
 
 
 def answer_words(result: TrialResult) -> str:
@@ -67,6 +59,11 @@ def answer_words(result: TrialResult) -> str:
         return "not counted"
     likely = result.probability.get(result.count, 1.0) >= SURE
     return f"{'' if likely else 'probably '}{plural(result.count, 'collision')}"
+
+
+def review_words(result: TrialResult) -> str:
+    """Say the count after review, to be added to the answer; empty where nobody reviewed it."""
+    return "" if result.reviewed_count is None else f", {result.reviewed_count} after review"
 
 
 def result_notes(result: TrialResult) -> list[Note]:
@@ -83,41 +80,33 @@ def _answer_notes(result: TrialResult) -> Iterator[Note]:
     if result.reviewed_count is not None:
         changes = []
         for one in result.corrections:
-            words, wrong = _KIND_IN_WORDS[one.kind], one.action == "wrong"
+            words, wrong = KINDS[one.kind], one.action == "wrong"
             what = f"no. {one.number} {words} is wrong" if wrong else f"one {words} was missed"
             beyond = "" if one.changes_count else ", after the burst"
             changes.append(f"{what} (frame {one.frame:.1f}{beyond})")
         listed = "; ".join(changes) or "nothing"
         yield "Reviewed", f"{result.reviewed_count}; changed by a person: {listed}"
     for key, note in result.notes.items():
-        yield "Note", f"{_noted(key)}: {note}"
+        number, _, place = key.partition("/")
+        on = f"no. {number}" if place else "the clip"
+        if place and number == "+":
+            on = f"the one that was missed in frame {place.rpartition('/')[2]}"
+        yield "Note", f"on {on}: {note}"
     yield "Plan", comparison_sentence(result.comparison, result.count)
-
-
-def _noted(key: str) -> str:
-    """Say what a person's note is on."""
-    number, _, place = key.partition("/")
-    if not place:
-        return "on the clip"
-    if number != "+":
-        return f"on no. {number}"
-    return f"on the one that was missed in frame {place.rpartition('/')[2]}"
 
 
 def _collision_notes(result: TrialResult) -> Iterator[Note]:
     """Yield the kinds of collisions, how sure they are, and what follows from them."""
     burst = [c for c in result.collisions if result.count is None or c.number <= result.count]
-    kinds = {kind: sum(c.kind == kind for c in burst) for kind in _KIND_IN_WORDS}
-    yield "Kinds", ", ".join(f"{n} {_KIND_IN_WORDS[kind]}" for kind, n in kinds.items() if n)
+    kinds = [(sum(c.kind == kind for c in burst), words) for kind, words in KINDS.items()]
+    yield "Kinds", ", ".join(f"{number} {words}" for number, words in kinds if number)
     if result.count and result.seen is not None:
         closest = min((b.frame - a.frame for a, b in pairwise(burst)), default=math.inf)
+        said = "all seen in the frames"
         if result.between_frames:
-            said = (
-                f"{result.seen} seen in the frames, {result.between_frames} inferred between them"
-            )
-        elif closest >= _CLOSE_FRAMES:
-            said = "all seen in the frames"
-        else:
+            said = f"{result.seen} seen in the frames, {result.between_frames} inferred between"
+            said += " them"
+        elif closest < _CLOSE_FRAMES:
             said = "all followed from the motion in the frames; some are too close to see one by "
             said += f"one, {closest:.1f} frames at the closest"
         yield "Evidence", said
@@ -128,20 +117,17 @@ def _collision_notes(result: TrialResult) -> Iterator[Note]:
     yield "Mass ratio", "" if result.ratio is None else ratio_words(result.ratio, "+-")
     yield "Expected", _expected(expected_counts(result), result.count)
     yield "Pi", _pi(result)
-    restitutions = {
-        "between the bodies": result.restitution_bodies,
-        "at the wall": result.restitution_wall,
-    }
-    words = [f"{e.value:.4f} +- {e.sigma:.4f} {where}" for where, e in restitutions.items() if e]
+    places = ("between the bodies", "at the wall")
+    measured = zip((result.restitution_bodies, result.restitution_wall), places, strict=True)
+    words = [f"{e.value:.4f} +- {e.sigma:.4f} {where}" for e, where in measured if e]
     yield "Restitution", ", ".join(words)
     ending = result.ending
     if ending is not None:
-        speeds = [fixed(speed, 2) for speed in (ending.heavy_speed, ending.ball_speed)]
         yield (
             "Ending",
-            f"{_ENDING_IN_WORDS[ending.kind]}; {ending.energy_kept:.0%} of the energy is left; of "
-            f"the heavy body's first speed it has {speeds[0]} away from the wall, the ball "
-            f"{speeds[1]}",
+            f"{_ENDINGS[ending.kind]}; {ending.energy_kept:.0%} of the energy is left; of the "
+            f"heavy body's first speed it has {fixed(ending.heavy_speed, 2)} away from the wall, "
+            f"the ball {fixed(ending.ball_speed, 2)}",
         )
 
 
@@ -173,12 +159,11 @@ def _pi(result: TrialResult) -> str:
     if low is None or high is None:
         return ""
     lightest, heaviest = ratio_range(result)
+    held = "pi lies outside"
     if low <= math.pi <= high:
         held = "pi lies inside"
     elif pi_bounds(count, heaviest).low <= math.pi <= pi_bounds(count, lightest).high:
         held = "within the uncertainty of the mass ratio pi lies inside"
-    else:
-        held = "pi lies outside"
     return f"between {low:.5g} and {high:.5g} by the count and the mass ratio; {held}"
 
 
@@ -186,20 +171,19 @@ def _scene_notes(result: TrialResult) -> Iterator[Note]:
     """Yield what the picture shows, how it was filmed, and what to beware of."""
     scene = []
     if result.wall_side is not None:
-        scene.append(_WALL_IN_WORDS[bool(result.upright), result.wall_side])
+        sides = {"left": "above", "right": "below"} if result.upright else {}
+        scene.append(f"wall {sides.get(result.wall_side, f'on the {result.wall_side}')}")
     if result.ball_diameter_px is not None:
         scene.append(f"ball {result.ball_diameter_px:.1f} px across")
     if result.millimetres_per_px is not None:
         scene.append(f"{result.millimetres_per_px:.3g} mm a pixel")
     yield "Scene", ", ".join(scene)
     if result.frames_decoded is not None:
-        frames = plural(result.frames_decoded, "frame")
-        if result.capture_fps is None:
-            frames += "; capture rate unknown, so no times (give it with --capture-fps)"
-        else:
+        rate = "; capture rate unknown, so no times (give it with --capture-fps)"
+        if result.capture_fps is not None:
             source = _RATE_SOURCES[result.capture_fps_source]
-            frames += f", captured at {result.capture_fps:.6g} frames a second ({source})"
-        yield "Footage", frames
+            rate = f", captured at {result.capture_fps:.6g} frames a second ({source})"
+        yield "Footage", plural(result.frames_decoded, "frame") + rate
     for warning in result.warnings:
         yield "Warning", warning
 
@@ -217,8 +201,6 @@ NAMES = {
     "restitution_wall": ("restitution, wall", "", 4),
 }
 """What the quantities are called, their units, and their decimals."""
-DIFFERENT_SIGMAS = 2.0
-"""A difference of more standard uncertainties than this is marked."""
 _COMPARED = (
     *(Column(" set-up", 30, align="<"), Column("planned", 11), Column("found", 11)),
     *(Column("+-", 9), Column("alone gives", 13), Column("", 2, align="<")),
@@ -240,6 +222,7 @@ def comparison_sentence(comparison: PlanComparison | None, count: int | None) ->
 
 
 def _reason(comparison: PlanComparison, count: int) -> str:
+    """Say why the count is the planned one, or which difference makes it another."""
     names = [NAMES[name][0] for name in comparison.explained_by]
     if count == comparison.planned_count:
         if count == comparison.theory:
@@ -264,6 +247,6 @@ def comparison_lines(comparison: PlanComparison | None, width: int = WIDTH) -> l
         (name, unit, decimals), found = NAMES[one.name], one.found
         values = [f"{value:.{decimals}f}" for value in (one.planned, found.value, found.sigma)]
         count = NOT_KNOWN if one.count is None else str(one.count)
-        off = abs(found.value - one.planned) > DIFFERENT_SIGMAS * found.sigma
-        rows.append([f" {name}{unit and f', {unit}'}", *values, count, "*" if off else ""])
+        differs = abs(found.value - one.planned) > 2 * found.sigma
+        rows.append([f" {name}{unit and f', {unit}'}", *values, count, "*" if differs else ""])
     return text_table(_COMPARED, rows, width)

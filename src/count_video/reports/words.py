@@ -1,22 +1,22 @@
-"""What all reports write with: text made safe, numbers with nouns, labels beside sentences."""
+"""What all reports write with: safe text, numbers with nouns, sentences, labels beside them."""
 
 from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Final
+
+from count_video.reasons import Cause, Reason
 
 if TYPE_CHECKING:  # NumPy takes time, and the command needs this module at once
     from count_video.records import Estimate
 
 WIDTH = 80
 """Columns that a terminal has at the least."""
-_LABEL_WIDTH = 13
-_NEARLY_CERTAIN = 0.99
 RARE = 0.005
 """Less probable counts, and counts that fewer trials have, are not listed."""
-
+KINDS: Final = {"bodies": "between the bodies", "wall": "with the wall"}
 Note = tuple[str, str]
 """A label and the sentence that stands beside it."""
 
@@ -36,9 +36,7 @@ def storable(text: str) -> str:
 
 def plural(number: int, noun: str) -> str:
     """Join a number and its noun: ``no collision``, ``1 collision``, ``31 collisions``."""
-    if number == 0:
-        return f"no {noun}"
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+    return f"{number or 'no'} {noun}{'s' if number > 1 else ''}"
 
 
 def counts_words(low: int, high: int) -> str:
@@ -62,7 +60,7 @@ def ratio_words(ratio: Estimate | None, between: str = "±") -> str:
 
 def percent(chance: float) -> str:
     """Write a chance, with a decimal where it is nearly certain, and never as certain."""
-    return f"{chance:.0%}" if chance < _NEARLY_CERTAIN else f"{min(chance, 0.999):.1%}"
+    return f"{chance:.0%}" if chance < 0.99 else f"{min(chance, 0.999):.1%}"
 
 
 def chances_words(probability: Mapping[int, float], most: int | None = None) -> str:
@@ -81,8 +79,8 @@ def labelled(label: str, sentence: str, width: int = WIDTH) -> list[str]:
     return textwrap.wrap(
         printable(sentence),
         width,
-        initial_indent=f"  {label:<{_LABEL_WIDTH}}",
-        subsequent_indent=" " * (2 + _LABEL_WIDTH),
+        initial_indent=f"  {label:<13}",
+        subsequent_indent=" " * 15,
         break_on_hyphens=False,  # an option's name stays whole
     )
 
@@ -90,13 +88,136 @@ def labelled(label: str, sentence: str, width: int = WIDTH) -> list[str]:
 def answer_text(
     headline: str, notes: Iterable[Note], *tables: list[str], width: int = WIDTH
 ) -> str:
-    """Write an answer: the headline, what it rests on, and tables, without a line's end at its end.
-
-    An empty table is left out.
-    """
+    """Write headline, notes, and those tables that are not empty; no line's end at its end."""
     lines = [headline, ""]
     for label, sentence in notes:
         lines += labelled(label, sentence, width)
-    for table in tables:
-        lines += ["", *table] if table else []
+    for table in filter(None, tables):
+        lines += ["", *table]
     return "\n".join(lines)
+
+
+# ---- what stands against a count, leaves it in doubt, or is unusual about a clip ---------------
+
+ENDS = "the clip ends {}, before the burst can be over; let it run longer"
+SENTENCES: Final = {
+    Cause.NO_COLLISION: "no collision is seen: no gap between two bodies closes and opens with a "
+    "jump",
+    Cause.NEVER_TOUCH: "the two bodies that move never touch: where they turn back, a gap stays "
+    "between them",
+    Cause.STARTS_MOVING: "the clip starts after the first collision: the ball already moves to the "
+    "wall; start the clip while the ball is still at rest",
+    Cause.STARTS_CLOSE: "the clip starts too close to its first collision to show whether the ball "
+    "was at rest; start it some frames earlier",
+    Cause.STARTS_LATE: "the clip starts after the first collision: the ball is not at rest before "
+    "the first one seen; start the clip earlier",
+    Cause.ENDS_AT_CONTACT: ENDS.format("right after a collision"),
+    Cause.ENDS_APPROACHING: ENDS.format("while the cylinder still moves to the wall"),
+    Cause.ENDS_CATCHING_UP: ENDS.format("while the ball still catches up with the cylinder"),
+    Cause.ENDS_RETURNING: ENDS.format("while the ball still moves to the wall"),
+    Cause.ENDS_BEFORE_NEXT: ENDS.format(
+        "when by the fitted motion one more collision follows, with a probability of {:.0%}"
+    ),
+    Cause.STRAYS: "the cylinder does not move as its swing and these collisions would have it: "
+    "some were missed, or something else was taken for a body",
+    Cause.WALL_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the wall was "
+    "missed",
+    Cause.BODY_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the cylinder "
+    "was missed",
+    Cause.UNRESOLVED: "collisions follow each other within {:.1f} pictures, less than the {} that "
+    "show each for certain; film at a higher rate",
+    Cause.LEFT_OUT: "about {1:.0f} frames are left out after frame {0:.0f}, in which collisions "
+    "may have happened",
+    Cause.FRAMES_MISSING: "{:.0f} frames are missing, in which collisions may have happened; copy "
+    "the file again if it was cut off",
+    Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at all, "
+    "and jumps nowhere",
+    Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to be called impacts",
+    Cause.NO_FLIGHTS: "the body's path between its turns is not that of one that bounces: impacts "
+    "and smooth turns cannot be distinguished",
+    Cause.NOT_FREE: "the body does not fly freely in frames {spans}",
+    Cause.BEFORE_UNSEEN: "what came before the first impact is not seen: one may be missing",
+    Cause.TURNS_OPEN: "whether {turns} at the stop may be called impacts is not clear",
+    Cause.CUT_AT_STOP: "the clip is cut off where the body is at its stop: one may be missing",
+    Cause.TOO_FREQUENT: "the last impacts follow each other faster than the pictures show: some "
+    "may be missed",
+    Cause.DIES_OUT: "the last bounces are lower than the pictures show: they are not counted",
+    Cause.WALL_AHEAD: "the clip ends while a body moves towards something that stands in its way: "
+    "if that is a wall, let the clip run until the last collision",
+    Cause.SEVERAL_BOUNCE: "{:.0f} bodies each bounce by themselves, and which of them is meant is "
+    "not known; give its part of the picture with --region",
+    Cause.OTHERS_MOVE: "few impacts of one body are seen ({:.0f}) where more move by themselves "
+    "({:.0f}): it may be the ball of a trial whose heavy body could not be followed",
+    Cause.UNLIKE: "the two bodies are not of a kind, and neither reaches a wall: let the clip run "
+    "until the burst is over",
+    Cause.STRUCK: "something that could not be followed strikes the body at rest in frame "
+    "{:.0f}: it may be the ball of a trial whose heavy body was not found",
+    Cause.MOVES_BESIDE: "something that could not be followed moves where the body turns in frame "
+    "{:.0f}: the body may be the cylinder of a trial whose ball was not found",
+    Cause.PARTNER_UNSEEN: "one body alone turns a few times: with a probability of {:.0%} it is "
+    "the cylinder of a trial whose ball was not found",
+    Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else: show the trial "
+    "from the ball at rest until the heavy body is driven back, or bodies that meet nothing but "
+    "each other",
+    Cause.ENDS_TOGETHER: "the clip ends before the bodies have parted; let it run longer",
+    Cause.STARTS_TOGETHER: "the clip starts when the bodies are next to each other; start it "
+    "earlier",
+    Cause.PARTS_OF_BODIES: "what was followed as ball and heavy body may be parts of them: their "
+    "outlines do not meet where they collide, and their motion shows no momentum to be kept; light "
+    "the bodies better, or give their part of the picture with --region",
+    Cause.OTHERS_LIKELY: "that the impacts seen ({:.0f}) are all of them is {:.0%} probable",
+    Cause.MODEL_LACKS_FRAMES: "too few frames surround the collisions to fit a model of the motion "
+    "to them",
+    Cause.MODEL_FITS_NOTHING: "no motion of two bodies and a wall resembles the track",
+    Cause.MODEL_DIFFERS: "the fitted collisions are not those that were seen",
+    Cause.MODEL_STRAYS: "the modelled motion strays from the track by {:.1f} px where {:.1f} are "
+    "allowed: something else than two swinging bodies and a wall took part",
+    Cause.MODEL_HAS_FEWER: "the model of the motion that describes the track best has only {:.0f} "
+    "where the frames show {:.0f} collisions",
+    Cause.MODEL_LEAVES_OPEN: "{open_counts}",
+    Cause.MASSES_WOULD_HELP: "the masses, given with --masses, narrow it down",
+    Cause.GAP_MADE_UP_FOR: "about {1:.0f} frames are left out after frame {0:.0f}",
+    Cause.RATE_CHANGES: "the rate of the footage changes at frame {changes}, by a factor of "
+    "{0:.0f}",
+    Cause.OUTLINES_APART: "the outlines of ball and cylinder {apart} px where they touch: the "
+    "ball's width is not sure enough for a scale in millimetres",
+    Cause.MASSES_CONTRADICT: "the masses given have the ratio {:.4g}, the motion shows {:.4g} +- "
+    "{:.2g}: check --masses, the cylinder's first",
+}
+
+
+def sentence(reason: Reason) -> str:
+    """Put a reason into words for the user."""
+    figures = reason.figures
+    first = figures[0] if figures else 0.0
+    listed, several = ", ".join(f"{frame:.0f}" for frame in figures), "s"[len(figures) == 1 :]
+    pairs = list(zip(figures[::2], figures[1::2], strict=False))
+    return SENTENCES[reason.cause].format(
+        *figures,
+        turns=f"the turn{several} in frame{several} {listed}",
+        spans=", ".join(f"{begin:.0f} to {end:.0f}" for begin, end in pairs),
+        changes=" and ".join(f"{figure:.0f}" for figure in figures[1:]),
+        apart=f"{'are apart' if first > 0 else 'overlap'} by {abs(first):.0f}",
+        open_counts=_open_counts(pairs),
+    )
+
+
+def sentences(reasons: Iterable[Reason]) -> str | None:
+    """Put reasons into words, one after the other; None if there are none."""
+    return "; ".join(map(sentence, reasons)) or None
+
+
+def _open_counts(likely: Sequence[tuple[float, float]]) -> str:
+    """Say between which counts, each with its probability, the fit cannot decide."""
+    counts = [count for count, _ in likely]
+    if not likely:
+        return "by a model of the motion no count is likely"
+    if len(likely) > 10:  # only about where they are, for the ends were not searched
+        about = round(sum(counts) / len(counts), -1)
+        return f"a model of the motion leaves open how many there are, about {about:.0f}"
+    if len(likely) > 4:
+        low, high = min(counts), max(counts)
+        return f"a model of the motion allows every count from {low:.0f} to {high:.0f}"
+    *others, last = (f"{count:.0f} ({chance:.0%})" for count, chance in likely)
+    listed = f"{', '.join(others)} or {last}" if others else last
+    return f"by a model of the motion the count is {listed}"

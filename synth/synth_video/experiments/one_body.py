@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.errors import UsageError
-from count_video.physics.contacts import Mover, contact_s, wall_contact_s
-from count_video.physics.laws import Law
+from count_video.physics.laws import Law, Mover, contact_s
 from count_video.physics.setup import Setup
 from count_video.records import CollisionKind, Floats
 from synth_video.experiments.course import SPARE_S, Contact, Course, free_run, pendulum_of, rise_m
@@ -115,7 +114,7 @@ def run_one_body(
     while True:
         body = Mover(law, np.array([events[-1][1]]), np.array([events[-1][2]]))
         left_s = np.array([until_s - time_s])
-        down_s, up_s = wall_contact_s(body, left_s), contact_s(high, body, left_s)
+        down_s, up_s = contact_s(body, None, left_s), contact_s(high, body, left_s)
         flight_s = np.minimum(down_s, up_s)
         if flight_s[0] > left_s[0]:
             break

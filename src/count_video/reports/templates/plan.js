@@ -379,14 +379,9 @@
   }
 
   function way(count, frames, rate) {
-    const m = data.measured;
-    if (frames >= planCore.RESOLVED_FRAMES) return m.resolved;
-    if (count <= m.most_of_a_short_burst) {
-      if (frames >= m.closest_frames) return m.between;
-      if (frames >= m.closer_frames) return m.close;
-    }
-    const long = count >= m.long_burst[0] && count <= m.long_burst[1];
-    return long && rate >= m.long_burst_fps ? m.long : null;
+    const first = data.likenesses.find((like) => frames >= like.shortest_frames
+      && like.counts[0] <= count && count <= like.counts[1] && rate >= like.capture_fps);
+    return first ? first.measured : null;
   }
 
   function cameraWords(found) {

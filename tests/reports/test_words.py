@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from count_video.reasons import Cause, Reason
-from count_video.reports.wording import sentence, sentences
+from count_video.reports.words import sentence, sentences
 
 FIGURES = (12.0, 15.0, 1.0)
 """As many as any cause has."""
