@@ -8,7 +8,6 @@ of it, and the bend of the heavy body's path decide between them; the theory's c
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -127,27 +126,18 @@ def fit_burst(
     if not found.is_whole:
         if first is not None and _is_far(first):
             first = None
-        return _any_count(track, found, coarse, _Start(rough, first, gap))
+        return _any_count(track, found, coarse, (rough, first, gap))
     if first is None or not np.isfinite(first.loss):
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     answer = _count_seen(track, found, coarse, first)
     if isinstance(answer, Between):
         return answer
-    other = _any_count(track, found, coarse, _Start(rough, first, gap))
+    other = _any_count(track, found, coarse, (rough, first, gap))
     # As many collisions as were seen must be likelier than not, or more that those are among.
     if not isinstance(other, Between) or other.probability[other.count] <= LIKELY:
         return answer
     agrees = other.count == found.burst or (other.count > found.burst and _confirms(other, found))
     return other if agrees else answer
-
-
-class _Start(NamedTuple):
-    """From where all counts are fitted."""
-
-    rough: Floats
-    first: Fit | None
-    """The fit of the calm beginning of the burst."""
-    gap: LeftOut | None
 
 
 def _is_far(fit: Fit) -> bool:
@@ -184,9 +174,15 @@ def _count_seen(
 
 
 def _any_count(
-    track: Track, found: SeenCollisions, coarse: Rivals, start: _Start
+    track: Track,
+    found: SeenCollisions,
+    coarse: Rivals,
+    start: tuple[Floats, Fit | None, LeftOut | None],
 ) -> Between | Misfit:
-    """Fit every count that comes into question, with frames left out where that is likelier."""
+    """Fit every count that comes into question, with frames left out where that is likelier.
+
+    It starts from rough values, the fit of the burst's calm beginning, and frames left out.
+    """
     rough, first, gap = start
     calm = rough.copy()
     if first is not None:
