@@ -9,7 +9,7 @@ from synthetic_tracks import FilmedTrial, Filming, film
 from count_video.motion.exposures import blur_of
 from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.parameters import DRIFTS, FIRST_DEVIATION, Column, Knowledge, drift_shape
-from count_video.motion.pendulums import follow_one
+from count_video.motion.pendulums import follow
 from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.records import Floats, Track
@@ -60,7 +60,7 @@ def drifting(trial: FilmedTrial) -> Track:
 def test_the_blur_of_a_free_ball_is_that_of_a_uniform_path(exposure: float) -> None:
     values = resting(exposure)
     frame = np.arange(10.0, 20.0)
-    paths = follow_one(values, 1, -5.0)
+    paths = follow(values[None], 1, -5.0)
     speed = abs(paths.states[3, 0, 1])
     expected = speed * exposure / np.sqrt(12)
     assert np.allclose(blur_of(paths, values, frame), expected, rtol=MOMENTS_SHARE)
@@ -68,7 +68,7 @@ def test_the_blur_of_a_free_ball_is_that_of_a_uniform_path(exposure: float) -> N
 
 def test_a_ball_at_rest_is_not_blurred() -> None:
     values = resting(0.5)
-    assert np.allclose(blur_of(follow_one(values, 1, -5.0), values, np.array([-4.0, -3.0])), 0.0)
+    assert np.allclose(blur_of(follow(values[None], 1, -5.0), values, np.array([-4.0, -3.0])), 0.0)
 
 
 def resting(exposure: float) -> Floats:

@@ -5,8 +5,7 @@ import pytest
 
 from count_video.motion.exposures import sample, sampled_tangents
 from count_video.motion.parameters import FIRST_DEVIATION, Column
-from count_video.motion.pendulums import Paths, follow, follow_one
-from count_video.motion.tangents import tangents_of
+from count_video.motion.pendulums import Paths, follow, tangents_of
 from count_video.records import Floats
 
 START = -61.0
@@ -36,7 +35,7 @@ def test_one_motion_alone_is_the_same_as_among_many(count: int) -> None:
     sets = np.stack([values(count, seed) for seed in range(3)])
     together = follow(sets, count, START)
     for place, row in enumerate(sets):
-        alone = follow_one(row, count, START)
+        alone = follow(row[None], count, START)
         happens = np.isfinite(alone.time[0])
         assert np.array_equal(happens, np.isfinite(together.time[place]))
         assert np.allclose(alone.time[0, happens], together.time[place, happens], atol=ROUNDING_PX)
@@ -45,7 +44,7 @@ def test_one_motion_alone_is_the_same_as_among_many(count: int) -> None:
 
 
 def test_a_motion_that_ends_has_no_further_events() -> None:
-    paths = follow_one(values(200), 200, START)
+    paths = follow(values(200)[None], 200, START)
     assert np.isfinite(paths.time[0, :20]).all()
     assert np.isinf(paths.time[0, -1])
 
@@ -70,11 +69,8 @@ def test_velocities_before_a_collision_change_as_those_of_the_motion(column: int
     above, below = (motion(at + side * step).before[[1, 3], 0, 1:] for side in (1, -1))
     tangents, paths = tangents_of(motion(at), at), motion(at)
     heavy, _, ball, _ = paths.before[:, 0, 1:]
-    laws = paths.pendulums
-    pulls = [
-        laws.heavy_rate[0] ** 2 * (laws.heavy_rest[0] - heavy),
-        laws.ball_rate[0] ** 2 * (laws.ball_rest[0] - ball),
-    ]
+    rate, rest, ball_rate, ball_rest = paths.laws[:, 0]
+    pulls = [rate**2 * (rest - heavy), ball_rate**2 * (ball_rest - ball)]
     # A tangent is taken at a fixed time; the collision moves, and the pull acts for longer.
     exact = tangents.arriving[:, [1, 3], column].T + pulls * tangents.time[:, column]
     difference = (above - below) / (2 * step[column])
@@ -91,9 +87,9 @@ def measured(at: Floats) -> tuple[Floats, Floats, Floats]:
 def derivatives(at: Floats) -> tuple[Floats, Floats, Floats]:
     paths = motion(at)
     tangents = tangents_of(paths, at)
-    ball, heavy = sampled_tangents(paths, sample(paths, at[None], FRAME), tangents, at)
+    ball, heavy = sampled_tangents(sample(paths, at[None], FRAME), tangents, at)
     return ball, heavy, tangents.time
 
 
 def motion(at: Floats) -> Paths:
-    return follow_one(at, len(at) - FIRST_DEVIATION, START)
+    return follow(at[None], len(at) - FIRST_DEVIATION, START)

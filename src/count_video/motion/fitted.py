@@ -7,37 +7,28 @@ of it, and the bend of the heavy body's path decide between them; the theory's c
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.motion.estimates import (
-    collisions_of,
-    ending_of,
-    energy_kept,
-    estimate,
-    fitted_setup,
-    left_out_of,
-    mass_ratio,
-)
 from count_video.motion.observations import Observations, observe
 from count_video.motion.parameters import FIRST_DEVIATION, Column, Knowledge, prior_of
 from count_video.motion.posterior import (
-    Weighed,
+    collisions_of,
     doubted,
     end_chances,
+    ending_of,
+    energy_kept,
+    left_out_of,
     probabilities,
-    residual_noise,
-    scattered,
+    setup_estimates,
     shares_of,
-    weigh,
     with_more,
 )
-from count_video.motion.rivals import FLOORS_PX, Rivals
+from count_video.motion.rivals import FLOORS_PX, Rivals, residual_noise, scattered, weigh
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.skips import lacks_frames, with_frames_left_out
-from count_video.motion.solving import Question, Solution, modelled
+from count_video.motion.solving import Fit, Question
 from count_video.motion.starting import (
     FIRST_COLLISIONS,
     MOST_COLLISIONS,
@@ -128,90 +119,94 @@ def fit_burst(
     most = MOST_OVER_SEEN * found.burst if found.is_whole else MOST_COLLISIONS
     coarse = Rivals(observed, prior_of(rough, known), most)
     calm = calm_beginning(found.collisions[: found.burst])
+    number = found.burst if found.is_whole else calm
     first = None
     if found.is_whole or calm >= FIRST_COLLISIONS:
-        number = found.burst if found.is_whole else calm
         first = forward_fit(observed, rough, coarse.prior, found, number)
     if not found.is_whole:
-        if first is not None and first.loss > LOST_A_FRAME * len(first.ball_residuals):
+        if first is not None and _is_far(first):
             first = None
-        return _any_count(track, found, coarse, _Start(rough, first, gap))
+        return _any_count(track, found, coarse, (rough, first, gap))
     if first is None or not np.isfinite(first.loss):
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     answer = _count_seen(track, found, coarse, first)
     if isinstance(answer, Between):
         return answer
-    other = _any_count(track, found, coarse, _Start(rough, first, gap))
+    other = _any_count(track, found, coarse, (rough, first, gap))
     # As many collisions as were seen must be likelier than not, or more that those are among.
     if not isinstance(other, Between) or other.probability[other.count] <= LIKELY:
         return answer
-    confirmed = sum(collision.seen for collision in other.collisions) >= found.shown
-    agrees = other.count == found.burst or (other.count > found.burst and confirmed)
+    agrees = other.count == found.burst or (other.count > found.burst and _confirms(other, found))
     return other if agrees else answer
 
 
-class _Start(NamedTuple):
-    """From where all counts are fitted."""
+def _is_far(fit: Fit) -> bool:
+    return fit.loss > LOST_A_FRAME * len(fit.observed.frame)
 
-    rough: Floats
-    first: Solution | None
-    """The fit of the calm beginning of the burst."""
-    gap: LeftOut | None
+
+def _confirms(fit: Between, found: SeenCollisions) -> bool:
+    """Whether all collisions that the frames show are among the fitted ones."""
+    return sum(collision.seen for collision in fit.collisions) >= found.shown
 
 
 def _count_seen(
-    track: Track, found: SeenCollisions, coarse: Rivals, first: Solution
+    track: Track, found: SeenCollisions, coarse: Rivals, first: Fit
 ) -> Between | Misfit:
     """Confirm the number seen; else say why the model does not describe the track by it."""
-    observed, prior = coarse.observed, coarse.prior
-    fit, noise = residual_noise(observed, prior, first)
-    strayed = _strayed(_root_mean_square(fit), observed, track)
+    observed = coarse.observed
+    fit, noise = residual_noise(coarse, first)
+    strayed = _strayed(_misfit_px(fit), observed, track)
     if strayed is not None:
         # The scatter of the restitution may have led astray: begin again without it.
-        coarse.add(first.count, first.values[:FIRST_DEVIATION], FLOORS_PX[-1:])
-        fit, noise = residual_noise(observed, prior, coarse.best)
-        strayed = _strayed(_root_mean_square(fit), observed, track)
+        coarse.add(first.count, first.values, FLOORS_PX[-1:])
+        fit, noise = residual_noise(coarse, coarse.best)
+        strayed = _strayed(_misfit_px(fit), observed, track)
     if strayed is not None:
         return strayed
-    if not lacks_frames(observed, noise, prior, fit):
-        weighed = scattered(Question(observed, noise, prior, fit.count), fit.values)
-        answer = _answer(found, observed, weighed)
+    if not lacks_frames(coarse, fit, noise):
+        question = Question(observed, noise, coarse.prior, fit.count)
+        answer = _answer(found, scattered(question, fit.values))
         if isinstance(answer, Misfit):
             return answer
-        seen = sum(collision.seen for collision in answer.collisions)
-        if seen >= found.shown and answer.count == found.burst:
+        if _confirms(answer, found) and answer.count == found.burst:
             return answer
     return Misfit(Reason(Cause.MODEL_DIFFERS))
 
 
 def _any_count(
-    track: Track, found: SeenCollisions, coarse: Rivals, start: _Start
+    track: Track,
+    found: SeenCollisions,
+    coarse: Rivals,
+    start: tuple[Floats, Fit | None, LeftOut | None],
 ) -> Between | Misfit:
-    """Fit every count that comes into question, with frames left out where that is likelier."""
+    """Fit every count that comes into question, with frames left out where that is likelier.
+
+    It starts from rough values, the fit of the burst's calm beginning, and frames left out.
+    """
     rough, first, gap = start
     calm = rough.copy()
     if first is not None:
         calm = first.values[:FIRST_DEVIATION].copy()
         # What the whole path shows, a few collisions at its beginning do not.
         calm[[Column.LIGHTNESS, Column.SWING]] = rough[[Column.LIGHTNESS, Column.SWING]]
-    through = first is not None and first.count == found.burst and np.isfinite(first.loss)
-    if first is not None and through and not coarse.fits:
-        coarse.add(first.count, first.values[:FIRST_DEVIATION], FLOORS_PX[-1:])
+        through = first.count == found.burst and np.isfinite(first.loss)
+        if through and not coarse.fits:
+            coarse.add(first.count, first.values, FLOORS_PX[-1:])
     # Of two bodies in n frames noise alone makes a loss of n, half its chi-square.
     if not coarse.fits or coarse.best.loss >= len(coarse.observed.frame):
         coarse.scan(calm, found.burst)
-    if gap is None and coarse.best.loss > LOST_A_FRAME * len(coarse.observed.frame):
+    if gap is None and _is_far(coarse.best):
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     coarse.climb()
     coarse = with_frames_left_out(coarse, calm, found.burst, gap)
-    observed = coarse.observed
     if not np.isfinite(coarse.best.loss):
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
-    best, noise = residual_noise(observed, coarse.prior, coarse.best)
-    answer = _answer(found, observed, weigh(coarse, best, noise))
+    best, noise = residual_noise(coarse, coarse.best)
+    fits = weigh(coarse, best, noise)
+    answer = _answer(found, fits)
     if isinstance(answer, Misfit):
         return answer
-    return _strayed(answer.misfit_px, observed, track) or answer
+    return _strayed(answer.misfit_px, coarse.observed, track) or answer
 
 
 def _strayed(misfit_px: float, observed: Observations, track: Track) -> Misfit | None:
@@ -223,37 +218,32 @@ def _strayed(misfit_px: float, observed: Observations, track: Track) -> Misfit |
     return Misfit(Reason(Cause.MODEL_STRAYS, (misfit_px, limit)))
 
 
-def _root_mean_square(solution: Solution) -> float:
-    """Of the ball's residuals, the worst fiftieth aside."""
-    squares = np.sort(solution.ball_residuals[np.isfinite(solution.ball_residuals)] ** 2)
+def _misfit_px(fit: Fit) -> float:
+    """Root mean square of the ball's residuals, the worst fiftieth aside."""
+    ball, _ = np.split(fit.left_px, 2)
+    squares = np.sort(ball[np.isfinite(ball)] ** 2)
     return float(np.sqrt(squares[: max(1, int(0.98 * len(squares)))].mean()))
 
 
-def _is_one(observed: Observations, fit: Solution) -> bool:
+def _is_one(fit: Fit) -> bool:
     """Whether all collisions of a fit, but perhaps the last one, belong to one burst.
 
     It ends when the heavy body, driven back, turns round again.
     """
-    paths, _ = modelled(observed, fit.values[None], fit.count)
-    leaving, coming = paths.states[1, 0, 1 : fit.count - 1], paths.before[1, 0, 2 : fit.count]
+    leaving, coming = fit.paths.states[1, 0, 1:-2], fit.paths.before[1, 0, 2:-1]
     return not bool(((leaving > 0) & (coming < 0)).any())
 
 
-def _answer(
-    found: SeenCollisions,
-    observed: Observations,
-    weighed: Weighed,
-) -> Between | Misfit:
-    weighed = {key: (log, fit) for key, (log, fit) in weighed.items() if _is_one(observed, fit)}
-    if not weighed:
+def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Misfit:
+    fits = [fit for fit in fits if np.isfinite(fit.evidence) and _is_one(fit)]
+    if not fits:
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
-    chances = probabilities(weighed)
-    shares = shares_of(weighed)
+    chances, shares = probabilities(fits), shares_of(fits)
     count = max(chances, key=lambda number: chances[number])
-    own = np.array([fit.count == count for _, fit in weighed.values()])
-    fits = [fit for _, fit in weighed.values() if fit.count == count]
-    solution = fits[int(np.argmax(shares[own]))]
-    following = end_chances(observed, solution)
+    own = np.array([fit.count == count for fit in fits])
+    fits_of_count = [fit for fit in fits if fit.count == count]
+    best = fits_of_count[int(np.argmax(shares[own]))]
+    following = end_chances(best)
     fewer = following.pop(-1, 0.0)
     if found.burst < len(found.collisions) or fewer == 1.0:
         following = {0: 1.0}
@@ -261,20 +251,18 @@ def _answer(
     chances = with_more(chances, {-1: fewer, 0: 1.0 - fewer})
     if fewer > LIKELY and count > 1:
         count -= 1
-        fits = [replace(fit, count=count) for fit in fits]
-    values = solution.values
-    paths, _ = modelled(observed, values[None], count)
+    mass_ratio, bodies, wall, *setup = setup_estimates(fits)
     return Between(
         count=count,
         probability=doubted(chances),
-        collisions=collisions_of(observed, fits, shares[own], found),
-        mass_ratio=mass_ratio(weighed, shares),
-        restitution_bodies=estimate(weighed, shares, Column.BODIES),
-        restitution_wall=estimate(weighed, shares, Column.BOUNCE),
-        energy_kept=tuple(float(share) for share in energy_kept(paths, values)),
-        ending=ending_of(paths, values),
-        setup=fitted_setup(weighed, shares),
-        misfit_px=_root_mean_square(solution),
+        collisions=collisions_of(fits_of_count, shares[own], found, count),
+        mass_ratio=mass_ratio,
+        restitution_bodies=bodies,
+        restitution_wall=wall,
+        energy_kept=tuple(energy_kept(best)[:count].tolist()),
+        ending=ending_of(best, count),
+        setup=FittedSetup(*setup),
+        misfit_px=_misfit_px(best),
         following=following,
-        left_out=left_out_of(observed, values),
+        left_out=left_out_of(best),
     )

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -14,18 +13,16 @@ from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.parameters import Column, drift_shape
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.swing import FRAMES_BEYOND
-from count_video.records import Collision, Floats, Track
+from count_video.records import Floats, Track
 from count_video.signals import sigma_of
 
 APART_FRAMES = 1.0
 """The path is not used nearer than this to a collision after the burst."""
 BURSTS_BEYOND = 2.0
 """The last collision may follow the one before it only after so many times the burst until then."""
-FRAMES_A_FLIGHT = 16
-"""A long flight between two collisions is thinned out to so many frames: neighbouring ones say
-the same."""
-MOST_BUSY_FRAMES = 500
-"""Where collisions lie close together all frames are kept, up to this number."""
+FRAMES_A_FLIGHT, FRAMES_BUSY = 16, 500
+"""A long flight between two collisions is thinned out to so many frames: neighbouring ones say the
+same. Before and after the burst, and where its collisions lie close together, more are kept."""
 
 
 @dataclass(frozen=True)
@@ -54,14 +51,31 @@ class Observations:
     after: Floats
     """1 for frames after the place where frames may be left out, 0 for the others."""
 
+    @property
+    def start(self) -> float:
+        """Time from which the motion is followed."""
+        return float(self.frame[0]) - 1.0
+
     @cached_property
     def places_px(self) -> Floats:
         """Places of ball and heavy body, one after the other, shape (2 frames,)."""
         return np.concatenate([self.ball_px, self.heavy_px])
 
-    def times(self, sets: Floats) -> Floats:
-        """Give the frames' times by the clocks of parameter sets; shape (sets, frames)."""
-        return np.asarray(self.frame + sets[:, Column.SKIP, None] * self.after)
+    def times(self, values: Floats) -> Floats:
+        """Give the frames' times by the clocks of parameters, shape (..., columns)."""
+        return np.asarray(self.frame + values[..., Column.SKIP, None] * self.after)
+
+    def at(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> Observations:
+        """Keep some of the frames."""
+        each = {name: getattr(self, name)[rows] for name in OF_FRAMES}
+        return replace(self, **each)
+
+    def left_out_after(self, frame: float) -> Observations:
+        """Let frames be left out after a frame of the clip."""
+        return replace(self, after=np.where(self.origin + self.frame > frame, 1.0, 0.0))
+
+
+OF_FRAMES = tuple(one.name for one in fields(Observations) if one.type == "Floats")
 
 
 def observe(track: Track, found: SeenCollisions) -> Observations:
@@ -75,64 +89,42 @@ def observe(track: Track, found: SeenCollisions) -> Observations:
     if not found.burst:
         raise ValueError("no collision seen: there is no burst to explain")
     gaps = gaps_of(track)
-    burst = found.collisions[: found.burst]
-    chosen = _chosen(gaps, burst, found.collisions[found.burst :])
-    near_edge = float(np.nanmedian(gaps.heavy_px - gaps.ball_px - gaps.gap_px))
+    chosen, burst = _chosen(gaps, found)
+    first = burst[0]
     return Observations(
-        origin=burst[0].frame,
-        frame=gaps.frame[chosen] - burst[0].frame,
+        origin=first,
+        frame=gaps.frame[chosen] - first,
         ball_px=gaps.ball_px[chosen],
-        heavy_px=gaps.heavy_px[chosen] - near_edge,
+        heavy_px=gaps.heavy_px[chosen] - gaps.near_edge_px,
         drift=drift_shape(gaps.heavy_px[chosen]),
         ball_sigma_px=sigma_of(gaps.ball_px),
         heavy_sigma_px=sigma_of(gaps.heavy_px),
-        last=burst[-1].frame - burst[0].frame,
-        end=float(gaps.frame[-1]) - burst[0].frame,
+        last=burst[-1] - first,
+        end=float(gaps.frame[-1]) - first,
         sign=gaps.sign,
         after=np.zeros(len(chosen)),
     )
 
 
-def _chosen(gaps: Gaps, burst: Sequence[Collision], after: Sequence[Collision]) -> np.ndarray:
-    """Places of the frames to explain, thinned out where nothing happens for long."""
-    frames = np.array([collision.frame for collision in burst])
-    beyond = frames[-1] + max(FRAMES_BEYOND, BURSTS_BEYOND * (frames[-1] - frames[0]))
-    stop = min(after[0].frame - APART_FRAMES if after else np.inf, beyond)
-    bounds = np.array([frames[0] - FRAMES_BEYOND, *frames, stop])
-    short = np.flatnonzero(np.diff(frames) < FRAMES_A_FLIGHT) + 1
-    busy = (bounds[short[0]], bounds[short[-1] + 1]) if len(short) else (np.inf, -np.inf)
-    chosen: list[np.ndarray] = []
-    outside = bounds[(bounds <= busy[0]) | (bounds >= busy[1])]
-    for low, high in pairwise(outside):
+def _chosen(gaps: Gaps, found: SeenCollisions) -> tuple[NDArray[np.intp], list[float]]:
+    """Rows to explain, thinned out where nothing happens for long; and the burst's collisions."""
+    times = [collision.frame for collision in found.collisions]
+    burst, after = times[: found.burst], times[found.burst :]
+    stop = burst[-1] + max(FRAMES_BEYOND, BURSTS_BEYOND * (burst[-1] - burst[0]))
+    stop = min([stop, *(frame - APART_FRAMES for frame in after[:1])])
+    bounds = [burst[0] - FRAMES_BEYOND, *burst, stop]
+    short = np.flatnonzero(np.diff(burst) < FRAMES_A_FLIGHT) + 1
+    if len(short):
+        # Where collisions lie close together others may hide: all from there to there is one.
+        bounds = bounds[: short[0] + 1] + bounds[short[-1] + 1 :]
+    chosen = []
+    for place, (low, high) in enumerate(pairwise(bounds)):
         inside = np.flatnonzero((gaps.frame > low) & (gaps.frame <= high))
-        whole = (low, high) == busy or low == bounds[0] or high == stop
-        chosen.append(_thinned(inside, MOST_BUSY_FRAMES if whole else FRAMES_A_FLIGHT))
-    return np.concatenate(chosen)
+        whole = place in (0, len(bounds) - 2) or (len(short) and place == short[0])
+        chosen.append(inside[thinned(len(inside), FRAMES_BUSY if whole else FRAMES_A_FLIGHT)])
+    return np.concatenate(chosen), burst
 
 
-def _thinned(places: np.ndarray, most: int) -> np.ndarray:
-    if len(places) <= most:
-        return places
-    return np.asarray(places[np.linspace(0, len(places) - 1, most).round().astype(int)])
-
-
-def until(observed: Observations, end: float) -> Observations:
-    """Keep the frames before a time."""
-    return at_rows(observed, np.flatnonzero(observed.frame < end))
-
-
-def at_rows(observed: Observations, rows: NDArray[np.intp]) -> Observations:
-    """Keep some of the frames."""
-    return replace(
-        observed,
-        frame=observed.frame[rows],
-        ball_px=observed.ball_px[rows],
-        heavy_px=observed.heavy_px[rows],
-        drift=observed.drift[rows],
-        after=observed.after[rows],
-    )
-
-
-def left_out_after(observed: Observations, frame: float) -> Observations:
-    """Let frames be left out after a frame of the clip."""
-    return replace(observed, after=np.where(observed.origin + observed.frame > frame, 1.0, 0.0))
+def thinned(number: int, most: int) -> NDArray[np.intp]:
+    """Rows of so many, at most, that are spread evenly."""
+    return np.linspace(0, number - 1, min(number, most)).round().astype(np.intp)

@@ -135,22 +135,24 @@ class Knowledge:
 
 def prior_of(rough: Floats, known: Knowledge) -> Prior:
     """State what is known before the fit about the parameters without deviations."""
-    prior = Prior(rough.copy(), np.full(FIRST_DEVIATION, np.inf))
     way, (rate, sigma) = rough[Column.BALL_REST] - rough[Column.WALL], known.rate
-    pull = PULL_SHARE * np.exp(2 * rough[Column.SWING]) * way
-    prior = prior.with_value(Column.HEAVY_PULL, 0.0, float(pull))
-    prior = prior.with_value(Column.SWING, float(np.log(rate)), sigma)
-    prior = prior.with_value(Column.BALL_SWING, 0.0, BALL_RATE_SIGMA)
-    prior = prior.with_value(Column.EXPOSURE, *EXPOSURE)
-    prior = prior.with_value(Column.PARALLAX, 0.0, PARALLAX_SIGMA)
-    prior.sigma[FIRST_DRIFT:FIRST_DEVIATION] = DRIFT_SIGMA_PX
-    prior = prior.with_value(Column.SKIP, 0.0, 0.0)
-    prior = prior.with_value(Column.BODIES, *RESTITUTION)
-    prior = prior.with_value(Column.BOUNCE, *RESTITUTION)
+    normal = {
+        Column.HEAVY_PULL: (0.0, PULL_SHARE * np.exp(2 * rough[Column.SWING]) * way),
+        Column.SWING: (np.log(rate), sigma),
+        Column.BALL_SWING: (0.0, BALL_RATE_SIGMA),
+        Column.EXPOSURE: EXPOSURE,
+        Column.PARALLAX: (0.0, PARALLAX_SIGMA),
+        Column.SKIP: (0.0, 0.0),
+        Column.BODIES: RESTITUTION,
+        Column.BOUNCE: RESTITUTION,
+    }
     if known.mass_ratio is not None:
         relative = max(known.mass_ratio_sigma / known.mass_ratio, 1e-4)
-        prior = prior.with_value(Column.LIGHTNESS, -float(np.log(known.mass_ratio)), relative)
-    return prior
+        normal[Column.LIGHTNESS] = -np.log(known.mass_ratio), relative
+    mean, sigmas = rough.copy(), np.full(FIRST_DEVIATION, np.inf)
+    mean[list(normal)], sigmas[list(normal)] = np.transpose(list(normal.values()))
+    sigmas[FIRST_DRIFT:] = DRIFT_SIGMA_PX
+    return Prior(mean, sigmas)
 
 
 def with_deviations(prior: Prior, count: int, scatter: float) -> Prior:
@@ -162,29 +164,29 @@ def with_deviations(prior: Prior, count: int, scatter: float) -> Prior:
     )
 
 
+LIMITS = {
+    Column.SWING: (np.log(1e-5), np.log(0.5)),
+    Column.BALL_SWING: (np.log(0.2), np.log(5.0)),
+    Column.EXPOSURE: (0.01, 1.0),
+    Column.LIGHTNESS: (np.log(1e-6), np.log(2.0)),
+    Column.BODIES: (0.3, 1.005),
+    Column.BOUNCE: (0.3, 1.005),
+    Column.SKIP: (-500.0, 500.0),
+}
+"""Where the model is defined. A restitution a little above 1 is allowed: a limit right where
+perfect bodies lie would bias their fit."""
+
+
 def limits_of(columns: int) -> tuple[Floats, Floats]:
     """Lowest and highest values for which the model is defined, shape (columns,) each."""
     low, high = np.full(columns, -np.inf), np.full(columns, np.inf)
-    for column, least, most in _LIMITS:
-        low[column], high[column] = least, most
+    low[list(LIMITS)], high[list(LIMITS)] = np.transpose(list(LIMITS.values()))
     return low, high
 
 
 def within_limits(sets: Floats) -> Floats:
     """Parameter sets, shape (..., columns), brought back to where the model is defined."""
     return np.asarray(np.clip(sets, *limits_of(sets.shape[-1])))
-
-
-_LIMITS = (
-    (Column.SWING, np.log(1e-5), np.log(0.5)),
-    (Column.BALL_SWING, np.log(0.2), np.log(5.0)),
-    (Column.EXPOSURE, 0.01, 1.0),
-    (Column.LIGHTNESS, np.log(1e-6), np.log(2.0)),
-    (Column.BODIES, 0.3, 1.005),
-    (Column.BOUNCE, 0.3, 1.005),
-    (Column.SKIP, -500.0, 500.0),
-)
-"""A little above 1 is allowed: a limit right where perfect bodies lie would bias their fit."""
 
 
 NEAREST_RISE_PX = 2.0

@@ -1,4 +1,4 @@
-"""The event-driven model, for many sets of parameters at once or for one alone.
+"""The event-driven model: motions of many sets of parameters at once, or of one with derivatives.
 
 `physics.simulator` follows one trial to rounding and through every oddity. A fit needs the same
 motion a few thousand times over, with slightly different parameters, and knows what happens next:
@@ -7,7 +7,12 @@ and with Newton steps from there where they are not. The laws are those of the s
 x'' = -w^2 (x - x0) for each body, and (1 + e) of the relative velocity at a contact.
 
 An array operation takes a microsecond however short the array is; a plain number takes a
-twentieth of it. A scan over thousands of sets wants arrays, a fit follows one motion at a time.
+twentieth of it. So the functions work on either: a scan over thousands of sets has arrays, a fit
+follows one motion in plain numbers.
+
+Derivatives are exact, by complex steps: f(x + ih) = f(x) + ih f'(x) for a step h so small that its
+square is none (Squire and Trapp 1998). So each event is differentiated by what it depends on, and
+the chain of these maps gives the whole motion's derivatives.
 """
 
 from __future__ import annotations
@@ -15,14 +20,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.motion.parameters import FIRST_DEVIATION, Column, deviation_places
 from count_video.records import Floats
 
-Number = TypeVar("Number", float, Floats)
+Number = Any
+"""A float, or an array of shape (sets,)."""
+State = tuple[Number, Number, Number, Number]
+"""Heavy body's place and velocity, then the ball's."""
 
 
 class Numbers:
@@ -52,28 +61,16 @@ class Numbers:
         return one if one > other or one != one else other  # noqa: PLR0124
 
 
-Arithmetic = Any
-"""``Numbers``, or NumPy for arrays."""
-
 NEWTON_STEPS = 2
 """From the closed form for equal threads; each squares the error."""
-
-
-@dataclass(frozen=True)
-class Pendulums(Generic[Number]):
-    """Rates and rest places of both bodies: numbers, or arrays of shape (sets,)."""
-
-    heavy_rate: Number
-    heavy_rest: Number
-    ball_rate: Number
-    ball_rest: Number
 
 
 @dataclass(frozen=True)
 class Paths:
     """Motions of all sets; piece k lasts from event k to event k + 1, piece 0 is the start."""
 
-    pendulums: Pendulums[Floats]
+    laws: Floats
+    """Rate and rest of the heavy body, then of the ball; shape (4, sets)."""
     time: Floats
     """Shape (sets, events + 1): the start of each piece; inf for what never happens."""
     states: Floats
@@ -94,160 +91,111 @@ def follow(sets: Floats, count: int, first_time: float) -> Paths:
     first_time
         No collision is sought before this time (the model's time 0 may lie after the first).
     """
-    times = np.full((len(sets), count + 1), np.inf)
-    states = np.full((4, len(sets), count + 1), np.nan)
-    before = np.full_like(states, np.nan)
-    columns: Sequence[Floats] = list(np.ascontiguousarray(sets.T))
-    pendulums = _pendulums(columns, np)
+    alone = len(sets) == 1
+    on: Any = Numbers if alone else np
+    columns = sets[0].tolist() if alone else list(np.ascontiguousarray(sets.T))
+    laws = laws_of(columns, on)
+    first = _start(columns, laws, first_time, on)
+    times: list[Number] = [first_time + 0.0 * columns[0]]
+    before, states = [first], [first]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        state = _start(columns, pendulums, np.full(len(sets), first_time), np)
-        times[:, 0], states[:, :, 0], before[:, :, 0] = first_time, state, state
-        for event, step in enumerate(_events(columns, pendulums, (state, count), np)):
-            flight, arrived, left = step
-            times[:, event + 1] = times[:, event] + flight
-            states[:, :, event + 1], before[:, :, event + 1] = left, arrived
-    return Paths(pendulums, np.where(np.isnan(times), np.inf, times), states, before)
-
-
-def follow_one(values: Floats, count: int, first_time: float) -> Paths:
-    """Follow the motion of one set, shape (columns,), as :func:`follow` does."""
-    columns: Sequence[float] = values.tolist()
-    pendulums = _pendulums(columns, Numbers)
-    state = _start(columns, pendulums, first_time, Numbers)
-    flights, before, states = [first_time], [state], [state]
-    for flight, arrived, left in _events(columns, pendulums, (state, count), Numbers):
-        flights.append(flight)
-        before.append(arrived)
-        states.append(left)
-    laws = (pendulums.heavy_rate, pendulums.heavy_rest, pendulums.ball_rate, pendulums.ball_rest)
-    times = np.cumsum(_padded(flights, count + 1))
+        for flight, arrived, left in _events(columns, laws, (first, count), on):
+            times.append(times[-1] + flight)
+            before.append(arrived)
+            states.append(left)
+    time = _padded(times, count + 1)[0]
     return Paths(
-        Pendulums(*(np.array([law]) for law in laws)),
-        np.where(np.isnan(times), np.inf, times)[None],
-        _padded(states, count + 1).T[:, None],
-        _padded(before, count + 1).T[:, None],
+        np.array(laws).reshape(4, -1),
+        np.where(np.isnan(time), np.inf, time),
+        _padded(states, count + 1),
+        _padded(before, count + 1),
     )
 
 
-def _padded(rows: Sequence[object], length: int) -> Floats:
-    """Rows as an array, NaN where the motion has ended."""
+def _padded(rows: Sequence[Number | State], length: int) -> Floats:
+    """Rows as an array, shape (1 or 4, sets, length), undefined where the motion has ended."""
     array = np.array(rows, dtype=np.float64)
     padded = np.full((length, *array.shape[1:]), np.nan)
     padded[: len(array)] = array
-    return padded
+    return np.moveaxis(padded.reshape(length, 4 if isinstance(rows[0], tuple) else 1, -1), 0, 2)
 
 
-State = tuple[Number, Number, Number, Number]
-"""Heavy body's place and velocity, then the ball's."""
-
-
-def _pendulums(columns: Sequence[Number], on: Arithmetic) -> Pendulums[Number]:
+def laws_of(columns: Sequence[Number], on: Any) -> State:
+    """Rate and rest of the heavy body, then of the ball."""
     rate = on.exp(columns[Column.SWING])
-    pull = columns[Column.HEAVY_PULL] / (rate * rate)
-    return Pendulums(
-        heavy_rate=rate,
-        heavy_rest=columns[Column.HEAVY] + pull,
-        ball_rate=rate * on.exp(columns[Column.BALL_SWING]),
-        ball_rest=columns[Column.BALL_REST],
-    )
+    heavy_rest = columns[Column.HEAVY] + columns[Column.HEAVY_PULL] / (rate * rate)
+    ball_rate = rate * on.exp(columns[Column.BALL_SWING])
+    return rate, heavy_rest, ball_rate, columns[Column.BALL_REST]
 
 
-def _start(
-    columns: Sequence[Number],
-    pendulums: Pendulums[Number],
-    time: Number,
-    on: Arithmetic,
-) -> State[Number]:
+def _start(columns: Sequence[Number], laws: State, time: float, on: Any) -> State:
     """State at the first time: the heavy body on its free path, the ball at rest."""
-    place, velocity = columns[Column.HEAVY], columns[Column.HEAVY_RATE]
-    law = (pendulums.heavy_rate, pendulums.heavy_rest)
-    place, velocity = _swung(law, place, velocity, time, on)
-    return place, velocity, columns[Column.BALL_REST], 0.0 * velocity
+    velocity = columns[Column.HEAVY_RATE]
+    heavy = swung(laws[0], laws[1], columns[Column.HEAVY], velocity, time, on)
+    return *heavy, columns[Column.BALL_REST], 0.0 * velocity
 
 
 def _events(
-    columns: Sequence[Number],
-    pendulums: Pendulums[Number],
-    begin: tuple[State[Number], int],
-    on: Arithmetic,
-) -> Iterator[tuple[Number, State[Number], State[Number]]]:
+    columns: Sequence[Number], laws: State, begin: tuple[State, int], on: Any
+) -> Iterator[tuple[Number, State, State]]:
     """Yield flight, state on arrival and state after it for each event, while there are any."""
     state, count = begin
     lightness, wall = on.exp(columns[Column.LIGHTNESS]), columns[Column.WALL]
     deviation = (FIRST_DEVIATION + deviation_places(count)).tolist()
     for event in range(count):
-        to_wall = event % 2 == 1
         if event:
-            state = _closed_in(wall, state, on)
-        reach = _wall_flight if to_wall else _bodies_flight
-        flight = reach(pendulums, state, wall, on)
+            # Undo the rounding of the last flight: bodies do not start inside each other.
+            ball = on.maximum(state[2], wall)
+            state = on.maximum(state[0], ball), state[1], ball, state[3]
+        to_wall = event % 2 == 1
+        flight = _wall_flight(laws, state, wall, on) if to_wall else _bodies_flight(laws, state, on)
         if not on.any(on.isfinite(flight)):
             return
-        arrived = _advance(pendulums, state, flight, on)
+        arrived = _advance(laws, state, flight, on)
         restitution = columns[Column.BOUNCE if to_wall else Column.BODIES]
         if deviation[event] < len(columns):
             restitution = restitution + columns[deviation[event]]
-        if to_wall:
-            state = _off_wall(arrived, restitution)
-        else:
-            state = _off_body(arrived, restitution, lightness)
+        state = (_off_wall if to_wall else _off_body)(arrived, restitution, lightness)
         yield flight, arrived, state
 
 
-def _advance(
-    pendulums: Pendulums[Number], state: State[Number], time: Number, on: Arithmetic
-) -> State[Number]:
+def _advance(laws: Sequence[Number], state: Sequence[Number], time: Number, on: Any) -> State:
     """Carry a state over a flight."""
-    heavy_law = (pendulums.heavy_rate, pendulums.heavy_rest)
-    ball_law = (pendulums.ball_rate, pendulums.ball_rest)
-    heavy, heavy_velocity = _swung(heavy_law, state[0], state[1], time, on)
-    ball, ball_velocity = _swung(ball_law, state[2], state[3], time, on)
-    return heavy, heavy_velocity, ball, ball_velocity
+    heavy = swung(laws[0], laws[1], state[0], state[1], time, on)
+    return *heavy, *swung(laws[2], laws[3], state[2], state[3], time, on)
 
 
-def _swung(
-    law: tuple[Number, Number],
-    place: Number,
-    velocity: Number,
-    time: Number,
-    on: Arithmetic,
+def swung(
+    rate: Number, rest: Number, place: Number, velocity: Number, time: Number, on: Any = np
 ) -> tuple[Number, Number]:
-    rate, rest = law
+    """Place and velocity of a body after a time."""
     angle = rate * time
     sine, cosine = on.sin(angle), on.cos(angle)
     offset = place - rest
     return rest + offset * cosine + velocity / rate * sine, velocity * cosine - offset * rate * sine
 
 
-def _wall_flight(
-    pendulums: Pendulums[Number], state: State[Number], wall: Number, on: Arithmetic
-) -> Number:
+def _wall_flight(laws: State, state: State, wall: Number, on: Any) -> Number:
     """Time of the ball to the wall; NaN if it never comes there."""
-    _, _, ball, ball_velocity = state
-    offset = pendulums.ball_rest - wall
-    return _reaches(pendulums.ball_rate, offset, ball - wall, ball_velocity, on)
+    return _reaches(laws[2], laws[3] - wall, state[2] - wall, state[3], on)
 
 
-def _bodies_flight(
-    pendulums: Pendulums[Number], state: State[Number], wall: Number, on: Arithmetic
-) -> Number:
+def _bodies_flight(laws: State, state: State, on: Any) -> Number:
     """Time until the bodies meet; NaN if they never do."""
     heavy, heavy_velocity, ball, ball_velocity = state
-    rest_gap = pendulums.heavy_rest - pendulums.ball_rest
     opening = heavy_velocity - ball_velocity
-    time = _reaches(pendulums.heavy_rate, rest_gap, heavy - ball, opening, on)
+    time = _reaches(laws[0], laws[1] - laws[3], heavy - ball, opening, on)
     for _ in range(NEWTON_STEPS):
         if not on.any(on.isfinite(time)):
             return time
-        there = _advance(pendulums, state, time, on)
+        there = _advance(laws, state, time, on)
         closing = there[1] - there[3]
         missing = on.divide(there[0] - there[2], closing)
         time = time - on.where(closing < 0, missing, 0.0 * closing)
-    met: Number = on.where(time >= 0, time, time * np.nan)
-    return met
+    return on.where(time >= 0, time, time * np.nan)
 
 
-def _reaches(rate: Number, rest: Number, gap: Number, opening: Number, on: Arithmetic) -> Number:
+def _reaches(rate: Number, rest: Number, gap: Number, opening: Number, on: Any) -> Number:
     """First time at which a swinging gap, not negative now, falls to zero; NaN if it never does.
 
     gap(t) = rest + A cos(rate t - phase) falls through zero at rate t = phase + arccos(-rest / A).
@@ -257,23 +205,122 @@ def _reaches(rate: Number, rest: Number, gap: Number, opening: Number, on: Arith
     angle = phase + on.arccos(on.divide(-rest, on.hypot(offset, quarter)))
     # A ball that has just left the contact falls through zero one swing later, not now.
     left_now = (angle < -1e-9) | ((gap <= 0) & (gap >= 0) & (opening > 0) & (angle < 1e-9))
-    first: Number = on.where(left_now, angle + 2 * np.pi, on.maximum(angle, 0.0 * angle)) / rate
-    return first
+    return on.where(left_now, angle + 2 * np.pi, on.maximum(angle, 0.0 * angle)) / rate
 
 
-def _closed_in(wall: Number, state: State[Number], on: Arithmetic) -> State[Number]:
-    """Undo the rounding of the last flight, so that bodies do not start inside each other."""
-    ball = on.maximum(state[2], wall)
-    return on.maximum(state[0], ball), state[1], ball, state[3]
-
-
-def _off_wall(state: State[Number], restitution: Number) -> State[Number]:
+def _off_wall(state: Sequence[Number], restitution: Number, _: Number) -> State:
     heavy, heavy_velocity, ball, ball_velocity = state
     return heavy, heavy_velocity, ball, -restitution * ball_velocity
 
 
-def _off_body(state: State[Number], restitution: Number, lightness: Number) -> State[Number]:
+def _off_body(state: Sequence[Number], restitution: Number, lightness: Number) -> State:
     heavy, heavy_velocity, ball, ball_velocity = state
     # The impulse on the ball is (1 + e) times the relative velocity over 1 + m/M.
     step = (1 + restitution) * (heavy_velocity - ball_velocity) / (1 + lightness)
     return heavy, heavy_velocity - lightness * step, ball, ball_velocity + step
+
+
+# ---- derivatives ---------------------------------------------------------------------------------
+
+STEP = 1e-30
+"""Complex steps are so small that no digit of a value changes, whatever its unit."""
+
+
+@dataclass(frozen=True)
+class Tangents:
+    """Derivatives of one motion by its parameters; those of states are at fixed times."""
+
+    inputs: Floats
+    """Of what each event depends on: the state at the start of the flight, the laws, the wall, the
+    lightness and the restitution; shape (pieces, 11, columns)."""
+    by_inputs: Floats
+    """Of the state after each event, of that before it and of its time, by what it depends on;
+    shape (events, 9, 11)."""
+
+    @property
+    def laws(self) -> Floats:
+        """Of the rate and the rest of the heavy body, then of the ball; shape (4, columns)."""
+        return self.inputs[0, 4:8]
+
+    @property
+    def states(self) -> Floats:
+        """Of the state at the start of each piece, shape (pieces, 4, columns)."""
+        return self.inputs[:, :4]
+
+    @property
+    def arriving(self) -> Floats:
+        """Of the state just before each event, shape (events, 4, columns)."""
+        return self.by_inputs[:, 4:8] @ self.inputs[:-1]
+
+    @property
+    def time(self) -> Floats:
+        """Of the events' times, shape (events, columns)."""
+        return np.asarray((self.by_inputs[:, 8:] @ self.inputs[:-1])[:, 0])
+
+
+def stepped(values: Floats) -> NDArray[np.complex128]:
+    """Step each of some values, shape (values, ...), by itself; shape (values, steps, ...)."""
+    steps = 1j * STEP * np.eye(len(values))
+    return np.asarray(values[:, None] + steps.reshape(*steps.shape, *[1] * (values.ndim - 1)))
+
+
+def slopes(results: Sequence[Any]) -> Floats:
+    """Give derivatives of results of stepped values, shape (results, steps, ...)."""
+    return np.array([result.imag for result in results]) / STEP
+
+
+def tangents_of(paths: Paths, values: Floats) -> Tangents:
+    """Differentiate the first motion of ``paths``, whose parameters are ``values``."""
+    columns = list(stepped(values))
+    laws = laws_of(columns, np)
+    inputs = np.zeros((paths.time.shape[1], 11, len(values)))
+    inputs[0, :4] = slopes(_start(columns, laws, paths.time[0, 0], np))
+    inputs[:, 4:8] = slopes(laws)
+    inputs[:, 8, Column.WALL] = 1.0
+    inputs[:, 9] = slopes([np.exp(columns[Column.LIGHTNESS])])
+    event = np.arange(len(inputs) - 1)
+    places = [np.where(event % 2 == 1, Column.BOUNCE, Column.BODIES)]
+    if len(values) > FIRST_DEVIATION:
+        places.append(FIRST_DEVIATION + deviation_places(len(event)))
+    for place in places:
+        inputs[event, 10, place] = 1.0
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        by_inputs = _event_slopes(
+            paths, values, np.sum([values[place] for place in places], axis=0)
+        )
+        for number, by in enumerate(by_inputs[:, :4]):
+            np.dot(by, inputs[number], out=inputs[number + 1, :4])
+    return Tangents(inputs, by_inputs)
+
+
+def _event_slopes(paths: Paths, values: Floats, restitution: Floats) -> Floats:
+    """Differentiate events of one motion by what they depend on, as in ``Tangents``."""
+    flights = np.diff(paths.time[0])
+    known = (*paths.laws[:, 0], values[Column.WALL], np.exp(values[Column.LIGHTNESS]))
+    at = np.vstack([paths.states[:, 0, :-1], np.tile(known, (len(flights), 1)).T, restitution])
+    found = np.empty((len(flights), 9, 11))
+    for first, off in enumerate((_off_body, _off_wall)):
+        own = slice(first, None, 2)
+        inputs = list(stepped(at[:, own]))
+        laws = inputs[4:8]
+        arrived = _advance(laws, inputs[:4], flights[own], np)
+        heavy, heavy_velocity, ball, ball_velocity = arrived
+        gap = (heavy - ball, ball - inputs[8])[first]
+        closing = (heavy_velocity - ball_velocity, ball_velocity)[first]
+        later = -1j * gap.imag / closing.real
+        left = off(_moved(laws, arrived, later), inputs[10], inputs[9])
+        results = (*_moved(laws, left, -later), *arrived, later)
+        found[own] = slopes(results).transpose(2, 0, 1)
+    return found
+
+
+def _moved(laws: Sequence[Number], state: Sequence[Number], time: Number) -> State:
+    """Carry a state over a time so short that its square is none."""
+    rate, rest, ball_rate, ball_rest = laws
+    heavy, heavy_velocity, ball, ball_velocity = state
+    return (
+        heavy + time * heavy_velocity,
+        heavy_velocity + time * rate**2 * (rest - heavy),
+        ball + time * ball_velocity,
+        ball_velocity + time * ball_rate**2 * (ball_rest - ball),
+    )

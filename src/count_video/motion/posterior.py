@@ -1,9 +1,12 @@
-"""Weigh the counts against each other: fine fits, their noise, and the probability of each count.
+"""What fits give: the probability of each count, the set-up, and the collisions themselves.
 
-What the fit leaves unexplained is larger than the noise of single frames and hangs together over
-several: compression, shading and a model that is not the world see to that. Where collisions are
-close, a track's own estimate of its noise is too large. So the noise is that of the residuals about
-the best fit, and only then are its rivals judged.
+Everything is a mean over all fits that come into question, each with its share, not of one alone.
+The scatter of the restitution from collision to collision is not known, and in long bursts neither
+is the count. Each has its own best mass ratio, from which a single fit's uncertainty knows nothing.
+
+The fits' parameters are the motion at the first collision; what a person set up by hand follows
+from them: the gap, the release (the swing's amplitude before the first collision), the gap between
+the bodies at rest, and the periods of the threads.
 
 Where the burst ends has a probability as well: whether the last collision comes before the heavy
 body's turn, and whether one more follows after the clip's end.
@@ -11,134 +14,62 @@ body's turn, and whether one more follows after the clip's end.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from count_video.motion.observations import Observations
-from count_video.motion.parameters import Column, Prior, deviation_places, within_limits
-from count_video.motion.pendulums import follow
-from count_video.motion.priors import BELIEVED, MODEL_WRONG, SCATTERS
-from count_video.motion.rivals import HOPELESS, Rivals, coarse_fit, fine_fit, neighbouring
-from count_video.motion.solving import Noise, Question, Solution, noise_of
-from count_video.records import Floats
-
-Weighed = dict[tuple[int, float], tuple[float, Solution]]
-"""Logarithm of the evidence and the fit, for each count and scatter."""
-IMPROBABLE, IMPROBABLE_AT_LEAST = 10.0, 2
-"""Counts beyond so many in a row whose evidence is smaller by so much, as a logarithm, are none."""
-MOST_RIVALS = 16
-"""Counts on either side of the best that are weighed: where so many are likely, none is known."""
-RESIDUALS_AT_LEAST = 20
-"""Fewer do not show how large they are."""
-CLIPPED_SIGMAS = 6.0
-"""Larger residuals count as this: the tracker was misled."""
-
-
-def residual_noise(
-    observed: Observations, prior: Prior, coarse: Solution
-) -> tuple[Solution, Noise]:
-    """Fit a count finely, and widen the noise to what is left over; returns the fit with it.
-
-    The restitution may scatter as much as it ever does, or its scatter would be taken for noise.
-    """
-    noise = noise_of(observed, coarse.values, coarse.count)
-    fit = fine_fit(Question(observed, noise, prior, coarse.count), coarse.values, SCATTERS[-1])
-    noise = noise_of(observed, fit.values, fit.count)
-    ball, heavy = (
-        _spread(fit.ball_residuals / noise.ball),
-        _spread(fit.heavy_residuals / noise.heavy),
-    )
-    return fit, Noise(noise.ball * ball, noise.heavy * heavy)
+from count_video.motion.errors_of_places import HALF_EXPOSURE
+from count_video.motion.parameters import Column, within_limits
+from count_video.motion.pendulums import Paths, follow, slopes, stepped
+from count_video.motion.priors import BELIEVED, MODEL_WRONG
+from count_video.motion.resolution import RESOLVED_FRAMES
+from count_video.motion.seen import SeenCollisions
+from count_video.motion.solving import Fit
+from count_video.motion.time_base import LeftOut
+from count_video.records import (
+    Collision,
+    Ending,
+    EndingKind,
+    Estimate,
+    Floats,
+    Velocities,
+)
 
 
-def _spread(residuals: np.ndarray) -> float:
-    """Factor on the noise for residuals that are larger or smaller than it."""
-    kept = residuals[np.isfinite(residuals)]
-    if len(kept) < RESIDUALS_AT_LEAST:
-        return 1.0
-    return float(np.sqrt(np.mean(np.clip(kept, -CLIPPED_SIGMAS, CLIPPED_SIGMAS) ** 2)))
+class Explained(Protocol):
+    """What is used of a fit to weigh it and to estimate by it."""
+
+    count: int
+    values: Floats
+    """Parameters, shape (columns,)."""
+
+    @property
+    def evidence(self) -> float:
+        """Its logarithm."""
+
+    @property
+    def covariance(self) -> Floats:
+        """Of the parameters, shape (columns, columns)."""
 
 
-def weigh(rivals: Rivals, start: Solution, noise: Noise) -> Weighed:
-    """Fit each count that comes into question, for each scatter; it begins with the ``start``.
-
-    From there it goes up and down, each count from its coarse fit where that is of use, or from the
-    fit of its neighbour or, as the kind of the last collision is mostly seen, of the one a pair
-    away, until on either side two in a row are out of the question.
-    """
-    observed, prior = rivals.observed, rivals.prior
-    starts = {fit.count: fit for fit in rivals.by_loss()}
-    weighed = scattered(Question(observed, noise, prior, start.count), start.values)
-    for side in (-1, 1):
-        lost = 0
-        for count in range(start.count + side, start.count + side * (MOST_RIVALS + 1), side):
-            if lost == IMPROBABLE_AT_LEAST or count < 1:
-                break
-            bearable = min(fit.loss for _, fit in weighed.values()) + HOPELESS
-            if count in starts:
-                begin = starts[count]
-            else:
-                near = [(n, s) for (n, s), (_, fit) in weighed.items() if fit.loss < bearable]
-                key = min(near, key=lambda k: ((k[0] - count) % 2, abs(k[0] - count), k[1]))
-                near_by = neighbouring(weighed[key][1], count)
-                begin = coarse_fit(observed, prior, near_by, count, bearable=rivals.bearable)
-            question = Question(observed, noise, prior, count)
-            weighed |= scattered(question, begin.values, bearable)
-            lost = 0 if _evidence_of(weighed, count) > -IMPROBABLE else lost + 1
-    return {key: fit for key, fit in weighed.items() if np.isfinite(fit[0])}
-
-
-def scattered(question: Question, start: Floats, bearable: float = np.inf) -> Weighed:
-    """Weigh the scatters of the restitution for one count, from the values of a fit."""
-    weighed: Weighed = {}
-    for scatter in SCATTERS[::-1]:
-        fit = fine_fit(question, start, scatter, bearable)
-        weighed[question.count, scatter] = log_evidence(fit, scatter), fit
-        start = fit.values
-        if fit.loss > bearable:
-            break
-    return weighed
-
-
-def log_evidence(solution: Solution, scatter: float) -> float:
-    """Logarithm of the evidence for a count, up to what all counts have in common.
-
-    It is the likelihood integrated over all parameters by Laplace's approximation about the fit, so
-    that a count that needs unlikely scatter of the restitution pays for it.
-    """
-    if not np.isfinite(solution.loss):
-        return -np.inf
-    scale = np.sqrt(np.maximum(np.diag(solution.hessian), 1e-300))
-    scaled = solution.hessian / scale[:, None] / scale
-    _, log_determinant = np.linalg.slogdet(scaled + 1e-10 * np.eye(len(scaled)))
-    volume = log_determinant + 2 * np.log(scale).sum()
-    spread = np.log(scatter / np.sqrt(np.bincount(deviation_places(solution.count)))).sum()
-    return float(-solution.loss - 0.5 * volume - spread)
-
-
-def _evidence_of(weighed: Weighed, count: int) -> float:
-    """Logarithm of a count's best evidence over that of the best count."""
-    highest = max(evidence for evidence, _ in weighed.values())
-    own = [evidence for (number, _), (evidence, _) in weighed.items() if number == count]
-    return max(own, default=-np.inf) - highest
-
-
-def shares_of(weighed: Weighed) -> Floats:
-    """Probability of each explanation by its evidence, of which a part is believed.
+def shares_of(fits: Sequence[Explained]) -> Floats:
+    """Probability of each fit by its evidence, of which a part is believed.
 
     Shape (fits,); sums to 1.
     """
-    evidence = np.array([evidence for evidence, _ in weighed.values()])
+    evidence = np.array([fit.evidence for fit in fits])
     shares = np.exp(BELIEVED * (evidence - evidence.max()))
     return np.asarray(shares / shares.sum())
 
 
-def probabilities(weighed: Weighed) -> dict[int, float]:
-    """Probability of each count: that of all its explanations."""
+def probabilities(fits: Sequence[Explained]) -> dict[int, float]:
+    """Probability of each count: that of all its fits."""
     chances: dict[int, float] = {}
-    for (count, _), share in zip(weighed, shares_of(weighed), strict=True):
-        chances[count] = chances.get(count, 0.0) + float(share)
+    for fit, share in zip(fits, shares_of(fits), strict=True):
+        chances[fit.count] = chances.get(fit.count, 0.0) + float(share)
     return chances
 
 
@@ -162,22 +93,26 @@ FOLLOWED_AT_MOST = 12
 """Collisions after the clip's end that are foreseen."""
 
 
-def end_chances(observed: Observations, solution: Solution) -> dict[int, float]:
+def end_chances(fit: Fit) -> dict[int, float]:
     """Probability that the burst has so many collisions more than were fitted; -1 is one fewer.
 
-    Draws from the fit's uncertainty are followed. More are those between the clip's end and the
-    heavy body's turn; one that the frames would have to show is none, as the fit has decided on
-    those. One fewer it is where the body had turned before the last.
+    Draws from the fit's uncertainty are followed; of the precision that it claims a part is
+    believed. More are those between the clip's end and the heavy body's turn; one that the frames
+    would have to show is none, as the fit has decided on those. One fewer it is where the body had
+    turned before the last.
     """
-    sets = within_limits(draws_of(solution, BELIEVED))
-    paths = follow(sets, solution.count + FOLLOWED_AT_MOST, float(observed.frame[0]) - 1.0)
-    count = solution.count
+    rng = np.random.default_rng(0)  # the same clip gets the same answer
+    widths, vectors = np.linalg.eigh(fit.covariance / BELIEVED)
+    normal = rng.normal(size=(DRAWS, len(widths)))
+    drawn = fit.values + (normal * np.sqrt(np.maximum(widths, 0.0))) @ vectors.T
+    count, observed = fit.count, fit.observed
+    paths = follow(within_limits(drawn), count + FOLLOWED_AT_MOST, observed.start)
     late = (paths.states[1, :, count - 1] > 0) & (paths.before[1, :, count] < 0)
     more, going = np.where(late, -1, 0), ~late
-    rate, rest = paths.pendulums.heavy_rate, paths.pendulums.heavy_rest
-    end = observed.end + solution.values[Column.SKIP]
+    rate, rest, _, _ = paths.laws
+    end = observed.end + fit.values[Column.SKIP]
     for last in range(count, count + FOLLOWED_AT_MOST):
-        heavy, velocity = paths.states[0, :, last], paths.states[1, :, last]
+        heavy, velocity = paths.states[:2, :, last]
         # It turns toward the wall where it is farthest from it, not where it is nearest.
         phase = np.arctan2(velocity, rate * (heavy - rest)) % (2 * np.pi)
         following = paths.time[:, last + 1]
@@ -186,14 +121,190 @@ def end_chances(observed: Observations, solution: Solution) -> dict[int, float]:
     return {number: float(np.mean(more == number)) for number in sorted(set(more.tolist()))}
 
 
-def draws_of(solution: Solution, believed: float = 1.0) -> Floats:
-    """Draw parameter sets from a fit's uncertainty, shape (draws, columns).
+# ---- the set-up and the energies -----------------------------------------------------------------
 
-    Of the precision that the fit claims a part is believed.
+
+def mixed(shares: Floats, values: Floats, variances: Floats) -> tuple[Floats, Floats]:
+    """Mean and standard deviation over fits with shares that sum to 1: in each and between them.
+
+    ``values`` and ``variances`` have shape (fits, ...), the results (...).
     """
-    covariance = np.linalg.pinv(solution.hessian, hermitian=True) / believed
-    values, vectors = np.linalg.eigh(covariance)
-    widths = np.sqrt(np.maximum(values, 0.0))
-    rng = np.random.default_rng(0)  # the same clip gets the same answer
-    normal = rng.normal(size=(DRAWS, len(widths)))
-    return np.asarray(solution.values + (normal * widths) @ vectors.T)
+    mean = np.tensordot(shares, values, 1)
+    return mean, np.sqrt(np.tensordot(shares, variances + (values - mean) ** 2, 1))
+
+
+def setup_estimates(fits: Sequence[Explained]) -> list[Estimate]:
+    """Mass ratio, restitutions of the bodies and of the wall, and the fields of the set-up."""
+    values = [_arranged(fit.values) for fit in fits]
+    by_columns = [slopes(_arranged(stepped(fit.values))) for fit in fits]
+    pairs = zip(by_columns, fits, strict=True)
+    variances = [np.diag(by @ fit.covariance @ by.T) for by, fit in pairs]
+    estimates = zip(*mixed(shares_of(fits), np.array(values), np.array(variances)), strict=True)
+    return [Estimate(float(mean), float(sigma)) for mean, sigma in estimates]
+
+
+def _arranged(values: Any) -> list[Any]:
+    """Derive what is stated of a trial from parameters, shape (columns, ...)."""
+    rate = np.exp(values[Column.SWING])
+    from_rest = -values[Column.HEAVY_PULL] / rate**2
+    period = 2.0 * np.pi / rate
+    return [
+        np.exp(-values[Column.LIGHTNESS]),
+        values[Column.BODIES],
+        values[Column.BOUNCE],
+        values[Column.BALL_REST] - values[Column.WALL],
+        np.sqrt(from_rest**2 + (values[Column.HEAVY_RATE] / rate) ** 2),
+        values[Column.HEAVY] - from_rest - values[Column.BALL_REST],
+        period,
+        period * np.exp(-values[Column.BALL_SWING]),
+    ]
+
+
+DISSIPATED_BELOW = 0.1
+"""With less than this share of the energy left, losses have ended the burst."""
+AT_REST_SHARE = 0.02
+"""A velocity within this share of the first one is as good as none."""
+
+
+def energy_kept(fit: Fit) -> Floats:
+    """Energy after each collision over that before the first, shape (events,).
+
+    Kinetic and, on the threads, potential energy of both bodies, in units of the heavy mass.
+    """
+    paths = fit.paths
+    after = _energy(paths, fit.values, paths.states[:, 0, 1:])
+    return np.asarray(after / _energy(paths, fit.values, paths.before[:, 0, 1:2]))
+
+
+def _energy(paths: Paths, values: Floats, states: Floats) -> Floats:
+    rate, rest, ball_rate, ball_rest = paths.laws[:, 0]
+    heavy, heavy_velocity, ball, ball_velocity = states
+    swung, ball_swung = rate * (heavy - rest), ball_rate * (ball - ball_rest)
+    light = np.exp(values[Column.LIGHTNESS]) * (ball_velocity**2 + ball_swung**2)
+    return np.asarray(heavy_velocity**2 + swung**2 + light) / 2
+
+
+def ending_of(fit: Fit, count: int) -> Ending:
+    """How the burst ended, by its state after the last of so many collisions."""
+    kept, paths = float(energy_kept(fit)[count - 1]), fit.paths
+    heavy, ball = (paths.states[[1, 3], 0, count] / abs(paths.before[1, 0, 1])).tolist()
+    kind: EndingKind = "pendulum"
+    if kept < DISSIPATED_BELOW:
+        kind = "dissipative"
+    elif -AT_REST_SHARE <= ball <= heavy + AT_REST_SHARE:
+        kind = "geometric"
+    return Ending(kind, kept, heavy, ball)
+
+
+def left_out_of(fit: Fit) -> LeftOut | None:
+    """Frames left out that a fit found besides those that the track allows for."""
+    observed, frames = fit.observed, round(fit.values[Column.SKIP])
+    if frames == 0:
+        return None
+    before = observed.frame[observed.after == 0]
+    return LeftOut(observed.origin + float(before[-1]), frames)
+
+
+# ---- collisions ----------------------------------------------------------------------------------
+
+SAME_SIGMAS = 3.0
+"""A modelled collision is the one seen if they are not further apart than so many times their
+uncertainty: in a zigzag of which corners are missing the others are not where they seem, ..."""
+SAME_FRAMES = 0.5
+"""... or, where the frames resolve it, than so many frames, ..."""
+SAME_SHARE = 0.5
+"""... and never further than this share of the way to the next one."""
+
+
+def collisions_of(
+    fits: Sequence[Fit], shares: Floats, found: SeenCollisions, count: int
+) -> tuple[Collision, ...]:
+    """Collisions of a burst by fits with one count, of which so many are wanted."""
+    likeliest = fits[int(np.argmax(shares))]
+    # What never happens lies at infinity: such a fit has no part in a mean, or is all there is.
+    happens = np.array([np.isfinite(fit.paths.time).all() for fit in fits])
+    if not happens.any():
+        happens = np.array([fit is likeliest for fit in fits])
+    kept = zip(*(_events(fit) for fit, one in zip(fits, happens, strict=True) if one), strict=True)
+    each, variances = (np.array(part) for part in kept)
+    with np.errstate(invalid="ignore"):
+        values, sigmas = mixed(shares[happens] / shares[happens].sum(), each, variances)
+    observed, gap = likeliest.observed, left_out_of(likeliest)
+    rows = enumerate(zip(values[:count], sigmas[:count], strict=True))
+    modelled = [_modelled(observed.sign, event, *row) for event, row in rows]
+    hidden = np.zeros(count, dtype=bool)
+    if gap is not None:
+        base = gap.time_base(observed.origin + observed.frame)
+        hidden = base.in_gap(values[:count, 0])
+        modelled = [base.shown(collision) for collision in modelled]
+    return _confirmed(
+        modelled, hidden, [one for one in found.collisions[: found.burst] if one.seen]
+    )
+
+
+def _events(fit: Fit) -> tuple[Floats, Floats]:
+    """Time, state before and state after each event, and their variances; (events, 9) each."""
+    paths, tangents = fit.paths, fit.tangents
+    by = np.hstack([tangents.time[:, None], tangents.arriving, tangents.states[1:]])
+    by = np.where(np.isfinite(by), by, 0.0)
+    variances = np.maximum(((by @ fit.covariance) * by).sum(axis=-1), 0.0)
+    frames = fit.observed.origin + paths.time[:, 1:]
+    return np.vstack([frames, paths.before[:, 0, 1:], paths.states[:, 0, 1:]]).T, variances
+
+
+def _modelled(sign: int, event: int, values: Floats, sigmas: Floats) -> Collision:
+    """One collision by the model, in whose motion all frames share."""
+    # After the time come place and velocity of the heavy body and those of the ball, before and
+    # after the event.
+    before, after = (
+        Velocities(
+            ball_px_frame=sign * float(values[first + 3]),
+            heavy_px_frame=sign * float(values[first + 1]),
+            ball_sigma_px_frame=float(sigmas[first + 3]),
+            heavy_sigma_px_frame=float(sigmas[first + 1]),
+        )
+        for first in (1, 5)
+    )
+    return Collision(
+        number=event + 1,
+        kind="wall" if event % 2 else "bodies",
+        frame=float(values[0]),
+        frame_sigma=float(sigmas[0]),
+        time_s=None,
+        seen=False,
+        position_px=sign * float(values[7]),
+        velocity_before=before,
+        velocity_after=after,
+    )
+
+
+def _confirmed(
+    modelled: Sequence[Collision], hidden: NDArray[np.bool_], seen: Sequence[Collision]
+) -> tuple[Collision, ...]:
+    """Let frames confirm the collisions that they show, but for those that must be ``hidden``.
+
+    The time is the mean of both, weighted by their precisions. Where they differ by more than their
+    uncertainties, something else acted there or frames misled, and the mean is less sure by the
+    Birge ratio (Birge 1932).
+    """
+    # What never happens lies at infinity, and may do so more than once.
+    frames = np.minimum([one.frame for one in modelled], np.finfo(np.float64).max)
+    apart = np.diff(frames, prepend=-np.inf, append=np.inf)
+    shares = SAME_SHARE * np.minimum(apart[:-1], apart[1:])
+    # No frame is clear of its neighbours on either side of it: the exposures hold them all.
+    hidden = hidden | (np.maximum(apart[:-1], apart[1:]) < 2 * HALF_EXPOSURE)
+    confirmed = []
+    for one, share, unseen in zip(modelled, shares.tolist(), hidden, strict=True):
+        least = SAME_FRAMES if share >= SAME_SHARE * RESOLVED_FRAMES else 0.0
+        same = [other for other in seen if other.kind == one.kind and not unseen]
+        partner = min(same, key=lambda other: abs(other.frame - one.frame), default=one)
+        off = partner.frame - one.frame
+        sigma = float(np.hypot(one.frame_sigma, partner.frame_sigma))
+        if partner is one or abs(off) > min(share, max(least, SAME_SIGMAS * sigma)):
+            confirmed.append(one)
+            continue
+        frame = one.frame + off * one.frame_sigma**2 / sigma**2
+        # Both rest on the same frames, so that the mean is no surer than the better one.
+        surest = min(one.frame_sigma, partner.frame_sigma) * max(1.0, abs(off) / sigma)
+        confirmed.append(replace(one, frame=frame, frame_sigma=surest, seen=True))
+    return tuple(confirmed)

@@ -18,20 +18,21 @@ from itertools import pairwise
 
 import numpy as np
 
-from count_video.motion.observations import Observations, at_rows, until
+from count_video.motion.exposures import sample
+from count_video.motion.observations import Observations, thinned
 from count_video.motion.parameters import (
     FIRST_DEVIATION,
+    LIMITS,
     Column,
     Knowledge,
     Prior,
-    deviations_of,
-    with_deviations,
     within_limits,
 )
-from count_video.motion.priors import CLEAR_FRAMES, PULL_SHARE
+from count_video.motion.pendulums import follow
+from count_video.motion.priors import CLEAR_FRAMES, EXPOSURE, PULL_SHARE, RESTITUTION, SCATTERS
 from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import SeenCollisions
-from count_video.motion.solving import Question, Solution, modelled, noise_of, solve
+from count_video.motion.solving import Fit, Question, fine_fit, noise_of
 from count_video.motion.swing import Swing
 from count_video.records import Collision, Floats
 
@@ -43,9 +44,6 @@ RATE_STEPS = np.linspace(-3.0, 3.0, 49)
 """Angular rates that are tried, in standard deviations of what is known of its logarithm."""
 SWING_FLOOR_PX = 0.5
 """Places of the heavy body that err together stray from its swing by so much."""
-RESTITUTION_USUAL = 0.96
-EXPOSURE_USUAL = 0.5
-"""Frames."""
 
 
 def rough_values(observed: Observations, known: Knowledge, swing: Swing | None = None) -> Floats:
@@ -65,8 +63,8 @@ def rough_values(observed: Observations, known: Knowledge, swing: Swing | None =
     values[Column.SWING] = np.log(rate)
     nearest = float(np.nanmin(observed.heavy_px)) - place - wall
     values[Column.LIGHTNESS] = 2 * np.log(np.clip(nearest / way, NEAREST_SHARE, 1.0))
-    values[Column.EXPOSURE] = EXPOSURE_USUAL
-    values[[Column.BODIES, Column.BOUNCE]] = RESTITUTION_USUAL
+    values[Column.EXPOSURE] = EXPOSURE[0]
+    values[[Column.BODIES, Column.BOUNCE]] = RESTITUTION[0]
     return values
 
 
@@ -116,8 +114,6 @@ RESTITUTIONS = np.linspace(-0.03, 0.03, 7)
 """Added to the rough restitution of both contacts."""
 MOST_COLLISIONS = 600
 """More are not sought: no track distinguishes them."""
-LIGHTEST = float(np.log(2.0))
-"""Logarithm of the greatest lightness: a heavy body of half the ball's mass."""
 LONG_BURST = 60
 """With more collisions the same loss of energy is a smaller one at each: the steps shrink."""
 SETS_AT_ONCE = 512
@@ -143,8 +139,9 @@ def scan(observed: Observations, rough: Floats, prior: Prior) -> Floats:
     sets[:, Column.BOUNCE] = np.minimum(rough[Column.BOUNCE] + restitution, 1.0)
     sets = within_limits(sets)
     most = round(1.5 * expected_count(float(steps.min()))) + 4
-    parts = np.array_split(sets, _parts(len(sets)))
-    rows = np.concatenate([_scanned(observed, part, most) for part in parts])
+    parts = np.array_split(sets, -(-len(sets) // SETS_AT_ONCE))
+    thin = observed.at(thinned(len(observed.frame), SCAN_FRAMES))
+    rows = np.concatenate([_scanned(thin, part, most) for part in parts])
     return np.asarray(rows[np.argsort(rows[:, -1])])
 
 
@@ -153,22 +150,13 @@ def expected_count(lightness: float) -> float:
     return float(np.pi / np.exp(lightness / 2))
 
 
-def lightness_of(count: int) -> float:
-    """Logarithm of the lightness of free bodies that collide so often."""
-    return float(2 * np.log(np.pi / count))
-
-
-def _parts(sets: int) -> int:
-    return -(-sets // SETS_AT_ONCE)
-
-
 def _scanned(observed: Observations, sets: Floats, most: int) -> Floats:
     """Give the sets with their numbers of collisions and their losses in two more columns."""
-    thin = _thinned(observed)
-    paths, sampled = modelled(thin, sets, most)
+    paths, frame = follow(sets, most, observed.start), observed.times(sets)
     with np.errstate(invalid="ignore", over="ignore"):
-        loss = _capped(sampled.ball - thin.ball_px) + _capped(sampled.heavy - thin.heavy_px)
-    counts = (paths.time[:, 1:] <= observed.times(sets)[:, -1:]).sum(axis=1)
+        sampled = sample(paths, sets, frame)
+        loss = _capped(sampled.ball - observed.ball_px) + _capped(sampled.heavy - observed.heavy_px)
+    counts = (paths.time[:, 1:] <= frame[:, -1:]).sum(axis=1)
     return np.column_stack([sets, counts, loss])
 
 
@@ -178,19 +166,14 @@ def _lightness_steps(rough: Floats, prior: Prior) -> Floats:
     # The frame nearest to the wall may show the ball half of its way in a frame off it.
     near = np.exp(rough[Column.LIGHTNESS] / 2) * (rough[Column.BALL_REST] - rough[Column.WALL])
     high += 2 * np.log1p(abs(rough[Column.HEAVY_RATE]) / max(near, 1e-9))
-    high = min(high, LIGHTEST)
-    low = max(low, lightness_of(MOST_COLLISIONS))
+    high = min(high, LIMITS[Column.LIGHTNESS][1])
+    low = max(low, 2 * np.log(np.pi / MOST_COLLISIONS))
     if np.isfinite(prior.sigma[Column.LIGHTNESS]):
         reach = 3 * prior.sigma[Column.LIGHTNESS]
         low, high = prior.mean[Column.LIGHTNESS] + np.array([-reach, reach])
     # N is about pi sqrt(M/m): its logarithm moves half as much as that of the lightness.
     number = 2 + int(np.ceil((high - low) * expected_count(low) / 2 / PHASE_STEP))
     return np.linspace(low, high, min(number, STEPS_AT_MOST))
-
-
-def _thinned(observed: Observations) -> Observations:
-    keep = np.unique(np.linspace(0, len(observed.frame) - 1, SCAN_FRAMES).round().astype(int))
-    return at_rows(observed, keep)
 
 
 def _capped(residuals: Floats) -> Floats:
@@ -207,15 +190,13 @@ FIRST_COLLISIONS = 4
 GROWTH = 1.5
 """Each fit spans so many times the collisions of the one before: they foresee the others' times to
 a small part of a collision."""
-SCATTER = 0.006
-"""Of the restitution from collision to collision, to begin with."""
 RATIO_SIGMAS = 4.0
 """The heavy body's path must give the mass ratio this clearly to begin with it."""
 
 
 def forward_fit(
     observed: Observations, rough: Floats, prior: Prior, found: SeenCollisions, seen: int
-) -> Solution:
+) -> Fit:
     """Fit the first so many collisions of a burst, every one of which is seen."""
     burst = found.collisions[: found.burst]
     values, swing = rough.copy(), found.swing
@@ -226,14 +207,12 @@ def forward_fit(
     for count, floor_px in [(counts[0], far_px), *((n, near_px) for n in counts)]:
         part = observed
         if count < len(burst):
-            part = until(observed, burst[count].frame - observed.origin - CLEAR_FRAMES)
-        missing = FIRST_DEVIATION + deviations_of(count) - len(values)
-        values = np.concatenate([values, np.zeros(max(missing, 0))])
+            end = burst[count].frame - observed.origin - CLEAR_FRAMES
+            part = observed.at(observed.frame < end)
         noise = noise_of(part, values, count, floor_px)
-        full = with_deviations(prior, count, SCATTER)
-        solution = solve(Question(part, noise, full, count), values)
-        values = solution.values
-    return solution
+        fit = fine_fit(Question(part, noise, prior, count), values, SCATTERS[-2])
+        values = fit.values
+    return fit
 
 
 def calm_beginning(burst: Sequence[Collision]) -> int:
