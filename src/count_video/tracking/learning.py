@@ -10,7 +10,7 @@ only its box is read.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -179,11 +179,13 @@ def _wide(source: Source, rough: Rough, chosen: Sequence[int]) -> Stage | None:
 
 def _first_seen(source: Source, rough: Rough, stage: Stage) -> _View | None:
     """Cut a body out of the first view that it ends within, or else of the widest that shows it."""
-    last = None
-    for wider in _views(source, rough):
-        last = _seen(source, rough, stage, wider, align=rough.blurred) or last
-        if last is not None and last.whole:
-            break
+    left, top, right, bottom = rough.box
+    usual = SURROUNDINGS * max(right - left, bottom - top)
+    widest = 0.0 if rough.blurred else BODY_SHARE * max(source.background.luma.shape)
+    last, wider = _seen(source, rough, stage, align=rough.blurred), 1
+    while wider * usual < widest and not (last and last.whole):
+        wider *= WIDER
+        last = _seen(source, rough, stage, wider) or last
     return last
 
 
@@ -191,7 +193,11 @@ def _seen(
     source: Source, rough: Rough, stage: Stage, wider: int = 1, *, align: bool = False
 ) -> _View | None:
     """Cut a body out of reduced pictures; None if they show none."""
-    scale, margin = _scale_and_margin(stage.shape, rough, wider)
+    height, width = stage.shape
+    around = wider * SURROUNDINGS * max(height, width)
+    ends = 0.0 if rough.blurred or width > height else ENDS_APART * height
+    scale = max(1, wider * min(height, width) // REDUCED_PX)
+    margin = round(around / scale), round(max(around, ends) / scale)
     small, before = source.reduced(scale, list(stage.places)), stage.reduced(scale)
     if align:
         before = replace(before, places=_aligned(small.pictures, before))
@@ -199,28 +205,6 @@ def _seen(
     if cut is None:
         return None
     return _View(small.pictures, *cut, whole=_ends_within(cut[0], before, margin))
-
-
-def _views(source: Source, rough: Rough) -> Iterator[int]:
-    """How many times as wide as usual a first view is to be."""
-    left, top, right, bottom = rough.box
-    wider = 1
-    yield wider
-    while not rough.blurred and wider * SURROUNDINGS * max(right - left, bottom - top) < (
-        BODY_SHARE * max(source.background.luma.shape)
-    ):
-        wider *= WIDER
-        yield wider
-
-
-def _scale_and_margin(
-    shape: tuple[int, int], rough: Rough, wider: int
-) -> tuple[int, tuple[int, int]]:
-    """How far to reduce pictures, and how many reduced rows and columns to see beside a box."""
-    around = wider * SURROUNDINGS * max(shape)
-    ends = 0.0 if rough.blurred or shape[1] > shape[0] else ENDS_APART * shape[0]
-    scale = max(1, wider * min(shape) // REDUCED_PX)
-    return scale, (round(around / scale), round(max(around, ends) / scale))
 
 
 def _ends_within(found: Stage, before: Stage, margin: tuple[int, int]) -> bool:
