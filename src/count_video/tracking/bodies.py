@@ -134,12 +134,13 @@ def _followed(
     """Find bodies in the samples, round after round, and follow them through all pictures."""
     few = clip.only(scene.samples.chosen)
     found: list[Followed] = []
+    in_vain: list[Rough] = []
     settled: list[bool] = []
     for number in range(ROUNDS):
         known = len(found)
         if number > 0:
             roughs = scene.roughs([few.shape(seen) for seen in found])
-        more = add_bodies(few, roughs, found)
+        more, in_vain = add_bodies(few, roughs, found, in_vain)
         if len(more) == known:
             break  # of what is left, nothing can be followed
         as_they_are = [k < known for k in range(len(more))]

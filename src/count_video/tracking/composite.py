@@ -100,8 +100,8 @@ def cut_pieces(
         for axis, length in enumerate((width, height))
     )
     shape = height + 2 * margin[0] - sum(rows), width + 2 * margin[1] - sum(columns)
-    boxes = [one for one in known if one.template is None]
-    bodies = [one for one in known if one.template is not None]
+    boxes = [one for one in known if one.look is None]
+    bodies = [one for one in known if one.look is not None]
     seen, behind = (np.empty((len(places), *shape), np.int16) for _ in range(2))
     covered, others = (np.zeros((len(places), *shape), np.bool_) for _ in range(2))
     for number, (frame, inner) in enumerate(places.items()):

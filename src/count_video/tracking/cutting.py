@@ -6,7 +6,7 @@ and neighbours; within that, a close view of the pictures as they are gives its 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.tracking.composite import NEIGHBOURHOOD_PX, Source, cut_pieces, median_of
-from count_video.tracking.outline import Mean, Outline, find_outline
+from count_video.tracking.outline import Mean, Outline, find_outline, widths_of
 from count_video.tracking.shape import Place
 from count_video.tracking.template import Pixels
 
@@ -65,6 +65,11 @@ class Stage:
     """Up to so far from these."""
     agreement: float = 0.0
     """Median correlation with the pictures it was registered in."""
+
+    def at(self, path_px: Mapping[int, Place], frames: Sequence[int]) -> Stage:
+        """Put it where its path is in some pictures."""
+        x, y = self.corner
+        return replace(self, places={k: (path_px[k][0] + x, path_px[k][1] + y) for k in frames})
 
     def reduced(self, scale: int) -> Stage:
         """Turn px of pictures into those of reduced ones."""
@@ -193,8 +198,7 @@ def _without_threads(
     are kept: the edges of a shadow are soft. Only slopes along the motion count, for lines along it
     of what lies behind the body are sharp as well.
     """
-    last = own.shape[1] - np.argmax(own[:, ::-1], axis=1)
-    wide = np.where(own.any(axis=1), last - np.argmax(own, axis=1), 0)
+    wide = widths_of(own)
     broad = wide >= WIDE_ROWS * max(1, wide[box[0]].max())
     runs = np.cumsum(np.diff(broad, prepend=False)) * broad
     sharp = np.where(own, np.gradient(appearance, axis=1) ** 2, 0)[box].sum(axis=1)

@@ -120,7 +120,9 @@ class Clip:
 
     def shape(self, seen: Followed) -> Shape:
         """Describe what a body hides."""
-        return Shape(self.sightings(seen), seen.body.box, seen.body.template)
+        template = seen.body.template
+        look = template.appearance, template.weight > 0
+        return Shape(self.sightings(seen), seen.body.box, look)
 
 
 @dataclass(frozen=True)

@@ -30,9 +30,15 @@ BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
 """So many bodies are followed that have many corners; others only if these are fewer than two."""
 
 
-def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -> list[Followed]:
-    """Learn and follow bodies beside those that are known, each only once."""
-    found = list(known)
+def add_bodies(
+    clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed], in_vain: Sequence[Rough] = ()
+) -> tuple[list[Followed], list[Rough]]:
+    """Learn and follow bodies beside those that are known, each only once.
+
+    Proposals that were tried ``in_vain`` before are not tried again. Returns all bodies, and all
+    proposals that gave none.
+    """
+    found, failed = list(known), list(in_vain)
     # Paths of corners are exact, those of regions right to some px.
     for rough in sorted(roughs, key=lambda one: one.blurred):
         enough = BODIES_AT_MOST if rough.sure else BODIES_ENOUGH
@@ -40,16 +46,21 @@ def add_bodies(clip: Clip, roughs: Sequence[Rough], known: Sequence[Followed]) -
             break
         if any(_holds(rough, other, clip.frames) for other in found):
             continue
+        if any(one.box == rough.box and one.path_px == rough.path_px for one in in_vain):
+            continue
         others = [other.path_px for other in roughs if other is not rough][:2]
         hide = _hiding(rough, roughs, [clip.shape(other) for other in found])
         body = learn(clip.pictures, clip.background, rough, others, hide)
         if body is None or any(_part_of(body, other, clip) for other in found):
+            failed.append(rough)
             continue
         seen = follow(clip, body)
         moves = was_followed(seen.x_px) and _travel_px(seen) > MOVES_PX
         if moves and not any(same_body(seen, other) for other in found):
             found.append(seen)
-    return found
+        else:
+            failed.append(rough)
+    return found, failed
 
 
 def _travel_px(seen: Followed) -> float:

@@ -10,7 +10,7 @@ only its box is read.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from count_video.tracking.background import Background
 from count_video.tracking.composite import Source
 from count_video.tracking.cutting import SIGHTINGS_AT_LEAST, Stage, close_cut, wide_cut
-from count_video.tracking.outline import Outline
+from count_video.tracking.outline import Outline, widths_of
 from count_video.tracking.registration import register
 from count_video.tracking.shape import Box, Place, Shape
 from count_video.tracking.template import Template, make_template, piece_at
@@ -34,6 +34,8 @@ WIDER, BODY_SHARE = 2, 0.5
 body ends within one, or they show this share of the picture on all sides."""
 REDUCED_PX = 72
 """What a body is shows in pictures reduced until it is hardly higher."""
+WIDE_PICTURES = 16
+"""What a body is shows in so many of them, if its path is exact; a faint one needs them all."""
 ROUNDS, ROUNDS_AGAIN, SETTLED_PX = 3, 2, 2
 """So often at most, less if its places are known already, a body is cut out of reduced pictures
 until its size changes by no more than so many of their px."""
@@ -156,26 +158,34 @@ def _wide(source: Source, rough: Rough, chosen: Sequence[int]) -> Stage | None:
     """Learn what a body is, and where it ends, from reduced pictures with these frame indices."""
     again = rough.corners is None
     left, top, right, bottom = (round(edge) for edge in rough.box)
-    places = {k: (rough.path_px[k][0] + left, rough.path_px[k][1] + top) for k in chosen}
-    stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), places)
+    stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), {})
+    few = chosen[:: -(-len(chosen) // WIDE_PICTURES)] if rough.sure else chosen
+    stage = stage.at(rough.path_px, few)
+    seen = None
     for number in range(ROUNDS_AGAIN if again else ROUNDS):
-        seen = _first_seen(source, rough, stage) if number == 0 else _seen(source, rough, stage)
+        seen = _seen(source, rough, stage) if number else _first_seen(source, rough, stage)
         if seen is None or (rough.blurred and _outgrows(seen.stage, rough.box)):
             return None
         after = seen.stage if again else _registered(seen.pictures, seen.stage, seen.outline)
         before, stage = stage.reduced(after.scale).shape, after.enlarged()
         if max(np.abs(np.subtract(after.shape, before))) <= SETTLED_PX:
             break
-    return stage
+    if again or seen is None:
+        return stage.at(rough.path_px, chosen)
+    small = source.reduced(after.scale, chosen).pictures
+    whole = stage.at(rough.path_px, chosen).reduced(after.scale)
+    return _registered(small, replace(whole, own=after.own), seen.outline).enlarged()
 
 
 def _first_seen(source: Source, rough: Rough, stage: Stage) -> _View | None:
     """Cut a body out of the first view that it ends within, or else of the widest that shows it."""
-    last = None
-    for wider in _views(source, rough):
-        last = _seen(source, rough, stage, wider, align=rough.blurred) or last
-        if last is not None and last.whole:
-            break
+    left, top, right, bottom = rough.box
+    usual = SURROUNDINGS * max(right - left, bottom - top)
+    widest = 0.0 if rough.blurred else BODY_SHARE * max(source.background.luma.shape)
+    last, wider = _seen(source, rough, stage, align=rough.blurred), 1
+    while wider * usual < widest and not (last and last.whole):
+        wider *= WIDER
+        last = _seen(source, rough, stage, wider) or last
     return last
 
 
@@ -183,7 +193,11 @@ def _seen(
     source: Source, rough: Rough, stage: Stage, wider: int = 1, *, align: bool = False
 ) -> _View | None:
     """Cut a body out of reduced pictures; None if they show none."""
-    scale, margin = _scale_and_margin(stage.shape, rough, wider)
+    height, width = stage.shape
+    around = wider * SURROUNDINGS * max(height, width)
+    ends = 0.0 if rough.blurred or width > height else ENDS_APART * height
+    scale = max(1, wider * min(height, width) // REDUCED_PX)
+    margin = round(around / scale), round(max(around, ends) / scale)
     small, before = source.reduced(scale, list(stage.places)), stage.reduced(scale)
     if align:
         before = replace(before, places=_aligned(small.pictures, before))
@@ -191,28 +205,6 @@ def _seen(
     if cut is None:
         return None
     return _View(small.pictures, *cut, whole=_ends_within(cut[0], before, margin))
-
-
-def _views(source: Source, rough: Rough) -> Iterator[int]:
-    """How many times as wide as usual a first view is to be."""
-    left, top, right, bottom = rough.box
-    wider = 1
-    yield wider
-    while not rough.blurred and wider * SURROUNDINGS * max(right - left, bottom - top) < (
-        BODY_SHARE * max(source.background.luma.shape)
-    ):
-        wider *= WIDER
-        yield wider
-
-
-def _scale_and_margin(
-    shape: tuple[int, int], rough: Rough, wider: int
-) -> tuple[int, tuple[int, int]]:
-    """How far to reduce pictures, and how many reduced rows and columns to see beside a box."""
-    around = wider * SURROUNDINGS * max(shape)
-    ends = 0.0 if rough.blurred or shape[1] > shape[0] else ENDS_APART * shape[0]
-    scale = max(1, wider * min(shape) // REDUCED_PX)
-    return scale, (round(around / scale), round(max(around, ends) / scale))
 
 
 def _ends_within(found: Stage, before: Stage, margin: tuple[int, int]) -> bool:
@@ -277,11 +269,8 @@ def _as_high_as_wide(outline: Outline) -> bool:
     A circle's chords are longer than its radius over 0.87 of its diameter; the edge's blur, which
     the template holds as well, adds some px. Threads are narrow and add none.
     """
-    held = outline.template.weight > 0
-    last = held.shape[1] - np.argmax(held[:, ::-1], axis=1)
-    wide = np.where(held.any(axis=1), last - np.argmax(held, axis=1), 0)
     width = outline.right_px - outline.left_px
-    high = float(np.count_nonzero(wide >= 0.5 * width))
+    high = float(np.count_nonzero(widths_of(outline.template.weight > 0) >= 0.5 * width))
     return ROUND_HEIGHT[0] * width < high < ROUND_HEIGHT[1] * width
 
 

@@ -99,8 +99,7 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     rows = np.flatnonzero(body.sum(axis=1) >= 3)
     if len(rows) < ROWS_AT_LEAST:
         return None
-    left = np.array([np.flatnonzero(body[row])[0] for row in rows])
-    right = np.array([np.flatnonzero(body[row])[-1] for row in rows])
+    left, right = ends_of(body[rows])
     if circle is None:
         ends = _edge(slope, rows, left, 1), _edge(slope, rows, right, -1)
     else:
@@ -117,8 +116,7 @@ def _circle_of_ends(mean: Mean, slope: Pixels, own: NDArray[np.bool_]) -> Circle
     It goes through the steepest edges near them or, where these are soft, the ends themselves.
     """
     rows = np.flatnonzero(own.any(axis=1))
-    first = np.argmax(own[rows], axis=1)
-    last = own.shape[1] - 1 - np.argmax(own[rows, ::-1], axis=1)
+    first, last = ends_of(own[rows])
     edges = _edges(slope, rows, first, 1), _edges(slope, rows, last, -1)
     for ends in (edges, (first, last)):
         places = np.stack([np.concatenate(ends), np.r_[rows, rows]], axis=1).astype(np.float64)
@@ -153,13 +151,17 @@ def _cut_out(
     circle: Circle | None,
 ) -> Outline:
     """Make the template of what lies between the outermost edge pixels of each row."""
-    mask = np.zeros(mean.appearance.shape, dtype=bool)
-    for row, first, last in zip(*spans, strict=True):
-        mask[row, max(0, first - BEYOND_OUTLINE_PX) : last + BEYOND_OUTLINE_PX + 1] = True
-    columns = np.flatnonzero(mask.any(axis=0))
-    begin, end = int(columns[0]), int(columns[-1]) + 1
-    mask &= mean.moving
-    weight = np.where(mask, 1 / mean.variance, 0)[:, begin:end]
+    rows, first, last = spans
+    width = mean.appearance.shape[1]
+    begin = max(0, int(first.min()) - BEYOND_OUTLINE_PX)
+    end = min(width, int(last.max()) + BEYOND_OUTLINE_PX + 1)
+    columns = np.arange(begin, end)
+    mask = np.zeros((len(mean.appearance), end - begin), np.bool_)
+    mask[rows] = (columns >= first[:, None] - BEYOND_OUTLINE_PX) & (
+        columns <= last[:, None] + BEYOND_OUTLINE_PX
+    )
+    inner = slice(begin, end)
+    weight = np.where(mask & mean.moving[:, inner], 1 / mean.variance[:, inner], 0)
     template = make_template(mean.appearance[:, begin:end], weight.astype(np.float32))
     if circle is None:
         rows = np.flatnonzero(weight.any(axis=1))
@@ -168,6 +170,17 @@ def _cut_out(
         high = circle.y_px - circle.radius_px, circle.y_px + circle.radius_px
     round_ = circle is not None
     return Outline(template, ends[0] - begin, ends[1] - begin, round_, high, begin)
+
+
+def ends_of(own: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First and last column of each row; of a row with none, 0 and the last of all."""
+    return np.argmax(own, axis=1), own.shape[1] - 1 - np.argmax(own[:, ::-1], axis=1)
+
+
+def widths_of(own: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """How many columns each row spans."""
+    first, last = ends_of(own)
+    return np.where(own.any(axis=1), last - first + 1, 0)
 
 
 def _own_edges(clarity: Pixels) -> NDArray[np.bool_]:

@@ -88,8 +88,7 @@ def register(
         return None
     model, inside = within
     x, y = guess
-    at = round(x), round(y)
-    step: _Step | None = None
+    at, solver = (round(x), round(y)), model.solver
     for number in range(ROUNDS):
         if hides is not None and at != (round(x), round(y)):
             at = round(x), round(y)
@@ -98,8 +97,7 @@ def register(
                 return None
             model, inside = within
         seen = pixels_at(picture, x, y, model.tiles)
-        back = guess[0] - x, guess[1] - y
-        step = _step(model, seen, back, step if number >= FRESH_ROUNDS else None)
+        step = _step(model, solver, seen, (guess[0] - x, guess[1] - y))
         if step is None:
             return None
         x, y = x + step.x_px, y + step.y_px
@@ -107,6 +105,8 @@ def register(
             return None
         if step.is_small:
             return Fit(x, y, step.sigma_x_px, step.sigma_y_px, step.agreement, inside)
+        # What was found to disagree may not lead the next step astray.
+        solver = step.solver if number >= FRESH_ROUNDS - 1 else model.solver
     return None
 
 
@@ -130,16 +130,11 @@ def _within(
         good &= ~hides(x, y)
     if np.count_nonzero(good) < PIXELS_AT_LEAST:
         return None
-    return _part(model, good), float(good.mean())
-
-
-def _part(model: Model, good: NDArray[np.bool_]) -> Model:
-    """Model in which only some of the pixels have weight; the others are read, but have no say."""
-    weight = model.weight * good
-    root_weight = model.root_weight * good
-    return replace(
-        model, weight=weight, root_weight=root_weight, solver=solve(model.design, weight)
-    )
+    # The others are read as well, but have no say.
+    weight, root_weight = model.weight * good, model.root_weight * good
+    solver = solve(model.design, weight)
+    part = replace(model, weight=weight, root_weight=root_weight, solver=solver)
+    return part, float(good.mean())
 
 
 @dataclass(frozen=True)
@@ -150,58 +145,45 @@ class _Step:
     sigma_y_px: float
     agreement: float
     """Weighted correlation of the picture with the template, at the place before the step."""
-    weighted: Pixels
-    """The model times the weights that were left to its pixels, shape (4, n)."""
-    normal: Floats
-    """Its product with the model, and the guess's prior, shape (4, 4)."""
+    solver: Pixels
+    """Weighted least squares solution for the weights that were left, shape (4, n)."""
 
     @property
     def is_small(self) -> bool:
         """Whether another step would change little, or less than what the noise leaves open."""
-        least_x, least_y = (
-            max(CONVERGED_PX, CONVERGED_SIGMAS * sigma)
-            for sigma in (self.sigma_x_px, self.sigma_y_px)
+        return abs(self.x_px) < max(CONVERGED_PX, CONVERGED_SIGMAS * self.sigma_x_px) and (
+            abs(self.y_px) < max(CONVERGED_PX, CONVERGED_SIGMAS * self.sigma_y_px)
         )
-        return abs(self.x_px) < least_x and abs(self.y_px) < least_y
 
 
-def _step(
-    model: Model, seen: Pixels, back: tuple[float, float], before: _Step | None
-) -> _Step | None:
+def _step(model: Model, solver: Pixels, seen: Pixels, back: tuple[float, float]) -> _Step | None:
     """One robust least squares step; None if it is singular or the template fades away.
 
-    ``back`` is the way to where the search began. Along a straight edge nothing but that says where
-    a template is: its prior keeps it from running away with the noise.
+    ``solver`` gives the residuals that weigh the pixels. ``back`` is the way to where the search
+    began. Along a straight edge nothing but that says where a template is: its prior keeps it from
+    running away with the noise.
     """
-    if before is None:
-        solution = model.solver @ seen
-    else:  # what was found to disagree may not lead the next step astray
-        solution = np.linalg.solve(before.normal, before.weighted @ seen).astype(np.float32)
-    left_over = np.asarray(seen - solution @ model.design, np.float32)
+    left_over = np.asarray(seen - (solver @ seen) @ model.design, np.float32)
     weight, spread = _robust(model, left_over)
     weighted = model.design * weight
     normal = (weighted @ model.design.T).astype(np.float64)
     projected = (weighted @ seen).astype(np.float64)
+    agreement = _correlation(normal, projected, float((weight * seen) @ seen))
     prior = (spread / GUESS_PX) ** 2
-    normal[:2, :2] += prior * np.eye(2)
-    wanted = np.eye(4)[:, [3, 0, 1]]  # the last two solutions are columns of the covariance
-    wanted[:, 0] = projected
-    wanted[:2, 0] += prior * np.array(back)
+    normal[0, 0] += prior
+    normal[1, 1] += prior
     try:
-        solved = np.linalg.solve(normal, wanted)
+        covariance = np.linalg.inv(normal)
     except np.linalg.LinAlgError:
         return None
-    gain = float(solved[2, 0])
+    right = projected + prior * np.array([*back, 0.0, 0.0])
+    along, across, gain, _ = (covariance @ right).tolist()
     if not gain > GAIN_AT_LEAST:
         return None
-    x, y = (
-        min(max(float(value) / gain, -STEP_AT_MOST_PX), STEP_AT_MOST_PX) for value in solved[:2, 0]
-    )
-    scale = spread * np.sqrt(KEPT * model.correlation) / gain
-    sigma_x, sigma_y = (float(np.sqrt(max(float(solved[k, 1 + k]), 0.0)) * scale) for k in range(2))
-    power = float((weight * seen) @ seen)
-    agreement = _correlation(normal, projected, power)
-    return _Step(x, y, sigma_x, sigma_y, agreement, weighted, normal)
+    x, y = (min(max(one / gain, -STEP_AT_MOST_PX), STEP_AT_MOST_PX) for one in (along, across))
+    scale = spread * (KEPT * model.correlation) ** 0.5 / gain
+    sigma_x, sigma_y = (max(float(covariance[k, k]), 0.0) ** 0.5 * scale for k in range(2))
+    return _Step(x, y, sigma_x, sigma_y, agreement, covariance.astype(np.float32) @ weighted)
 
 
 def _robust(model: Model, left_over: Pixels) -> tuple[Pixels, float]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from count_video.signals import peak_of
 from count_video.tracking.registration import Fit, Hides, register
-from count_video.tracking.template import Picture, Pixels, Template
+from count_video.tracking.template import Picture, Pixels, Template, cut
 
 COARSE_HEIGHT_PX = 28
 """The template is reduced until it is about this high."""
@@ -82,7 +82,7 @@ def likely_places(
     if right - left < width or bottom - top < height:
         return []
     scale = max(1.0, min(height, width) / COARSE_HEIGHT_PX)
-    scene = _cut(picture, (left, top, right, bottom))
+    scene = cut(picture, left, top, (bottom - top, right - left))
     small = _reduce(scene, scale)
     step_y, step_x = (full / few for full, few in zip(scene.shape, small.shape, strict=True))
     scores = _scores(small, template, scale)
@@ -128,20 +128,6 @@ def _span(near: float, size: int, reach: float, end: int) -> tuple[int, int]:
     """First and last px of what is searched along one axis: the body may stick out at both ends."""
     beyond = int(BEYOND_SHARE * size)
     return int(max(-beyond, near - reach)), int(min(end + beyond, near + size + reach))
-
-
-def _cut(picture: Picture, box: tuple[int, int, int, int]) -> Picture:
-    """Cut out a box; beyond the picture's border its last row or column goes on."""
-    left, top, right, bottom = box
-    height, width = picture.shape
-    inside = picture[max(0, top) : min(height, bottom), max(0, left) : min(width, right)]
-    above, below = max(0, -top), max(0, bottom - height)
-    before, after = max(0, -left), max(0, right - width)
-    if not any((above, below, before, after)):
-        return inside
-    border = cv2.BORDER_REPLICATE
-    padded = cv2.copyMakeBorder(inside, above, below, before, after, borderType=border)
-    return np.asarray(padded, dtype=np.uint8)
 
 
 def _peaks(scores: Pixels, shape: tuple[int, int]) -> list[tuple[float, float]]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.footage.pictures import reduced
-from count_video.tracking.template import Pixels, Template, make_template
+from count_video.tracking.template import Pixels
 
 Luma = NDArray[np.uint8]
 Place = tuple[float, float]
@@ -39,16 +39,20 @@ class Shape:
     """Frame index -> image x and y of a point that moves with it."""
     box: Box
     """From that point."""
-    template: Template | None = None
-    """Its appearance, with that point at the top left; None where it is not known."""
+    look: tuple[Pixels, NDArray[np.bool_]] | None = None
+    """Its brightness, and which of these pixels are its own, with that point at the top left; None
+    where it is not known."""
 
     def reduced(self, scale: int, frames: Sequence[int]) -> Shape:
         """Reduce it, for pictures with these frame indices that are reduced alike."""
         places = {k: self.places[k] for k in frames if k in self.places}
         left, top, right, bottom = (edge / scale for edge in self.box)
-        template = None if self.template is None else _reduced(self.template, scale)
+        look = None
+        if self.look is not None:
+            share = reduced(self.look[1].astype(np.float32), scale)
+            look = reduced(self.look[0], scale), share > MOSTLY
         small = {k: (x / scale, y / scale) for k, (x, y) in places.items()}
-        return Shape(small, (left, top, right, bottom), template)
+        return Shape(small, (left, top, right, bottom), look)
 
     def paint(self, piece: Pixels, frame: int, corner: Place) -> NDArray[np.bool_]:
         """Paint the body over what lies behind it in a piece of a picture, in place.
@@ -57,11 +61,12 @@ class Shape:
         (height, width).
         """
         covered = np.zeros(piece.shape, np.bool_)
-        place, template = self.places.get(frame), self.template
-        if place is None or template is None:
+        place = self.places.get(frame)
+        if place is None or self.look is None:
             return covered
+        appearance, held = self.look
         x, y = place[0] - corner[0], place[1] - corner[1]
-        height, width = template.shape
+        height, width = appearance.shape
         left, top = max(0, math.floor(x)), max(0, math.floor(y))
         part = (
             slice(top, max(top, math.ceil(y) + height)),
@@ -72,9 +77,9 @@ class Shape:
             return covered
         shift = np.array([[1.0, 0.0, x - left], [0.0, 1.0, y - top]])
         size, edge = under.shape[::-1], cv2.BORDER_REPLICATE
-        held = (template.weight > 0).astype(np.uint8)
-        covered[part] = cv2.warpAffine(held, shift, size, flags=cv2.INTER_NEAREST) > 0
-        seen = cv2.warpAffine(template.appearance, shift, size, borderMode=edge)
+        own = cv2.warpAffine(held.astype(np.uint8), shift, size, flags=cv2.INTER_NEAREST)
+        covered[part] = own > 0
+        seen = cv2.warpAffine(appearance, shift, size, borderMode=edge)
         np.copyto(under, seen, where=covered[part])
         return covered
 
@@ -119,11 +124,3 @@ def hidden(shapes: Sequence[Shape], frame: int, corner: Place, size: tuple[int, 
     for shape in shapes:
         shape.mark(marked, frame, corner)
     return marked
-
-
-def _reduced(template: Template, scale: int) -> Template:
-    held = (template.weight > 0).astype(np.float32)
-    appearance, weight, share = (
-        reduced(one, scale) for one in (template.appearance, template.weight, held)
-    )
-    return make_template(appearance, np.where(share > MOSTLY, weight, np.float32(0)))

@@ -59,11 +59,11 @@ class Tile:
 
     left: int
     top: int
-    """Column and row of the template at which the tile begins."""
+    """Column and row of the template at which it begins, with the kernel's reach around it."""
     shape: tuple[int, int]
     """Height and width in px."""
     pixels: NDArray[np.intp]
-    """Flat indices of the chosen pixels in the tile with the kernel's reach around it."""
+    """Flat indices of the chosen pixels in it."""
 
 
 @dataclass(frozen=True)
@@ -158,10 +158,9 @@ def tiles_of(
     tiles, order = [], []
     for inside in _apart(np.stack(np.divmod(chosen, shape[1])), np.arange(len(chosen))):
         y, x = np.divmod(chosen[inside], shape[1])
-        top, left = int(y.min()), int(x.min())
-        size = int(y.max()) - top + 1, int(x.max()) - left + 1
-        pixels = (y - top + REACH_PX) * (size[1] + 2 * REACH_PX) + x - left + REACH_PX
-        tiles.append(Tile(left, top, size, pixels))
+        top, left = int(y.min()) - REACH_PX, int(x.min()) - REACH_PX
+        size = int(y.max()) - top + 1 + REACH_PX, int(x.max()) - left + 1 + REACH_PX
+        tiles.append(Tile(left, top, size, (y - top) * size[1] + x - left))
         order.append(inside)
     return tuple(tiles), np.concatenate(order)
 
@@ -215,7 +214,8 @@ def piece_at(picture: Picture, x_px: float, y_px: float, shape: tuple[int, int])
     the picture's border its last row or column goes on.
     """
     left, top = round(x_px), round(y_px)
-    piece = _cut(picture, left - REACH_PX, top - REACH_PX, shape)
+    around = shape[0] + 2 * REACH_PX, shape[1] + 2 * REACH_PX
+    piece = cut(picture, left - REACH_PX, top - REACH_PX, around)
     return smooth(piece, x_px - left, y_px - top)[REACH_PX:-REACH_PX, REACH_PX:-REACH_PX]
 
 
@@ -227,26 +227,21 @@ def pixels_at(picture: Picture, x_px: float, y_px: float, tiles: tuple[Tile, ...
     left, top = round(x_px), round(y_px)
     seen = []
     for tile in tiles:
-        corner = left + tile.left - REACH_PX, top + tile.top - REACH_PX
-        part = smooth(_cut(picture, *corner, tile.shape), x_px - left, y_px - top)
+        piece = cut(picture, left + tile.left, top + tile.top, tile.shape)
+        part = smooth(piece, x_px - left, y_px - top)
         seen.append(part.ravel()[tile.pixels])
     return np.concatenate(seen)
 
 
-def _cut(picture: Picture, left: int, top: int, shape: tuple[int, int]) -> Picture:
-    height, width = shape[0] + 2 * REACH_PX, shape[1] + 2 * REACH_PX
+def cut(picture: Picture, left: int, top: int, shape: tuple[int, int]) -> Picture:
+    """Cut out a box; beyond the picture's border its last row or column goes on."""
+    height, width = shape
     rows, columns = picture.shape
     if left >= 0 and top >= 0 and left + width <= columns and top + height <= rows:
         return picture[top : top + height, left : left + width]
-    inside = picture[max(0, top) : max(0, top + height), max(0, left) : max(0, left + width)]
-    if inside.size == 0:  # nothing but the border, going on
-        y = np.clip(np.arange(top, top + height), 0, rows - 1)
-        x = np.clip(np.arange(left, left + width), 0, columns - 1)
-        return picture[np.ix_(y, x)]
-    above, before = max(0, -top), max(0, -left)
-    around = above, height - above - inside.shape[0], before, width - before - inside.shape[1]
-    border = cv2.BORDER_REPLICATE
-    return np.asarray(cv2.copyMakeBorder(np.ascontiguousarray(inside), *around, border), np.uint8)
+    y = np.clip(np.arange(top, top + height), 0, rows - 1)
+    x = np.clip(np.arange(left, left + width), 0, columns - 1)
+    return picture[np.ix_(y, x)]
 
 
 def smooth(piece: Picture | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
