@@ -178,12 +178,12 @@ def _missing(
 
     The ball cannot come to one side twice but by a contact on the other, nor from rest to the wall.
     Such a contact may be no deeper than the noise, and make no turn.
-    A kind that no contact shows, as where two balls meet far from any wall, is not missing.
+    Where none with the wall is shown, as where two balls meet far from any, none is missing.
     """
     found, shown = [], {kind for _, kind in points}
     for before, after in zip([(-np.inf, "wall"), *points], points, strict=False):
         kind = KINDS[after[1] == "bodies"]
-        if kind in shown and after[1] == before[1]:
+        if after[1] == before[1] and (kind == "bodies" or kind in shown):
             corner = _corner(gaps.frame, gaps.closing(kind), before[0], after[0])
             found += [] if corner is None else [(corner, kind)]
     return found
