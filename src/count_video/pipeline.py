@@ -34,7 +34,8 @@ from count_video.records import TrialResult
 from count_video.reports.words import sentence
 from count_video.settings import TrialSettings
 from count_video.tracking.beside import moves_beside, stands_ahead
-from count_video.tracking.observation import Observation, observe, pair_tracks
+from count_video.tracking.observation import Observation, observe
+from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.single import single_tracks
 from count_video.tracking.view import TrackSettings
 
@@ -76,7 +77,7 @@ def _explained(seen: Observation, settings: TrialSettings) -> Trial:
     with suppress(TrackingError):
         pair = best = likeliest_pair(
             explain(track, stands_ahead=partial(stands_ahead, seen, track))
-            for track in pair_tracks(seen, settings.wall)
+            for track in pair_tracks(seen.movers, seen.frames, seen.view, settings.wall)
         )
     if pair is None or not is_settled(pair):
         try:

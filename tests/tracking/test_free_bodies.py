@@ -11,7 +11,8 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Floats, Track
-from count_video.tracking.observation import observe, pair_tracks
+from count_video.tracking.observation import observe
+from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.single import single_tracks
 from count_video.tracking.view import TrackSettings
 
@@ -47,7 +48,7 @@ def tracks_of(folder: Path, pictures: Sequence[Luma], *, pair: bool = False) -> 
     path = folder / "clip.mp4"
     write_clip(path, pictures, WriteOptions(crf=16))
     with open_footage(path) as footage, observe(footage, TrackSettings()) as seen:
-        return pair_tracks(seen, None) if pair else single_tracks(seen)
+        return pair_tracks(seen.movers, seen.frames, seen.view) if pair else single_tracks(seen)
 
 
 def track_of(folder: Path, pictures: Sequence[Luma], *, pair: bool = False) -> Track:

@@ -12,7 +12,8 @@ from count_video.errors import TrackingError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Track
-from count_video.tracking.observation import observe, pair_tracks
+from count_video.tracking.observation import observe
+from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.view import TrackSettings
 from tiers import rest_slow
 
@@ -24,7 +25,7 @@ OUTLINE_PX = 1.0
 
 def track_of(path: Path, settings: TrackSettings = TrackSettings()) -> Track:  # noqa: B008
     with open_footage(path) as footage, observe(footage, settings) as seen:
-        return pair_tracks(seen, settings.wall_side)[0]
+        return pair_tracks(seen.movers, seen.frames, seen.view, settings.wall_side)[0]
 
 
 @pytest.fixture(
@@ -75,4 +76,4 @@ def test_a_clip_in_which_nothing_moves_shows_no_bodies(tmp_path: Path) -> None:
         observe(footage, TrackSettings()) as seen,
         pytest.raises(TrackingError, match="nothing moves"),
     ):
-        pair_tracks(seen, None)
+        pair_tracks(seen.movers, seen.frames, seen.view)

@@ -11,7 +11,8 @@ from count_video.errors import TrackingError, UsageError
 from count_video.footage.reader import open_footage
 from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Track
-from count_video.tracking.observation import observe, pair_tracks
+from count_video.tracking.observation import observe
+from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.view import TrackSettings
 
 PLACED_PX = 0.05
@@ -30,7 +31,7 @@ TILT_DEG = 1.0
 
 def track_of(path: Path, settings: TrackSettings = TrackSettings()) -> Track:  # noqa: B008
     with open_footage(path) as footage, observe(footage, settings) as seen:
-        return pair_tracks(seen, settings.wall_side)[0]
+        return pair_tracks(seen.movers, seen.frames, seen.view, settings.wall_side)[0]
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""From bodies that were followed to a track: which is the ball, and where each was.
+"""From bodies that were followed to tracks: which two may be a pair, and where each was.
 
 Only the ball bounces off the wall: on the side away from its neighbour it reverses with a jump of
 its velocity. The heavy body reverses on its far side too, when it swings back, but smoothly.
@@ -6,51 +6,172 @@ its velocity. The heavy body reverses on its far side too, when it swings back, 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import combinations
+
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, MotionLine, Track, WallSide
-from count_video.signals import low_points, noise_px
+from count_video.signals import NOISE_AT_LEAST_PX, low_points, noise_px, sigma_of
 from count_video.tracking.bodies import Movers
 from count_video.tracking.following import FRAMES_AT_LEAST, Followed, was_followed
 from count_video.tracking.view import View
 
+PAIRS_AT_MOST = 3
+"""So many pairs of bodies are offered, should the likeliest not collide."""
+OPPOSITE_AT_LEAST = 0.05
+"""Where contacts follow each other faster than the frames, opposite jumps do not show: pairs are
+then ranked by what else they do, behind most that show some."""
+ORDERED_SHARE = 0.75
+"""Share of the common sightings in which the order of two neighbours holds."""
+MIRROR_SHARE = 0.05
+"""Places whose sum varies by less than this share of their difference are mirror images; where it
+is the difference that hardly varies, they are parts of one body."""
+NEAR_SHARE = 0.5
+"""Outlines of bodies that touch overlap or leave a gap, but none of this share of their size."""
+CONTACT_SPREAD_PX = 2.0
+"""Two bodies touch at one distance: by so much it scatters between contacts."""
 REVERSAL_SIGMAS = 8.0
 REVERSAL_AT_LEAST_PX = 0.4
 SPAN_FRAMES = 3
 """The jump is read between the mean velocities over so many frames on either side."""
 
 
-def pair_track(
-    pair: tuple[Followed, Followed],
-    movers: Movers,
-    frames: Floats,
-    view_and_side: tuple[View, WallSide | None],
-) -> Track:
-    """Make the track of two bodies, the one on the left (or above) first.
+def pair_tracks(
+    movers: Movers, frames: NDArray[np.intp], view: View, wall: WallSide | None = None
+) -> list[Track]:
+    """Tracks of the pairs that may be ball and heavy body, the likeliest first.
 
     Parameters
     ----------
-    pair
-        Where both were seen.
     movers
-        What they belong to.
+        All bodies that were followed.
     frames
         Indices of the pictures in which they were searched for, shape (n,).
-    view_and_side
-        The view they were searched for in, and where the wall is; None to find it by the motion.
+    view
+        The view they were searched for in.
+    wall
+        Where the wall is; None to find it by the motion.
 
     Raises
     ------
     TrackingError
-        If there are too few pictures, or a body was lost.
+        If no two bodies that could collide are found; the message says what was missing.
     """
+    if not movers.bodies:
+        raise TrackingError("nothing moves along a line as a rigid body does")
+    ranked = sorted(_neighbours(movers.bodies), key=lambda pair: -_score(*pair))
+    if not ranked:
+        raise TrackingError("no two bodies move side by side")
     if len(frames) < FRAMES_AT_LEAST:
         raise TrackingError(f"only {len(frames)} different pictures: too few to show collisions")
-    view, given = view_and_side
+    tracks = [_track(pair, movers, frames, view, wall) for pair in ranked[:PAIRS_AT_MOST]]
+    followed = [track for track in tracks if track is not None]
+    if not followed:
+        raise TrackingError("the bodies cannot be followed through the clip: they are lost")
+    return followed
+
+
+def has_pair(found: Sequence[Followed]) -> bool:
+    """Whether two of the bodies move as ball and heavy body do."""
+    return any(
+        (left.body.round_ or right.body.round_) and _meet(left, right) and _score(left, right) > 0
+        for left, right in _neighbours(found)
+    )
+
+
+def _neighbours(found: Sequence[Followed]) -> list[tuple[Followed, Followed]]:
+    """Pairs of bodies that move side by side, the one on the left first."""
+    pairs = (_ordered(*pair) for pair in combinations(found, 2))
+    return [pair for pair in pairs if _side_by_side(*pair)]
+
+
+def _meet(left: Followed, right: Followed) -> bool:
+    """Whether two bodies come so near to each other that they may touch."""
+    gap = right.edges_px[0] - left.edges_px[1]
+    return float(np.nanmin(gap)) < NEAR_SHARE * _least_size_px(left, right)
+
+
+def _least_size_px(left: Followed, right: Followed) -> float:
+    """Width or height of two bodies, whichever is the least."""
+    widths = (one.body.right_edge_px - one.body.left_edge_px for one in (left, right))
+    return float(min(*widths, *(one.body.template.shape[0] for one in (left, right))))
+
+
+def _ordered(one: Followed, other: Followed) -> tuple[Followed, Followed]:
+    """Put the body on the left first."""
+    apart = other.middle_px - one.middle_px
+    known = np.isfinite(apart)
+    if known.any() and float(np.median(apart[known])) < 0:
+        return other, one
+    return one, other
+
+
+def _side_by_side(left: Followed, right: Followed) -> bool:
+    """Whether two bodies are neighbours on one line that move each on its own."""
+    if not (was_followed(left.x_px) and was_followed(right.x_px)):
+        return False
+    a, b = left.edges_px[1], right.edges_px[0]
+    both = np.isfinite(a) & np.isfinite(b)
+    apart = right.middle_px - left.middle_px
+    if np.count_nonzero(both) < 4 or np.mean(apart[both] > 0) < ORDERED_SHARE:
+        return False
+    tops = [float(np.median(one.y_px[both])) for one in (left, right)]
+    heights = [one.body.template.shape[0] for one in (left, right)]
+    if tops[0] > tops[1] + heights[1] or tops[1] > tops[0] + heights[0]:
+        return False
+    return on_their_own(a[both], b[both])
+
+
+def on_their_own(one_px: Floats, other_px: Floats) -> bool:
+    """Whether two bodies move each on its own, by their places in the same pictures, shape (n,)."""
+    together, apart = float(np.std(one_px + other_px)), float(np.std(one_px - other_px))
+    return min(together, apart) > MIRROR_SHARE * max(together, apart)
+
+
+def _score(left: Followed, right: Followed) -> float:
+    """How much two bodies move as ball and heavy body do: in px per frame of velocity jumps.
+
+    They repel each other, always at the same distance, and one of them bounces off something on
+    its far side.
+    """
+    gap = right.edges_px[0] - left.edges_px[1]
+    lows = low_points(gap, 6.0 * sigma_of(gap))
+    spread = float(np.median(np.abs(gap[lows] - np.median(gap[lows])))) if len(lows) else 0.0
+    walls = max(far_side_jump(left.edges_px[0]), far_side_jump(-right.edges_px[1]))
+    size = _least_size_px(left, right)
+    noise = max(float(np.nanmedian(np.hypot(left.sigma_px, right.sigma_px))), NOISE_AT_LEAST_PX)
+    jumps = max(_opposite(left.x_px, right.x_px, lows), OPPOSITE_AT_LEAST)
+    whole = (far_side_jump(gap) + walls) * size / noise
+    return jumps * whole / (1 + (spread / CONTACT_SPREAD_PX) ** 2)
+
+
+def _opposite(left_px: Floats, right_px: Floats, contacts: NDArray[np.intp]) -> float:
+    """How much velocities jump in opposite directions, in one ratio: from 0 to 1.
+
+    It is minus the correlation (about 0) of the two bodies' jumps at their contacts, by which
+    momentum goes from one to the other.
+    """
+    jumps = np.array([_jumps(path, contacts) for path in (left_px, right_px)])
+    known = np.isfinite(jumps).all(axis=0)
+    left, right = jumps[:, known]
+    size = float(np.sqrt((left @ left) * (right @ right)))
+    return max(-float(left @ right) / size, 0.0) if size > 0 else 0.0
+
+
+def _track(
+    pair: tuple[Followed, Followed],
+    movers: Movers,
+    frames: NDArray[np.intp],
+    view: View,
+    given: WallSide | None,
+) -> Track | None:
+    """Make the track of two bodies, the one on the left (or above) first; None if one was lost."""
     places = [view.in_picture(seen.sure_x_px, upright=movers.upright) for seen in pair]
     if not all(was_followed(x_px) for x_px in places):
-        raise TrackingError("the bodies cannot be followed through the clip: they are lost")
+        return None
     sigmas = [view.factor * seen.sigma_px for seen in pair]
     edges = [
         (view.factor * seen.body.left_edge_px, view.factor * seen.body.right_edge_px)
@@ -61,7 +182,7 @@ def pair_track(
     ball, heavy = (0, 1) if side == "left" else (1, 0)
     face = edges[heavy][0] if side == "left" else edges[heavy][1]
     return Track(
-        frame=frames,
+        frame=frames.astype(np.float64),
         ball=_about(places[ball], sigmas[ball], edges[ball], sum(edges[ball]) / 2),
         heavy=_about(places[heavy], sigmas[heavy], edges[heavy], face),
         wall_side=side,
@@ -136,11 +257,15 @@ def wall_side(left_px: Floats, right_px: Floats) -> WallSide | None:
 def far_side_jump(distance_px: Floats) -> float:
     """Sum of the velocity jumps, in px per frame, at the low points of a distance."""
     depth = max(REVERSAL_AT_LEAST_PX, REVERSAL_SIGMAS * noise_px(distance_px))
-    total = 0.0
-    for place in low_points(distance_px, depth):
-        before, after = place - SPAN_FRAMES, place + SPAN_FRAMES
-        if before < 0 or after >= len(distance_px):
-            continue
-        jump = distance_px[after] - 2 * distance_px[place] + distance_px[before]
-        total += float(np.nan_to_num(jump)) / SPAN_FRAMES
-    return total
+    return float(np.nansum(_jumps(distance_px, low_points(distance_px, depth))))
+
+
+def _jumps(path_px: Floats, rows: NDArray[np.intp]) -> Floats:
+    """Change of velocity at these rows, between means over some frames; NaN near the ends."""
+    jumps = np.full(len(rows), np.nan)
+    inner = (rows >= SPAN_FRAMES) & (rows < len(path_px) - SPAN_FRAMES)
+    at = rows[inner]
+    jumps[inner] = (
+        path_px[at + SPAN_FRAMES] - 2 * path_px[at] + path_px[at - SPAN_FRAMES]
+    ) / SPAN_FRAMES
+    return jumps
