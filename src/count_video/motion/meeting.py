@@ -16,8 +16,7 @@ from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import find_impacts, find_turns, usual_flight
 from count_video.motion.priors import TURN_LOG_RATIO
-from count_video.motion.resolution import RESOLVED_FRAMES
-from count_video.motion.seen import shows_motion
+from count_video.motion.seen import RESOLVED_FRAMES, shows_motion
 from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
 from count_video.motion.weighing import SeenImpacts, until_rest, weighed
 from count_video.reasons import Cause, Reason

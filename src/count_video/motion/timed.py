@@ -15,9 +15,9 @@ from itertools import pairwise
 import numpy as np
 
 from count_video.motion.gaps import gaps_of
-from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import (
     NOTHING_SEEN,
+    RESOLVED_FRAMES,
     SeenCollisions,
     seen_collisions,
     shows_motion,

@@ -27,7 +27,7 @@ from count_video.motion.priors import (
     CHANCES_LOST,
     FLIGHT_FACTOR,
 )
-from count_video.motion.resolution import RESOLVED_FRAMES
+from count_video.motion.seen import RESOLVED_FRAMES
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision
 
