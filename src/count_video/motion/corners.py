@@ -48,16 +48,14 @@ FINER, STEPS = (1.0, 0.2, 0.04), np.linspace(-1.0, 1.0, 13)
 """The time of a corner is sought in these steps within its reach, which are made finer."""
 DEGREE_AT_MOST, ROWS_A_DEGREE = 11, 6
 """Polynomials of a path that a hand leads: up to the third one they resemble free flights."""
-STRAY_SIGMAS, STRAY_SHARE = 3.0, 0.03
-"""A free flight strays from its law by less than this: noise, or a share of its extent (RMS)."""
 RESTITUTION_AT_MOST = 2.0
 """No body leaves a stop faster than it came; few pictures show its velocities to half of them."""
 FLAT = 1e-9
 """Less curved evidence says nothing of the time."""
+LOG_ODDS_AT_LEAST = -500.0
+"""Of smaller ones the exponential is no number."""
 FAR = -36.0
 """Standard deviations beyond which ``erfc`` is hardly a number any more."""
-PARAMETERS = 5
-"""Of a free flight."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +71,11 @@ class Turn:
 
 
 @dataclass(frozen=True)
-class Corner:
-    """A turn taken for an impact; times in pictures."""
+class Impact:
+    """A turn taken for an impact of a body on a stop; times in pictures."""
+
+    side: int
+    """-1 for a stop at smaller places, +1 for one at larger places."""
 
     log_odds: float
     """Logarithm of the probability that the turn is an impact over that it is none."""
@@ -87,11 +88,18 @@ class Corner:
     after: float
     pictures: int
     """How many show the body clear of the contact, on the side where fewer do."""
+    chance: float
+    """Probability that it is an impact."""
+
+    @property
+    def likely(self) -> bool:
+        """Whether it is more probably an impact than not."""
+        return self.chance > 0.5
 
 
 def weigh(
     motion: Motion, turn: Turn, limits: tuple[float, float], flight: float, touching: float
-) -> Corner:
+) -> Impact:
     """Weigh whether a turn is an impact.
 
     Parameters
@@ -118,30 +126,24 @@ def weigh(
     clear = np.abs(path.time - times[best]) > half[best]
     sides = path.time[clear] > times[best]
     arrives, leaves = turn.side * before, -turn.side * after
-    bounces = 0 < leaves < RESTITUTION_AT_MOST * arrives
-    return Corner(
-        log_odds=odds if bounces else min(odds, NO_BOUNCE),
+    if not 0 < leaves < RESTITUTION_AT_MOST * arrives:
+        odds = min(odds, NO_BOUNCE)
+    return Impact(
+        side=turn.side,
+        log_odds=odds,
         by_contact=evidence,
         frame=turn.frame + float(times[best]),
         place_px=place,
         before=before,
         after=after,
         pictures=min(int(sides.sum()), int((~sides).sum())),
+        chance=float(chance_of(odds)),
     )
 
 
-def strays(motion: Motion, low: float, high: float, touching: float) -> bool:
-    """Whether the path between two impacts is not that of a free body."""
-    inside = (motion.frame > low + touching) & (motion.frame < high - touching)
-    rows = np.flatnonzero(np.isfinite(motion.place_px) & inside)
-    if len(rows) <= PARAMETERS:
-        return False
-    path = _Path(motion, rows, (low + high) / 2)
-    turns = path.time[[int(np.argmax(path.place)), int(np.argmin(path.place))]]
-    squares = path.solved(path.friction(turns))[2].min()
-    left = motion.sigma_px * float(np.sqrt(squares / (len(rows) - PARAMETERS)))
-    extent = float(np.ptp(motion.place_px[rows]))
-    return left > max(STRAY_SIGMAS * motion.sigma_px, STRAY_SHARE * extent)
+def chance_of(log_odds: Floats | float) -> Floats:
+    """Probability of what has such odds, the logarithm of which is given."""
+    return np.asarray(1 / (1 + np.exp(-np.maximum(log_odds, LOG_ODDS_AT_LEAST))))
 
 
 def _rows_about(

@@ -82,9 +82,10 @@ def find_contacts(gaps: Gaps) -> Contacts:
     for kind in KINDS:  # that of the bodies strikes the ball on its way to the wall and back
         motion = motion_of(gaps.frame, gaps.closing(kind), NOISE_AT_LEAST_PX)
         struck = [frame for frame, _ in sure]
-        found = find_impacts(motion, depth_sigmas=CLEAR_SIGMAS, struck=struck)
-        sure += [(one.frame, kind) for one in found.impacts if one.side < 0]
-        turns = (one for one in found.open if one.side < 0 and one.log_odds >= NO_BOUNCE)
+        found, _ = find_impacts(motion, depth_sigmas=CLEAR_SIGMAS, struck=struck)
+        near = [one for one in found if one.side < 0]
+        sure += [(one.frame, kind) for one in near if one.likely]
+        turns = (one for one in near if not one.likely and one.log_odds >= NO_BOUNCE)
         unsure += [(one.frame, kind) for one in turns]
     first, last = min(sure, default=(np.inf,))[0], max(sure, default=(-np.inf,))[0]
     points = sorted([*sure, *(one for one in unsure if first < one[0] < last)])
