@@ -116,8 +116,7 @@ def weigh(
     half = HALF_CONTACTS[longest >= HALF_CONTACTS]
     evidence, times, values = _sought(path, half, reach, -turn.side)
     impact = np.logaddexp.reduce(evidence) - np.log(len(half))
-    led = [path.evidence(one)[0][0] for one in path.led()]
-    smooth, misplaced = (path.evidence(one)[0][0] for one in (path.smooth(), path.misplaced()))
+    smooth, misplaced, *led = (path.evidence(one)[0][0] for one in path.without_impact())
     others = np.array([smooth, np.logaddexp.reduce(led) - np.log(len(led)), misplaced])
     shares = np.log(TURNS)
     odds = float(impact + shares[0] - np.logaddexp.reduce(others + shares[1:]))
@@ -226,22 +225,19 @@ class _Path:
         corner = self.motion.speed * (rounded + np.maximum(time - half, 0.0))
         return np.concatenate([self.friction(at), corner[:, :, None]], axis=2)
 
-    def smooth(self) -> Floats:
-        """Give no more than friction that changes its sign at the turn, shape (1, n, 1)."""
-        return self.friction(np.zeros(1))
+    def without_impact(self) -> list[Floats]:
+        """Give friction alone, with an error of the outermost picture, and polynomials.
 
-    def misplaced(self) -> Floats:
-        """Give friction and an error of the outermost picture, shape (1, n, 2)."""
+        These have each degree and no law bends them. Shapes (1, n, columns).
+        """
+        smooth = self.friction(np.zeros(1))
         error = self.motion.way_px * (np.abs(self.time) == np.abs(self.time).min())
-        return np.concatenate([self.smooth(), error[None, :, None]], axis=2)
-
-    def led(self) -> list[Floats]:
-        """Give polynomials that no law bends, of each degree, shape (1, n, degree - 2)."""
         most = min(DEGREE_AT_MOST, 4 + len(self.time) // ROWS_A_DEGREE)
         middle, half = (self.time[-1] + self.time[0]) / 2, (self.time[-1] - self.time[0]) / 2
         basis = np.polynomial.legendre.legvander((self.time - middle) / max(half, 1.0), most)
-        columns = self.motion.way_px * basis[None]
-        return [columns[:, :, 3 : degree + 1] for degree in range(4, most + 1)]
+        led = [basis[None, :, 3 : degree + 1] for degree in range(4, most + 1)]
+        misplaced = np.concatenate([smooth, error[None, :, None]], axis=2)
+        return [smooth, misplaced, *(self.motion.way_px * columns for columns in led)]
 
     def evidence(self, columns: Floats, sign: int = 0) -> tuple[Floats, Floats]:
         """Log evidence of columns besides the law, shape (m, n, k), and their coefficients, (m, k).
@@ -249,16 +245,6 @@ class _Path:
         The coefficients are expected to be 0, but for a standard deviation of 1. With a sign, only
         coefficients of the last column that have it are possible.
         """
-        inner, values, squares = self.solved(columns)
-        squares, freedom = squares + NOISE_KNOWN, len(self.time) + NOISE_KNOWN
-        log = -np.linalg.slogdet(inner)[1] / 2 - freedom / 2 * np.log(squares)
-        if sign:
-            sigma = np.sqrt(np.linalg.inv(inner)[:, -1, -1] * squares / freedom)
-            log += np.log(2) + _log_normal(sign * values[:, -1] / sigma)
-        return log, values
-
-    def solved(self, columns: Floats) -> tuple[Floats, Floats, Floats]:
-        """Give the normal equations of columns, their solutions, and what squares are left over."""
         added = np.zeros((len(columns), len(self.target), columns.shape[2]))
         added[:, : len(self.time)] = columns / self.motion.sigma_px
         added -= self.basis @ (self.basis.T @ added)
@@ -266,7 +252,13 @@ class _Path:
         inner = np.swapaxes(added, 1, 2) @ added + np.eye(columns.shape[2])
         projected = place @ added
         values = np.linalg.solve(inner, projected[:, :, None])[:, :, 0]
-        return inner, values, place @ place - np.sum(projected * values, axis=1)
+        squares = place @ place - np.sum(projected * values, axis=1) + NOISE_KNOWN
+        freedom = len(self.time) + NOISE_KNOWN
+        log = -np.linalg.slogdet(inner)[1] / 2 - freedom / 2 * np.log(squares)
+        if sign:
+            sigma = np.sqrt(np.linalg.inv(inner)[:, -1, -1] * squares / freedom)
+            log += np.log(2) + _log_normal(sign * values[:, -1] / sigma)
+        return log, values
 
     def ends(self, values: Floats, time: float, half: float) -> tuple[float, float, float]:
         """Velocities before and after a corner, and the place there, by the fitted law."""

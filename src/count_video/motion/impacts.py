@@ -22,7 +22,6 @@ from count_video.motion.corners import HALF_CONTACTS, Impact, Turn, chance_of, w
 from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.flight import HYSTERESIS_SIGMAS, Motion
 from count_video.motion.priors import HAND_JUMPS, NO_BOUNCE, STOP_SHARE
-from count_video.records import Floats
 from count_video.signals import low_points
 
 STOP_SIGMAS, STOP_PICTURES = 6.0, 0.3
@@ -105,8 +104,9 @@ def _weighed(
         odds = np.array([best[turn].log_odds for turn in kept])
         contact = _contact([best[turn] for turn in kept if best[turn].log_odds > 0])
         # Of neighbours that are none the least likely is left out first: it may mislead the others.
-        worst = peaks(-odds)
-        kept = [turn for place, turn in enumerate(kept) if place not in worst]
+        near = np.pad(odds, 1, constant_values=np.inf)
+        worst = np.flatnonzero((odds < near[:-2]) & (odds <= near[2:]) & (odds < 0)).tolist()
+        kept = [turn for number, turn in enumerate(kept) if number not in worst]
     return [best[turn] for turn in turns], contact
 
 
@@ -145,10 +145,3 @@ def _at_stop(turns: Sequence[Impact], side: int, motion: Motion) -> list[Impact]
         replace(corners[number], chance=float(chances[number]))
         for number in np.flatnonzero(stop).tolist()
     ]
-
-
-def peaks(values: Floats, above: float = 0.0) -> list[int]:
-    """List the values above a level that are above both neighbours as well."""
-    padded = np.concatenate([[-np.inf], values, [-np.inf]])
-    highest = (values > padded[:-2]) & (values >= padded[2:]) & (values > above)
-    return [int(index) for index in np.flatnonzero(highest)]

@@ -19,7 +19,7 @@ from count_video.motion.time_base import (
     in_pictures,
     swing_in_frames,
 )
-from count_video.reasons import Cause, Reason
+from count_video.reasons import LEFT_TO_THE_FIT, Cause, Reason
 from count_video.records import BodyTrack, Collision, Track
 from count_video.signals import sigma_of
 
@@ -66,6 +66,11 @@ class SeenCollisions:
         return not self.shortcomings and not self.doubts
 
     @property
+    def fit_may_settle(self) -> bool:
+        """Whether the fit of the whole burst may settle whatever stands against a count."""
+        return all(shortcoming.cause in LEFT_TO_THE_FIT for shortcoming in self.shortcomings)
+
+    @property
     def shown(self) -> int:
         """How many of the burst the frames show; the others follow from alternation alone."""
         return sum(collision.seen for collision in self.collisions[: self.burst])
@@ -77,8 +82,7 @@ NOTHING_SEEN = SeenCollisions((), 0, (), (), None, np.nan, False, (None, None))
 
 def shows_motion(track: Track) -> bool:
     """Whether each body is seen in two frames at least, and the frames follow each other."""
-    bodies = [track.ball] if track.heavy is None else [track.ball, track.heavy]
-    seen = min(int(np.isfinite(body.position_px).sum()) for body in bodies)
+    seen = min(int(np.isfinite(body.position_px).sum()) for body in track.bodies)
     return seen > 1 and bool(np.all(np.diff(track.frame) > 0))
 
 
@@ -116,19 +120,19 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     collisions = _shown(collisions_of(contacts, gaps.sign), gaps)
     path = fit_path(gaps, collisions)
     right = path_fits(path, gaps)
-    burst = find_burst(collisions, contacts, gaps)
-    inside = collisions[: burst.count]
-    shortcomings, doubts = burst.shortcomings, tuple(unresolved(inside, pace))
+    burst, shortcomings = find_burst(collisions, contacts, gaps)
+    inside = collisions[:burst]
+    doubts = tuple(unresolved(inside, pace))
     apart = contacts.distance_px - gaps.near_edge_px
     if len(inside) <= FEW_TO_BELIEVE and apart > APART_SHARE * track.ball_diameter_px:
         shortcomings = (Reason(Cause.NEVER_TOUCH), *shortcomings)
-    elif apart > _lengths_px(track):
+    elif apart > sum(body.high_edge_px - body.low_edge_px for body in track.bodies):
         doubts = (Reason(Cause.NEVER_TOUCH), *doubts)
     if right is False and not doubts:
         shortcomings = (*shortcomings, Reason(Cause.STRAYS))
     return SeenCollisions(
         collisions=tuple(in_frames(collision, pace) for collision in collisions),
-        burst=burst.count,
+        burst=burst,
         shortcomings=shortcomings,
         doubts=doubts,
         swing=swing_in_frames(swing_of(fit_path(gaps, inside)), pace),
@@ -153,12 +157,6 @@ def unresolved(candidates: Sequence[Collision], pace: float) -> list[Reason]:
     if shortest < RESOLVED_FRAMES:
         found.append(Reason(Cause.UNRESOLVED, (shortest, RESOLVED_FRAMES)))
     return found
-
-
-def _lengths_px(track: Track) -> float:
-    """Lengths of all bodies together."""
-    bodies = [track.ball] if track.heavy is None else [track.ball, track.heavy]
-    return sum(body.high_edge_px - body.low_edge_px for body in bodies)
 
 
 def _shown(collisions: Sequence[Collision], gaps: Gaps) -> list[Collision]:
