@@ -111,10 +111,8 @@ def _ending(inside: Sequence[Collision], contacts: Contacts, end: float) -> Caus
 def turned_before(contacts: Contacts) -> float:
     """Frame of the first contact before which the heavy body, driven back, turned; inf if none."""
     heavy = contacts.bodies[1]
-    for number, frame in enumerate(contacts.frame[1:].tolist()):
-        first, last = float(heavy.rate[number, 1]), float(heavy.rate[number + 1, 0])
-        sigmas = heavy.sigma[number, 1], heavy.sigma[number + 1, 0]
-        slowed = first - last > SIGMAS * np.hypot(*sigmas)
-        if slowed and first > SIGMAS * sigmas[0] and last < 0:
-            return float(frame)
-    return np.inf
+    first, last = heavy.rate[:-1, 1], heavy.rate[1:, 0]
+    sigma = heavy.sigma[:-1, 1]
+    slowed = first - last > SIGMAS * np.hypot(sigma, heavy.sigma[1:, 0])
+    turned = slowed & (first > SIGMAS * sigma) & (last < 0)
+    return float(contacts.frame[1:][turned].min(initial=np.inf))

@@ -77,18 +77,16 @@ def find_contacts(gaps: Gaps) -> Contacts:
     Between sure ones a turn is a contact unless it is clearly smooth: where flights hold too few
     pictures nothing shows that the ball bounces, but it can hardly turn otherwise.
     """
-    sure: list[tuple[float, CollisionKind]] = []
-    unsure: list[tuple[float, CollisionKind]] = []
+    found: list[tuple[float, CollisionKind, bool]] = []
     for kind in KINDS:  # that of the bodies strikes the ball on its way to the wall and back
         motion = motion_of(gaps.frame, gaps.closing(kind), NOISE_AT_LEAST_PX)
-        struck = [frame for frame, _ in sure]
-        found, _ = find_impacts(motion, depth_sigmas=CLEAR_SIGMAS, struck=struck)
-        near = [one for one in found if one.side < 0]
-        sure += [(one.frame, kind) for one in near if one.likely]
-        turns = (one for one in near if not one.likely and one.log_odds >= NO_BOUNCE)
-        unsure += [(one.frame, kind) for one in turns]
-    first, last = min(sure, default=(np.inf,))[0], max(sure, default=(-np.inf,))[0]
-    points = sorted([*sure, *(one for one in unsure if first < one[0] < last)])
+        struck = [frame for frame, _, sure in found if sure]
+        turns, _ = find_impacts(motion, depth_sigmas=CLEAR_SIGMAS, struck=struck)
+        near = [one for one in turns if one.side < 0 and one.log_odds >= NO_BOUNCE]
+        found += [(one.frame, kind, one.likely) for one in near]
+    clear = [frame for frame, _, sure in found if sure] or [np.inf]
+    first, last = min(clear), max(clear)
+    points = sorted((frame, kind) for frame, kind, _ in found if first <= frame <= last)
     points = sorted([*points, *_missing(points, gaps)])
     paths = Paths(gaps.frame, gaps.ball_px, gaps.heavy_px)
     return fit_contacts(paths, [kind for _, kind in points], [frame for frame, _ in points])

@@ -127,8 +127,7 @@ def _unlike(collisions: Sequence[Collision], track: Track, heavy: BodyTrack) -> 
 def _meet_others(frames: Sequence[float], track: Track, heavy: BodyTrack) -> bool:
     """Whether one of two bodies also meets something that is not the other."""
     return any(
-        impact.likely
-        and impact.log_odds > CLEAR_LOG_ODDS
+        impact.log_odds > CLEAR_LOG_ODDS
         and np.abs(impact.frame - np.array(frames)).min() > RESOLVED_FRAMES
         for body in (track.ball, heavy)
         for impact in find_impacts(motion_of(track.frame, body.position_px))[0]

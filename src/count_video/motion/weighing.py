@@ -219,7 +219,7 @@ def dies_out(motion: Motion, impacts: Sequence[Impact]) -> bool:
     # A flight of t pictures rises by pull t^2 / 8, which the noise of both its ends must not hide.
     pull = abs(motion.acceleration)
     shown = pull * following**2 / 8 > 2 * HYSTERESIS_SIGMAS * motion.sigma_px
-    return following < TAIL_PICTURES or (pull > motion.acceleration_spread and not shown)
+    return bool(following < TAIL_PICTURES or (pull > motion.acceleration_spread and not shown))
 
 
 def until_rest(turns: Sequence[Impact]) -> list[Impact]:
