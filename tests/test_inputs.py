@@ -19,7 +19,7 @@ from count_video.options import read_options
 
 MOST_BYTES = 1000
 LONGEST_LINE = 300
-"""What is echoed, 80 characters of up to four signs each when escaped, and the words about it."""
+"""What is echoed, 83 characters with escapes and quotes, and the words about it."""
 READERS: dict[str, Callable[[str], object]] = {
     reader: getattr(inputs, reader)
     for reader in (
@@ -140,7 +140,7 @@ def test_a_number_in_json_is_within_its_range_or_none(value: object) -> None:
 def test_what_is_shown_of_a_text_is_short_and_printable(text: str) -> None:
     shown = inputs.shown(text)
     assert shown.isprintable()
-    assert len(shown) <= 10 * inputs.SHOWN_CHARACTERS + 2, "an escape takes up to ten characters"
+    assert len(shown) <= inputs.SHOWN_CHARACTERS + 2, "both quotes, or the dots and one quote"
 
 
 OPTIONS = (

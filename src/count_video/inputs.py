@@ -25,6 +25,7 @@ from typing import Any, NoReturn
 from count_video.errors import UsageError
 
 SHOWN_CHARACTERS = 80
+"""Characters of a text from outside that are shown, as they are written in quotes."""
 LONGEST_PATH = 4096
 MOST_MANIFEST_BYTES = 100_000_000
 MOST_JSON_BYTES = 10_000_000
@@ -156,8 +157,10 @@ def address(text: str) -> str:
 
 def shown(text: str) -> str:
     """Quote a text from outside in one short line that a terminal shows and does not obey."""
-    cut = text if len(text) <= SHOWN_CHARACTERS else f"{text[: SHOWN_CHARACTERS - 1]}…"
-    return repr(cut)
+    quoted = repr(text)
+    if len(quoted) <= SHOWN_CHARACTERS + 2:
+        return quoted
+    return f"{quoted[:SHOWN_CHARACTERS]}…{quoted[-1]}"
 
 
 @contextmanager

@@ -1,4 +1,8 @@
-"""The camera's own motion: parts of the background, found in every picture by x and by y apart.
+"""The camera's own motion: blocks of the background, found together in every picture.
+
+All blocks are moved by one shift. It is found by Gauss and Newton's steps, in which blocks that lie
+elsewhere than most have no weight (Tukey's biweight). Its covariance comes from what the blocks
+leave over, each by itself (Liang and Zeger's sandwich), for encoders move blocks on their own.
 
 Where the camera stands still what is measured is noise, and nothing is corrected by it: the tracks
 stay as they are. Where it moves, by more than that noise and by more than a small part of a pixel,
@@ -16,59 +20,50 @@ from numpy.typing import NDArray
 
 from count_video.footage.pictures import reduced
 from count_video.records import Floats
-from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.background import ROUNDING, Background
-from count_video.tracking.registration import Fit, register
 from count_video.tracking.shape import Box, Place
-from count_video.tracking.template import Template, make_template, piece_at
+from count_video.tracking.template import REACH_PX, Pixels, smooth
 
 Luma = NDArray[np.uint8]
 Places = NDArray[np.intp]
 
-PARTS, PARTS_AT_LEAST = 4, 2
-"""The background is followed in so many parts by x, and by y, each of its own: they have to
-agree. Along a straight edge, as that of a wall, nothing shows a shift."""
-BLOCK_PX, BLOCKS = 8, 16
-"""A part is so many square blocks of this side with the clearest slopes."""
+BLOCK_PX, BLOCKS, BLOCKS_AT_LEAST = 8, 64, 6
+"""Square blocks of this side: so many with the clearest slopes by x, and by y."""
 BODIES = 2
 MEASURED_OF = 16
-"""What is scenery, and how well a part is found again, is measured in so many pictures."""
-TREMBLE_AT_MOST_PX, CHANGED_SHARE = 4.0, 0.8
-"""By the slope of its edges times the camera's tremble a block of scenery changes: by so much at
-most in this share of the pictures. The changes by a body that comes and goes are larger, as it
-fills a block."""
-ACROSS_RATIO = 3.0
-"""A part with slopes so many times as steep along its axis as across it shows shifts along it."""
-AROUND_PX = 3.0, -3.0
-"""Parts that a tremble moves further than a registration reaches are sought so far around."""
-UNSURE_FACTOR = 4.0
-"""What is so many times as unsure as usual is something else."""
-SEEN_AT_LEAST = 0.5
-"""A part is found in this share of the pictures."""
-ALIKE_SIGMAS, ALIKE_PX = 3.0, 0.02
-"""Parts scatter about their joint path by at most so many times as much as the steadiest one, or
-as this: what scatters more moves by itself."""
+"""What is scenery, and how well it is found again, is measured in so many pictures."""
+TREMBLE_PX, CHANGED_SHARE = 4.0, 0.8
+"""The camera is expected to tremble by so much about its rough path. By the slope of its edges
+times that a block of scenery changes at most in this share of the pictures. The changes by a body
+that comes and goes are larger, as it fills a block."""
+AROUND_PX = (3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)
+"""Blocks that a tremble moves further than the steps lead are sought so far around."""
+STEPS, SETTLED_PX = 8, 0.005
+TINY = 1e-9
+TUKEY, STEADY_PX = 4.685, 0.1
+"""Blocks that lie elsewhere by so many standard deviations have no weight (Tukey's constant), but
+not those that encoders move by so little."""
 STRAY_PX = 0.5
-"""A part that strays so far from the others in one picture was taken for another one like it."""
-SCATTER_AT_MOST_PX = 0.15
-"""Parts of one rigid scene scatter by some hundredths of a pixel, by a tenth where they are faint
-or compressed. Where all scatter more, they show no such scene."""
-MOVED_AT_LEAST_PX = 0.35
+"""Blocks that show most of a picture's place lie no further from where it puts them."""
+UNSURE_FACTOR, SEEN_AT_LEAST = 4.0, 0.5
+"""A picture that is so many times as unsure as usual shows something else; this share does not."""
+SIGMA_AT_MOST_PX = 0.15
+"""A rigid scene is found to some hundredths of a pixel, to a tenth where it is faint. What is less
+sure is none."""
+MOVED_AT_LEAST_PX, MOVED_SIGMAS = 0.35, 8.0
 """Compression moves still scenery by up to 0.2 px."""
-MOVED_SIGMAS = 8.0
 
 
 @dataclass(frozen=True)
-class Part:
-    """A part of the background."""
+class Scenery:
+    """Blocks of the background that show where a picture lies, n of them."""
 
-    template: Template
-    place: Place
-    """Of its top left pixel, by image x and y, freed of the camera's motion."""
-    axis: int
-    """By which it shows a shift: x (0) or y (1)."""
-    sigma_px: float
-    """Median standard uncertainty of its shift in some pictures."""
+    places: Places
+    """Image x and y of their top left pixels, freed of the camera's motion, shape (n, 2)."""
+    appearance: Pixels
+    """Smoothed, less the mean of each block, shape (n, pixels)."""
+    slopes: Pixels
+    """By x and y, shape (2, n, pixels)."""
 
 
 @dataclass(frozen=True)
@@ -87,8 +82,8 @@ class Motion:
 
 def scenery(
     pictures: Mapping[int, Luma], background: Background, swept: Sequence[Box]
-) -> list[Part]:
-    """Parts of the background that show where a picture lies; empty if nothing does.
+) -> Scenery | None:
+    """Blocks of the background that show where a picture lies; None if nothing does.
 
     Parameters
     ----------
@@ -101,29 +96,25 @@ def scenery(
     """
     known = sorted(background.shift_px)
     some = [known[k] for k in np.linspace(0, len(known) - 1, MEASURED_OF).astype(int)]
-    seen = {frame: pictures[frame] for frame in some}
     changes = [
-        _of_blocks(cv2.absdiff(background.as_it_stands(one, frame), background.luma))
-        for frame, one in seen.items()
+        _of_blocks(cv2.absdiff(background.as_it_stands(pictures[k], k), background.luma))
+        for k in some
     ]
     change = np.quantile(changes, CHANGED_SHARE, axis=0)
-    parts: list[Part] = []
     # What trembles with the scenery is among what may be a body; and where bodies pass over
     # everything, they hide it in some pictures only.
     for free_of in (swept, swept[:BODIES], ()):
-        if len(parts) < PARTS_AT_LEAST:
-            blocks = _clear_blocks(background, change, free_of)
-            found = (
-                _part(seen, background, among, axis)
-                for axis, parted in enumerate(blocks)
-                for among in parted
-            )
-            parts = [one for one in found if one is not None]
-    return parts
+        blocks = _made(background.luma, _clear_blocks(background, change, free_of))
+        if len(blocks.places) < BLOCKS_AT_LEAST:
+            continue
+        fits = [_fit(blocks, pictures[k], np.array(background.shift_px[k])) for k in some]
+        if np.median([sigma for _, sigma, _ in fits], axis=0).min() < SIGMA_AT_MOST_PX:
+            return blocks
+    return None
 
 
 def camera_motion(
-    parts: Sequence[Part],
+    blocks: Scenery | None,
     pictures: Mapping[int, Luma],
     frames: NDArray[np.intp],
     roughly: Mapping[int, Place],
@@ -132,8 +123,8 @@ def camera_motion(
 
     Parameters
     ----------
-    parts
-        Parts of the background.
+    blocks
+        Of the background.
     pictures
         Frame index -> luma, shape (height, width).
     frames
@@ -141,70 +132,45 @@ def camera_motion(
     roughly
         Frame index -> how far it moved some of them, by x and y, right to some px.
     """
-    if len(parts) < PARTS_AT_LEAST:
+    if blocks is None:
         return None
     known = sorted(roughly)
     guesses = np.stack(
         [np.interp(frames, known, [roughly[k][axis] for k in known]) for axis in (0, 1)], axis=1
     )
-    along = [[one for one in parts if one.axis == axis] for axis in (0, 1)]
-    seen = [np.full((len(some), len(frames), 2), np.nan) for some in along]
-    away = [0.0, 0.0]
+    place, sigma = (np.full((len(frames), 2), np.nan) for _ in range(2))
+    away = np.zeros(2)
     for row, frame in enumerate(frames.tolist()):
-        picture = pictures[frame]
-        for axis, some in enumerate(along):
-            seen[axis][:, row] = found = _shifts(some, picture, guesses[row], away[axis])
-            if np.isfinite(found[:, 0]).any():
-                away[axis] = float(np.nanmedian(found[:, 0])) - guesses[row, axis]
-    joint = [_joint(one[np.isfinite(one[:, :, 0]).mean(axis=1) > SEEN_AT_LEAST]) for one in seen]
-    place, sigma = (np.stack(one, axis=1) for one in zip(*joint, strict=True))
-    moves = _moves(place, sigma)
+        for step in ((0.0, 0.0), away, *AROUND_PX):
+            found, unsure, share = _fit(blocks, pictures[frame], guesses[row] + step)
+            if share > 0.5:
+                place[row], sigma[row] = found, unsure
+                away = found - guesses[row]
+                break
+    clear = np.nanmedian(sigma, axis=0) if np.isfinite(sigma).any() else np.full(2, np.inf)
+    shown = clear < SIGMA_AT_MOST_PX
+    place[(sigma > UNSURE_FACTOR * clear)[:, shown].any(axis=1)] = np.nan
+    if not shown.any() or np.isfinite(place[:, 0]).mean() < SEEN_AT_LEAST:
+        return None
+    place -= np.nanmedian(place, axis=0)
+    # Few blocks show one picture's scatter badly: all pictures together show it.
+    usual = np.sqrt(np.nanmean(np.square(sigma[np.isfinite(place[:, 0])]), axis=0))
+    sigma = np.where(np.isfinite(place), usual, np.nan)
+    moves = shown & _moves(place, usual)
     if not moves.any():
         return None
     # A direction in which it stands is often one in which the scenery shows little.
     return Motion(np.where(moves, place, 0.0), np.where(moves, sigma, 0.0))
 
 
-def _shifts(parts: Sequence[Part], picture: Luma, guess: Floats, away: float) -> Floats:
-    """How far parts of one axis are moved along it, and the uncertainties, shape (parts, 2).
+def _clear_blocks(background: Background, change: Floats, swept: Sequence[Box]) -> Places:
+    """Image x and y of the blocks with the clearest slopes by x or by y, shape (n, 2).
 
-    A registration reaches a few px only: where most parts are not found, they are sought around,
-    and ``away`` from the guess, where they were before.
-    """
-    best = np.full((len(parts), 2), np.nan)
-    for step in (0.0, away, *AROUND_PX):
-        found = np.full((len(parts), 2), np.nan)
-        for number, one in enumerate(parts):
-            place = guess + one.place
-            place[one.axis] += step
-            fit = register(picture, one.template, (float(place[0]), float(place[1])))
-            shift = _along(fit, one.axis, one.place) if fit is not None else (np.nan, np.inf)
-            if shift[1] < UNSURE_FACTOR * one.sigma_px:
-                found[number] = shift
-        best = max(best, found, key=lambda some: int(np.isfinite(some[:, 0]).sum()))
-        if 2 * np.isfinite(best[:, 0]).sum() > len(parts):
-            break
-    return best
-
-
-def _along(fit: Fit, axis: int, place: Place) -> tuple[float, float]:
-    """Shift from a place along an axis, and its uncertainty."""
-    if axis == 0:
-        return fit.x_px - place[0], fit.sigma_x_px
-    return fit.y_px - place[1], fit.sigma_y_px
-
-
-def _clear_blocks(
-    background: Background, change: Floats, swept: Sequence[Box]
-) -> list[list[Places]]:
-    """Columns and rows of the blocks of each part by x, and by y, shape (n, 2) each.
-
-    Those with the clearest slopes are taken of the blocks that are scenery beside what is swept,
-    and not what bodies leave behind in the background. The left half is parted from the right one,
-    and these by their rows.
+    They are taken of those that are scenery beside what is swept, and not what bodies leave behind
+    in the background.
     """
     luma = background.luma
-    rows, columns = (size // BLOCK_PX for size in luma.shape)
+    rows, columns = change.shape
     far = np.abs(np.array(list(background.shift_px.values()))).max(axis=0) + 1
     right, down = (1 + int(edge) // BLOCK_PX for edge in far)
     free = np.zeros((rows, columns), np.bool_)
@@ -212,17 +178,13 @@ def _clear_blocks(
     for box in swept:
         left, top, end, bottom = (max(0, int(edge)) // BLOCK_PX for edge in box)
         free[top : bottom + 1, left : end + 1] = False
-    parts: list[list[Places]] = [[], []]
+    best = []
     for axis in (0, 1):
         slope = _of_blocks(np.abs(cv2.Sobel(luma, cv2.CV_32F, 1 - axis, axis, scale=1 / 8)))
-        scenery = np.flatnonzero(free & (change < TREMBLE_AT_MOST_PX * slope + ROUNDING))
-        best = scenery[np.argsort(-slope.ravel()[scenery], kind="stable")[: PARTS * BLOCKS]]
-        y, x = np.divmod(best, max(columns, 1))
-        order = np.argsort(x, kind="stable")
-        for half in np.array_split(order, PARTS // 2):
-            for among in np.array_split(half[np.argsort(y[half], kind="stable")], 2):
-                parts[axis].append(BLOCK_PX * np.stack([x[among], y[among]], axis=1))
-    return parts
+        clear = np.flatnonzero(free & (slope > 0) & (change < TREMBLE_PX * slope + ROUNDING))
+        best.append(clear[np.argsort(-slope.ravel()[clear], kind="stable")[:BLOCKS]])
+    y, x = np.divmod(np.unique(np.concatenate(best)), columns)
+    return BLOCK_PX * np.stack([x, y], axis=1)
 
 
 def _of_blocks(picture: cv2.typing.MatLike) -> Floats:
@@ -230,74 +192,73 @@ def _of_blocks(picture: cv2.typing.MatLike) -> Floats:
     return np.asarray(reduced(picture.astype(np.float32), BLOCK_PX), np.float64)
 
 
-def _part(
-    pictures: Mapping[int, Luma], background: Background, blocks: Places, axis: int
-) -> Part | None:
-    """Make a part of blocks of the background; None if pictures hardly show its place."""
-    if len(blocks) == 0:
-        return None
-    corner = blocks.min(axis=0)
-    width, height = blocks.max(axis=0) - corner + BLOCK_PX
-    weight = np.zeros((height, width), np.float32)
-    for left, top in blocks - corner:
-        weight[top : top + BLOCK_PX, left : left + BLOCK_PX] = 1.0
-    place = float(corner[0]), float(corner[1])
-    piece = piece_at(background.luma, *place, weight.shape)
-    template = make_template(piece, weight)
-    if not _shows_both(template, axis):
-        template = make_template(piece, weight, axis)
-    shifts = background.shift_px
-    fits = [
-        register(picture, template, (place[0] + shifts[k][0], place[1] + shifts[k][1]))
-        for k, picture in pictures.items()
-    ]
-    sigma = np.median([np.inf if fit is None else _along(fit, axis, place)[1] for fit in fits])
-    return Part(template, place, axis, float(sigma)) if sigma < SCATTER_AT_MOST_PX else None
+def _made(luma: Luma, places: Places) -> Scenery:
+    """Make scenery of the blocks at these places."""
+    appearance, slopes = _blocks_at(luma, places)
+    return Scenery(places, appearance, slopes)
 
 
-def _shows_both(template: Template, axis: int) -> bool:
-    """Whether a part shows shifts across its axis as well, nearly as clearly."""
-    slopes = np.square(template.model.design[:2]) @ template.model.weight
-    return bool(slopes[1 - axis] * ACROSS_RATIO**2 > slopes[axis])
+def _blocks_at(picture: Luma, places: Floats | Places) -> tuple[Pixels, Pixels]:
+    """Smoothed blocks at places that have one fraction of a pixel, less their means, and slopes.
 
-
-def _joint(seen: Floats) -> tuple[Floats, Floats]:
-    """Joint path of parts by one axis, and its standard uncertainty; shape (n,) each.
-
-    ``seen`` has the shifts of the parts and their uncertainties, shape (parts, n, 2). The joint
-    uncertainty comes from their scatter about the joint path; by the noise alone it would be too
-    small, for encoders move each part by itself. Parts that share no path show no motion.
+    Returns shapes (n, pixels) and (2, n, pixels). Beyond the picture's border its last row or
+    column goes on.
     """
-    nothing = np.zeros(seen.shape[1]), np.zeros(seen.shape[1])
-    if len(seen) < PARTS_AT_LEAST:
-        return nothing
-    paths, noise_px = seen[:, :, 0], float(np.nanmedian(seen[:, :, 1]))
-    known = np.isfinite(paths).any(axis=0)
-    moved = paths[:, known]
-    for _ in range(2):  # the offset of each part from the others, at last
-        away = moved - np.nanmedian(moved, axis=0)
-        moved = moved - np.nanmedian(away, axis=1, keepdims=True)
-    away = np.abs(moved - np.nanmedian(moved, axis=0))
-    scatter = MEDIAN_TO_SIGMA * np.nanmedian(away, axis=1)
-    steady = scatter <= ALIKE_SIGMAS * max(float(scatter.min()), ALIKE_PX)
-    kept = steady[:, None] & (away < STRAY_PX)
-    count = kept.sum(axis=0)
-    total = np.where(kept, moved, 0.0).sum(axis=0)
-    clear = steady / np.nanmedian(seen[:, :, 1], axis=1) ** 2
-    shown = (count >= PARTS_AT_LEAST) & (2 * clear @ kept >= clear.sum())
-    if not shown.any() or scatter.min() > SCATTER_AT_MOST_PX:
-        return nothing
-    rows = np.flatnonzero(known)[shown]
-    place, sigma = (np.full(paths.shape[1], np.nan) for _ in range(2))
-    place[rows] = total[shown] / count[shown]
-    noise = max(float(np.sqrt(np.mean(scatter[steady] ** 2))), noise_px)
-    sigma[rows] = noise / np.sqrt(count[shown])
-    return place - np.nanmedian(place), sigma
+    if len(places) == 0:
+        return np.empty((0, BLOCK_PX**2), np.float32), np.empty((2, 0, BLOCK_PX**2), np.float32)
+    corners = np.rint(places).astype(np.intp)
+    around = np.arange(-REACH_PX, BLOCK_PX + REACH_PX)
+    x, y = (
+        (corners[:, axis, None] + around).clip(0, picture.shape[1 - axis] - 1) for axis in (0, 1)
+    )
+    whole = picture[y[:, :, None], x[:, None, :]]
+    fraction_x, fraction_y = (places[0] - corners[0]).tolist()
+    pieces = smooth(whole.reshape(-1, len(around)), fraction_x, fraction_y).reshape(whole.shape)
+    shape, inner = (len(places), BLOCK_PX**2), slice(REACH_PX, -REACH_PX)
+    after, before = slice(REACH_PX + 1, 1 - REACH_PX), slice(REACH_PX - 1, -REACH_PX - 1)
+    along = (pieces[:, inner, after] - pieces[:, inner, before]).reshape(shape) / 2
+    across = (pieces[:, after, inner] - pieces[:, before, inner]).reshape(shape) / 2
+    blocks = pieces[:, inner, inner].reshape(shape)
+    return blocks - blocks.mean(axis=1, keepdims=True), np.stack([along, across])
+
+
+def _fit(blocks: Scenery, picture: Luma, start: Floats) -> tuple[Floats, Floats, float]:
+    """Shift of a picture by x and y, its standard uncertainty, and the share that agrees in it.
+
+    The share is that of the blocks, each as much as it shows. The shift is expected about the start
+    as far as a camera trembles: along a straight edge nothing else shows it.
+    """
+    place, weight = np.array(start, np.float64), np.ones(len(blocks.places))
+    shows = np.square(blocks.slopes).sum(axis=(0, 2), dtype=np.float64)
+    for _ in range(STEPS):
+        seen, slopes = _blocks_at(picture, blocks.places + place)
+        gain = float(weight @ (seen * blocks.appearance).sum(axis=1))
+        gain /= float(weight @ np.square(blocks.appearance).sum(axis=1)) + TINY
+        if gain <= 0:
+            return place, np.full(2, np.inf), 0.0
+        left = blocks.appearance - seen / gain
+        score = np.einsum("inp,np->in", blocks.slopes, left, dtype=np.float64)
+        # By the slopes of both: noise in those of one alone would make it too large.
+        response = np.einsum("inp,jnp->ijn", blocks.slopes, slopes / gain, dtype=np.float64)
+        expected = float(weight @ np.square(left).mean(axis=1)) / weight.sum() / TREMBLE_PX**2
+        prior = (expected + TINY) * np.eye(2)
+        inverse = np.linalg.inv(response @ weight + prior)
+        step = inverse @ (score @ weight - prior @ (place - start))
+        place += step
+        over = score - np.einsum("ijn,j->in", response, step)
+        stray = np.hypot(*over) / shows
+        weight = (1 - np.square(stray / STRAY_PX).clip(0, 1)) ** 2
+        if np.hypot(*step) < SETTLED_PX:
+            break
+    # As if each block had no say in the fit: one that shows much draws it to itself.
+    alone = over * weight / (1 - shows * weight / (shows @ weight + TINY)).clip(TINY)
+    scatter = alone @ alone.T + prior
+    sigma = np.sqrt(np.diag(inverse @ scatter @ inverse.T))
+    return place, sigma, float(shows[stray < STRAY_PX].sum() / shows.sum())
 
 
 def _moves(place: Floats, sigma: Floats) -> NDArray[np.bool_]:
     """Whether the picture was ever displaced for two of three neighbouring frames, by x and y."""
-    away = np.abs(place - np.nanmedian(place, axis=0))
+    away = np.abs(place)
     lasting = np.median(np.stack([away[:-2], away[1:-1], away[2:]]), axis=0)
-    noise = MOVED_SIGMAS * np.nanmedian(sigma, axis=0)
-    return np.asarray(np.any(lasting > np.maximum(MOVED_AT_LEAST_PX, noise), axis=0))
+    return np.asarray(np.any(lasting > np.maximum(MOVED_AT_LEAST_PX, MOVED_SIGMAS * sigma), axis=0))
