@@ -24,11 +24,11 @@ from count_video.motion.posterior import doubted, with_more
 from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL, STRAYING_WRONG
 from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
-from count_video.motion.time_base import TimeBase, even
+from count_video.motion.time_base import even
 from count_video.motion.time_hypotheses import with_copies
 from count_video.motion.timed import seen_by_time_base
 from count_video.motion.weighing import SeenImpacts
-from count_video.reasons import LEFT_TO_THE_FIT, Cause, Reason
+from count_video.reasons import Cause, Reason
 from count_video.records import SURE, Collision, FootageReport, Track
 
 PROBABILITY_AT_LEAST = 0.5
@@ -119,8 +119,8 @@ def at_wall(
         explained = by_fit(explained, fit, masses_known=known.mass_ratio is not None)
     if explained.fit is None:
         explained = doubted_for_missing(explained, report)
-    explained = replace(explained, notes=(*explained.notes, *notes))
-    return _by_frames(explained, base)
+    shown = tuple(map(base.shown, explained.collisions))
+    return replace(explained, collisions=shown, notes=(*explained.notes, *notes))
 
 
 def shown_at_wall(track: Track, found: SeenCollisions) -> Explanation:
@@ -142,9 +142,7 @@ def shown_at_wall(track: Track, found: SeenCollisions) -> Explanation:
 
 def leaves_doubt(found: SeenCollisions) -> bool:
     """Whether collisions may lie where no frame shows them, and the beginning is there."""
-    doubtful = bool(found.doubts or found.shortcomings)
-    whole = all(shortcoming.cause in LEFT_TO_THE_FIT for shortcoming in found.shortcomings)
-    return found.burst > 1 and doubtful and whole
+    return found.burst > 1 and not found.is_whole and found.fit_may_settle
 
 
 def by_fit(shown: Explanation, fit: Between | Misfit, *, masses_known: bool) -> Explanation:
@@ -160,17 +158,20 @@ def by_fit(shown: Explanation, fit: Between | Misfit, *, masses_known: bool) -> 
         doubts = (*shown.against, *others)
         return replace(shown, against=(), doubts=doubts, probability=fit.probability)
     after = shown.collisions[min(count, seen) :]
-    later = tuple(replace(one, number=count + place) for place, one in enumerate(after, 1))
+    later = tuple(replace(one, number=number) for number, one in enumerate(after, count + 1))
+    probability, doubts = fit.probability, others
     more = 1.0 - fit.following.get(0, 0.0)
-    goes_on = more > LIKELY_ABOVE
-    next_one = (Reason(Cause.ENDS_BEFORE_NEXT, (more,)),) if goes_on else ()
+    if more > LIKELY_ABOVE:
+        probability = with_more(probability, fit.following)
+        doubts = (Reason(Cause.ENDS_BEFORE_NEXT, (more,)), *others)
+    collisions = (*fit.collisions, *later)
     return replace(
         shown,
-        collisions=(*fit.collisions, *later),
+        collisions=collisions,
         count=count,
-        probability=with_more(fit.probability, fit.following) if goes_on else fit.probability,
+        probability=probability,
         against=(),
-        doubts=(*next_one, *others),
+        doubts=doubts,
         fit=fit,
     )
 
@@ -184,9 +185,6 @@ def _others_likely(fit: Between, *, masses_known: bool) -> tuple[Reason, ...]:
     return (still_open,) if masses_known else (still_open, Reason(Cause.MASSES_WOULD_HELP))
 
 
-NOT_DESCRIBED = frozenset((Cause.MODEL_STRAYS, Cause.MODEL_DIFFERS))
-
-
 def _not_described(shown: Explanation, reason: Reason) -> Explanation:
     """Doubt a count, or refuse one that was in doubt, if the model does not describe the track.
 
@@ -194,7 +192,7 @@ def _not_described(shown: Explanation, reason: Reason) -> Explanation:
     """
     if shown.against:
         return replace(shown, against=(*shown.against, reason))
-    if reason.cause not in NOT_DESCRIBED:
+    if reason.cause not in (Cause.MODEL_STRAYS, Cause.MODEL_DIFFERS):
         return shown
     missed = {0: 1 - STRAYING_WRONG, PAIR: STRAYING_WRONG}
     return replace(shown, doubts=(reason,), probability=with_more(shown.probability, missed))
@@ -226,7 +224,9 @@ def at_a_stop(
     frame: then, or if nothing shows it, it may be the heavy body of a trial.
     """
     base = with_copies(track) or even(track.frame)
-    alone = _by_frames(_by_impacts(track, seen_impacts(base.evened(track)), report), base)
+    found = seen_impacts(base.evened(track))
+    found = replace(found, collisions=tuple(map(base.shown, found.collisions)))
+    alone = _by_impacts(track, found, report)
     if not alone.counts or alone.count >= IMPACTS_OF_ONE_ALONE:
         return alone
     moving = next((one.frame for one in alone.collisions if moves_beside(one.frame)), None)
@@ -250,14 +250,10 @@ def _by_impacts(track: Track, found: SeenImpacts, report: FootageReport) -> Expl
     chance, doubts = probability.get(count, 0.0), found.doubts
     if chance < PROBABILITY_AT_LEAST:
         doubts = (*doubts, Reason(Cause.OTHERS_LIKELY, (count, chance)))
+    track = with_errors(track, found.errors[::-1] if turned else found.errors)
+    scene: Scene = "stop" if track.heavy is None else "bodies"
     return Explanation(
-        track=with_errors(track, found.errors[::-1] if turned else found.errors),
-        scene="stop" if track.heavy is None else "bodies",
-        collisions=found.collisions,
-        count=count,
-        probability=probability,
-        against=found.shortcomings,
-        doubts=doubts,
+        track, scene, found.collisions, count, probability, found.shortcomings, doubts
     )
 
 
@@ -293,10 +289,7 @@ def with_missing(
     """
     expected = count * report.frames_missing / max(1, report.frames_decoded)
     none = float(np.exp(-expected))
-    changed = {number: chance * none for number, chance in probability.items()}
-    if expected:
-        changed[count + 1] = changed.get(count + 1, 0.0) + (1 - none) * sum(probability.values())
-    return changed
+    return with_more(probability, {0: none, 1: 1 - none} if expected else {0: 1.0})
 
 
 def doubted_for_missing(explained: Explanation, report: FootageReport) -> Explanation:
@@ -308,11 +301,6 @@ def doubted_for_missing(explained: Explanation, report: FootageReport) -> Explan
         doubts=(*explained.doubts, Reason(Cause.FRAMES_MISSING, (report.frames_missing,))),
         probability=with_missing(explained.probability, explained.count, report),
     )
-
-
-def _by_frames(explained: Explanation, base: TimeBase) -> Explanation:
-    """Place collisions that were found by the pictures' times among the frames that show them."""
-    return replace(explained, collisions=tuple(map(base.shown, explained.collisions)))
 
 
 # ---- which explanation stands --------------------------------------------------------------------
@@ -341,12 +329,11 @@ def of_bodies_alone(explanations: Sequence[Explanation]) -> Explanation:
     counted = [one for one in explanations if one.counts]
     first = (*counted, explanations[0])[0]
     if len(counted) > 1:
-        why = Reason(Cause.SEVERAL_BOUNCE, (len(counted),))
-    elif counted and first.count < IMPACTS_OF_ONE_ALONE and len(explanations) > 1:
-        why = Reason(Cause.OTHERS_MOVE, (first.count, len(explanations) - 1))
-    else:
-        return first
-    return replace(first, against=(why,))
+        return replace(first, against=(Reason(Cause.SEVERAL_BOUNCE, (len(counted),)),))
+    others = len(explanations) - 1
+    if counted and first.count < IMPACTS_OF_ONE_ALONE and others:
+        return replace(first, against=(Reason(Cause.OTHERS_MOVE, (first.count, others)),))
+    return first
 
 
 def is_settled(pair: Explanation) -> bool:
@@ -363,8 +350,8 @@ def may_be_bodies(pair: Explanation) -> bool:
 
     Parts of bodies that were followed do none of these.
     """
-    touching = not pair.outlines_apart
-    return pair.scene != "wall" or touching or pair.fit is not None or pair.path_shows
+    shown = pair.fit is not None or pair.path_shows
+    return pair.scene != "wall" or shown or not pair.outlines_apart
 
 
 def stands_before(pair: Explanation, alone: Explanation, moving: int) -> bool:

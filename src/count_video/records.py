@@ -135,6 +135,11 @@ class Track:
     """False where neither body bounces off anything but the other; ``wall_side`` says nothing then,
     and the ball is the body at smaller positions."""
 
+    @property
+    def bodies(self) -> tuple[BodyTrack, ...]:
+        """The ball, and the heavy body if the clip shows it."""
+        return (self.ball,) if self.heavy is None else (self.ball, self.heavy)
+
 
 @dataclass(frozen=True)
 class Velocities:

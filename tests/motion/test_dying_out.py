@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from free_paths import alone, bouncing, noisy
 
+from count_video.motion.corners import Impact
 from count_video.motion.flight import HYSTERESIS_SIGMAS, Motion
-from count_video.motion.impacts import Impact
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.weighing import TAIL_PICTURES, dies_out
 from count_video.reasons import Cause
@@ -19,7 +19,7 @@ FALLING = Motion(np.arange(2.0), np.zeros(2), 0.5, 0.01, 0.01)
 def _impacts(frames: np.ndarray) -> list[Impact]:
     """Impacts on one stop at these frames."""
     return [
-        Impact(50.0, np.zeros(1), float(frame), 0.0, 5.0, -4.0, 4, side=1, chance=0.99)
+        Impact(1, 50.0, np.zeros(1), float(frame), 0.0, 5.0, -4.0, 4, chance=0.99)
         for frame in frames
     ]
 

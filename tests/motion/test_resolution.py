@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from made_collisions import collision
 
-from count_video.motion.resolution import unresolved
+from count_video.motion.seen import unresolved
 from count_video.reasons import Cause
 
 

@@ -16,7 +16,6 @@ here a clip ends too early if the velocities after the last collision lead to an
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -39,23 +38,18 @@ TURN_SIGMAS = 12.0
 TURN_AT_LEAST_PX = 1.0
 
 
-@dataclass(frozen=True)
-class Burst:
-    """Extent of the first burst."""
+def find_burst(
+    collisions: Sequence[Collision], contacts: Contacts, gaps: Gaps
+) -> tuple[int, tuple[Reason, ...]]:
+    """Find the first burst among collisions in order of time, and their fitted contacts.
 
-    count: int
-    """How many of the collisions belong to it."""
-    shortcomings: tuple[Reason, ...]
-    """Why the clip does not support a count; empty if it does."""
-
-
-def find_burst(collisions: Sequence[Collision], contacts: Contacts, gaps: Gaps) -> Burst:
-    """Find the first burst among collisions in order of time, and their fitted contacts."""
+    Returns how many collisions belong to it, and why the clip does not support a count, if so.
+    """
     turned = turned_before(contacts)
     end = min(turn_round(gaps, contacts), turned)
     inside = [c for c in collisions if c.frame <= end and c.frame < turned]
     causes = (_beginning(inside, contacts), _ending(inside, contacts, end))
-    return Burst(len(inside), tuple(Reason(cause) for cause in causes if cause))
+    return len(inside), tuple(Reason(cause) for cause in causes if cause)
 
 
 def turn_round(gaps: Gaps, contacts: Contacts) -> float:
@@ -66,27 +60,17 @@ def turn_round(gaps: Gaps, contacts: Contacts) -> float:
     """
     if len(contacts.frame) == 0:
         return float("inf")
-    depth = _turn_depth(gaps)
+    depth = max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px))
     away = np.where(gaps.frame >= contacts.frame[0], -gaps.heavy_px, np.nan)
-    nearest = _first_of(low_points(-away, depth))
-    if nearest is None:
+    nearest = gaps.frame[low_points(-away, depth)].min(initial=np.inf)
+    turns = low_points(np.where(gaps.frame > nearest, away, np.nan), depth)
+    if len(turns) == 0:
         return float("inf")
-    later = np.where(gaps.frame > gaps.frame[nearest], away, np.nan)
-    turn = _first_of(low_points(later, depth))
-    if turn is None:
-        return float("inf")
+    turn = turns[0]
     back = gaps.frame[(away > away[turn] + depth) & (gaps.frame > gaps.frame[turn])]
     rate, sigma = contacts.bodies[1].rate[:, 0], contacts.bodies[1].sigma[:, 0]
     leaving = (contacts.frame < back.min(initial=np.inf)) & (rate > SIGMAS * sigma)
     return max(float(gaps.frame[turn]), float(contacts.frame[leaving].max(initial=-np.inf)))
-
-
-def _turn_depth(gaps: Gaps) -> float:
-    return max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px))
-
-
-def _first_of(places: np.ndarray[tuple[int], np.dtype[np.intp]]) -> int | None:
-    return int(places[0]) if len(places) else None
 
 
 def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
@@ -127,10 +111,8 @@ def _ending(inside: Sequence[Collision], contacts: Contacts, end: float) -> Caus
 def turned_before(contacts: Contacts) -> float:
     """Frame of the first contact before which the heavy body, driven back, turned; inf if none."""
     heavy = contacts.bodies[1]
-    for number, frame in enumerate(contacts.frame[1:].tolist()):
-        first, last = float(heavy.rate[number, 1]), float(heavy.rate[number + 1, 0])
-        sigmas = heavy.sigma[number, 1], heavy.sigma[number + 1, 0]
-        slowed = first - last > SIGMAS * np.hypot(*sigmas)
-        if slowed and first > SIGMAS * sigmas[0] and last < 0:
-            return float(frame)
-    return np.inf
+    first, last = heavy.rate[:-1, 1], heavy.rate[1:, 0]
+    sigma = heavy.sigma[:-1, 1]
+    slowed = first - last > SIGMAS * np.hypot(sigma, heavy.sigma[1:, 0])
+    turned = slowed & (first > SIGMAS * sigma) & (last < 0)
+    return float(contacts.frame[1:][turned].min(initial=np.inf))

@@ -48,16 +48,14 @@ FINER, STEPS = (1.0, 0.2, 0.04), np.linspace(-1.0, 1.0, 13)
 """The time of a corner is sought in these steps within its reach, which are made finer."""
 DEGREE_AT_MOST, ROWS_A_DEGREE = 11, 6
 """Polynomials of a path that a hand leads: up to the third one they resemble free flights."""
-STRAY_SIGMAS, STRAY_SHARE = 3.0, 0.03
-"""A free flight strays from its law by less than this: noise, or a share of its extent (RMS)."""
 RESTITUTION_AT_MOST = 2.0
 """No body leaves a stop faster than it came; few pictures show its velocities to half of them."""
 FLAT = 1e-9
 """Less curved evidence says nothing of the time."""
+LOG_ODDS_AT_LEAST = -500.0
+"""Of smaller ones the exponential is no number."""
 FAR = -36.0
 """Standard deviations beyond which ``erfc`` is hardly a number any more."""
-PARAMETERS = 5
-"""Of a free flight."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +71,11 @@ class Turn:
 
 
 @dataclass(frozen=True)
-class Corner:
-    """A turn taken for an impact; times in pictures."""
+class Impact:
+    """A turn taken for an impact of a body on a stop; times in pictures."""
+
+    side: int
+    """-1 for a stop at smaller places, +1 for one at larger places."""
 
     log_odds: float
     """Logarithm of the probability that the turn is an impact over that it is none."""
@@ -87,11 +88,18 @@ class Corner:
     after: float
     pictures: int
     """How many show the body clear of the contact, on the side where fewer do."""
+    chance: float
+    """Probability that it is an impact."""
+
+    @property
+    def likely(self) -> bool:
+        """Whether it is more probably an impact than not."""
+        return self.chance > 0.5
 
 
 def weigh(
     motion: Motion, turn: Turn, limits: tuple[float, float], flight: float, touching: float
-) -> Corner:
+) -> Impact:
     """Weigh whether a turn is an impact.
 
     Parameters
@@ -108,8 +116,7 @@ def weigh(
     half = HALF_CONTACTS[longest >= HALF_CONTACTS]
     evidence, times, values = _sought(path, half, reach, -turn.side)
     impact = np.logaddexp.reduce(evidence) - np.log(len(half))
-    led = [path.evidence(one)[0][0] for one in path.led()]
-    smooth, misplaced = (path.evidence(one)[0][0] for one in (path.smooth(), path.misplaced()))
+    smooth, misplaced, *led = (path.evidence(one)[0][0] for one in path.without_impact())
     others = np.array([smooth, np.logaddexp.reduce(led) - np.log(len(led)), misplaced])
     shares = np.log(TURNS)
     odds = float(impact + shares[0] - np.logaddexp.reduce(others + shares[1:]))
@@ -118,30 +125,24 @@ def weigh(
     clear = np.abs(path.time - times[best]) > half[best]
     sides = path.time[clear] > times[best]
     arrives, leaves = turn.side * before, -turn.side * after
-    bounces = 0 < leaves < RESTITUTION_AT_MOST * arrives
-    return Corner(
-        log_odds=odds if bounces else min(odds, NO_BOUNCE),
+    if not 0 < leaves < RESTITUTION_AT_MOST * arrives:
+        odds = min(odds, NO_BOUNCE)
+    return Impact(
+        side=turn.side,
+        log_odds=odds,
         by_contact=evidence,
         frame=turn.frame + float(times[best]),
         place_px=place,
         before=before,
         after=after,
         pictures=min(int(sides.sum()), int((~sides).sum())),
+        chance=float(chance_of(odds)),
     )
 
 
-def strays(motion: Motion, low: float, high: float, touching: float) -> bool:
-    """Whether the path between two impacts is not that of a free body."""
-    inside = (motion.frame > low + touching) & (motion.frame < high - touching)
-    rows = np.flatnonzero(np.isfinite(motion.place_px) & inside)
-    if len(rows) <= PARAMETERS:
-        return False
-    path = _Path(motion, rows, (low + high) / 2)
-    turns = path.time[[int(np.argmax(path.place)), int(np.argmin(path.place))]]
-    squares = path.solved(path.friction(turns))[2].min()
-    left = motion.sigma_px * float(np.sqrt(squares / (len(rows) - PARAMETERS)))
-    extent = float(np.ptp(motion.place_px[rows]))
-    return left > max(STRAY_SIGMAS * motion.sigma_px, STRAY_SHARE * extent)
+def chance_of(log_odds: Floats | float) -> Floats:
+    """Probability of what has such odds, the logarithm of which is given."""
+    return np.asarray(1 / (1 + np.exp(-np.maximum(log_odds, LOG_ODDS_AT_LEAST))))
 
 
 def _rows_about(
@@ -224,22 +225,19 @@ class _Path:
         corner = self.motion.speed * (rounded + np.maximum(time - half, 0.0))
         return np.concatenate([self.friction(at), corner[:, :, None]], axis=2)
 
-    def smooth(self) -> Floats:
-        """Give no more than friction that changes its sign at the turn, shape (1, n, 1)."""
-        return self.friction(np.zeros(1))
+    def without_impact(self) -> list[Floats]:
+        """Give friction alone, with an error of the outermost picture, and polynomials.
 
-    def misplaced(self) -> Floats:
-        """Give friction and an error of the outermost picture, shape (1, n, 2)."""
+        These have each degree and no law bends them. Shapes (1, n, columns).
+        """
+        smooth = self.friction(np.zeros(1))
         error = self.motion.way_px * (np.abs(self.time) == np.abs(self.time).min())
-        return np.concatenate([self.smooth(), error[None, :, None]], axis=2)
-
-    def led(self) -> list[Floats]:
-        """Give polynomials that no law bends, of each degree, shape (1, n, degree - 2)."""
         most = min(DEGREE_AT_MOST, 4 + len(self.time) // ROWS_A_DEGREE)
         middle, half = (self.time[-1] + self.time[0]) / 2, (self.time[-1] - self.time[0]) / 2
         basis = np.polynomial.legendre.legvander((self.time - middle) / max(half, 1.0), most)
-        columns = self.motion.way_px * basis[None]
-        return [columns[:, :, 3 : degree + 1] for degree in range(4, most + 1)]
+        led = [basis[None, :, 3 : degree + 1] for degree in range(4, most + 1)]
+        misplaced = np.concatenate([smooth, error[None, :, None]], axis=2)
+        return [smooth, misplaced, *(self.motion.way_px * columns for columns in led)]
 
     def evidence(self, columns: Floats, sign: int = 0) -> tuple[Floats, Floats]:
         """Log evidence of columns besides the law, shape (m, n, k), and their coefficients, (m, k).
@@ -247,16 +245,6 @@ class _Path:
         The coefficients are expected to be 0, but for a standard deviation of 1. With a sign, only
         coefficients of the last column that have it are possible.
         """
-        inner, values, squares = self.solved(columns)
-        squares, freedom = squares + NOISE_KNOWN, len(self.time) + NOISE_KNOWN
-        log = -np.linalg.slogdet(inner)[1] / 2 - freedom / 2 * np.log(squares)
-        if sign:
-            sigma = np.sqrt(np.linalg.inv(inner)[:, -1, -1] * squares / freedom)
-            log += np.log(2) + _log_normal(sign * values[:, -1] / sigma)
-        return log, values
-
-    def solved(self, columns: Floats) -> tuple[Floats, Floats, Floats]:
-        """Give the normal equations of columns, their solutions, and what squares are left over."""
         added = np.zeros((len(columns), len(self.target), columns.shape[2]))
         added[:, : len(self.time)] = columns / self.motion.sigma_px
         added -= self.basis @ (self.basis.T @ added)
@@ -264,7 +252,13 @@ class _Path:
         inner = np.swapaxes(added, 1, 2) @ added + np.eye(columns.shape[2])
         projected = place @ added
         values = np.linalg.solve(inner, projected[:, :, None])[:, :, 0]
-        return inner, values, place @ place - np.sum(projected * values, axis=1)
+        squares = place @ place - np.sum(projected * values, axis=1) + NOISE_KNOWN
+        freedom = len(self.time) + NOISE_KNOWN
+        log = -np.linalg.slogdet(inner)[1] / 2 - freedom / 2 * np.log(squares)
+        if sign:
+            sigma = np.sqrt(np.linalg.inv(inner)[:, -1, -1] * squares / freedom)
+            log += np.log(2) + _log_normal(sign * values[:, -1] / sigma)
+        return log, values
 
     def ends(self, values: Floats, time: float, half: float) -> tuple[float, float, float]:
         """Velocities before and after a corner, and the place there, by the fitted law."""

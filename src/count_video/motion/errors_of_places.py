@@ -37,8 +37,6 @@ ENOUGH_ROWS = 3000
 
 LASTS_FRAMES = (2.0, 4.0, 8.0, 16.0)
 """What lasts longer than that the path takes up in most flights: the places say nothing of it."""
-FORGOTTEN_FRAMES = 36 * LASTS_FRAMES[-1]
-"""Errors so far apart have a correlation of exp(-36), a rounding error, or less."""
 WHITE_SHARES = (0.0, 0.1, 0.2, 0.4, 0.6, 0.8)
 FRAMES_AT_LEAST = 4
 """A shorter flight says hardly more than its own place and velocity."""

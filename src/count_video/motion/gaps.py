@@ -1,16 +1,32 @@
-"""The turn-over: positions in the picture become distances from the wall, and gaps.
+"""Gaps between ball, heavy body and wall, and the contacts at which these close.
 
-Everything that finds collisions works in these terms: distances grow away from the wall,
-whichever side of the picture it stands on, and a contact is a gap that closes.
+Distances grow away from the wall, whichever side of the picture it stands on. A contact is an
+impact of a gap that closes: of the ball's distance from the wall, or of that between the bodies.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from count_video.motion.contacts import Contacts, Paths, fit_contacts
+from count_video.motion.errors_of_places import HALF_EXPOSURE, flight_of
+from count_video.motion.flight import motion_of
+from count_video.motion.impacts import find_impacts
+from count_video.motion.priors import NO_BOUNCE
 from count_video.records import CollisionKind, Floats, Track
+from count_video.signals import NOISE_AT_LEAST_PX, sigma_of
+
+KINDS: tuple[CollisionKind, CollisionKind] = ("bodies", "wall")
+CORNER_ROWS, CORNERS_TRIED = 10, 400
+"""Rows that show a corner at least, and about how many of them are tried at most."""
+UNSEEN_FRAMES = 3.0
+"""What happens between pictures that are farther apart is not shown."""
+CLEAR_SIGMAS = 6.0
+"""A turn is as deep as so many standard deviations of a place, or, where it is shallower, a corner
+as clear: of 10 000 independent frames none strays from its neighbours by so much."""
 
 
 @dataclass(frozen=True)
@@ -53,3 +69,71 @@ def gaps_of(track: Track) -> Gaps:
         gap_px=heavy - ball - near_edge,
         sign=sign,
     )
+
+
+def find_contacts(gaps: Gaps) -> Contacts:
+    """Find the contacts of ball, heavy body and wall: impacts of either gap that closes.
+
+    Between sure ones a turn is a contact unless it is clearly smooth: where flights hold too few
+    pictures nothing shows that the ball bounces, but it can hardly turn otherwise.
+    """
+    found: list[tuple[float, CollisionKind, bool]] = []
+    for kind in KINDS:  # that of the bodies strikes the ball on its way to the wall and back
+        motion = motion_of(gaps.frame, gaps.closing(kind), NOISE_AT_LEAST_PX)
+        struck = [frame for frame, _, sure in found if sure]
+        turns, _ = find_impacts(motion, depth_sigmas=CLEAR_SIGMAS, struck=struck)
+        near = [one for one in turns if one.side < 0 and one.log_odds >= NO_BOUNCE]
+        found += [(one.frame, kind, one.likely) for one in near]
+    clear = [frame for frame, _, sure in found if sure] or [np.inf]
+    first, last = min(clear), max(clear)
+    points = sorted((frame, kind) for frame, kind, _ in found if first <= frame <= last)
+    points = sorted([*points, *_missing(points, gaps)])
+    paths = Paths(gaps.frame, gaps.ball_px, gaps.heavy_px)
+    return fit_contacts(paths, [kind for _, kind in points], [frame for frame, _ in points])
+
+
+def _missing(
+    points: Sequence[tuple[float, CollisionKind]], gaps: Gaps
+) -> list[tuple[float, CollisionKind]]:
+    """Where two contacts of one kind follow each other, the clearest corner of the other gap.
+
+    The ball cannot come to one side twice but by a contact on the other, nor from rest to the wall.
+    Such a contact may be no deeper than the noise, and make no turn.
+    Where none with the wall is shown, as where two balls meet far from any, none is missing.
+    """
+    found, shown = [], {kind for _, kind in points}
+    for before, after in zip([(-np.inf, "wall"), *points], points, strict=False):
+        kind = KINDS[after[1] == "bodies"]
+        if after[1] == before[1] and (kind == "bodies" or kind in shown):
+            corner = _corner(gaps.frame, gaps.closing(kind), before[0], after[0])
+            found += [] if corner is None else [(corner, kind)]
+    return found
+
+
+def _corner(frame: Floats, signal: Floats, low: float, high: float) -> float | None:
+    """Frame between two others at which a signal most clearly turns from closing to opening.
+
+    Before and after it obeys x'' = g - w^2 (x - x0), so that with a ramp for the jump it is linear
+    in five unknowns. None where too few places are seen, or none is clear.
+    """
+    inside = (frame > low + HALF_EXPOSURE) & (frame < high - HALF_EXPOSURE)
+    flight = flight_of(frame[inside], signal[inside])
+    if flight is None or len(flight.clock) < CORNER_ROWS:
+        return None
+    time, place = flight.clock, flight.place_px
+    law = np.column_stack([flight.own, flight.shared])
+    basis, triangle = np.linalg.qr(law)
+    tried = np.arange(1, len(time) - 1, 1 + len(time) // CORNERS_TRIED)
+    ramps = np.maximum(time[:, None] - time[tried], 0.0)
+    shared = basis.T @ ramps
+    ramps -= basis @ shared
+    squares = (ramps**2).sum(axis=0)
+    clear = place @ ramps
+    best = int(np.argmax(clear / np.sqrt(squares)))
+    jump, row = clear[best] / squares[best], tried[best]
+    unseen = time[row + 1] - time[row - 1] > UNSEEN_FRAMES
+    if unseen or clear[best] < CLEAR_SIGMAS * sigma_of(place) * np.sqrt(squares[best]):
+        return None
+    free = np.linalg.solve(triangle, basis.T @ place - jump * shared[:, best])
+    closing = np.gradient(law @ free, time)[row]
+    return float(time[row]) if closing < 0 < closing + jump else None

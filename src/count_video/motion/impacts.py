@@ -13,46 +13,19 @@ there is one stop or none: the place at which the turns are most probably impact
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from count_video.motion.corners import HALF_CONTACTS, Corner, Turn, weigh
+from count_video.motion.corners import HALF_CONTACTS, Impact, Turn, chance_of, weigh
 from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.flight import HYSTERESIS_SIGMAS, Motion
 from count_video.motion.priors import HAND_JUMPS, NO_BOUNCE, STOP_SHARE
-from count_video.records import Floats
 from count_video.signals import low_points
 
 STOP_SIGMAS, STOP_PICTURES = 6.0, 0.3
 """A stop's place is also uncertain by noise, and by what a fast body moves within its time."""
-LOG_ODDS_AT_LEAST = -500.0
-"""Of smaller ones the exponential is no number."""
-
-
-@dataclass(frozen=True)
-class Impact(Corner):
-    """One impact of a body on a stop, or a turn at a stop that may be one."""
-
-    side: int
-    """-1 for a stop at smaller places, +1 for one at larger places."""
-    chance: float
-    """Probability that it is an impact."""
-
-
-@dataclass(frozen=True)
-class Found:
-    """What a path shows."""
-
-    impacts: tuple[Impact, ...]
-    """In order of time."""
-    open: tuple[Impact, ...]
-    """Turns at a stop that are less probably impacts than not."""
-    contact: float
-    """Half the time that a contact takes, in pictures."""
-    stops: Mapping[int, float]
-    """Place of the stop on each side where there is one."""
 
 
 def find_impacts(
@@ -60,33 +33,21 @@ def find_impacts(
     touching_px: float | None = None,
     depth_sigmas: float = HYSTERESIS_SIGMAS,
     struck: Sequence[float] = (),
-) -> Found:
+) -> tuple[list[Impact], float]:
     """Find the impacts of one body, or of two by the gap between them.
 
     The gap closes to 0 at every impact, but for ``touching_px`` to either side. Turns are as deep
     as so many standard deviations of a place; at the frames ``struck`` something else strikes the
     body, which need not turn it.
+
+    Returns all turns at stops in order of time, and half the time of a contact in pictures.
     """
-    turns = find_turns(motion, depth_sigmas)
-    corners, contact = _weighed(turns, motion, struck)
-    found, stops = [], {}
-    for side in (-1, 1):
-        here = [corner for turn, corner in zip(turns, corners, strict=True) if turn.side == side]
-        if touching_px is None:
-            found += _at_stop(here, side, motion)
-        elif side < 0:
-            found += [
-                Impact(**vars(corner), side=side, chance=float(_chance(corner.log_odds)))
-                for corner in here
-                if abs(corner.place_px) < touching_px
-            ]
-        impacts = [impact for impact in found if impact.side == side]
-        if impacts:
-            weights = [impact.chance for impact in impacts]
-            stops[side] = float(np.average([i.place_px for i in impacts], weights=weights))
-    found.sort(key=lambda impact: impact.frame)
-    sure = tuple(impact for impact in found if impact.chance > 0.5)
-    return Found(sure, tuple(i for i in found if i.chance <= 0.5), contact, stops)
+    weighed, contact = _weighed(find_turns(motion, depth_sigmas), motion, struck)
+    if touching_px is None:
+        found = [impact for side in (-1, 1) for impact in _at_stop(weighed, side, motion)]
+    else:
+        found = [one for one in weighed if one.side < 0 and abs(one.place_px) < touching_px]
+    return sorted(found, key=lambda impact: impact.frame), contact
 
 
 def find_turns(motion: Motion, depth_sigmas: float = HYSTERESIS_SIGMAS) -> list[Turn]:
@@ -123,10 +84,10 @@ def usual_flight(turns: Sequence[Turn], motion: Motion) -> float:
 
 def _weighed(
     turns: Sequence[Turn], motion: Motion, struck: Sequence[float]
-) -> tuple[list[Corner], float]:
+) -> tuple[list[Impact], float]:
     """Weigh all turns, and half the time that a contact takes, in pictures."""
     flight = usual_flight(turns, motion)
-    best: dict[Turn, Corner] = {}
+    best: dict[Turn, Impact] = {}
     kept, contact, worst = list(turns), HALF_EXPOSURE, [0]
     while worst:
         ends = np.array([-np.inf, *(turn.frame for turn in kept), *struck, np.inf])
@@ -143,12 +104,13 @@ def _weighed(
         odds = np.array([best[turn].log_odds for turn in kept])
         contact = _contact([best[turn] for turn in kept if best[turn].log_odds > 0])
         # Of neighbours that are none the least likely is left out first: it may mislead the others.
-        worst = peaks(-odds)
-        kept = [turn for place, turn in enumerate(kept) if place not in worst]
+        near = np.pad(odds, 1, constant_values=np.inf)
+        worst = np.flatnonzero((odds < near[:-2]) & (odds <= near[2:]) & (odds < 0)).tolist()
+        kept = [turn for number, turn in enumerate(kept) if number not in worst]
     return [best[turn] for turn in turns], contact
 
 
-def _contact(corners: Sequence[Corner]) -> float:
+def _contact(corners: Sequence[Impact]) -> float:
     """Half the time that a contact takes, in pictures: the most probable for all of them.
 
     Most are briefer than an exposure: it is expected to be exponential.
@@ -160,8 +122,9 @@ def _contact(corners: Sequence[Corner]) -> float:
     return max(HALF_EXPOSURE, float(half[np.argmax(total - half / HALF_EXPOSURE)]))
 
 
-def _at_stop(corners: Sequence[Corner], side: int, motion: Motion) -> list[Impact]:
+def _at_stop(turns: Sequence[Impact], side: int, motion: Motion) -> list[Impact]:
     """List the turns at the stop of one side, if any: smooth ones there speak against it."""
+    corners = [one for one in turns if one.side == side]
     if not corners:
         return []
     odds = np.array([corner.log_odds for corner in corners])
@@ -177,20 +140,8 @@ def _at_stop(corners: Sequence[Corner], side: int, motion: Motion) -> list[Impac
     # That hands made all of these corners at one place, by chance.
     hands = HAND_JUMPS * STOP_SHARE ** (sure - 1)
     known = -np.log(STOP_SHARE) * (1 if sure > 1 else -1)
-    chances = (1 - hands) * _chance(odds + known)
+    chances = (1 - hands) * chance_of(odds + known)
     return [
-        Impact(**vars(corners[number]), side=side, chance=float(chances[number]))
+        replace(corners[number], chance=float(chances[number]))
         for number in np.flatnonzero(stop).tolist()
     ]
-
-
-def _chance(log_odds: Floats | float) -> Floats:
-    """Probability of what has such odds, the logarithm of which is given."""
-    return np.asarray(1 / (1 + np.exp(-np.maximum(log_odds, LOG_ODDS_AT_LEAST))))
-
-
-def peaks(values: Floats, above: float = 0.0) -> list[int]:
-    """List the values above a level that are above both neighbours as well."""
-    padded = np.concatenate([[-np.inf], values, [-np.inf]])
-    highest = (values > padded[:-2]) & (values >= padded[2:]) & (values > above)
-    return [int(index) for index in np.flatnonzero(highest)]

@@ -16,8 +16,7 @@ from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import find_impacts, find_turns, usual_flight
 from count_video.motion.priors import TURN_LOG_RATIO
-from count_video.motion.resolution import RESOLVED_FRAMES
-from count_video.motion.seen import shows_motion
+from count_video.motion.seen import RESOLVED_FRAMES, shows_motion
 from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
 from count_video.motion.weighing import SeenImpacts, until_rest, weighed
 from count_video.reasons import Cause, Reason
@@ -42,22 +41,22 @@ def seen_impacts(track: Track) -> SeenImpacts:
     pace = frames_per_picture(track)
     slow = in_pictures(track, pace)
     ball, heavy = slow.ball, slow.heavy
-    kinds: list[Kind]
     if heavy is None:
         motion = motion_of(slow.frame, ball.position_px)
-        found = find_impacts(motion)
-        found = replace(found, impacts=until_rest(found.impacts))
-        kinds = ["wall" if impact.side < 0 else "far" for impact in found.impacts]
+        turns, contact = find_impacts(motion)
+        turns = until_rest(turns)
     else:
         gap_px = heavy.position_px - ball.position_px - ball.high_edge_px
         motion = motion_of(slow.frame, gap_px)
-        found = find_impacts(motion, NEAR_SHARE * track.ball_diameter_px)
-        kinds = ["bodies"] * len(found.impacts)
-    frames = [impact.frame for impact in found.impacts]
+        turns, contact = find_impacts(motion, NEAR_SHARE * track.ball_diameter_px)
+    impacts = [turn for turn in turns if turn.likely]
+    frames = [impact.frame for impact in impacts]
+    kind: dict[int, Kind] = {-1: "wall" if heavy is None else "bodies", 1: "far"}
+    kinds = [kind[impact.side] for impact in impacts]
     paths = Paths(slow.frame, ball.position_px, None if heavy is None else heavy.position_px)
-    fitted = fit_contacts(paths, kinds, frames, found.contact)
+    fitted = fit_contacts(paths, kinds, frames, contact)
     collisions = [in_frames(collision, pace) for collision in collisions_of(fitted)]
-    seen = replace(weighed(motion, found, pace, collisions), errors=fitted.errors)
+    seen = replace(weighed(motion, turns, contact, pace, collisions), errors=fitted.errors)
     if heavy is None or not frames:
         return seen
     against = _against_two(slow, heavy, frames, collisions)
@@ -131,7 +130,7 @@ def _meet_others(frames: Sequence[float], track: Track, heavy: BodyTrack) -> boo
         impact.log_odds > CLEAR_LOG_ODDS
         and np.abs(impact.frame - np.array(frames)).min() > RESOLVED_FRAMES
         for body in (track.ball, heavy)
-        for impact in find_impacts(motion_of(track.frame, body.position_px)).impacts
+        for impact in find_impacts(motion_of(track.frame, body.position_px))[0]
     )
 
 

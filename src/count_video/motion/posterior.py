@@ -25,8 +25,7 @@ from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.parameters import Column, within_limits
 from count_video.motion.pendulums import Paths, follow, slopes, stepped
 from count_video.motion.priors import BELIEVED, MODEL_WRONG
-from count_video.motion.resolution import RESOLVED_FRAMES
-from count_video.motion.seen import SeenCollisions
+from count_video.motion.seen import RESOLVED_FRAMES, SeenCollisions
 from count_video.motion.solving import Fit
 from count_video.motion.time_base import LeftOut
 from count_video.records import (

@@ -14,18 +14,9 @@ PARALLAX_SIGMA: Final = 0.05
 """Growth of the distance at contact with the place, px per px: cameras some metres away."""
 TIME_MOVES_FRAMES: Final = 1.5
 """A contact lies in one of the steps next to the frame where it is sought."""
-RATE_SQUARED_SIGMA: Final = 0.01
-"""Of w^2 in (radians per frame) squared: a swing of some sixty frames."""
-BEND_FRAMES: Final = 100.0
-"""Where no flight shows its acceleration, the fastest body may change its velocity wholly within so
-many frames: an estimate."""
 STRAY_SIGMAS: Final = 0.4
 """Contacts stray from one place by this share of the noise of a frame: outlines are measured a
 little off where they lie unluckily on the pixels (0.02 px on rendered clips, truth known)."""
-OUTLINE_SHARE: Final = 0.05
-OUTLINE_PX: Final = 1.5
-"""Outline and contact agree to this share of the ball's diameter, or to so many px: the widths that
-learnt outlines have on rendered clips, truth known."""
 CAUCHY_SIGMAS: Final = 3.0
 """From here on a residual counts less than its square, as with Cauchy errors: a tracker is misled
 now and then."""

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from count_video.motion.burst import find_burst
-from count_video.motion.contacts import BodyErrors, Contacts, Paths, collisions_of, fit_contacts
-from count_video.motion.errors_of_places import HALF_EXPOSURE, Errors, flight_of
-from count_video.motion.flight import motion_of
-from count_video.motion.gaps import Gaps, gaps_of
-from count_video.motion.impacts import find_impacts
-from count_video.motion.priors import NO_BOUNCE
-from count_video.motion.resolution import unresolved
+from count_video.motion.contacts import BodyErrors, collisions_of
+from count_video.motion.errors_of_places import Errors
+from count_video.motion.gaps import UNSEEN_FRAMES, Gaps, find_contacts, gaps_of
 from count_video.motion.swing import Swing, fit_path, path_fits, swing_of
 from count_video.motion.time_base import (
     frames_per_picture,
@@ -22,9 +19,9 @@ from count_video.motion.time_base import (
     in_pictures,
     swing_in_frames,
 )
-from count_video.reasons import Cause, Reason
-from count_video.records import BodyTrack, Collision, CollisionKind, Floats, Track
-from count_video.signals import NOISE_AT_LEAST_PX, sigma_of
+from count_video.reasons import LEFT_TO_THE_FIT, Cause, Reason
+from count_video.records import BodyTrack, Collision, Track
+from count_video.signals import sigma_of
 
 FEW_TO_BELIEVE = 2
 """Outlines can be learnt wrongly: against more collisions than this in a row they have no say. If
@@ -33,6 +30,8 @@ they were wrong by more than all that they cover, the fit of the whole burst has
 SHOWN_SHARE = 0.25
 """The frames show a collision if they give its time to this share of the way to its neighbours: of
 those that are closer they show a zigzag whose corners lie where the frames are."""
+RESOLVED_FRAMES = 2.5
+"""From this interval on every flight of the ball holds at least one frame clear of corners."""
 APART_SHARE = 0.5
 """Bodies whose outlines stay this share of the ball's diameter apart do not touch: a camera that
 sees them obliquely shows a gap at contact, but one small beside the ball."""
@@ -67,6 +66,11 @@ class SeenCollisions:
         return not self.shortcomings and not self.doubts
 
     @property
+    def fit_may_settle(self) -> bool:
+        """Whether the fit of the whole burst may settle whatever stands against a count."""
+        return all(shortcoming.cause in LEFT_TO_THE_FIT for shortcoming in self.shortcomings)
+
+    @property
     def shown(self) -> int:
         """How many of the burst the frames show; the others follow from alternation alone."""
         return sum(collision.seen for collision in self.collisions[: self.burst])
@@ -78,8 +82,7 @@ NOTHING_SEEN = SeenCollisions((), 0, (), (), None, np.nan, False, (None, None))
 
 def shows_motion(track: Track) -> bool:
     """Whether each body is seen in two frames at least, and the frames follow each other."""
-    bodies = [track.ball] if track.heavy is None else [track.ball, track.heavy]
-    seen = min(int(np.isfinite(body.position_px).sum()) for body in bodies)
+    seen = min(int(np.isfinite(body.position_px).sum()) for body in track.bodies)
     return seen > 1 and bool(np.all(np.diff(track.frame) > 0))
 
 
@@ -117,19 +120,19 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     collisions = _shown(collisions_of(contacts, gaps.sign), gaps)
     path = fit_path(gaps, collisions)
     right = path_fits(path, gaps)
-    burst = find_burst(collisions, contacts, gaps)
-    inside = collisions[: burst.count]
-    shortcomings, doubts = burst.shortcomings, tuple(unresolved(inside, pace))
+    burst, shortcomings = find_burst(collisions, contacts, gaps)
+    inside = collisions[:burst]
+    doubts = tuple(unresolved(inside, pace))
     apart = contacts.distance_px - gaps.near_edge_px
     if len(inside) <= FEW_TO_BELIEVE and apart > APART_SHARE * track.ball_diameter_px:
         shortcomings = (Reason(Cause.NEVER_TOUCH), *shortcomings)
-    elif apart > _lengths_px(track):
+    elif apart > sum(body.high_edge_px - body.low_edge_px for body in track.bodies):
         doubts = (Reason(Cause.NEVER_TOUCH), *doubts)
     if right is False and not doubts:
         shortcomings = (*shortcomings, Reason(Cause.STRAYS))
     return SeenCollisions(
         collisions=tuple(in_frames(collision, pace) for collision in collisions),
-        burst=burst.count,
+        burst=burst,
         shortcomings=shortcomings,
         doubts=doubts,
         swing=swing_in_frames(swing_of(fit_path(gaps, inside)), pace),
@@ -139,89 +142,21 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     )
 
 
-KINDS: tuple[CollisionKind, CollisionKind] = ("bodies", "wall")
-CORNER_ROWS, CORNERS_TRIED = 10, 400
-"""Rows that show a corner at least, and about how many of them are tried at most."""
-UNSEEN_FRAMES = 3.0
-"""What happens between pictures that are farther apart is not shown."""
-CLEAR_SIGMAS = 6.0
-"""A turn is as deep as so many standard deviations of a place, or, where it is shallower, a corner
-as clear: of 10 000 independent frames none strays from its neighbours by so much."""
+def unresolved(candidates: Sequence[Collision], pace: float) -> list[Reason]:
+    """Say which collisions may be missing; empty if the pictures show them all.
 
-
-def find_contacts(gaps: Gaps) -> Contacts:
-    """Find the contacts of ball, heavy body and wall: impacts of either gap that closes.
-
-    Between sure ones a turn is a contact unless it is clearly smooth: where flights hold too few
-    pictures nothing shows that the ball bounces, but it can hardly turn otherwise.
+    Neighbours must be of different kinds, and far enough apart for the pictures to show each.
+    Collisions count in pictures, of which each takes ``pace`` frames.
     """
-    sure: list[tuple[float, CollisionKind]] = []
-    unsure: list[tuple[float, CollisionKind]] = []
-    for kind in KINDS:  # that of the bodies strikes the ball on its way to the wall and back
-        motion = motion_of(gaps.frame, gaps.closing(kind), NOISE_AT_LEAST_PX)
-        struck = [frame for frame, _ in sure]
-        found = find_impacts(motion, depth_sigmas=CLEAR_SIGMAS, struck=struck)
-        sure += [(one.frame, kind) for one in found.impacts if one.side < 0]
-        turns = (one for one in found.open if one.side < 0 and one.log_odds >= NO_BOUNCE)
-        unsure += [(one.frame, kind) for one in turns]
-    first, last = min(sure, default=(np.inf,))[0], max(sure, default=(-np.inf,))[0]
-    points = sorted([*sure, *(one for one in unsure if first < one[0] < last)])
-    points = sorted([*points, *_missing(points, gaps)])
-    paths = Paths(gaps.frame, gaps.ball_px, gaps.heavy_px)
-    return fit_contacts(paths, [kind for _, kind in points], [frame for frame, _ in points])
-
-
-def _missing(
-    points: Sequence[tuple[float, CollisionKind]], gaps: Gaps
-) -> list[tuple[float, CollisionKind]]:
-    """Where two contacts of one kind follow each other, the clearest corner of the other gap.
-
-    The ball cannot come to one side twice but by a contact on the other, nor from rest to the wall.
-    Such a contact may be no deeper than the noise, and make no turn.
-    Where none with the wall is shown, as where two balls meet far from any, none is missing.
-    """
-    found, shown = [], {kind for _, kind in points}
-    for before, after in zip([(-np.inf, "wall"), *points], points, strict=False):
-        kind = KINDS[after[1] == "bodies"]
-        if after[1] == before[1] and (kind == "bodies" or kind in shown):
-            corner = _corner(gaps.frame, gaps.closing(kind), before[0], after[0])
-            found += [] if corner is None else [(corner, kind)]
+    found = []
+    for before, after in pairwise(candidates):
+        if before.kind == after.kind:
+            cause = Cause.BODY_MISSED if before.kind == "wall" else Cause.WALL_MISSED
+            found.append(Reason(cause, (before.frame * pace, after.frame * pace)))
+    shortest = min((b.frame - a.frame for a, b in pairwise(candidates)), default=np.inf)
+    if shortest < RESOLVED_FRAMES:
+        found.append(Reason(Cause.UNRESOLVED, (shortest, RESOLVED_FRAMES)))
     return found
-
-
-def _corner(frame: Floats, signal: Floats, low: float, high: float) -> float | None:
-    """Frame between two others at which a signal most clearly turns from closing to opening.
-
-    Before and after it obeys x'' = g - w^2 (x - x0), so that with a ramp for the jump it is linear
-    in five unknowns. None where too few places are seen, or none is clear.
-    """
-    inside = (frame > low + HALF_EXPOSURE) & (frame < high - HALF_EXPOSURE)
-    flight = flight_of(frame[inside], signal[inside])
-    if flight is None or len(flight.clock) < CORNER_ROWS:
-        return None
-    time, place = flight.clock, flight.place_px
-    law = np.column_stack([flight.own, flight.shared])
-    basis, triangle = np.linalg.qr(law)
-    tried = np.arange(1, len(time) - 1, 1 + len(time) // CORNERS_TRIED)
-    ramps = np.maximum(time[:, None] - time[tried], 0.0)
-    shared = basis.T @ ramps
-    ramps -= basis @ shared
-    squares = (ramps**2).sum(axis=0)
-    clear = place @ ramps
-    best = int(np.argmax(clear / np.sqrt(squares)))
-    jump, row = clear[best] / squares[best], tried[best]
-    unseen = time[row + 1] - time[row - 1] > UNSEEN_FRAMES
-    if unseen or clear[best] < CLEAR_SIGMAS * sigma_of(place) * np.sqrt(squares[best]):
-        return None
-    free = np.linalg.solve(triangle, basis.T @ place - jump * shared[:, best])
-    closing = np.gradient(law @ free, time)[row]
-    return float(time[row]) if closing < 0 < closing + jump else None
-
-
-def _lengths_px(track: Track) -> float:
-    """Lengths of all bodies together."""
-    bodies = [track.ball] if track.heavy is None else [track.ball, track.heavy]
-    return sum(body.high_edge_px - body.low_edge_px for body in bodies)
 
 
 def _shown(collisions: Sequence[Collision], gaps: Gaps) -> list[Collision]:

@@ -30,8 +30,7 @@ from count_video.motion.parameters import (
 )
 from count_video.motion.pendulums import follow
 from count_video.motion.priors import CLEAR_FRAMES, EXPOSURE, PULL_SHARE, RESTITUTION, SCATTERS
-from count_video.motion.resolution import RESOLVED_FRAMES
-from count_video.motion.seen import SeenCollisions
+from count_video.motion.seen import RESOLVED_FRAMES, SeenCollisions
 from count_video.motion.solving import Fit, Question, fine_fit, noise_of
 from count_video.motion.swing import Swing
 from count_video.records import Collision, Floats

@@ -76,7 +76,7 @@ def with_copies(track: Track) -> TimeBase | None:
         return None
     step = float(steps.mean())
     by_frame, by_picture = [], []
-    for place in _places(track):
+    for place in (body.position_px for body in track.bodies):
         moved = np.diff(place[rows])
         lesser = np.minimum(np.abs(moved[1:]), np.abs(moved[:-1]))
         decisive = (np.diff(steps) != 0) & (lesser > CLEAR_SIGMAS * sigma_of(place[rows]))
@@ -105,14 +105,9 @@ def _missed_copies(track: Track) -> NDArray[np.bool_]:
     if period < 2 or phases.max() < KEEP_TIME * len(copies):
         return none
     due: NDArray[np.bool_] = frame % period == phases.argmax()
-    for place in _places(track):
+    for place in (body.position_px for body in track.bodies):
         due &= ~(np.abs(np.diff(place, prepend=np.nan)) > CLEAR_SIGMAS * sigma_of(place))
     return due
-
-
-def _places(track: Track) -> list[Floats]:
-    bodies = [track.ball] if track.heavy is None else [track.ball, track.heavy]
-    return [body.position_px for body in bodies]
 
 
 # ---- frames left out -----------------------------------------------------------------------------

@@ -15,9 +15,9 @@ from itertools import pairwise
 import numpy as np
 
 from count_video.motion.gaps import gaps_of
-from count_video.motion.resolution import RESOLVED_FRAMES
 from count_video.motion.seen import (
     NOTHING_SEEN,
+    RESOLVED_FRAMES,
     SeenCollisions,
     seen_collisions,
     shows_motion,
@@ -25,7 +25,7 @@ from count_video.motion.seen import (
 from count_video.motion.swing import fit_path
 from count_video.motion.time_base import LeftOut, Ramp, TimeBase, even
 from count_video.motion.time_hypotheses import TRIED, left_out, ramps_of, with_copies
-from count_video.reasons import LEFT_TO_THE_FIT, Cause, Reason
+from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Floats, Track
 
 STRAYS_LESS = 0.6
@@ -87,8 +87,7 @@ def _burst(base: TimeBase, found: SeenCollisions) -> list[Collision]:
 
 
 def _is_sure(found: SeenCollisions) -> bool:
-    ahead = all(reason.cause in LEFT_TO_THE_FIT for reason in found.shortcomings)
-    return found.path_fits and not found.doubts and ahead
+    return found.path_fits and not found.doubts and found.fit_may_settle
 
 
 def resolves(base: TimeBase, found: SeenCollisions) -> bool:

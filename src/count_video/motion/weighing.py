@@ -6,17 +6,16 @@ sum.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 
 from count_video.motion.contacts import BodyErrors
-from count_video.motion.corners import STRAY_SHARE, STRAY_SIGMAS, strays
-from count_video.motion.errors_of_places import WINDOW_FRAMES
+from count_video.motion.corners import Impact
+from count_video.motion.errors_of_places import WINDOW_FRAMES, flight_of
 from count_video.motion.flight import HYSTERESIS_SIGMAS, Motion
-from count_video.motion.impacts import Found, Impact
 from count_video.motion.linear import least_squares
 from count_video.motion.priors import (
     CHANCE_CLEAR,
@@ -27,7 +26,7 @@ from count_video.motion.priors import (
     CHANCES_LOST,
     FLIGHT_FACTOR,
 )
-from count_video.motion.resolution import RESOLVED_FRAMES
+from count_video.motion.seen import RESOLVED_FRAMES
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision
 
@@ -35,6 +34,10 @@ CERTAIN_LOG_ODDS, CERTAIN_PICTURES = 9.0, 4
 """One impact at least is as sure as this by its own shape, with so many pictures on either side."""
 STRAYING_AT_MOST = 0.4
 """Where a larger share of the flights strays, the turns are not those of a body that bounces."""
+STRAY_SIGMAS, STRAY_SHARE = 3.0, 0.03
+"""A free flight strays from its law by less than this: noise, or a share of its extent (RMS)."""
+PARAMETERS = 5
+"""Of a free flight: place, velocity, acceleration, swing and friction."""
 CHANCE_AT_LEAST = 0.005
 """Less probable counts, and less probable impacts, are left out."""
 STARTS = np.arange(-24.0, 1.25, 0.25)
@@ -64,52 +67,73 @@ class SeenImpacts:
 
 
 def weighed(
-    motion: Motion, found: Found, pace: float, collisions: Sequence[Collision]
+    motion: Motion,
+    turns: Sequence[Impact],
+    contact: float,
+    pace: float,
+    collisions: Sequence[Collision],
 ) -> SeenImpacts:
-    """Weigh what was found.
+    """Weigh the turns at stops, of which the likely ones are impacts.
 
-    ``pace`` is the frames a picture; ``collisions`` are the impacts as they will be given.
+    ``contact`` is half the time of a contact in pictures, ``pace`` the frames a picture;
+    ``collisions`` are the impacts as they will be given.
     """
-    impacts = found.impacts
-    spans = [
-        (before.frame, after.frame)
-        for before, after in pairwise(impacts)
-        if strays(motion, before.frame, after.frame, found.contact)
-    ]
-    turns = [turn for turn in found.open if impacts and turn.chance > CHANCE_AT_LEAST]
-    doubts = [
-        (
-            Cause.NOT_FREE,
-            [frame for span in spans for frame in span],
-            (CHANCE_STRAYING,) * len(spans),
-        ),
-        (Cause.BEFORE_UNSEEN, [], _before(motion, impacts)),
-        (Cause.TURNS_OPEN, [turn.frame for turn in turns], [turn.chance for turn in turns]),
-        _after(motion, found),
+    impacts = [turn for turn in turns if turn.likely]
+    if not impacts:
+        return SeenImpacts((), (Reason(Cause.NO_IMPACT),), (), {0: 1.0})
+    inside = [(a.frame, b.frame) for a, b in pairwise(impacts)]
+    straying = [span for span in inside if strays(motion, span, contact)]
+    unlikely = [turn for turn in turns if turn.chance > CHANCE_AT_LEAST and not turn.likely]
+    dying = dies_out(motion, impacts)
+    lost = not dying and _lost(motion, impacts)
+    cut = 0 if dying or lost else _ends_at_stop(motion, turns)
+    doubts: list[tuple[Cause, Sequence[float], Iterable[float]]] = [
+        (Cause.NOT_FREE, (CHANCE_STRAYING,) * len(straying), chain(*straying)),
+        (Cause.BEFORE_UNSEEN, _before(motion, impacts), ()),
+        (Cause.TURNS_OPEN, [one.chance for one in unlikely], [one.frame for one in unlikely]),
+        (Cause.DIES_OUT, (CHANCE_DYING,) * dying, ()),
+        (Cause.TOO_FREQUENT, CHANCES_LOST * lost, ()),
+        (Cause.CUT_AT_STOP, (CHANCE_CUT_OFF,) * cut, ()),
     ]
     chances = [min(impact.chance, CHANCE_CLEAR) for impact in impacts]
-    chances += [chance for _, _, more in doubts for chance in more]
+    chances += [chance for _, more, _ in doubts for chance in more]
     return SeenImpacts(
         tuple(collisions),
-        _shortcomings(motion, found, len(spans), pace),
-        tuple(
-            Reason(cause, tuple(pace * f for f in frames)) for cause, frames, more in doubts if more
-        ),
+        _shortcomings(motion, impacts, len(straying), contact, pace),
+        tuple(Reason(why, tuple(pace * f for f in frames)) for why, more, frames in doubts if more),
         chances_of_sum(chances),
     )
 
 
-def _shortcomings(motion: Motion, found: Found, strays_in: int, pace: float) -> tuple[Reason, ...]:
-    impacts = found.impacts
+def _shortcomings(
+    motion: Motion, impacts: Sequence[Impact], straying: int, contact: float, pace: float
+) -> tuple[Reason, ...]:
     certain = (i.log_odds > CERTAIN_LOG_ODDS and i.pictures >= CERTAIN_PICTURES for i in impacts)
-    if not impacts:
-        return (Reason(Cause.NO_IMPACT),)
     if not any(certain):
         return (Reason(Cause.TOO_FAINT),)
-    if strays_in > STRAYING_AT_MOST * max(len(impacts) - 1, 1):
+    if straying > STRAYING_AT_MOST * max(len(impacts) - 1, 1):
         return (Reason(Cause.NO_FLIGHTS),)
-    blow = struck_at_rest(motion, impacts[0].frame - found.contact)
+    blow = struck_at_rest(motion, impacts[0].frame - contact)
     return () if blow is None else (Reason(Cause.STRUCK, (pace * blow,)),)
+
+
+def strays(motion: Motion, span: tuple[float, float], contact: float) -> bool:
+    """Whether the path between two impacts is not that of a free body.
+
+    Dry friction, if there is any, changes its sign at the highest or the lowest place.
+    """
+    inside = (motion.frame > span[0] + contact) & (motion.frame < span[1] - contact)
+    flight = flight_of(motion.frame[inside], motion.place_px[inside])
+    if flight is None or len(flight.clock) <= PARAMETERS:
+        return False
+    place = flight.place_px
+    turned = flight.clock[[int(np.argmax(place)), int(np.argmin(place))]]
+    friction = np.maximum(flight.clock - turned[:, None], 0.0) ** 2
+    law = np.hstack([flight.own, flight.shared])
+    designs = np.stack([np.column_stack([law, one]) for one in friction])
+    squares = np.fmin.reduce([*least_squares(designs, place)[2], least_squares(law, place)[2]])
+    left = float(np.sqrt(squares / (len(place) - PARAMETERS)))
+    return left > max(STRAY_SIGMAS * motion.sigma_px, STRAY_SHARE * float(np.ptp(place)))
 
 
 def struck_at_rest(motion: Motion, until: float) -> float | None:
@@ -146,8 +170,6 @@ def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:
     There the flight that ends at the first impact would have to begin, and no sooner. A body that
     is first seen on its way away from the stop has most probably been there.
     """
-    if not impacts:
-        return ()
     first, flights = impacts[0], np.diff([impact.frame for impact in impacts])
     pull = first.side * motion.acceleration
     back = 2 * first.side * first.before / pull if pull > 0 else np.inf
@@ -155,32 +177,25 @@ def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:
         back = float(flights[0]) * first.before / -first.after
     begins = first.frame - min(back, FLIGHT_FACTOR * flights.max(initial=0.0) or back)
     seen = motion.frame[np.isfinite(motion.place_px)]
-    hidden = motion.frame[0] - 1.0 <= begins < seen[0] > motion.frame[0]
+    if not motion.frame[0] - 1.0 <= begins < seen[0] > motion.frame[0]:
+        return ()
     away = first.frame - seen[0] > (first.frame - begins) / 2
-    return ((1 - CHANCE_UNSEEN if away else CHANCE_UNSEEN),) if hidden else ()
-
-
-def _after(motion: Motion, found: Found) -> tuple[Cause, list[float], tuple[float, ...]]:
-    """Say what may have come after the last impact, or at the clip's ends, with its chances."""
-    impacts = found.impacts
-    if dies_out(motion, impacts):
-        return Cause.DIES_OUT, [], (CHANCE_DYING,)
-    flights = np.diff([impact.frame for impact in impacts])
-    if flights.min(initial=np.inf) < RESOLVED_FRAMES or _lost(motion, impacts):
-        return Cause.TOO_FREQUENT, [], CHANCES_LOST
-    return Cause.CUT_AT_STOP, [], (CHANCE_CUT_OFF,) * _ends_at_stop(motion, found)
+    return (1 - CHANCE_UNSEEN if away else CHANCE_UNSEEN,)
 
 
 def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
-    """Whether the body must have come back to the stop after the last impact that was found.
+    """Whether impacts follow each other too fast, or the body came back unseen after the last one.
 
     Flights last as long as they begin fast, or longer: the one before says how long.
     """
-    if len(impacts) < 2 or impacts[-1].side * motion.acceleration <= 0:
+    if len(impacts) < 2:
         return False
     before, last = impacts[-2:]
+    if min(b.frame - a.frame for a, b in pairwise(impacts)) < RESOLVED_FRAMES:
+        return True
     back = (last.frame - before.frame) * last.after / before.after
-    return before.side == last.side and last.frame + FLIGHT_FACTOR * back < motion.frame[-1]
+    falls = before.side == last.side and last.side * motion.acceleration > 0
+    return bool(falls and last.frame + FLIGHT_FACTOR * back < motion.frame[-1])
 
 
 def dies_out(motion: Motion, impacts: Sequence[Impact]) -> bool:
@@ -204,39 +219,42 @@ def dies_out(motion: Motion, impacts: Sequence[Impact]) -> bool:
     # A flight of t pictures rises by pull t^2 / 8, which the noise of both its ends must not hide.
     pull = abs(motion.acceleration)
     shown = pull * following**2 / 8 > 2 * HYSTERESIS_SIGMAS * motion.sigma_px
-    return following < TAIL_PICTURES or (pull > motion.acceleration_spread and not shown)
+    return bool(following < TAIL_PICTURES or (pull > motion.acceleration_spread and not shown))
 
 
-def until_rest(impacts: Sequence[Impact]) -> tuple[Impact, ...]:
+def until_rest(turns: Sequence[Impact]) -> list[Impact]:
     """Leave out what noise makes of a body that lies at rest after its bounces have died out.
 
     There, nothing clear comes after a flight longer than all that the series has left to last.
     """
+    impacts = [turn for turn in turns if turn.likely]
     flights = np.diff([impact.frame for impact in impacts])
     for last in range(FLIGHTS_AT_LEAST, len(flights)):
         kept = float(np.median(flights[1:last] / flights[: last - 1]))
         ends = kept < 1.0 and flights[last] * (1 - kept) > flights[last - 1] * kept
         if ends and all(impact.log_odds < CERTAIN_LOG_ODDS for impact in impacts[last + 1 :]):
-            return tuple(impacts[: last + 1])
-    return tuple(impacts)
+            return [one for one in turns if one.frame <= impacts[last].frame or not one.likely]
+    return list(turns)
 
 
-def _ends_at_stop(motion: Motion, found: Found) -> int:
+def _ends_at_stop(motion: Motion, turns: Sequence[Impact]) -> int:
     """At how many ends of the clip an impact may lie that no turn shows.
 
     There the body comes to the stop, and its last step leads to it, or is too short to lead on.
     """
     seen, number = np.flatnonzero(np.isfinite(motion.place_px)), 0
-    for rows in (seen[:4], seen[::-1][:4]) if found.impacts else ():
+    for rows in (seen[:4], seen[::-1][:4]):
         frame, place = motion.frame[rows], motion.place_px[rows]
         steps = np.diff(place) / np.diff(frame)
         speed = float(np.abs(steps).max())
         turned = 2.0 if abs(steps[0]) < 0.75 * speed else 0.6
-        apart = min(abs(impact.frame - float(frame[0])) for impact in found.impacts)
-        for side, stop in found.stops.items():
-            nearing = side * (place[0] - place[-1]) > 0
-            number += nearing and apart > 4 and side * (stop - place[0]) < turned * speed
-    return number
+        side = float(np.sign(place[0] - place[-1]))
+        at_stop = [turn for turn in turns if turn.side == side]
+        if at_stop and all(abs(one.frame - frame[0]) > 4 for one in turns if one.likely):
+            chances = [turn.chance for turn in at_stop]
+            stop = float(np.average([turn.place_px for turn in at_stop], weights=chances))
+            number += side * (stop - place[0]) < turned * speed
+    return int(number)
 
 
 def chances_of_sum(chances: Sequence[float]) -> dict[int, float]:

@@ -15,8 +15,6 @@ from count_video.tracking.regions import Regions, moving_regions, region_of
 from count_video.tracking.rigid import RigidGroup, rigid_groups
 from count_video.tracking.shape import Box, Shape
 
-Luma = NDArray[np.uint8]
-
 OUTER_CORNERS = (0.03, 0.08)
 """So many corners on each side, by x and by y, are left out of a body's box: a thread that moves
 with it has some as well."""
