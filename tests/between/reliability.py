@@ -142,7 +142,7 @@ def counted(trial: HardTrial) -> Outcome:
     )
     report = FootageReport(frames, frames, 0, 0, ())
     footage = SimpleNamespace(info=info, report=lambda: report)
-    seen = SimpleNamespace(view=SimpleNamespace(footage=footage))
+    seen = SimpleNamespace(view=SimpleNamespace(footage=footage), movers=None, frames=None)
 
     def nothing(*_: object, **__: object) -> Track:
         raise TrackingError("nothing moves alone")

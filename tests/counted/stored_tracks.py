@@ -58,7 +58,7 @@ def counted(stored: StoredClip) -> ClipScore:
 @contextmanager
 def _tracking_gives(stored: StoredClip) -> Iterator[None]:
     footage = SimpleNamespace(info=stored.info, report=lambda: stored.report)
-    seen = SimpleNamespace(view=SimpleNamespace(footage=footage))
+    seen = SimpleNamespace(view=SimpleNamespace(footage=footage), movers=None, frames=None)
     alone = stored.track.heavy is None
 
     def pairs(*_: object, **__: object) -> list[Track]:
