@@ -109,10 +109,15 @@ def _ending(inside: Sequence[Collision], contacts: Contacts, end: float) -> Caus
 
 
 def turned_before(contacts: Contacts) -> float:
-    """Frame of the first contact before which the heavy body, driven back, turned; inf if none."""
+    """Frame of the first contact before which the heavy body, driven back, turned; inf if none.
+
+    Contacts that may as well come in the other order show no velocities between them.
+    """
     heavy = contacts.bodies[1]
+    apart = np.hypot(contacts.frame_sigma[:-1], contacts.frame_sigma[1:])
+    ordered = np.diff(contacts.frame) > SIGMAS * apart
     first, last = heavy.rate[:-1, 1], heavy.rate[1:, 0]
     sigma = heavy.sigma[:-1, 1]
     slowed = first - last > SIGMAS * np.hypot(sigma, heavy.sigma[1:, 0])
-    turned = slowed & (first > SIGMAS * sigma) & (last < 0)
+    turned = ordered & slowed & (first > SIGMAS * sigma) & (last < 0)
     return float(contacts.frame[1:][turned].min(initial=np.inf))
