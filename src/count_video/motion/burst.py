@@ -45,7 +45,7 @@ def find_burst(
 
     Returns how many collisions belong to it, and why the clip does not support a count, if so.
     """
-    turned = turned_before(contacts)
+    turned = turned_before(contacts, _nearest(gaps, contacts))
     end = min(turn_round(gaps, contacts), turned)
     inside = [c for c in collisions if c.frame <= end and c.frame < turned]
     causes = (_beginning(inside, contacts), _ending(inside, contacts, end))
@@ -58,11 +58,8 @@ def turn_round(gaps: Gaps, contacts: Contacts) -> float:
     The furthest of many noisy places says little about when: it is put after collisions nearby at
     which the heavy body still moves away.
     """
-    if len(contacts.frame) == 0:
-        return float("inf")
-    depth = max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px))
-    away = np.where(gaps.frame >= contacts.frame[0], -gaps.heavy_px, np.nan)
-    nearest = gaps.frame[low_points(-away, depth)].min(initial=np.inf)
+    depth, away = _turn_depth_px(gaps), -gaps.heavy_px
+    nearest = _nearest(gaps, contacts)
     turns = low_points(np.where(gaps.frame > nearest, away, np.nan), depth)
     if len(turns) == 0:
         return float("inf")
@@ -71,6 +68,18 @@ def turn_round(gaps: Gaps, contacts: Contacts) -> float:
     rate, sigma = contacts.bodies[1].rate[:, 0], contacts.bodies[1].sigma[:, 0]
     leaving = (contacts.frame < back.min(initial=np.inf)) & (rate > SIGMAS * sigma)
     return max(float(gaps.frame[turn]), float(contacts.frame[leaving].max(initial=-np.inf)))
+
+
+def _nearest(gaps: Gaps, contacts: Contacts) -> float:
+    """Frame after the first contact in which the heavy body is nearest to the wall; inf if none."""
+    if len(contacts.frame) == 0:
+        return float("inf")
+    burst = np.where(gaps.frame >= contacts.frame[0], gaps.heavy_px, np.nan)
+    return float(gaps.frame[low_points(burst, _turn_depth_px(gaps))].min(initial=np.inf))
+
+
+def _turn_depth_px(gaps: Gaps) -> float:
+    return max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px))
 
 
 def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
@@ -108,14 +117,16 @@ def _ending(inside: Sequence[Collision], contacts: Contacts, end: float) -> Caus
     return Cause.ENDS_RETURNING if ball < -unsure[0] else None
 
 
-def turned_before(contacts: Contacts) -> float:
+def turned_before(contacts: Contacts, nearest: float = -np.inf) -> float:
     """Frame of the first contact before which the heavy body, driven back, turned; inf if none.
 
-    Contacts that may as well come in the other order show no velocities between them.
+    It is driven back from its ``nearest`` frame on. Contacts that may come in the other order as
+    well show no velocities between them.
     """
     heavy = contacts.bodies[1]
     apart = np.hypot(contacts.frame_sigma[:-1], contacts.frame_sigma[1:])
     ordered = np.diff(contacts.frame) > SIGMAS * apart
+    ordered &= contacts.frame[1:] > nearest
     first, last = heavy.rate[:-1, 1], heavy.rate[1:, 0]
     sigma = heavy.sigma[:-1, 1]
     slowed = first - last > SIGMAS * np.hypot(sigma, heavy.sigma[1:, 0])

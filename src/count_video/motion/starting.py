@@ -215,10 +215,10 @@ def forward_fit(
 
 
 def calm_beginning(burst: Sequence[Collision]) -> int:
-    """Count the collisions up to the first two between which some may be missing."""
+    """Count the collisions before the first that is not shown, or that others may precede."""
     flights = np.diff([collision.frame for collision in burst])
-    alike = [one.kind == other.kind for one, other in pairwise(burst)]
-    missing = np.flatnonzero((flights < RESOLVED_FRAMES) | np.array(alike, np.bool_))
+    unsure = [one.kind == other.kind or not other.seen for one, other in pairwise(burst)]
+    missing = np.flatnonzero((flights < RESOLVED_FRAMES) | np.array(unsure, np.bool_))
     return int(missing[0]) + 1 if len(missing) else len(burst)
 
 
