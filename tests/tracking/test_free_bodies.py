@@ -52,7 +52,9 @@ def tracks_of(folder: Path, pictures: Sequence[Luma], *, pair: bool = False) -> 
 
 
 def track_of(folder: Path, pictures: Sequence[Luma], *, pair: bool = False) -> Track:
-    return tracks_of(folder, pictures, pair=pair)[0]
+    track = tracks_of(folder, pictures, pair=pair)[0]
+    assert isinstance(track.ball_diameter_px, float), "a kept result is read back as it was written"
+    return track
 
 
 def test_a_lone_ball_is_followed_along_the_line_of_its_bounces(tmp_path: Path) -> None:

@@ -186,7 +186,7 @@ def _track(
         ball=_about(places[ball], sigmas[ball], edges[ball], sum(edges[ball]) / 2),
         heavy=_about(places[heavy], sigmas[heavy], edges[heavy], face),
         wall_side=side,
-        ball_diameter_px=edges[ball][1] - edges[ball][0],
+        ball_diameter_px=float(edges[ball][1] - edges[ball][0]),
         line=_line(pair[ball], movers, view),
         warnings=(
             *unseen_warning("ball", places[ball]),

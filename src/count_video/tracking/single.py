@@ -95,7 +95,7 @@ def _track(body: Places, seen: Observation) -> Track:
         ball=ball,
         heavy=None,
         wall_side=wall_side(ball.position_px, ball.position_px) or "left",
-        ball_diameter_px=min(body.width_px, body.height_px),
+        ball_diameter_px=float(min(body.width_px, body.height_px)),
         line=line,
         warnings=tuple(unseen_warning("body", ball.position_px)),
         shift_px=camera_shift(seen.movers, seen.view),
