@@ -45,21 +45,22 @@ def find_burst(
 
     Returns how many collisions belong to it, and why the clip does not support a count, if so.
     """
-    turned = turned_before(contacts, _nearest(gaps, contacts))
-    end = min(turn_round(gaps, contacts), turned)
+    nearest = _nearest(gaps, contacts)
+    turned = turned_before(contacts, nearest)
+    end = min(turn_round(gaps, contacts, nearest), turned)
     inside = [c for c in collisions if c.frame <= end and c.frame < turned]
     causes = (_beginning(inside, contacts), _ending(inside, contacts, end))
     return len(inside), tuple(Reason(cause) for cause in causes if cause)
 
 
-def turn_round(gaps: Gaps, contacts: Contacts) -> float:
+def turn_round(gaps: Gaps, contacts: Contacts, nearest: float) -> float:
     """Frame at which the heavy body, driven back, turns toward the wall again; inf if never.
 
+    It is driven back from its ``nearest`` frame on.
     The furthest of many noisy places says little about when: it is put after collisions nearby at
     which the heavy body still moves away.
     """
     depth, away = _turn_depth_px(gaps), -gaps.heavy_px
-    nearest = _nearest(gaps, contacts)
     turns = low_points(np.where(gaps.frame > nearest, away, np.nan), depth)
     if len(turns) == 0:
         return float("inf")

@@ -3,13 +3,13 @@ r"""Contacts fitted one by one: when each was, and how fast the bodies were befo
 Next to a contact at the time t a body obeys the law of flight on both sides, and its velocity
 jumps. With s = frame - t,
 
-    x(s) = p + v s + a s^2 / 2 - b G(s) + j max(s, 0),
+    x(s) = p + v s + a s^2 / 2 - b G(s) + j max(s, 0) + c max(s, 0)^2 / 2,
 
-where G integrates the measured places twice, from 0 at the contact, so that any swing obeys it
-exactly: noise hardly counts in a double integral. Given t this is linear. A contact that is later
-by dt lowers the places after it by j dt, by which t follows (Gauss and Newton); both bodies share
-it. All contacts of the ball with one wall are at one place, all contacts of the bodies at one
-distance: what the others say of it is one observation more.
+where c is small and G integrates the measured places twice, from 0 at the contact, so that any
+swing obeys it exactly: noise hardly counts in a double integral. Given t this is linear. A contact
+that is later by dt lowers the places after it by j dt, by which t follows (Gauss and Newton); both
+bodies share it. All contacts of the ball with one wall are at one place, all contacts of the bodies
+at one distance: what the others say of it is one observation more.
 
 Large residuals count like Cauchy errors. The uncertainties hold what lasts of the errors of places
 from frame to frame (see ``errors_of_places``): with H the Hessian, A the weighted design, C the

@@ -92,12 +92,9 @@ def _weighed(
     while worst:
         ends = np.array([-np.inf, *(turn.frame for turn in kept), *struck, np.inf])
         for turn in kept:
-            apart = ends - turn.frame
-            limits = (
-                turn.frame + float(apart[apart < -HALF_EXPOSURE].max()),
-                turn.frame + float(apart[apart > HALF_EXPOSURE].min()),
-            )
-            corner = weigh(motion, turn, limits, flight, contact)
+            before = float(ends[ends < turn.frame - HALF_EXPOSURE].max())
+            after = float(ends[ends > turn.frame + HALF_EXPOSURE].min())
+            corner = weigh(motion, turn, (before, after), flight, contact)
             # An impact is one by some of the flights next to it; others may hold what misleads.
             if turn not in best or corner.log_odds > best[turn].log_odds:
                 best[turn] = corner
