@@ -14,8 +14,6 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from count_video.followed import Followed
-from count_video.footage.reader import Footage, open_footage
-from count_video.footage.writer import WriteOptions, write_clip
 from count_video.inputs import content_digest
 from count_video.outputs import (
     OutputFolder,
@@ -43,6 +41,8 @@ from count_video.reports.material import Material, touching
 from count_video.reports.page import PageMedia, clip_page, data_address
 from count_video.reports.tables import collisions_array, table_csv, track_array
 from count_video.settings import EvidenceSettings
+from count_video.video.reader import Footage, open_footage
+from count_video.video.writer import WriteOptions, write_clip
 
 
 def check_evidence(path: Path, evidence: EvidenceSettings) -> None:

@@ -1,6 +1,6 @@
 """One clip, from file to result: the table of contents of the whole program.
 
-file -> frames            footage
+file -> frames            video
 frames -> tracks          tracking
 tracks -> explanations    explanations: what each pair of bodies, or body, shows by motion
 explanations -> result    answers
@@ -26,7 +26,6 @@ from count_video.explanations import (
     of_pair,
     stands_before,
 )
-from count_video.footage.reader import open_footage
 from count_video.process import take_buffer
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reasons import Cause, Reason
@@ -38,6 +37,7 @@ from count_video.tracking.observation import Observation, observe
 from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.single import single_tracks
 from count_video.tracking.view import TrackSettings
+from count_video.video.reader import open_footage
 
 
 def count_clip(

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.errors import UsageError
-from count_video.footage.writer import WriteOptions, write_clip
 from count_video.physics.simulator import simulate
+from count_video.video.writer import WriteOptions, write_clip
 from synth_video.body_picture import Pixels, Placed, as_pixels
 from synth_video.experiments.course import Course, course_of_trial
 from synth_video.experiments.happening import course_of, schedule_of_course

@@ -29,7 +29,7 @@ from cost import (
     summary,
 )
 
-from count_video.footage.reader import open_footage
+from count_video.video.reader import open_footage
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 FIXTURE = FIXTURES / "ratio1-count3.mp4"

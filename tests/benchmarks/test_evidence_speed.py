@@ -32,8 +32,8 @@ MOST_TO_A_BARE_START = 8.0
 DECODE_AND_ENCODE = """
 import sys
 from pathlib import Path
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import write_clip
+from count_video.video.reader import open_footage
+from count_video.video.writer import write_clip
 with open_footage(Path(sys.argv[1])) as footage:
     write_clip(Path(sys.argv[2]), (frame.luma for frame in footage.frames()))
 """

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from count_video.footage.pictures import luma_of
-from count_video.footage.reader import open_footage
-from count_video.footage.repeats import mark_repeats
-from count_video.footage.writer import WriteOptions, write_clip
+from count_video.video.pictures import luma_of
+from count_video.video.reader import open_footage
+from count_video.video.repeats import mark_repeats
+from count_video.video.writer import WriteOptions, write_clip
 
 HEIGHT, WIDTH = 720, 1280
 FRAMES = 200

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from count_video.cli import main
-from count_video.footage.writer import WriteOptions, write_clip
+from count_video.video.writer import WriteOptions, write_clip
 
 FRAMES = 60
 SHAPE = (120, 320)

@@ -17,12 +17,12 @@ from pathlib import Path
 
 import numpy as np
 
-from count_video.footage.reader import open_footage
 from count_video.motion.seen import seen_collisions
 from count_video.records import Floats
 from count_video.tracking.observation import observe
 from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.view import TrackSettings
+from count_video.video.reader import open_footage
 from synth_video.film import render_clip
 from synth_video.suite.scoring import match
 from synth_video.suite.suites import conditions_of

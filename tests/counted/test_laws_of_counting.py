@@ -18,8 +18,8 @@ import pytest
 from counting import FIXTURES, Answer, answer, assert_counted, burst, truth_of
 from numpy.typing import NDArray
 
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions, write_clip
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions, write_clip
 from tiers import rest_slow
 
 Luma = NDArray[np.uint8]

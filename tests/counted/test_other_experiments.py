@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from counting import Answer, answer
 
-from count_video.footage.writer import WriteOptions, write_clip
+from count_video.video.writer import WriteOptions, write_clip
 from tiers import rest_slow
 
 SHAPE = (150, 220)

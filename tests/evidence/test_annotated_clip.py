@@ -7,7 +7,7 @@ import pytest
 from evidence_made import CLIP, Made, Truth
 from outlines import OUTLINE_WITHIN_PX, drawn_shift
 
-from count_video.footage.reader import open_footage
+from count_video.video.reader import open_footage
 from count_video.reports.clip_layout import (
     BETWEEN_COLLISIONS_S,
     FORWARD_FPS,

@@ -12,7 +12,7 @@ import pytest
 from evidence_made import Made
 
 from count_video.corrections import reviewed
-from count_video.footage.reader import open_footage
+from count_video.video.reader import open_footage
 
 if TYPE_CHECKING:
     from playwright import sync_api

@@ -20,7 +20,7 @@ from PIL.ImageColor import getrgb
 
 from count_video.batch.summary import summarise
 from count_video.followed import followed
-from count_video.footage.reader import open_footage
+from count_video.video.reader import open_footage
 from count_video.reports.drawing import MARKS, drawable, picture_bytes
 from count_video.reports.figure import (
     campaign_figure,

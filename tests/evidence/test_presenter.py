@@ -15,7 +15,7 @@ from evidence_made import CLIP
 from PIL import Image
 
 from count_video import cli
-from count_video.footage.reader import open_footage
+from count_video.video.reader import open_footage
 from count_video.reports.clip import font
 from count_video.reports.clip_layout import (
     COUNTER_PX,

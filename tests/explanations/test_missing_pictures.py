@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from count_video.explanations import doubted_for_missing, with_missing
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import write_clip
 from count_video.reasons import Cause, Reason
 from count_video.records import FootageReport
+from count_video.video.reader import open_footage
+from count_video.video.writer import write_clip
 
 SURE = {1: 0.01, 2: 0.98, 3: 0.01}
 

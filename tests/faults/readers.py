@@ -17,14 +17,14 @@ from count_video.batch.results import ResultStore
 from count_video.corrections import reviewed
 from count_video.errors import CountVideoError
 from count_video.followed import Followed, packed, unpacked
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions, write_clip
 from count_video.outputs import OutputFolder
 from count_video.pipeline import TrialSettings
 from count_video.planning.request import PLAN_VERSION, PlanRequest, read_request, request_object
 from count_video.records import TrialResult, unread_result
 from count_video.reports.json_object import json_line
 from count_video.settings import EvidenceSettings
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions, write_clip
 
 FRAMES = 12
 FRAMES_READ = 60

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from count_video.cli import main
-from count_video.footage.writer import write_clip
+from count_video.video.writer import write_clip
 
 VALUES = (
     *("nan", "inf", "-1", "0", "1", "7", "960", "1e308", "5e-324", "9" * 6000, "٣", "1_000", "--"),

@@ -18,10 +18,10 @@ from count_video import pipeline, process
 from count_video.batch.executor import count_job
 from count_video.batch.manifest import Job
 from count_video.errors import MachineError, UsageError
-from count_video.footage.writer import WriteOptions, write_clip
 from count_video.pipeline import TrialSettings
 from count_video.process import LEAST_BYTES, check_limits, check_memory, shortage_explained
 from count_video.reports import plan_text
+from count_video.video.writer import WriteOptions, write_clip
 
 COUNTS_3 = Path(__file__).parents[2] / "fixtures" / "ratio1-count3.mp4"
 MORE_THAN_ANY = 1 << 55

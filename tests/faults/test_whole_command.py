@@ -18,8 +18,8 @@ from mutations import mutated
 from readers import READERS
 
 import count_video
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions, write_clip
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions, write_clip
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
 COUNTS_3 = FIXTURES / "ratio1-count3.mp4"

@@ -8,7 +8,7 @@ import sys
 import time
 from pathlib import Path
 
-from count_video.footage.reader import open_footage
+from count_video.video.reader import open_footage
 
 PATIENCE_S = 120.0
 COMMAND = "import sys; from synth_video.cli import run; sys.argv[0] = 'synth-video'; run()"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from count_video.footage.writer import write_clip
+from count_video.video.writer import write_clip
 from synth_video import film
 from synth_video.cli import main
 from synth_video.suite import suites

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from filming import NOISELESS, filmed, small_scene
 
-from count_video.footage.reader import open_footage
+from count_video.video.reader import open_footage
 from synth_video.film import render_clip
 from synth_video.scene_file import load_scene, scene_names
 from synth_video.truth import truth_path

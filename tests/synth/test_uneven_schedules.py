@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from filming import filmed, filmed_times, small_scene
 
-from count_video.footage.reader import open_footage
 from count_video.physics.simulator import Motion
 from count_video.records import Frame
+from count_video.video.reader import open_footage
 from synth_video.film import render_clip
 from synth_video.projection import projection_of
 from synth_video.schedule import RAMP_APART_FRAMES, Schedule

@@ -8,13 +8,13 @@ import pytest
 from drawn import Luma, background, paint_ball, paint_box, paint_disc, to_luma
 
 from count_video.errors import TrackingError
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Floats, Track
 from count_video.tracking.observation import observe
 from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.single import single_tracks
 from count_video.tracking.view import TrackSettings
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions, write_clip
 
 SHAPE = (160, 240)
 RADIUS_PX = 10.0

@@ -9,12 +9,12 @@ import pytest
 from drawn import RADIUS_PX, scene
 
 from count_video.errors import TrackingError
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Track
 from count_video.tracking.observation import observe
 from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.view import TrackSettings
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions, write_clip
 from tiers import rest_slow
 
 PLACED_PX = 0.05

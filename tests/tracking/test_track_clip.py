@@ -8,12 +8,12 @@ import pytest
 from drawn import FRAMES, RADIUS_PX, Scene, background, displaced, scene, to_luma
 
 from count_video.errors import TrackingError, UsageError
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Track
 from count_video.tracking.observation import observe
 from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.view import TrackSettings
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions, write_clip
 
 PLACED_PX = 0.05
 """RMS of positions about their mean offset, in a clean clip."""

@@ -7,9 +7,9 @@ import pytest
 from drawn import paint_disc, to_luma
 
 from count_video.errors import UsageError
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions, write_clip
 from count_video.tracking.view import TrackSettings, View, view_of
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions, write_clip
 
 WIDTH, HEIGHT = 4096, 64
 DISC = (3001.0, 31.0)

@@ -18,11 +18,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.footage.pictures import reduced
 from count_video.records import Floats
 from count_video.tracking.background import ROUNDING, Background
 from count_video.tracking.shape import Box, Place
 from count_video.tracking.template import REACH_PX, Pixels, smooth
+from count_video.video.pictures import reduced
 
 Luma = NDArray[np.uint8]
 Places = NDArray[np.intp]

@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.footage.pictures import reduced
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.background import Background
 from count_video.tracking.outline import Mean
 from count_video.tracking.shape import Place, Shape, hidden
 from count_video.tracking.template import Pixels
+from count_video.video.pictures import reduced
 
 Luma = NDArray[np.uint8]
 Levels = NDArray[np.int16]

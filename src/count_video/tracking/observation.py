@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.errors import UsageError
-from count_video.footage.reader import Footage
-from count_video.footage.store import PictureStore
 from count_video.process import give_memory_back
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.tracking.bodies import Movers, find_movers
 from count_video.tracking.pairing import has_pair
 from count_video.tracking.samples import Thumbnails
 from count_video.tracking.view import TrackSettings, View, view_of
+from count_video.video.reader import Footage
+from count_video.video.store import PictureStore
 
 PROGRESS_STEP = 16
 

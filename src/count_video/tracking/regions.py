@@ -15,11 +15,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.footage.pictures import reduced, scale_to
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.rigid import RigidGroup
 from count_video.tracking.samples import differences
+from count_video.video.pictures import reduced, scale_to
 
 Luma = NDArray[np.uint8]
 

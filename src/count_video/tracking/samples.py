@@ -15,10 +15,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.footage.pictures import reduced
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light, lights_of
+from count_video.video.pictures import reduced
 
 Luma = NDArray[np.uint8]
 

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.footage.pictures import reduced, scale_to
 from count_video.records import Floats
 from count_video.tracking.samples import Samples
+from count_video.video.pictures import reduced, scale_to
 
 Luma = NDArray[np.uint8]
 Depth = TypeVar("Depth", np.uint8, np.float32)

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.footage.pictures import reduced
 from count_video.tracking.template import Pixels
+from count_video.video.pictures import reduced
 
 Luma = NDArray[np.uint8]
 Place = tuple[float, float]

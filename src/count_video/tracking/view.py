@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.errors import UsageError
-from count_video.footage.reader import Footage
 from count_video.records import Floats, Frame, WallSide
+from count_video.video.reader import Footage
 
 Luma = NDArray[np.uint8]
 Region = tuple[int, int, int, int]

@@ -13,8 +13,8 @@ import pytest
 from numbered_frames import FPS, numbers_read, write_numbered
 
 from count_video.errors import FootageError
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions
 
 FRAMES = 60
 GOP = 12

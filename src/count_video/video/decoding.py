@@ -15,9 +15,9 @@ import av.error
 from av.container import InputContainer
 
 from count_video.errors import FootageError, MachineError, UsageError
-from count_video.footage.opening import choose_stream, open_container, plain_words
 from count_video.inputs import THREADS
 from count_video.process import check_memory
+from count_video.video.opening import choose_stream, open_container, plain_words
 
 JUMP_SHARE = 1.7
 """A step between time stamps so many times the usual one is a jump: a picture was left out."""

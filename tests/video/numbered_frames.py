@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import FootageReport, Frame
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions, write_clip
 
 Luma = NDArray[np.uint8]
 

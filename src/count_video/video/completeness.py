@@ -11,8 +11,8 @@ from pathlib import Path
 import av
 import av.error
 
-from count_video.footage.decoding import Reading, Tally, packets_of
-from count_video.footage.opening import choose_stream, open_container
+from count_video.video.decoding import Reading, Tally, packets_of
+from count_video.video.opening import choose_stream, open_container
 
 GAP_SHARE = 5.0
 """Steps so many times the usual one come of no variable rate: phones stay below 4."""

@@ -9,8 +9,8 @@ import pytest
 from numbered_frames import Luma, number_in, numbered, numbers_read, write_numbered
 
 from count_video.errors import UsageError
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions, write_clip
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions, write_clip
 
 FRAMES = 12
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from count_video.errors import FootageError
-from count_video.footage.store import PictureStore
+from count_video.video.store import PictureStore
 
 PICTURE = np.arange(12 * 20, dtype=np.uint8).reshape(12, 20)
 STEP = 8

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from count_video.footage.reader import open_footage
-from count_video.footage.repeats import HISTORY_AT_LEAST, PERIODS_SEEN, mark_repeats
-from count_video.footage.writer import WriteOptions, write_clip
 from count_video.records import Frame
+from count_video.video.reader import open_footage
+from count_video.video.repeats import HISTORY_AT_LEAST, PERIODS_SEEN, mark_repeats
+from count_video.video.writer import WriteOptions, write_clip
 from tiers import rest_slow
 
 HEIGHT, WIDTH = 120, 320

@@ -6,8 +6,8 @@ import pytest
 from numbered_frames import write_numbered
 
 from count_video.errors import UsageError
-from count_video.footage.reader import open_footage, stated_rate
-from count_video.footage.writer import WriteOptions
+from count_video.video.reader import open_footage, stated_rate
+from count_video.video.writer import WriteOptions
 
 ANDROID = "com.android.capture.fps"
 NO_RATES = (0.0, -240.0, float("nan"), float("inf"))

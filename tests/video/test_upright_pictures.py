@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numbered_frames import HEIGHT, WIDTH, Luma
 
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions, write_clip
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions, write_clip
 
 ROTATIONS = (0, 90, 180, 270)
 CORNERS = {"top left": 220, "top right": 160, "bottom left": 100, "bottom right": 40}

@@ -12,8 +12,8 @@ import pytest
 from numbered_frames import HEIGHT, WIDTH, number_in, numbered, numbers_of, write_numbered
 
 from count_video.errors import FootageError, UsageError
-from count_video.footage.reader import Footage, open_footage
-from count_video.footage.writer import WriteOptions
+from count_video.video.reader import Footage, open_footage
+from count_video.video.writer import WriteOptions
 
 FRAMES = 80
 LUMAS_ALIVE = 8

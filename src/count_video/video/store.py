@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.errors import FootageError
-from count_video.footage.pictures import Luma, reduced, scale_to
 from count_video.records import Floats
+from count_video.video.pictures import Luma, reduced, scale_to
 
 MEMORY_BYTES = 64_000_000
 """Pictures up to so many bytes stay in memory as they are."""

@@ -4,7 +4,7 @@ import av
 import numpy as np
 import pytest
 
-from count_video.footage.pictures import luma_of, luma_shift
+from count_video.video.pictures import luma_of, luma_shift
 
 HEIGHT, WIDTH = 48, 70  # no multiple of 32: FFmpeg pads every line
 

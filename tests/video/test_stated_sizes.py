@@ -13,14 +13,14 @@ from hypothesis import strategies as st
 from numbered_frames import write_numbered
 
 from count_video.errors import FootageError
-from count_video.footage.opening import (
+from count_video.video.opening import (
     LONGEST_SIDE_PX,
     MOST_FRAMES,
     MOST_PIXELS,
     check_size,
     frames_in_index,
 )
-from count_video.footage.reader import open_footage
+from count_video.video.reader import open_footage
 
 FRAMES = 5
 

@@ -9,8 +9,8 @@ import pytest
 from av.stream import Disposition
 from numbered_frames import FPS, HEIGHT, WIDTH, number_in, numbered, write_numbered
 
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions, write_clip
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions, write_clip
 
 FRAMES = 40
 

@@ -15,9 +15,9 @@ import pytest
 from numbered_frames import numbered, write_numbered
 
 from count_video.errors import FootageError, MachineError
-from count_video.footage import decoding
-from count_video.footage.decoding import Tally, decode, packets_of
-from count_video.footage.reader import open_footage
+from count_video.video import decoding
+from count_video.video.decoding import Tally, decode, packets_of
+from count_video.video.reader import open_footage
 
 
 def missing(path: Path) -> None:

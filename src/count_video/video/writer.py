@@ -21,9 +21,9 @@ from av.container import OutputContainer
 from numpy.typing import NDArray
 
 from count_video.errors import UsageError
-from count_video.footage.opening import plain_words
-from count_video.footage.pictures import luma_shift
 from count_video.outputs import appearing
+from count_video.video.opening import plain_words
+from count_video.video.pictures import luma_shift
 
 Pixels = NDArray[np.uint8]
 

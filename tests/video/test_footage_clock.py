@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numbered_frames import write_numbered
 
-from count_video.footage.reader import open_footage
-from count_video.footage.writer import WriteOptions
+from count_video.video.reader import open_footage
+from count_video.video.writer import WriteOptions
 
 
 def stamps(path: Path) -> list[float]:
