@@ -10,11 +10,11 @@ from synthetic_tracks import FilmedTrial, Filming, film, random_trial
 
 from count_video.explanations import leaves_doubt
 from count_video.motion.fitted import Between, Misfit, fit_burst
-from count_video.motion.observations import observe
+from count_video.motion.observations import calm_beginning, observe
 from count_video.motion.parameters import Column, Knowledge
 from count_video.motion.priors import RATE_SIGMA_UNKNOWN
 from count_video.motion.seen import seen_collisions
-from count_video.motion.starting import RATE_STEPS, calm_beginning, rough_values
+from count_video.motion.starting import RATE_STEPS, rough_values
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.records import Track
@@ -75,7 +75,8 @@ def test_the_swing_of_the_threads_is_read_off_where_nothing_collides(
 ) -> None:
     setup = replace(SETUP, heavy_thread_m=thread_m, light_thread_m=thread_m)
     track = film(setup, Filming(capture_fps, clock_phase=0.3), 1).track
-    rough = rough_values(observe(track, seen_collisions(track)), Knowledge())
+    found = seen_collisions(track)
+    rough = rough_values(observe(track, found), found, Knowledge())
     rate = np.sqrt(setup.gravity_m_s2 / thread_m) / capture_fps
     step = RATE_SIGMA_UNKNOWN * float(np.diff(RATE_STEPS)[0])
     assert rough[Column.SWING] == pytest.approx(np.log(rate), abs=step)

@@ -26,6 +26,8 @@ CONVERGED, NEARLY = 0.01, 0.5
 """Fall of the loss in an iteration that is not worth another one, and where the fit only begins
 another one, or is compared with such: half a squared standard deviation."""
 ITERATIONS = 30
+FORESEEN = 2.0
+"""The loss falls by less than so many times what the normal equations foresee."""
 
 
 class Point(Protocol):
@@ -71,9 +73,10 @@ def descend(
     """Descend to the least loss from a start, shape (columns,), within limits of that shape.
 
     It ends where the loss falls by less than ``enough``, and the normal equations foresee no more:
-    in a curved valley steps are short, and little falls although much is left to fall. What at its
-    pace will not come down to the bearable loss is given up. The damping follows from how well the
-    equations foresaw the fall (Nielsen 1999), so that few steps are tried in vain.
+    in a curved valley steps are short, and little falls although much is left to fall. What neither
+    at its pace nor by these equations comes down to the bearable loss is given up. The damping
+    follows from how well the equations foresaw the fall (Nielsen 1999), so that few steps are tried
+    in vain.
     """
     point, damping = at(start), FIRST_DAMPING
     for left in range(ITERATIONS, 0, -1):
@@ -89,9 +92,9 @@ def descend(
         agreed = fallen / foreseen if foreseen > 0 else 0.0
         damping *= max(DAMPING_FALLS, 1 - (2 * agreed - 1) ** 3)
         point, damping = tried, max(damping, LEAST_DAMPING)
-        if point.loss - left * fallen > bearable:
-            break
-        if fallen < enough and _foreseen(point, _stepped(point, LEAST_DAMPING, limits)) < enough:
+        foreseen = _foreseen(point, _stepped(point, LEAST_DAMPING, limits))
+        hopeless = point.loss - min(FORESEEN * foreseen, left * fallen) > bearable
+        if hopeless or max(fallen, foreseen) < enough:
             break
     return point
 

@@ -7,7 +7,7 @@ of it, and the bend of the heavy body's path decide between them; the theory's c
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,20 +22,13 @@ from count_video.motion.posterior import (
     left_out_of,
     probabilities,
     setup_estimates,
-    shares_of,
     with_more,
 )
-from count_video.motion.rivals import FLOORS_PX, Rivals, residual_noise, scattered, weigh
+from count_video.motion.rivals import FIRST_COLLISIONS, Rivals, residual_noise, weigh
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.skips import lacks_frames, with_frames_left_out
-from count_video.motion.solving import Fit, Question
-from count_video.motion.starting import (
-    FIRST_COLLISIONS,
-    MOST_COLLISIONS,
-    calm_beginning,
-    forward_fit,
-    rough_values,
-)
+from count_video.motion.solving import Fit, with_likeliest_scatter
+from count_video.motion.starting import MOST_COLLISIONS, rough_values
 from count_video.motion.time_base import LeftOut
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
@@ -49,6 +42,8 @@ however unsteady the track."""
 LOST_A_FRAME = 4.0
 """A fit that loses so much in each frame, as if all of them strayed by four standard deviations,
 is near none that describes the track: the search from there takes minutes."""
+LIGHTNESS_SIGMA = 0.1
+"""A calm beginning gives the logarithm of the lightness if it is known this well by it."""
 LIKELY = 0.5
 """The last fitted collision is left to what follows the burst if this is more likely than not; and
 more collisions than were seen are given if they are."""
@@ -115,24 +110,28 @@ def fit_burst(
     before = int((observed.frame < -1).sum())
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
         return Misfit(Reason(Cause.MODEL_LACKS_FRAMES))
-    rough = rough_values(observed, known, found.swing)
+    rough = rough_values(observed, found, known)
     most = MOST_OVER_SEEN * found.burst if found.is_whole else MOST_COLLISIONS
     coarse = Rivals(observed, prior_of(rough, known), most)
-    calm = calm_beginning(found.collisions[: found.burst])
-    number = found.burst if found.is_whole else calm
-    first = None
-    if found.is_whole or calm >= FIRST_COLLISIONS:
-        first = forward_fit(observed, rough, coarse.prior, found, number)
+    start = rough
+    if found.is_whole or observed.calm >= FIRST_COLLISIONS:
+        grown = coarse.grow(rough)
+        # Of two bodies in n frames noise alone makes a loss of n, half its chi-square.
+        if grown.loss < len(grown.observed.frame):
+            start = grown.values[:FIRST_DEVIATION].copy()
+            # What the whole path shows, a few collisions at its beginning do not.
+            start[Column.SWING] = rough[Column.SWING]
+            if grown.covariance[Column.LIGHTNESS, Column.LIGHTNESS] > LIGHTNESS_SIGMA**2:
+                start[Column.LIGHTNESS] = rough[Column.LIGHTNESS]
+    if found.is_whole:
+        if found.burst not in coarse.fits:
+            coarse.add(found.burst, grown.values, led=True)
+        answer = _count_seen(track, found, coarse)
+        if isinstance(answer, Between):
+            return answer
+    other = _any_count(track, found, coarse, (start, gap))
     if not found.is_whole:
-        if first is not None and _is_far(first):
-            first = None
-        return _any_count(track, found, coarse, (rough, first, gap))
-    if first is None or not np.isfinite(first.loss):
-        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
-    answer = _count_seen(track, found, coarse, first)
-    if isinstance(answer, Between):
-        return answer
-    other = _any_count(track, found, coarse, (rough, first, gap))
+        return other
     # As many collisions as were seen must be likelier than not, or more that those are among.
     if not isinstance(other, Between) or other.probability[other.count] <= LIKELY:
         return answer
@@ -149,23 +148,15 @@ def _confirms(fit: Between, found: SeenCollisions) -> bool:
     return sum(collision.seen for collision in fit.collisions) >= found.shown
 
 
-def _count_seen(
-    track: Track, found: SeenCollisions, coarse: Rivals, first: Fit
-) -> Between | Misfit:
+def _count_seen(track: Track, found: SeenCollisions, coarse: Rivals) -> Between | Misfit:
     """Confirm the number seen; else say why the model does not describe the track by it."""
-    observed = coarse.observed
-    fit, noise = residual_noise(coarse, first)
-    strayed = _strayed(_misfit_px(fit), observed, track)
-    if strayed is not None:
-        # The scatter of the restitution may have led astray: begin again without it.
-        coarse.add(first.count, first.values, FLOORS_PX[-1:])
-        fit, noise = residual_noise(coarse, coarse.best)
-        strayed = _strayed(_misfit_px(fit), observed, track)
+    fit, noise = residual_noise(coarse.observed, coarse.best)
+    strayed = _strayed(_misfit_px(fit), coarse.observed, track)
     if strayed is not None:
         return strayed
-    if not lacks_frames(coarse, fit, noise):
-        question = Question(observed, noise, coarse.prior, fit.count)
-        answer = _answer(found, scattered(question, fit.values))
+    if not lacks_frames(fit):
+        fine = with_likeliest_scatter(replace(fit.question, noise=noise), fit.values)
+        answer = _answer(found, [fine])
         if isinstance(answer, Misfit):
             return answer
         if _confirms(answer, found) and answer.count == found.burst:
@@ -174,36 +165,26 @@ def _count_seen(
 
 
 def _any_count(
-    track: Track,
-    found: SeenCollisions,
-    coarse: Rivals,
-    start: tuple[Floats, Fit | None, LeftOut | None],
+    track: Track, found: SeenCollisions, coarse: Rivals, start: tuple[Floats, LeftOut | None]
 ) -> Between | Misfit:
     """Fit every count that comes into question, with frames left out where that is likelier.
 
-    It starts from rough values, the fit of the burst's calm beginning, and frames left out.
+    It starts from rough values, and frames left out.
     """
-    rough, first, gap = start
-    calm = rough.copy()
-    if first is not None:
-        calm = first.values[:FIRST_DEVIATION].copy()
-        # What the whole path shows, a few collisions at its beginning do not.
-        calm[[Column.LIGHTNESS, Column.SWING]] = rough[[Column.LIGHTNESS, Column.SWING]]
-        through = first.count == found.burst and np.isfinite(first.loss)
-        if through and not coarse.fits:
-            coarse.add(first.count, first.values, FLOORS_PX[-1:])
+    values, gap = start
     # Of two bodies in n frames noise alone makes a loss of n, half its chi-square.
     if not coarse.fits or coarse.best.loss >= len(coarse.observed.frame):
-        coarse.scan(calm, found.burst)
-    if gap is None and _is_far(coarse.best):
+        coarse.scan(values)
+    if not coarse.fits:
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     coarse.climb()
-    coarse = with_frames_left_out(coarse, calm, found.burst, gap)
+    if gap is None and _is_far(coarse.best):
+        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
+    coarse = with_frames_left_out(coarse, gap, values)
     if not np.isfinite(coarse.best.loss):
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
-    best, noise = residual_noise(coarse, coarse.best)
-    fits = weigh(coarse, best, noise)
-    answer = _answer(found, fits)
+    fit, noise = residual_noise(coarse.observed, coarse.best)
+    answer = _answer(found, weigh(coarse, replace(fit.question, noise=noise), fit.values))
     if isinstance(answer, Misfit):
         return answer
     return _strayed(answer.misfit_px, coarse.observed, track) or answer
@@ -238,11 +219,9 @@ def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Misfit:
     fits = [fit for fit in fits if np.isfinite(fit.evidence) and _is_one(fit)]
     if not fits:
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
-    chances, shares = probabilities(fits), shares_of(fits)
+    chances = probabilities(fits)
     count = max(chances, key=lambda number: chances[number])
-    own = np.array([fit.count == count for fit in fits])
-    fits_of_count = [fit for fit in fits if fit.count == count]
-    best = fits_of_count[int(np.argmax(shares[own]))]
+    best = next(fit for fit in fits if fit.count == count)
     following = end_chances(best)
     fewer = following.pop(-1, 0.0)
     if found.burst < len(found.collisions) or fewer == 1.0:
@@ -255,7 +234,7 @@ def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Misfit:
     return Between(
         count=count,
         probability=doubted(chances),
-        collisions=collisions_of(fits_of_count, shares[own], found, count),
+        collisions=collisions_of(best, found, count),
         mass_ratio=mass_ratio,
         restitution_bodies=bodies,
         restitution_wall=wall,

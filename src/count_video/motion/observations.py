@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -11,9 +12,9 @@ from numpy.typing import NDArray
 
 from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.parameters import Column, drift_shape
-from count_video.motion.seen import SeenCollisions
+from count_video.motion.seen import RESOLVED_FRAMES, SeenCollisions
 from count_video.motion.swing import FRAMES_BEYOND
-from count_video.records import Floats, Track
+from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
 
 APART_FRAMES = 1.0
@@ -42,8 +43,10 @@ class Observations:
     ball_sigma_px: float
     """White noise of one frame."""
     heavy_sigma_px: float
-    last: float
-    """Time of the last collision of the burst that was seen."""
+    burst: Floats
+    """Times of the collisions that were seen, shape (seen,)."""
+    calm: int
+    """How many of the first are sure to be: the others may have hidden ones before them."""
     end: float
     """Time of the last frame of the clip."""
     sign: int
@@ -72,10 +75,12 @@ class Observations:
 
     def left_out_after(self, frame: float) -> Observations:
         """Let frames be left out after a frame of the clip."""
-        return replace(self, after=np.where(self.origin + self.frame > frame, 1.0, 0.0))
+        after = np.where(self.origin + self.frame > frame, 1.0, 0.0)
+        calm = min(self.calm, int((self.origin + self.burst < frame).sum()))
+        return replace(self, after=after, calm=calm)
 
 
-OF_FRAMES = tuple(one.name for one in fields(Observations) if one.type == "Floats")
+OF_FRAMES = ("frame", "ball_px", "heavy_px", "drift", "after")
 
 
 def observe(track: Track, found: SeenCollisions) -> Observations:
@@ -99,11 +104,20 @@ def observe(track: Track, found: SeenCollisions) -> Observations:
         drift=drift_shape(gaps.heavy_px[chosen]),
         ball_sigma_px=sigma_of(gaps.ball_px),
         heavy_sigma_px=sigma_of(gaps.heavy_px),
-        last=burst[-1] - first,
+        burst=np.array(burst) - first,
+        calm=calm_beginning(found.collisions[: found.burst]),
         end=float(gaps.frame[-1]) - first,
         sign=gaps.sign,
         after=np.zeros(len(chosen)),
     )
+
+
+def calm_beginning(burst: Sequence[Collision]) -> int:
+    """Count the collisions before the first that is not shown, or that others may precede."""
+    flights = np.diff([collision.frame for collision in burst])
+    unsure = [one.kind == other.kind or not other.seen for one, other in pairwise(burst)]
+    missing = np.flatnonzero((flights < RESOLVED_FRAMES) | np.array(unsure, np.bool_))
+    return int(missing[0]) + 1 if len(missing) else len(burst)
 
 
 def _chosen(gaps: Gaps, found: SeenCollisions) -> tuple[NDArray[np.intp], list[float]]:

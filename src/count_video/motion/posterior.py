@@ -215,20 +215,10 @@ SAME_SHARE = 0.5
 """... and never further than this share of the way to the next one."""
 
 
-def collisions_of(
-    fits: Sequence[Fit], shares: Floats, found: SeenCollisions, count: int
-) -> tuple[Collision, ...]:
-    """Collisions of a burst by fits with one count, of which so many are wanted."""
-    likeliest = fits[int(np.argmax(shares))]
-    # What never happens lies at infinity: such a fit has no part in a mean, or is all there is.
-    happens = np.array([np.isfinite(fit.paths.time).all() for fit in fits])
-    if not happens.any():
-        happens = np.array([fit is likeliest for fit in fits])
-    kept = zip(*(_events(fit) for fit, one in zip(fits, happens, strict=True) if one), strict=True)
-    each, variances = (np.array(part) for part in kept)
-    with np.errstate(invalid="ignore"):
-        values, sigmas = mixed(shares[happens] / shares[happens].sum(), each, variances)
-    observed, gap = likeliest.observed, left_out_of(likeliest)
+def collisions_of(fit: Fit, found: SeenCollisions, count: int) -> tuple[Collision, ...]:
+    """Collisions of a burst by a fit, of which so many are wanted."""
+    values, sigmas = _events(fit)
+    observed, gap = fit.observed, left_out_of(fit)
     rows = enumerate(zip(values[:count], sigmas[:count], strict=True))
     modelled = [_modelled(observed.sign, event, *row) for event, row in rows]
     hidden = np.zeros(count, dtype=bool)
@@ -242,13 +232,13 @@ def collisions_of(
 
 
 def _events(fit: Fit) -> tuple[Floats, Floats]:
-    """Time, state before and state after each event, and their variances; (events, 9) each."""
+    """Time, state before and state after each event, and their sigmas; (events, 9) each."""
     paths, tangents = fit.paths, fit.tangents
     by = np.hstack([tangents.time[:, None], tangents.arriving, tangents.states[1:]])
     by = np.where(np.isfinite(by), by, 0.0)
     variances = np.maximum(((by @ fit.covariance) * by).sum(axis=-1), 0.0)
     frames = fit.observed.origin + paths.time[:, 1:]
-    return np.vstack([frames, paths.before[:, 0, 1:], paths.states[:, 0, 1:]]).T, variances
+    return np.vstack([frames, paths.before[:, 0, 1:], paths.states[:, 0, 1:]]).T, np.sqrt(variances)
 
 
 def _modelled(sign: int, event: int, values: Floats, sigmas: Floats) -> Collision:

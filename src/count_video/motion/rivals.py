@@ -1,13 +1,14 @@
 """Rival counts: the best fit of each number of collisions to one track.
 
-What is not seen from the beginning on is scanned, and from the best count found so far the search
-climbs to its neighbours. These fits are coarse: what is nearer than a floor is as good, and the
-restitution is the same at all collisions.
+The calm beginning, of which every collision is seen, is fitted first, and its times lead the fit.
+What is not seen is scanned from there, and from the best count found so far the search climbs to
+its neighbours. These fits are coarse: what is nearer than a floor is as good, and the restitution
+of rivals is the same at all collisions.
 
 What the best of them leaves unexplained is larger than the noise of single frames and hangs
 together over several: compression, shading and a model that is not the world see to that. Where
 collisions are close, a track's own estimate of its noise is too large. So the noise is that of the
-residuals about the best fit, and only then are the counts weighed, each with every scatter of the
+residuals about the best fit, and only then are the counts weighed, with a scatter of the
 restitution.
 """
 
@@ -26,25 +27,48 @@ from count_video.motion.parameters import (
     Prior,
     within_limits,
 )
-from count_video.motion.pendulums import follow
 from count_video.motion.priors import CLEAR_FRAMES, SCATTERS
-from count_video.motion.solving import Fit, Noise, Question, fine_fit, noise_of, solve
+from count_video.motion.solving import (
+    Fit,
+    Noise,
+    Question,
+    noise_of,
+    solve,
+    with_likeliest_scatter,
+)
 from count_video.motion.starting import MOST_COLLISIONS, scan
 from count_video.records import Floats
 
 FLOORS_PX = (6.0, 0.6)
 """Until all counts are compared, anything nearer than this is as good; the first far from the
 solution, where only large residuals should pull."""
-STARTS = 5
-"""Numbers of collisions that are fitted from the first scan."""
-SEEN_SHARE = 0.5
-"""The number seen is tried if it is more than this share of the scan's best count."""
+FIRST_COLLISIONS = 4
+"""So many collisions of a calm beginning are fitted first, and each time twice as many: they
+foresee the others' times to a small part of a collision."""
+TIME_SIGMA = 0.25
+"""Frames by which the times of calm collisions may be wrong where they lead a fit to its place."""
+STARTS = 2
+"""Numbers of collisions that are fitted from the scan."""
 HOPELESS = 150.0
 """A count whose loss exceeds the best by so much needs no further fit."""
 PAIR = 2
 """A pair more or less changes little of how the burst ends; single ones come last."""
 LONG_STEPS = 32
 """The first neighbours of a count are this part of it away, in pairs, if that is more than one."""
+LONGEST_STEP = 4
+"""No neighbour is farther away than this part of the count."""
+IMPROBABLE = 10.0
+"""Counts more than a pair from those whose evidence is smaller by less than this, as a logarithm,
+are none."""
+UNLIKELY = 30.0
+"""Loss above that of the likeliest count, with as much scatter as ever, by which a count is none
+of them."""
+MOST_RIVALS = 16
+"""Counts on either side of the best that are weighed: where so many are likely, none is known."""
+RESIDUALS_AT_LEAST = 20
+"""Fewer do not show how large they are."""
+CLIPPED_SIGMAS = 6.0
+"""Larger residuals count as this: the tracker was misled."""
 
 
 @dataclass(frozen=True)
@@ -68,71 +92,94 @@ class Rivals:
         """Loss above which a count is out of the question."""
         return self.best.loss + HOPELESS if self.fits else np.inf
 
-    def add(self, count: int, start: Floats, floors_px: tuple[float, ...] = FLOORS_PX) -> None:
-        """Fit a count from a start, shape (columns, ...), within one floor after the other."""
-        fit = self.fitted(count, start, floors_px)
+    def grow(self, start: Floats) -> Fit:
+        """Fit the calm beginning, from its first collisions on each time twice as many."""
+        observed, calm = self.observed, self.observed.calm
+        count = min(FIRST_COLLISIONS, calm)
+        while True:
+            if count == len(observed.burst):
+                return self.add(count, start, led=True)
+            some = observed.at(observed.frame < observed.burst[count] - CLEAR_FRAMES)
+            for floor_px in FLOORS_PX:
+                fit = self._within(floor_px, self._asked(some, count, led=True), start)
+                start = fit.values
+            if count == calm:
+                return fit
+            count = min(2 * count, calm)
+
+    def scan(self, start: Floats) -> None:
+        """Fit the counts that a scan from a start, shape (columns, ...), likes best."""
+        rows = scan(self.observed, start[:FIRST_DEVIATION], self.prior)
+        counts = rows[:, -2].astype(int).tolist()
+        for count in list(dict.fromkeys(n for n in counts if 0 < n <= self.most))[:STARTS]:
+            self.add(count, rows[counts.index(count), :FIRST_DEVIATION])
+
+    def climb(self) -> None:
+        """Fit the neighbours of the best count while one is better, each time twice as far away.
+
+        A neighbour that was fitted from elsewhere to no avail is fitted again from the best.
+        """
+        step, side = PAIR * max(1, self.best.count // LONG_STEPS), -1
+        while step:
+            before = self.best
+            for turned in (side, -side):
+                count = before.count + turned * step
+                known = self.fits.get(count)
+                if 0 < count <= self.most and (not known or known.loss > self.bearable):
+                    self.add(count, neighbouring(before, count))
+                if self.best is not before:
+                    side = turned
+                    step = max(min(2 * step, _whole_pairs(before.count // LONGEST_STEP)), PAIR)
+                    break
+            else:
+                # A quarter as far, in whole pairs; at last a single one.
+                step = max(PAIR, _whole_pairs(step // 4)) if step > PAIR else step - 1
+
+    def add(self, count: int, start: Floats, *, led: bool = False) -> Fit:
+        """Fit a count from a start, shape (columns, ...), first coarsely; see ``_asked``."""
+        asked = self._asked(self.observed, count, led=led)
+        for floor_px in FLOORS_PX:
+            fit = self._within(floor_px, asked, start)
+            start = self._led_to_the_last(fit).values
         self.fits[count] = min(fit, self.fits.get(count, fit), key=loss_of)
+        return fit
 
-    def fitted(self, count: int, start: Floats, floors_px: tuple[float, ...]) -> Fit:
-        """Fit a count without scatter of the restitution."""
-        observed, start = self.observed, start[:FIRST_DEVIATION]
-        for floor_px in floors_px[:-1]:
-            noise = noise_of(observed, start, count, floor_px)
-            question = Question(observed, noise, self.prior, count)
-            start = solve(question, start, enough=NEARLY).values
-        start = self._led_to_the_last(count, start)
-        noise = noise_of(observed, start, count, floors_px[-1])
-        return solve(Question(observed, noise, self.prior, count), start, self.bearable)
+    def _asked(self, observed: Observations, count: int, *, led: bool) -> Question:
+        """Ask for a count.
 
-    def _led_to_the_last(self, count: int, start: Floats) -> Floats:
-        """Improve a start in which the last collision does not come about in time.
+        Calm collisions may be led by their times, and then their restitution scatters; of rivals it
+        does not, for with it long bursts resemble each other.
+        """
+        noise = Noise(np.ones(len(observed.frame)), 1.0, TIME_SIGMA if led else np.inf)
+        return Question(observed, noise, self.prior, count, SCATTERS[-2] if led else 0.0)
+
+    def _within(self, floor_px: float, asked: Question, start: Floats) -> Fit:
+        """Fit what is asked, where anything within a floor is as good."""
+        noise = noise_of(asked.observed, start, asked.count, floor_px)
+        question = replace(asked, noise=replace(noise, time=asked.noise.time))
+        return solve(question, start, self.bearable, NEARLY)
+
+    def _led_to_the_last(self, fit: Fit) -> Fit:
+        """Improve a fit in which the last collision does not come about in time.
 
         That one is often slow and easily missed, and what does not happen has no derivative to
         follow. So the frames before it are fitted first, with the collisions before it.
         """
-        observed = self.observed
-        last = follow(start[None], count, observed.start).time[0, -1]
-        before = observed.at(observed.frame < observed.last - CLEAR_FRAMES)
-        if last <= observed.times(start)[-1] or len(before.frame) < 2 or count < 2:
-            return start
-        noise = noise_of(before, start, count - 1, FLOORS_PX[-1])
-        question = Question(before, noise, self.prior, count - 1)
-        return solve(question, start, self.bearable, NEARLY).values
-
-    def scan(self, rough: Floats, seen: int) -> None:
-        """Fit the number that was seen, and the counts that a scan likes best."""
-        rows = scan(self.observed, rough, self.prior)
-        counts = [int(count) for count in rows[:, -2] if 0 < count <= self.most]
-        likeliest = list(dict.fromkeys(counts))[:STARTS]
-        wanted = [seen] if not likeliest or seen > SEEN_SHARE * likeliest[0] else []
-        for count in dict.fromkeys(wanted + likeliest):
-            nearest = int(np.argmin(np.abs(rows[:, -2] - count)))
-            self.add(count, rows[nearest])
-
-    def climb(self) -> None:
-        """Fit the neighbours of the best count while one is better.
-
-        A neighbour that was fitted from elsewhere to no avail is fitted again from the best.
-        """
-        step = PAIR * max(1, self.best.count // LONG_STEPS)
-        while step:
-            before = self.best
-            for count in (before.count - step, before.count + step):
-                known = self.fits.get(count)
-                if 0 < count <= self.most and (not known or known.loss > self.bearable):
-                    self.add(count, neighbouring(before, count))
-            if self.best is before:
-                # Half as far, in whole pairs; at last a single one.
-                step = step // 2 // PAIR * PAIR if step > PAIR else step - 1
-            elif before.count > 2 * LONG_STEPS:
-                step *= 2  # in long bursts the way may be long
-            else:
-                step = max(step, PAIR)
+        observed, count = self.observed, fit.count - 1
+        before = observed.at(observed.frame < observed.burst[-1] - CLEAR_FRAMES)
+        if not fit.off[-1] or len(before.frame) < 2 or not count:
+            return fit
+        asked = replace(fit.question, observed=before, count=count)
+        return self._within(FLOORS_PX[-1], asked, fit.values)
 
 
 def loss_of(fit: Fit) -> float:
     """Key by which fits of one noise are compared."""
     return fit.loss
+
+
+def _whole_pairs(count: int) -> int:
+    return count // PAIR * PAIR
 
 
 def neighbouring(fit: Fit, count: int) -> Floats:
@@ -153,26 +200,16 @@ def neighbouring(fit: Fit, count: int) -> Floats:
 
 # ---- with scatter of the restitution -------------------------------------------------------------
 
-IMPROBABLE = 10.0
-"""Counts more than a pair from those whose evidence is smaller by less than this, as a logarithm,
-are none."""
-MOST_RIVALS = 16
-"""Counts on either side of the best that are weighed: where so many are likely, none is known."""
-RESIDUALS_AT_LEAST = 20
-"""Fewer do not show how large they are."""
-CLIPPED_SIGMAS = 6.0
-"""Larger residuals count as this: the tracker was misled."""
 
-
-def residual_noise(rivals: Rivals, coarse: Fit) -> tuple[Fit, Noise]:
+def residual_noise(observed: Observations, fit: Fit) -> tuple[Fit, Noise]:
     """Fit a count finely, and widen the noise to what is left over; returns the fit with it.
 
     The restitution may scatter as much as it ever does, or its scatter would be taken for noise.
     """
-    observed, count = rivals.observed, coarse.count
-    noise = noise_of(observed, coarse.values, count)
-    fit = fine_fit(Question(observed, noise, rivals.prior, count), coarse.values)
-    noise = noise_of(observed, fit.values, count)
+    noise = noise_of(observed, fit.values, fit.count)
+    question = Question(observed, noise, fit.question.known, fit.count, SCATTERS[-1])
+    fit = solve(question, fit.values, enough=NEARLY)
+    noise = noise_of(observed, fit.values, fit.count)
     ball, heavy = np.split(fit.left_px, 2)
     spread = _spread(ball / noise.ball), _spread(heavy / noise.heavy)
     return fit, Noise(noise.ball * spread[0], noise.heavy * spread[1])
@@ -186,42 +223,32 @@ def _spread(residuals: Floats) -> float:
     return float(np.sqrt(np.mean(np.clip(kept, -CLIPPED_SIGMAS, CLIPPED_SIGMAS) ** 2)))
 
 
-def scattered(question: Question, start: Floats, bearable: float = np.inf) -> list[Fit]:
-    """Fit a count with each scatter of the restitution, from the values of a fit."""
-    fits: list[Fit] = []
-    for scatter in SCATTERS[::-1]:
-        fits.append(fine_fit(question, start, scatter, bearable))
-        start = fits[-1].values
-        if fits[-1].loss > bearable:
-            break
-    return fits
-
-
-def weigh(rivals: Rivals, start: Fit, noise: Noise) -> list[Fit]:
-    """Fit each count that comes into question with each scatter; it begins with the ``start``.
+def weigh(rivals: Rivals, question: Question, start: Floats) -> list[Fit]:
+    """Fit each count that comes into question, that of the question first, from a start.
 
     Each is fitted from its coarse fit where that is of use, or from the fit of its neighbour or, as
     the kind of the last collision is mostly seen, of the one a pair away, until all that are next
     to likely ones are.
     """
-    starts = {count: fit for count, fit in rivals.fits.items() if fit.loss < rivals.bearable}
-    question = Question(rivals.observed, noise, rivals.prior, start.count)
-    fits = scattered(question, start.values)
-    while (count := _next_to_likely(fits, start.count)) is not None:
-        bearable = min(fit.loss for fit in fits) + HOPELESS
-        begin = starts.get(count)
-        if begin is None:
-            near = [fit for fit in fits if fit.loss < bearable]
-            nearest = min(near, key=lambda f: ((f.count - count) % PAIR, abs(f.count - count)))
-            begin = rivals.fitted(count, neighbouring(nearest, count), FLOORS_PX[-1:])
-        fits += scattered(replace(question, count=count), begin.values, bearable)
-    return [fit for fit in fits if np.isfinite(fit.evidence)]
+    fit = with_likeliest_scatter(question, start)
+    bearable = Fit(question, start).loss + UNLIKELY
+    fits, tried = [fit], {fit.count}
+    while (count := _next_to_likely(fits, tried, rivals.most)) is not None:
+        tried.add(count)
+        coarse = rivals.fits.get(count)
+        if coarse is None:
+            nearest = min(fits, key=lambda f: ((f.count - count) % PAIR, abs(f.count - count)))
+            coarse = rivals.add(count, neighbouring(nearest, count))
+        if coarse.loss < rivals.bearable:
+            fit = with_likeliest_scatter(replace(question, count=count), coarse.values, bearable)
+            fits += [fit] if fit.loss < bearable else []
+    return fits
 
 
-def _next_to_likely(fits: Sequence[Fit], first: int) -> int | None:
+def _next_to_likely(fits: Sequence[Fit], tried: set[int], most: int) -> int | None:
     """Find a count, as near to the first as possible, that is to be weighed as well."""
-    highest, known = max(fit.evidence for fit in fits), {fit.count for fit in fits}
+    highest, first = max(fit.evidence for fit in fits), fits[0].count
     likely = {fit.count for fit in fits if fit.evidence > highest - IMPROBABLE}
-    near = {count + step for count in likely for step in (-PAIR, -1, 1, PAIR)} - known
-    allowed = [count for count in near if count > 0 and abs(count - first) <= MOST_RIVALS]
+    near = {count + step for count in likely for step in (-PAIR, -1, 1, PAIR)} - tried
+    allowed = [count for count in near if 0 < count <= most and abs(count - first) <= MOST_RIVALS]
     return min(allowed, key=lambda count: (abs(count - first), count), default=None)

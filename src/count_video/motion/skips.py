@@ -16,56 +16,50 @@ from dataclasses import replace
 
 import numpy as np
 
+from count_video.motion.descent import NEARLY
 from count_video.motion.observations import Observations
-from count_video.motion.parameters import Column, with_deviations
+from count_video.motion.parameters import Column
 from count_video.motion.priors import LEFT_OUT, SCATTERS
-from count_video.motion.rivals import FLOORS_PX, Rivals, loss_of
-from count_video.motion.solving import Fit, Noise, Question, fine_fit, noise_of
+from count_video.motion.rivals import FLOORS_PX, Rivals
+from count_video.motion.solving import Fit, Question, noise_of, solve
 from count_video.motion.time_base import LeftOut
 from count_video.motion.time_hypotheses import SIDE_FRAMES
 from count_video.records import Floats
 
 MOST_FRAMES = 24
 """So many frames may be left out of a burst: more hold most of it."""
-COUNTS = 3
-"""Of each hypothesis so many counts are fitted with a scatter of the restitution."""
-PLACES = 2
-"""So many places are fitted closely, ..."""
-APART_FRAMES = 3.0
-"""... which are so far apart, ..."""
 ROUNDS = 3
-"""... and so often others by the best fit until then."""
+"""So often a place is sought by the best fit until then."""
 
 
-def with_frames_left_out(coarse: Rivals, rough: Floats, seen: int, gap: LeftOut | None) -> Rivals:
+def with_frames_left_out(even: Rivals, gap: LeftOut | None, rough: Floats) -> Rivals:
     """Let frames be left out where that explains the track better, and fit the counts anew.
 
     Where some are known to be left out, in the ``gap``, their number is free.
     """
-    price = _price(coarse.observed)
+    price = _price(even.observed)
     if gap is not None:
         start = rough.copy()
         start[Column.SKIP] = -gap.frames
-        there = coarse.observed.left_out_after(gap.after)
-        none = replace(coarse, observed=there, fits={})
-        none.scan(start, seen)
+        there = even.observed.left_out_after(gap.after)
+        none = replace(even, observed=there, fits={})
+        none.scan(start)
         none.climb()
-        priced = ((none, 0.0), (coarse, price), (_skipping(coarse, there, -gap.frames), price))
+        priced = ((none, 0.0), (even, price), (_skipping(even, there, -gap.frames), price))
         return min(priced, key=lambda one: _with_scatter(one[0]).loss + one[1])[0]
-    best, fit, tried = coarse, None, set[float]()
+    best, fit = even, _with_scatter(even)
     for _ in range(ROUNDS):
-        before = best
-        for frame, skip in (*_beside(before), *_suspected(before)):
-            if frame in tried:
-                continue
-            tried.add(frame)
-            fit = fit or _with_scatter(coarse)
-            some = _skipping(before, coarse.observed.left_out_after(frame), skip)
-            other, dearer = _with_scatter(some), price if best is coarse else 0.0
-            if other.values[Column.SKIP] > 0 and other.loss + dearer < fit.loss:
-                best, fit = some, other
-        if best is before:
+        suspect = _suspected(fit)
+        if suspect is None:
             break
+        frame, skip = suspect
+        some = _skipping(best, even.observed.left_out_after(frame), skip)
+        beside = _skipping(some, _placed(some), float(some.best.values[Column.SKIP]))
+        some = min(some, beside, key=lambda one: one.best.loss)
+        other, dearer = _with_scatter(some), price if best is even else 0.0
+        if not (other.values[Column.SKIP] > 0 and other.loss + dearer < fit.loss):
+            break
+        best, fit = some, other
     return best
 
 
@@ -80,25 +74,27 @@ def _skipping(even: Rivals, observed: Observations, skip: float) -> Rivals:
     return rivals
 
 
+def _placed(rivals: Rivals) -> Observations:
+    """Place the frames left out near where they are, by the best fit as it is."""
+    best, observed = rivals.best, rivals.observed
+    frames = observed.origin + observed.frame
+    near = frames[np.abs(frames - frames[observed.after == 0][-1]) <= SIDE_FRAMES].tolist()
+    moved = [observed.left_out_after(at) for at in near]
+    return min(moved, key=lambda one: Fit(replace(best.question, observed=one), best.values).loss)
+
+
 def _with_scatter(rivals: Rivals) -> Fit:
-    """Fit the best counts with whole frames left out, and restitutions that scatter."""
-    noise = _noise(rivals)
-    best = sorted(rivals.fits.values(), key=loss_of)[:COUNTS]
-    questions = [Question(rivals.observed, noise, rivals.prior, fit.count) for fit in best]
-    fits = [fine_fit(*pair) for pair in zip(questions, (f.values for f in best), strict=True)]
-    return min(fits, key=loss_of)
+    """Fit the best count with whole frames left out, and restitutions that scatter."""
+    best = rivals.best
+    noise = noise_of(rivals.observed, best.values, best.count, FLOORS_PX[-1])
+    known = rivals.prior.with_value(Column.SKIP, 0.0, 0.0)
+    question = Question(rivals.observed, noise, known, best.count, SCATTERS[-1])
+    return solve(question, best.values, enough=NEARLY)
 
 
-def _noise(rivals: Rivals) -> Noise:
-    return noise_of(rivals.observed, rivals.best.values, rivals.best.count, FLOORS_PX[-1])
-
-
-def lacks_frames(rivals: Rivals, fit: Fit, noise: Noise) -> bool:
+def lacks_frames(fit: Fit) -> bool:
     """Whether frames left out somewhere would explain the track better, in first order."""
-    full = with_deviations(rivals.prior, fit.count, SCATTERS[-1])
-    question = Question(rivals.observed, noise, full, fit.count)
-    skip, gain = _scores(Fit(question, fit.values))
-    return float(gain[skip > 0].max(initial=0.0)) > _price(rivals.observed)
+    return _suspected(fit) is not None
 
 
 def _price(observed: Observations) -> float:
@@ -106,43 +102,25 @@ def _price(observed: Observations) -> float:
     return float(np.log(len(observed.frame) * MOST_FRAMES / LEFT_OUT))
 
 
-def _beside(rivals: Rivals) -> list[tuple[float, float]]:
-    """Where near their place the frames that are left out explain the track best, and how many."""
-    observed, best = rivals.observed, rivals.best
-    if not observed.after.any():
-        return []
-    frames = observed.origin + observed.frame
-    near = frames[np.abs(frames - frames[observed.after == 0][-1]) <= SIDE_FRAMES].tolist()
-    asked = Question(observed, _noise(rivals), rivals.prior, best.count)
-    moved = [replace(asked, observed=observed.left_out_after(at)) for at in near]
-    losses = [Fit(question, best.values).loss for question in moved]
-    return [(near[int(np.argmin(losses))], float(best.values[Column.SKIP]))]
-
-
-def _suspected(rivals: Rivals) -> list[tuple[float, float]]:
-    """Frames after which time seems to be missing and how much, the clearest first."""
-    observed, best = rivals.observed, rivals.best
-    even = rivals.prior.with_value(Column.SKIP, 0.0, 0.0)
-    skip, gain = _scores(Fit(Question(observed, _noise(rivals), even, best.count), best.values))
-    frames = observed.origin + observed.frame
-    found: list[tuple[float, float]] = []
-    for row in np.argsort(-gain):
-        if gain[row] < _price(observed) or len(found) == PLACES:
-            break
-        if skip[row] > 0 and all(abs(frames[row] - f) > APART_FRAMES for f, _ in found):
-            found.append((float(frames[row]), float(skip[row])))
-    return found
+def _suspected(fit: Fit) -> tuple[float, float] | None:
+    """Frame after which time seems to be missing most clearly, and how much; None if it is not."""
+    skip, gain = _scores(fit)
+    row = int(np.argmax(np.where(skip > 0, gain, 0.0)))
+    if gain[row] < _price(fit.observed) or not skip[row] > 0:
+        return None
+    return float(fit.observed.origin + fit.observed.frame[row]), float(skip[row])
 
 
 def _scores(fit: Fit) -> tuple[Floats, Floats]:
     """Time missing after each frame but the last, and by how much the loss falls with it."""
     linear, frames = fit.linearised, len(fit.observed.frame)
+    covariance = fit.with_scatter(fit.question.scatter).covariance
     rows = np.tile(np.arange(frames), 2)
     moved = (rows[:, None] > rows[: frames - 1]) * linear.velocity[:, None]
     shared = linear.jacobian.T @ moved
-    slope = moved.T @ linear.data - shared.T @ (fit.covariance @ linear.gradient)
+    slope = moved.T @ linear.data - shared.T @ (covariance @ linear.gradient)
     alone = (moved**2).sum(axis=0)
-    curve = alone - (shared * (fit.covariance @ shared)).sum(axis=0)
+    curve = alone - (shared * (covariance @ shared)).sum(axis=0)
     known = curve > 1e-6 * alone
     safe = np.where(known, curve, 1.0)
     return np.where(known, -slope / safe, 0.0), np.where(known, slope**2 / safe / 2, 0.0)

@@ -1,6 +1,9 @@
 """The model's parameters from what was observed, for a given number of collisions.
 
-Least squares with a Cauchy loss (see ``descent``) and exact derivatives.
+Least squares with a Cauchy loss (see ``descent``) and exact derivatives. One fit holds for every
+scatter of the restitution from collision to collision: about its solution the loss is a parabola,
+and another scatter changes that by the prior of the deviations alone. So solution, covariance and
+evidence (Laplace's approximation) for each scatter are linear algebra.
 """
 
 from __future__ import annotations
@@ -10,7 +13,14 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from count_video.motion.descent import CONVERGED, descend, loss_of, weights_of
+from count_video.motion.descent import (
+    CONVERGED,
+    LEAST_DAMPING,
+    NEARLY,
+    descend,
+    loss_of,
+    weights_of,
+)
 from count_video.motion.exposures import blur_of, sample, sampled_tangents
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import (
@@ -18,12 +28,11 @@ from count_video.motion.parameters import (
     FIRST_DRIFT,
     Column,
     Prior,
-    deviations_of,
     limits_of,
     with_deviations,
 )
 from count_video.motion.pendulums import Tangents, follow, tangents_of
-from count_video.motion.priors import SCATTERS
+from count_video.motion.priors import BELIEVED, SCATTERS
 from count_video.records import Floats
 
 BLUR_SHARE = 0.06
@@ -41,6 +50,8 @@ class Noise:
     ball: Floats
     """Shape (frames,)."""
     heavy: float
+    time: float = np.inf
+    """Of the times of calm collisions, frames; infinite where the places decide alone."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +60,16 @@ class Question:
 
     observed: Observations
     noise: Noise
-    prior: Prior
-    """A column with sigma 0 stays at the start."""
+    known: Prior
+    """Of the parameters without deviations; a column with sigma 0 stays at the start."""
     count: int
+    scatter: float = 0.0
+    """Standard deviation of the restitution from collision to collision; 0 if it is the same."""
+
+    @cached_property
+    def prior(self) -> Prior:
+        """Of all parameters."""
+        return with_deviations(self.known, self.count, self.scatter) if self.scatter else self.known
 
     @cached_property
     def precision(self) -> Floats:
@@ -87,6 +105,19 @@ class Linearised:
     """Shape (columns, columns); zero for columns without freedom."""
 
 
+@dataclass(frozen=True)
+class Scattered:
+    """A fit with one scatter of the restitution, by the parabola about that with another."""
+
+    scatter: float
+    evidence: float
+    """Logarithm of the likelihood integrated over all parameters."""
+    values: Floats
+    """Shape (columns,)."""
+    covariance: Floats
+    """Shape (columns, columns)."""
+
+
 class Fit:
     """The model at one set of parameters, against what was observed."""
 
@@ -106,12 +137,22 @@ class Fit:
         """The same in sigmas; not finite if the model fails."""
         self.away = (values - question.prior.mean) * question.weight
         """Departures from the prior in sigmas, shape (columns,)."""
-        beyond = float(self.paths.time[0, -1] - frame[-1])
-        self.late = min(max(beyond, 0.0), LATE_AT_MOST) * LATE_COSTS
-        """What a last collision beyond the observations costs: it would prove nothing."""
+        self.off = self._off(self.paths.time[0, 1:], float(frame[-1]))
+        """The same of times, shape (calm collisions + 1,)."""
         with np.errstate(invalid="ignore", over="ignore"):
-            loss = loss_of(self.data) + 0.5 * float(self.away @ self.away + self.late**2)
+            squares = self.away @ self.away + self.off @ self.off
+            loss = loss_of(self.data) + 0.5 * float(squares)
         self.loss = loss if np.isfinite(loss) else np.inf
+
+    def _off(self, time: Floats, end: float) -> Floats:
+        """Compare the calm collisions' times, and what a last one beyond the observations costs.
+
+        That one would prove nothing.
+        """
+        calm = self.observed.burst[: min(self.count, self.observed.calm)]
+        off = np.minimum(time[: len(calm)] - calm, LATE_AT_MOST) / self.question.noise.time
+        late = min(max(float(time[-1]) - end, 0.0), LATE_AT_MOST) * LATE_COSTS
+        return np.append(off, late)
 
     @property
     def gradient(self) -> Floats:
@@ -143,59 +184,99 @@ class Fit:
         jacobian[failed], data[failed] = 0.0, 0.0
         velocity = jacobian[:, Column.SKIP].copy()
         jacobian[:, Column.SKIP] *= np.tile(observed.after, 2)
-        gradient, hessian = jacobian.T @ data, jacobian.T @ jacobian
-        gradient += question.weight * self.away
+        timing = self._timing()
+        gradient = jacobian.T @ data + timing.T @ self.off + question.weight * self.away
+        hessian = jacobian.T @ jacobian + timing.T @ timing
         hessian[np.diag_indices_from(hessian)] += question.weight**2
-        if self.late > 0 and np.isfinite(last := LATE_COSTS * self.tangents.time[-1]).all():
-            gradient += self.late * last
-            hessian += np.outer(last, last)
         fixed = question.prior.sigma == 0
         gradient[fixed], hessian[fixed], hessian[:, fixed] = 0.0, 0.0, 0.0
         return Linearised(data, jacobian, velocity, gradient, hessian)
 
+    def _timing(self) -> Floats:
+        """Differentiate the departures of times, shape (calm collisions + 1, columns)."""
+        time = self.tangents.time
+        rows = [time[: len(self.off) - 1] / self.question.noise.time]
+        rows.append(LATE_COSTS * time[-1:] * (self.off[-1] > 0))
+        timing = np.concatenate(rows)
+        return np.where(np.isfinite(timing).all(axis=1, keepdims=True), timing, 0.0)
+
     @cached_property
-    def covariance(self) -> Floats:
-        """Of the parameters, shape (columns, columns)."""
-        return np.asarray(np.linalg.pinv(self.hessian, hermitian=True), np.float64)
+    def scattered(self) -> list[Scattered]:
+        """The fit with each scatter that comes into question."""
+        scatters = SCATTERS if self.question.scatter else (0.0,)
+        return [self.with_scatter(scatter) for scatter in scatters]
+
+    def with_scatter(self, scatter: float) -> Scattered:
+        """Solve the parabola with another scatter."""
+        sigma = self.question.prior.sigma.copy()
+        ratio = scatter / self.question.scatter if scatter else 1.0
+        surer = np.zeros_like(sigma)
+        surer[FIRST_DEVIATION:] = (ratio**-2 - 1) / sigma[FIRST_DEVIATION:] ** 2
+        hessian, slope = self.hessian + np.diag(surer), surer * self.values
+        free = np.flatnonzero(sigma > 0)
+        # Scaled to a unit diagonal first: the columns' units differ by ten orders of magnitude.
+        scale = 1 / np.sqrt(np.maximum(np.diag(hessian)[free], 1e-60))
+        unit = hessian[np.ix_(free, free)] * scale[:, None] * scale
+        unit += LEAST_DAMPING * np.eye(len(free))
+        covariance = np.zeros_like(hessian)
+        covariance[np.ix_(free, free)] = np.linalg.inv(unit) * scale[:, None] * scale
+        moved = -covariance @ slope
+        loss = self.loss + (slope @ self.values + slope @ moved) / 2
+        volume = np.linalg.slogdet(unit)[1] - 2 * np.log(scale).sum()
+        spread = np.log(ratio * sigma[FIRST_DEVIATION:]).sum()
+        evidence = float(-loss - 0.5 * volume - spread) if np.isfinite(loss) else -np.inf
+        return Scattered(scatter, evidence, self.values + moved, covariance)
 
     @cached_property
     def evidence(self) -> float:
         """Logarithm of the evidence for the count, up to what all counts have in common.
 
-        It is the likelihood integrated over all parameters by Laplace's approximation about the
-        fit, so that a count that needs unlikely scatter of the restitution pays for it.
+        Its mean is over the scatters, so that a count that needs an unlikely one pays for it.
         """
-        if not np.isfinite(self.loss):
-            return -np.inf
-        scale = np.sqrt(np.maximum(np.diag(self.hessian), 1e-300))
-        scaled = self.hessian / scale[:, None] / scale
-        _, log_determinant = np.linalg.slogdet(scaled + 1e-10 * np.eye(len(scaled)))
-        volume = log_determinant + 2 * np.log(scale).sum()
-        spread = np.log(self.question.prior.sigma[FIRST_DEVIATION:]).sum()
-        return float(-self.loss - 0.5 * volume - spread)
+        return float(np.logaddexp.reduce([one.evidence for one in self.scattered]))
+
+    @cached_property
+    def covariance(self) -> Floats:
+        """Of the parameters about these values, for all scatters; shape (columns, columns)."""
+        evidence = np.array([one.evidence for one in self.scattered])
+        shares = np.exp(BELIEVED * (evidence - evidence.max()))
+        moved = np.array([one.values - self.values for one in self.scattered])
+        each = np.array([one.covariance for one in self.scattered])
+        each += moved[:, :, None] * moved[:, None]
+        return np.asarray(np.tensordot(shares / shares.sum(), each, 1))
+
+    @property
+    def likeliest(self) -> Scattered:
+        """The scatter with the most evidence."""
+        return max(self.scattered, key=lambda one: one.evidence)
 
 
 def solve(
     question: Question, start: Floats, bearable: float = np.inf, enough: float = CONVERGED
 ) -> Fit:
-    """Fit the parameters from a start, shape (columns,).
+    """Fit the parameters from a start of a coarser fit or a finer one, shape (columns,).
 
     A fit that at its pace will not come down to the bearable loss is given up; one whose loss falls
     by less than ``enough`` is done.
     """
-    return descend(partial(Fit, question), start, limits_of(len(start)), bearable, enough)
-
-
-def fine_fit(
-    question: Question, start: Floats, scatter: float = SCATTERS[-1], bearable: float = np.inf
-) -> Fit:
-    """Fit with scatter of the restitution, from the values of a coarse fit or another fine one."""
-    count = question.count
-    columns = FIRST_DEVIATION + deviations_of(count)
+    columns = len(question.prior.mean)
     start = np.concatenate([start, np.zeros(columns)])[:columns]
-    start[Column.SKIP] = round(start[Column.SKIP])
-    full = with_deviations(question.prior, count, scatter).with_value(Column.SKIP, 0.0, 0.0)
-    return solve(replace(question, prior=full), start, bearable)
+    if not question.known.sigma[Column.SKIP]:
+        start[Column.SKIP] = round(start[Column.SKIP])
+    return descend(partial(Fit, question), start, limits_of(columns), bearable, enough)
+
+
+def with_likeliest_scatter(question: Question, start: Floats, bearable: float = np.inf) -> Fit:
+    """Fit with the scatter of the restitution that has the most evidence, from a start."""
+    for _ in SCATTERS:
+        fit = solve(question, start, bearable, NEARLY)
+        likeliest, start = fit.likeliest, fit.values
+        if not fit.loss < bearable:
+            return fit
+        if likeliest.scatter == question.scatter:
+            break
+        question, start = replace(question, scatter=likeliest.scatter), likeliest.values
+    return solve(question, start, bearable)
 
 
 def noise_of(observed: Observations, values: Floats, count: int, floor_px: float = 0.0) -> Noise:

@@ -13,9 +13,6 @@ bad as what is far from one. The best places of each count are where fits may st
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import pairwise
-
 import numpy as np
 
 from count_video.motion.exposures import sample
@@ -29,11 +26,10 @@ from count_video.motion.parameters import (
     within_limits,
 )
 from count_video.motion.pendulums import follow
-from count_video.motion.priors import CLEAR_FRAMES, EXPOSURE, PULL_SHARE, RESTITUTION, SCATTERS
-from count_video.motion.seen import RESOLVED_FRAMES, SeenCollisions
-from count_video.motion.solving import Fit, Question, fine_fit, noise_of
+from count_video.motion.priors import CLEAR_FRAMES, EXPOSURE, PULL_SHARE, RESTITUTION
+from count_video.motion.seen import SeenCollisions
 from count_video.motion.swing import Swing
-from count_video.records import Collision, Floats
+from count_video.records import Floats
 
 BEYOND_SHARE = 0.02
 """Share of the places that may be wrong."""
@@ -45,16 +41,13 @@ SWING_FLOOR_PX = 0.5
 """Places of the heavy body that err together stray from its swing by so much."""
 
 
-def rough_values(observed: Observations, known: Knowledge, swing: Swing | None = None) -> Floats:
-    """Read the parameters off the calm frames; shape (columns without deviations,).
-
-    ``swing`` is what the heavy body's path through the burst gives, if it does.
-    """
+def rough_values(observed: Observations, found: SeenCollisions, known: Knowledge) -> Floats:
+    """Read the parameters off the calm frames; shape (columns without deviations,)."""
     values = np.zeros(FIRST_DEVIATION)
     rest = float(np.nanmedian(observed.ball_px[observed.frame < -CLEAR_FRAMES]))
     wall = float(np.nanquantile(observed.ball_px, BEYOND_SHARE))
     way = max(rest - wall, 1e-9)
-    rate, place, velocity = _swinging(observed, rest, way, known, swing)
+    rate, place, velocity = _swinging(observed, rest, way, known, found.swing)
     values[Column.BALL_REST] = values[Column.HEAVY] = rest
     values[Column.WALL] = wall
     values[Column.CONTACT] = place
@@ -62,6 +55,9 @@ def rough_values(observed: Observations, known: Knowledge, swing: Swing | None =
     values[Column.SWING] = np.log(rate)
     nearest = float(np.nanmin(observed.heavy_px)) - place - wall
     values[Column.LIGHTNESS] = 2 * np.log(np.clip(nearest / way, NEAREST_SHARE, 1.0))
+    swing = found.swing
+    if found.is_whole and swing is not None and RATIO_SIGMAS * swing.mass_ratio_relative_sigma < 1:
+        values[Column.LIGHTNESS] = -np.log(swing.mass_ratio)
     values[Column.EXPOSURE] = EXPOSURE[0]
     values[[Column.BODIES, Column.BOUNCE]] = RESTITUTION[0]
     return values
@@ -79,7 +75,7 @@ def _swinging(
     frame, place = observed.frame, observed.heavy_px - rest
     seen = np.isfinite(place)
     before = np.flatnonzero(seen & (frame < -CLEAR_FRAMES))
-    after = np.flatnonzero(seen & (frame > observed.last + CLEAR_FRAMES))
+    after = np.flatnonzero(seen & (frame > observed.burst[-1] + CLEAR_FRAMES))
     first, later = slice(0, len(before)), slice(len(before), -1)
     place = np.concatenate([place[before], place[after], [0.0]])
     usual, unsure = known.rate
@@ -102,12 +98,14 @@ def _swinging(
     return best[1:]
 
 
+RATIO_SIGMAS = 4.0
+"""The heavy body's path must give the mass ratio this clearly to begin with it."""
 LIGHTNESS_SPAN = (-0.35, 1.1)
 """The scan reaches so far from the rough value, in its logarithm: losses let the heavy body come
 nearer, so that the ball seems lighter than it is. In long bursts it comes so near that the rough
 value says little, and the scan reaches further."""
 STEPS_AT_MOST = 121
-PHASE_STEP = 0.25
+PHASE_STEP = 0.5
 """Collisions by which neighbours of the scan differ at most through their lightness."""
 RESTITUTIONS = np.linspace(-0.03, 0.03, 7)
 """Added to the rough restitution of both contacts."""
@@ -119,7 +117,9 @@ SETS_AT_ONCE = 512
 """So many are followed together: all at once would take too much memory."""
 SCAN_FRAMES = 60
 SCAN_FLOOR_PX = 2.0
-"""At first anything nearer than this is as good."""
+"""At first anything nearer than this is as good, ..."""
+SCAN_FLOOR_FRAMES = 1.0
+"""... and any time of a calm collision."""
 
 
 def scan(observed: Observations, rough: Floats, prior: Prior) -> Floats:
@@ -137,7 +137,7 @@ def scan(observed: Observations, rough: Floats, prior: Prior) -> Floats:
     sets[:, Column.BODIES] = np.minimum(rough[Column.BODIES] + restitution, 1.0)
     sets[:, Column.BOUNCE] = np.minimum(rough[Column.BOUNCE] + restitution, 1.0)
     sets = within_limits(sets)
-    most = round(1.5 * expected_count(float(steps.min()))) + 4
+    most = max(observed.calm, round(1.5 * expected_count(float(steps.min()))) + 4)
     parts = np.array_split(sets, -(-len(sets) // SETS_AT_ONCE))
     thin = observed.at(thinned(len(observed.frame), SCAN_FRAMES))
     rows = np.concatenate([_scanned(thin, part, most) for part in parts])
@@ -154,7 +154,10 @@ def _scanned(observed: Observations, sets: Floats, most: int) -> Floats:
     paths, frame = follow(sets, most, observed.start), observed.times(sets)
     with np.errstate(invalid="ignore", over="ignore"):
         sampled = sample(paths, sets, frame)
-        loss = _capped(sampled.ball - observed.ball_px) + _capped(sampled.heavy - observed.heavy_px)
+        loss = _capped((sampled.ball - observed.ball_px) / SCAN_FLOOR_PX)
+        loss += _capped((sampled.heavy - observed.heavy_px) / SCAN_FLOOR_PX)
+        calm = paths.time[:, 1 : 1 + observed.calm] - observed.burst[: observed.calm]
+        loss += _capped(calm / SCAN_FLOOR_FRAMES)
     counts = (paths.time[:, 1:] <= frame[:, -1:]).sum(axis=1)
     return np.column_stack([sets, counts, loss])
 
@@ -176,55 +179,6 @@ def _lightness_steps(rough: Floats, prior: Prior) -> Floats:
 
 
 def _capped(residuals: Floats) -> Floats:
-    squares = (residuals / SCAN_FLOOR_PX) ** 2
+    squares = residuals**2
     finite = np.where(np.isfinite(squares), squares, 1e6)
     return np.asarray(np.log1p(finite).sum(axis=1))
-
-
-# ---- the beginning of a burst, of which every collision is seen ----------------------------------
-
-FORWARD_FLOORS_PX = (6.0, 0.3)
-"""Anything nearer than this is as good, for the first few collisions and from then on."""
-FIRST_COLLISIONS = 4
-GROWTH = 1.5
-"""Each fit spans so many times the collisions of the one before: they foresee the others' times to
-a small part of a collision."""
-RATIO_SIGMAS = 4.0
-"""The heavy body's path must give the mass ratio this clearly to begin with it."""
-
-
-def forward_fit(
-    observed: Observations, rough: Floats, prior: Prior, found: SeenCollisions, seen: int
-) -> Fit:
-    """Fit the first so many collisions of a burst, every one of which is seen."""
-    burst = found.collisions[: found.burst]
-    values, swing = rough.copy(), found.swing
-    if seen == len(burst) and swing and swing.mass_ratio_relative_sigma < 1 / RATIO_SIGMAS:
-        values[Column.LIGHTNESS] = -np.log(swing.mass_ratio)
-    counts, (far_px, near_px) = stages(seen), FORWARD_FLOORS_PX
-    # The rough values may be px off: the first few are fitted coarsely before.
-    for count, floor_px in [(counts[0], far_px), *((n, near_px) for n in counts)]:
-        part = observed
-        if count < len(burst):
-            end = burst[count].frame - observed.origin - CLEAR_FRAMES
-            part = observed.at(observed.frame < end)
-        noise = noise_of(part, values, count, floor_px)
-        fit = fine_fit(Question(part, noise, prior, count), values, SCATTERS[-2])
-        values = fit.values
-    return fit
-
-
-def calm_beginning(burst: Sequence[Collision]) -> int:
-    """Count the collisions before the first that is not shown, or that others may precede."""
-    flights = np.diff([collision.frame for collision in burst])
-    unsure = [one.kind == other.kind or not other.seen for one, other in pairwise(burst)]
-    missing = np.flatnonzero((flights < RESOLVED_FRAMES) | np.array(unsure, np.bool_))
-    return int(missing[0]) + 1 if len(missing) else len(burst)
-
-
-def stages(count: int) -> list[int]:
-    """Numbers of collisions that are fitted one after the other; the last is all of them."""
-    rising = [min(FIRST_COLLISIONS, count)]
-    while rising[-1] < count:
-        rising.append(min(int(rising[-1] * GROWTH), count))
-    return rising
