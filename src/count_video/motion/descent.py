@@ -26,6 +26,8 @@ CONVERGED, NEARLY = 0.01, 0.5
 """Fall of the loss in an iteration that is not worth another one, and where the fit only begins
 another one, or is compared with such: half a squared standard deviation."""
 ITERATIONS = 30
+SLOW_STEPS = 3
+"""So many in a row are not worth another one, whatever is foreseen."""
 FORESEEN = 2.0
 """The loss falls by less than so many times what the normal equations foresee."""
 
@@ -72,13 +74,14 @@ def descend(
 ) -> P:
     """Descend to the least loss from a start, shape (columns,), within limits of that shape.
 
-    It ends where the loss falls by less than ``enough``, and the normal equations foresee no more:
-    in a curved valley steps are short, and little falls although much is left to fall. What neither
+    It ends where the loss falls by less than ``enough``, and the normal equations foresee no more,
+    or in some steps in a row: in a curved valley they are short, and little falls although much is
+    left to fall. What neither
     at its pace nor by these equations comes down to the bearable loss is given up. The damping
     follows from how well the equations foresaw the fall (Nielsen 1999), so that few steps are tried
     in vain.
     """
-    point, damping = at(start), FIRST_DAMPING
+    point, damping, slow = at(start), FIRST_DAMPING, 0
     for left in range(ITERATIONS, 0, -1):
         tried, shortened = at(_stepped(point, damping, limits)), 0
         while not tried.loss < point.loss and damping <= MOST_DAMPING:
@@ -94,7 +97,8 @@ def descend(
         point, damping = tried, max(damping, LEAST_DAMPING)
         foreseen = _foreseen(point, _stepped(point, LEAST_DAMPING, limits))
         hopeless = point.loss - min(FORESEEN * foreseen, left * fallen) > bearable
-        if hopeless or max(fallen, foreseen) < enough:
+        slow = slow + 1 if fallen < enough else 0
+        if hopeless or slow == SLOW_STEPS or (slow and foreseen < enough):
             break
     return point
 

@@ -267,16 +267,21 @@ def solve(
 
 
 def with_likeliest_scatter(question: Question, start: Floats, bearable: float = np.inf) -> Fit:
-    """Fit with the scatter of the restitution that has the most evidence, from a start."""
+    """Fit with the scatter of the restitution that has the most evidence, from a start.
+
+    It is approached from the question's own, by one that is tried after the other: parabolas hold
+    near their solution. A fit with the question's own that is not bearable is given up.
+    """
+    fit = solve(question, start, bearable, NEARLY)
+    if not fit.loss < bearable:
+        return fit
     for _ in SCATTERS:
-        fit = solve(question, start, bearable, NEARLY)
-        likeliest, start = fit.likeliest, fit.values
-        if not fit.loss < bearable:
-            return fit
-        if likeliest.scatter == question.scatter:
+        own, likeliest = (SCATTERS.index(s) for s in (fit.question.scatter, fit.likeliest.scatter))
+        if own == likeliest:
             break
-        question, start = replace(question, scatter=likeliest.scatter), likeliest.values
-    return solve(question, start, bearable)
+        nearer = fit.scattered[own + (1 if likeliest > own else -1)]
+        fit = solve(replace(question, scatter=nearer.scatter), nearer.values, enough=NEARLY)
+    return solve(fit.question, fit.values)
 
 
 def noise_of(observed: Observations, values: Floats, count: int, floor_px: float = 0.0) -> Noise:
