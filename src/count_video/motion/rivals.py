@@ -237,7 +237,8 @@ def weigh(rivals: Rivals, question: Question, start: Floats) -> list[Fit]:
         tried.add(count)
         coarse = rivals.fits.get(count)
         if coarse is None:
-            nearest = min(fits, key=lambda f: ((f.count - count) % PAIR, abs(f.count - count)))
+            near = [rivals.fits[fit.count] for fit in fits]
+            nearest = min(near, key=lambda f: ((f.count - count) % PAIR, abs(f.count - count)))
             coarse = rivals.add(count, neighbouring(nearest, count))
         if coarse.loss < rivals.bearable:
             fit = with_likeliest_scatter(replace(question, count=count), coarse.values, bearable)

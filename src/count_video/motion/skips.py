@@ -41,12 +41,12 @@ def with_frames_left_out(even: Rivals, gap: LeftOut | None, rough: Floats) -> Ri
     if gap is not None:
         start = rough.copy()
         start[Column.SKIP] = -gap.frames
-        there = even.observed.left_out_after(gap.after)
-        none = replace(even, observed=there, fits={})
-        none.scan(start)
-        none.climb()
-        priced = ((none, 0.0), (even, price), (_skipping(even, there, -gap.frames), price))
-        return min(priced, key=lambda one: _with_scatter(one[0]).loss + one[1])[0]
+        there = _free(even, even.observed.left_out_after(gap.after))
+        there.scan(start)
+        there.climb()
+        other, fit = _with_scatter(there), _with_scatter(even)
+        dearer = price if other.values[Column.SKIP] != -gap.frames else 0.0
+        return there if other.loss + dearer < fit.loss + price else even
     best, fit = even, _with_scatter(even)
     for _ in range(ROUNDS):
         suspect = _suspected(fit)
@@ -63,12 +63,17 @@ def with_frames_left_out(even: Rivals, gap: LeftOut | None, rough: Floats) -> Ri
     return best
 
 
+def _free(even: Rivals, observed: Observations) -> Rivals:
+    """Begin anew, with the number of frames that are left out free."""
+    free = even.prior.with_value(Column.SKIP, 0.0, np.inf)
+    return replace(even, observed=observed, prior=free, fits={})
+
+
 def _skipping(even: Rivals, observed: Observations, skip: float) -> Rivals:
     """Fit with frames left out, from the best count and so many of them on."""
     values = even.best.values.copy()
     values[Column.SKIP] = skip
-    free = even.prior.with_value(Column.SKIP, 0.0, np.inf)
-    rivals = replace(even, observed=observed, prior=free, fits={})
+    rivals = _free(even, observed)
     rivals.add(even.best.count, values)
     rivals.climb()
     return rivals
