@@ -95,9 +95,11 @@ def descend(
         agreed = fallen / foreseen if foreseen > 0 else 0.0
         damping *= max(DAMPING_FALLS, 1 - (2 * agreed - 1) ** 3)
         point, damping = tried, max(damping, LEAST_DAMPING)
+        slow = slow + 1 if fallen < enough else 0
+        if not slow and point.loss <= bearable:
+            continue
         foreseen = _foreseen(point, _stepped(point, LEAST_DAMPING, limits))
         hopeless = point.loss - min(FORESEEN * foreseen, left * fallen) > bearable
-        slow = slow + 1 if fallen < enough else 0
         if hopeless or slow == SLOW_STEPS or (slow and foreseen < enough):
             break
     return point

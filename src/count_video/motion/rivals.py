@@ -32,6 +32,7 @@ from count_video.motion.solving import (
     Fit,
     Noise,
     Question,
+    coarse_noise,
     noise_of,
     solve,
     with_likeliest_scatter,
@@ -150,14 +151,13 @@ class Rivals:
         Calm collisions may be led by their times, and then their restitution scatters; of rivals it
         does not, for with it long bursts resemble each other.
         """
-        noise = Noise(np.ones(len(observed.frame)), 1.0, TIME_SIGMA if led else np.inf)
+        noise = coarse_noise(observed, FLOORS_PX[-1], TIME_SIGMA if led else np.inf)
         return Question(observed, noise, self.prior, count, SCATTERS[-2] if led else 0.0)
 
     def _within(self, floor_px: float, asked: Question, start: Floats) -> Fit:
         """Fit what is asked, where anything within a floor is as good."""
-        noise = noise_of(asked.observed, start, asked.count, floor_px)
-        question = replace(asked, noise=replace(noise, time=asked.noise.time))
-        return solve(question, start, self.bearable, NEARLY)
+        noise = coarse_noise(asked.observed, floor_px, asked.noise.time)
+        return solve(replace(asked, noise=noise), start, self.bearable, NEARLY)
 
     def _led_to_the_last(self, fit: Fit) -> Fit:
         """Improve a fit in which the last collision does not come about in time.

@@ -284,11 +284,16 @@ def with_likeliest_scatter(question: Question, start: Floats, bearable: float = 
     return solve(fit.question, fit.values)
 
 
-def noise_of(observed: Observations, values: Floats, count: int, floor_px: float = 0.0) -> Noise:
+def noise_of(observed: Observations, values: Floats, count: int) -> Noise:
     """Noise to be expected where the motion of one set, shape (columns,), is smeared."""
     paths = follow(values[None], count, observed.start)
     with np.errstate(invalid="ignore", over="ignore"):
         smeared = BLUR_SHARE * blur_of(paths, values, observed.times(values))
     smeared = np.where(np.isfinite(smeared), smeared, 0.0)
-    ball = np.hypot(np.hypot(observed.ball_sigma_px, floor_px), smeared)
-    return Noise(ball, float(np.hypot(observed.heavy_sigma_px, floor_px)))
+    return Noise(np.hypot(observed.ball_sigma_px, smeared), observed.heavy_sigma_px)
+
+
+def coarse_noise(observed: Observations, floor_px: float, time: float = np.inf) -> Noise:
+    """Noise where anything nearer than a floor, far above what smears, is as good."""
+    ball, heavy = (np.hypot(s, floor_px) for s in (observed.ball_sigma_px, observed.heavy_sigma_px))
+    return Noise(np.full(len(observed.frame), ball), float(heavy), time)

@@ -104,10 +104,10 @@ LIGHTNESS_SPAN = (-0.35, 1.1)
 """The scan reaches so far from the rough value, in its logarithm: losses let the heavy body come
 nearer, so that the ball seems lighter than it is. In long bursts it comes so near that the rough
 value says little, and the scan reaches further."""
-STEPS_AT_MOST = 121
+STEPS_AT_MOST = 81
 PHASE_STEP = 0.5
 """Collisions by which neighbours of the scan differ at most through their lightness."""
-RESTITUTIONS = np.linspace(-0.03, 0.03, 7)
+RESTITUTIONS = np.linspace(-0.03, 0.03, 5)
 """Added to the rough restitution of both contacts."""
 MOST_COLLISIONS = 600
 """More are not sought: no track distinguishes them."""
