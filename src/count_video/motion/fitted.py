@@ -42,8 +42,6 @@ however unsteady the track."""
 LOST_A_FRAME = 4.0
 """A fit that loses so much in each frame, as if all of them strayed by four standard deviations,
 is near none that describes the track: the search from there takes minutes."""
-LIGHTNESS_SIGMA = 0.1
-"""A calm beginning gives the logarithm of the lightness if it is known this well by it."""
 LIKELY = 0.5
 """The last fitted collision is left to what follows the burst if this is more likely than not; and
 more collisions than were seen are given if they are."""
@@ -120,9 +118,7 @@ def fit_burst(
         if grown.loss < len(grown.observed.frame):
             start = grown.values[:FIRST_DEVIATION].copy()
             # What the whole path shows, a few collisions at its beginning do not.
-            start[Column.SWING] = rough[Column.SWING]
-            if grown.covariance[Column.LIGHTNESS, Column.LIGHTNESS] > LIGHTNESS_SIGMA**2:
-                start[Column.LIGHTNESS] = rough[Column.LIGHTNESS]
+            start[[Column.LIGHTNESS, Column.SWING]] = rough[[Column.LIGHTNESS, Column.SWING]]
     if found.is_whole:
         if found.burst not in coarse.fits:
             coarse.add(found.burst, grown.values, led=True)

@@ -48,14 +48,10 @@ FIRST_COLLISIONS = 4
 foresee the others' times to a small part of a collision."""
 TIME_SIGMA = 0.25
 """Frames by which the times of calm collisions may be wrong where they lead a fit to its place."""
-STARTS = 2
-"""Numbers of collisions that are fitted from the scan."""
 HOPELESS = 150.0
 """A count whose loss exceeds the best by so much needs no further fit."""
 PAIR = 2
 """A pair more or less changes little of how the burst ends; single ones come last."""
-LONG_STEPS = 32
-"""The first neighbours of a count are this part of it away, in pairs, if that is more than one."""
 LONGEST_STEP = 4
 """No neighbour is farther away than this part of the count."""
 IMPROBABLE = 10.0
@@ -109,18 +105,20 @@ class Rivals:
             count = min(2 * count, calm)
 
     def scan(self, start: Floats) -> None:
-        """Fit the counts that a scan from a start, shape (columns, ...), likes best."""
+        """Fit the count that a scan from a start, shape (columns, ...), likes best."""
         rows = scan(self.observed, start[:FIRST_DEVIATION], self.prior)
         counts = rows[:, -2].astype(int).tolist()
-        for count in list(dict.fromkeys(n for n in counts if 0 < n <= self.most))[:STARTS]:
-            self.add(count, rows[counts.index(count), :FIRST_DEVIATION])
+        for row, count in zip(rows, counts, strict=True):
+            if 0 < count <= self.most:
+                self.add(count, row[:FIRST_DEVIATION])
+                return
 
     def climb(self) -> None:
         """Fit the neighbours of the best count while one is better, each time twice as far away.
 
         A neighbour that was fitted from elsewhere to no avail is fitted again from the best.
         """
-        step, side = PAIR * max(1, self.best.count // LONG_STEPS), -1
+        step, side = PAIR, -1
         while step:
             before = self.best
             for turned in (side, -side):
