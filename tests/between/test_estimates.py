@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from count_video.motion.parameters import FIRST_DEVIATION, Column
-from count_video.motion.posterior import mixed, probabilities, setup_estimates, shares_of
+from count_video.motion.posterior import mixed, setup_estimates, shares_of
 from count_video.motion.priors import BELIEVED
 from count_video.records import Floats
 
@@ -42,11 +42,6 @@ def test_a_single_fit_is_given_as_it_is() -> None:
 def test_a_part_of_the_evidence_decides_between_explanations() -> None:
     two = [Weighed(31, 0.0, 0.96), Weighed(31, np.log(3.0) / BELIEVED, 0.95)]
     assert shares_of(two) == pytest.approx([0.25, 0.75])
-
-
-def test_a_count_has_the_probability_of_all_its_explanations() -> None:
-    three = [Weighed(31, 0.0, 0.96), Weighed(33, 0.0, 0.95), Weighed(31, 0.0, 0.97)]
-    assert probabilities(three) == pytest.approx({31: 2 / 3, 33: 1 / 3})
 
 
 def test_what_explanations_disagree_in_is_a_part_of_the_uncertainty() -> None:

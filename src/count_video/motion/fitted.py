@@ -20,8 +20,8 @@ from count_video.motion.posterior import (
     ending_of,
     energy_kept,
     left_out_of,
-    probabilities,
     setup_estimates,
+    shares_of,
     with_more,
 )
 from count_video.motion.rivals import FIRST_COLLISIONS, Rivals, residual_noise, weigh
@@ -110,29 +110,39 @@ def fit_burst(
         return Misfit(Reason(Cause.MODEL_LACKS_FRAMES))
     rough = rough_values(observed, found, known)
     most = MOST_OVER_SEEN * found.burst if found.is_whole else MOST_COLLISIONS
-    coarse = Rivals(observed, prior_of(rough, known), most)
-    start = rough
-    if found.is_whole or observed.calm >= FIRST_COLLISIONS:
-        grown = coarse.grow(rough)
-        # Of two bodies in n frames noise alone makes a loss of n, half its chi-square.
-        if grown.loss < len(grown.observed.frame):
-            start = grown.values[:FIRST_DEVIATION].copy()
-            # What the whole path shows, a few collisions at its beginning do not.
-            start[[Column.LIGHTNESS, Column.SWING]] = rough[[Column.LIGHTNESS, Column.SWING]]
-    if found.is_whole:
-        if found.burst not in coarse.fits:
-            coarse.add(found.burst, grown.values, led=True)
-        answer = _count_seen(track, found, coarse)
-        if isinstance(answer, Between):
-            return answer
-    other = _any_count(track, found, coarse, (start, gap))
-    if not found.is_whole:
+    rivals = Rivals(observed, prior_of(rough, known), most)
+    start = _begun(rivals, rough, found)
+    seen = _count_seen(track, found, rivals) if found.is_whole else None
+    if isinstance(seen, Between):
+        return seen
+    other = _any_count(track, found, rivals, (start, gap))
+    if seen is None:
         return other
     # As many collisions as were seen must be likelier than not, or more that those are among.
     if not isinstance(other, Between) or other.probability[other.count] <= LIKELY:
-        return answer
+        return seen
     agrees = other.count == found.burst or (other.count > found.burst and _confirms(other, found))
-    return other if agrees else answer
+    return other if agrees else seen
+
+
+def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> Floats:
+    """Fit the calm beginning, or the whole burst where it is calm; a start for other counts."""
+    if not found.is_whole and rivals.observed.calm < FIRST_COLLISIONS:
+        return rough
+    grown = rivals.grow(rough)
+    if found.is_whole and found.burst not in rivals.fits:
+        rivals.add(found.burst, grown.values, led=True)
+    if not _is_near(grown):
+        return rough
+    start = grown.values[:FIRST_DEVIATION].copy()
+    # What the whole path shows, a few collisions at its beginning do not.
+    start[[Column.LIGHTNESS, Column.SWING]] = rough[[Column.LIGHTNESS, Column.SWING]]
+    return start
+
+
+def _is_near(fit: Fit) -> bool:
+    """Whether noise alone may explain what is left over: of two bodies in n frames it loses n."""
+    return fit.loss < len(fit.observed.frame)
 
 
 def _is_far(fit: Fit) -> bool:
@@ -168,8 +178,7 @@ def _any_count(
     It starts from rough values, and frames left out.
     """
     values, gap = start
-    # Of two bodies in n frames noise alone makes a loss of n, half its chi-square.
-    if not coarse.fits or coarse.best.loss >= len(coarse.observed.frame):
+    if not coarse.fits or not _is_near(coarse.best):
         coarse.scan(values)
     if not coarse.fits:
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
@@ -215,9 +224,10 @@ def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Misfit:
     fits = [fit for fit in fits if np.isfinite(fit.evidence) and _is_one(fit)]
     if not fits:
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
-    chances = probabilities(fits)
-    count = max(chances, key=lambda number: chances[number])
-    best = next(fit for fit in fits if fit.count == count)
+    shares = shares_of(fits)
+    chances = {fit.count: share for fit, share in zip(fits, shares.tolist(), strict=True)}
+    best = fits[int(np.argmax(shares))]
+    count = best.count
     following = end_chances(best)
     fewer = following.pop(-1, 0.0)
     if found.burst < len(found.collisions) or fewer == 1.0:

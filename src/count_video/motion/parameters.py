@@ -93,11 +93,6 @@ def deviation_places(count: int) -> np.ndarray:
     return places
 
 
-def deviations_of(count: int) -> int:
-    """Count the deviations that so many collisions have."""
-    return int(deviation_places(count).max(initial=-1)) + 1
-
-
 @dataclass(frozen=True)
 class Prior:
     """Independent normal distributions of all columns; infinite where nothing is known."""

@@ -64,14 +64,6 @@ def shares_of(fits: Sequence[Explained]) -> Floats:
     return np.asarray(shares / shares.sum())
 
 
-def probabilities(fits: Sequence[Explained]) -> dict[int, float]:
-    """Probability of each count: that of all its fits."""
-    chances: dict[int, float] = {}
-    for fit, share in zip(fits, shares_of(fits), strict=True):
-        chances[fit.count] = chances.get(fit.count, 0.0) + float(share)
-    return chances
-
-
 def with_more(chances: Mapping[int, float], more: Mapping[int, float]) -> dict[int, float]:
     """Add to each count as many as there may be more, or fewer, each with its probability."""
     total: dict[int, float] = {}
