@@ -180,8 +180,6 @@ def _any_count(
     values, gap = start
     if not coarse.fits or not _is_near(coarse.best):
         coarse.scan(values)
-    if not coarse.fits:
-        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
     coarse.climb()
     if gap is None and _is_far(coarse.best):
         return Misfit(Reason(Cause.MODEL_FITS_NOTHING))

@@ -106,12 +106,7 @@ class Rivals:
 
     def scan(self, start: Floats) -> None:
         """Fit the count that a scan from a start, shape (columns, ...), likes best."""
-        rows = scan(self.observed, start[:FIRST_DEVIATION], self.prior)
-        counts = rows[:, -2].astype(int).tolist()
-        for row, count in zip(rows, counts, strict=True):
-            if 0 < count <= self.most:
-                self.add(count, row[:FIRST_DEVIATION])
-                return
+        self.add(*scan(self.observed, start[:FIRST_DEVIATION], self.prior, self.most))
 
     def climb(self) -> None:
         """Fit the neighbours of the best count while one is better, each time twice as far away.

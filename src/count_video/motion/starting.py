@@ -8,12 +8,13 @@ is the heavy body's own, so that V d is v L.
 
 What they do not show, lightness and restitution and so the count, is scanned. Many sets of
 parameters are followed at once and compared with a few frames; what is far from all of them is as
-bad as what is far from one. The best places of each count are where fits may start.
+bad as what is far from one. The best of them is where the search of the count begins.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.motion.exposures import sample
 from count_video.motion.observations import Observations, thinned
@@ -113,8 +114,6 @@ MOST_COLLISIONS = 600
 """More are not sought: no track distinguishes them."""
 LONG_BURST = 60
 """With more collisions the same loss of energy is a smaller one at each: the steps shrink."""
-SETS_AT_ONCE = 512
-"""So many are followed together: all at once would take too much memory."""
 SCAN_FRAMES = 60
 SCAN_FLOOR_PX = 2.0
 """At first anything nearer than this is as good, ..."""
@@ -122,10 +121,10 @@ SCAN_FLOOR_FRAMES = 1.0
 """... and any time of a calm collision."""
 
 
-def scan(observed: Observations, rough: Floats, prior: Prior) -> Floats:
-    """Scan lightness and restitution; the sets by rising loss, shape (sets, columns).
+def scan(observed: Observations, rough: Floats, prior: Prior, most: int) -> tuple[int, Floats]:
+    """Scan lightness and restitution; the count, up to the most, with the least loss, and its set.
 
-    The last column is the number of collisions until the last frame.
+    That has shape (columns,).
     """
     steps = _lightness_steps(rough, prior)
     finer = min(1.0, LONG_BURST / expected_count(float(np.median(steps))))
@@ -137,11 +136,11 @@ def scan(observed: Observations, rough: Floats, prior: Prior) -> Floats:
     sets[:, Column.BODIES] = np.minimum(rough[Column.BODIES] + restitution, 1.0)
     sets[:, Column.BOUNCE] = np.minimum(rough[Column.BOUNCE] + restitution, 1.0)
     sets = within_limits(sets)
-    most = max(observed.calm, round(1.5 * expected_count(float(steps.min()))) + 4)
-    parts = np.array_split(sets, -(-len(sets) // SETS_AT_ONCE))
+    longest = max(observed.calm, round(1.5 * expected_count(float(steps.min()))) + 4)
     thin = observed.at(thinned(len(observed.frame), SCAN_FRAMES))
-    rows = np.concatenate([_scanned(thin, part, most) for part in parts])
-    return np.asarray(rows[np.argsort(rows[:, -1])])
+    counts, losses = _scanned(thin, sets, longest)
+    best = int(np.argmin(np.where((counts > 0) & (counts <= most), losses, np.inf)))
+    return min(max(int(counts[best]), 1), most), sets[best]
 
 
 def expected_count(lightness: float) -> float:
@@ -149,8 +148,8 @@ def expected_count(lightness: float) -> float:
     return float(np.pi / np.exp(lightness / 2))
 
 
-def _scanned(observed: Observations, sets: Floats, most: int) -> Floats:
-    """Give the sets with their numbers of collisions and their losses in two more columns."""
+def _scanned(observed: Observations, sets: Floats, most: int) -> tuple[NDArray[np.intp], Floats]:
+    """Give the numbers of collisions until the last frame, and the losses; shape (sets,) each."""
     paths, frame = follow(sets, most, observed.start), observed.times(sets)
     with np.errstate(invalid="ignore", over="ignore"):
         sampled = sample(paths, sets, frame)
@@ -159,7 +158,7 @@ def _scanned(observed: Observations, sets: Floats, most: int) -> Floats:
         calm = paths.time[:, 1 : 1 + observed.calm] - observed.burst[: observed.calm]
         loss += _capped(calm / SCAN_FLOOR_FRAMES)
     counts = (paths.time[:, 1:] <= frame[:, -1:]).sum(axis=1)
-    return np.column_stack([sets, counts, loss])
+    return counts, loss
 
 
 def _lightness_steps(rough: Floats, prior: Prior) -> Floats:
