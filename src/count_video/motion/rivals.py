@@ -50,6 +50,8 @@ TIME_SIGMA = 0.25
 """Frames by which the times of calm collisions may be wrong where they lead a fit to its place."""
 HOPELESS = 150.0
 """A count whose loss exceeds the best by so much needs no further fit."""
+BETTER = 0.25
+"""Fall of the loss by which a neighbour is better: coarse fits come down to about as much."""
 PAIR = 2
 """A pair more or less changes little of how the burst ends; single ones come last."""
 LONGEST_STEP = 4
@@ -111,7 +113,8 @@ class Rivals:
     def climb(self) -> None:
         """Fit the neighbours of the best count while one is better, each time twice as far away.
 
-        A neighbour that was fitted from elsewhere to no avail is fitted again from the best.
+        It is better by more than fits are brought down to. A neighbour that was fitted from
+        elsewhere to no avail is fitted again from the best.
         """
         step, side = PAIR, -1
         while step:
@@ -121,7 +124,7 @@ class Rivals:
                 known = self.fits.get(count)
                 if 0 < count <= self.most and (not known or known.loss > self.bearable):
                     self.add(count, neighbouring(before, count))
-                if self.best is not before:
+                if self.best.loss < before.loss - BETTER:
                     side = turned
                     step = max(min(2 * step, _whole_pairs(before.count // LONGEST_STEP)), PAIR)
                     break
