@@ -26,7 +26,7 @@ CONVERGED, NEARLY = 0.01, 0.5
 """Fall of the loss in an iteration that is not worth another one, and where the fit only begins
 another one, or is compared with such: half a squared standard deviation."""
 ITERATIONS = 30
-SLOW_STEPS = 3
+SLOW_STEPS = 6
 """So many in a row are not worth another one, whatever is foreseen."""
 FORESEEN = 2.0
 """The loss falls by less than so many times what the normal equations foresee."""
