@@ -133,7 +133,8 @@ def test_a_folder_gets_map_pictures_page_and_plan(
             assert int(cell["count"]) == simulate(setup).count
     assert read_request(folder / "plan.json") == PlanRequest(1050.0, 10.5, capture_fps=240.0)
     page = (folder / "plan.html").read_text("utf-8")
-    assert "http" not in page.replace("http-equiv", "")
+    words = re.sub(r"base64,[\w+/=]+", "", page)
+    assert "http" not in words.replace("http-equiv", "")
 
 
 def test_the_same_plan_makes_the_same_files_and_replaces_those_of_another(

@@ -34,6 +34,8 @@ LEAST_M = 1e-4
 """Hands that scatter do not hang the ball inside the wall."""
 GAPS_M, RELEASES_M = (0.005, 0.100), (0.020, 0.200)
 """Ends of the map, and of what is proposed."""
+CLAY_STEP, CLAY_STEPS = 0.01, 10
+"""Clay is added to the cylinder or taken off it in steps of this share, so many at the most."""
 _STREAM_TABLE, _STREAM_SPREAD, _STREAM_GROUPS = range(3)
 
 Change = Literal["gap", "release", "heavy mass"]
@@ -112,6 +114,27 @@ def rate_needed_fps(shortest_s: float) -> float:
     if shortest_s == math.inf:
         return 10.0
     return 10.0 * math.ceil(RESOLVED_FRAMES / shortest_s / 10)
+
+
+@dataclass(frozen=True)
+class Adjustments:
+    """Counts of the planned bodies with other gaps, releases, and cylinders.
+
+    The swings are linear: counts and times hang on the gap over the release, not on either alone.
+    """
+
+    gap_share: Floats
+    """Gap over release, increasing; that of the plan is among them; shape (n,)."""
+    heavy_share: Floats
+    """Mass of the cylinder over the planned one, which is among them; shape (m,)."""
+    theory: Whole
+    """Exact counts of free bodies without losses, shape (m,)."""
+    count: Whole
+    """Collisions, shape (m, n); ``NO_COUNT`` where bodies come to rest on each other in ever
+    smaller bounces, or the cylinder is the lighter body."""
+    shortest_s: Floats
+    """Shortest time from one collision to the next, shape (m, n); NaN where there is no count, inf
+    where there is one collision alone."""
 
 
 def _affordable(together: int, each: int, least: int, most: int) -> int:
@@ -241,6 +264,31 @@ def chart_of(request: PlanRequest, theory: int) -> Chart:
     return Chart(gaps, releases, count, shortest)
 
 
+def adjustments_of(request: PlanRequest, theory: int) -> Adjustments:
+    """Simulate what can be changed at the table: place of the ball, release, clay on the cylinder.
+
+    They are the changes that ``proposals`` takes from.
+    """
+    shares = 1.0 + CLAY_STEP * np.arange(-CLAY_STEPS, CLAY_STEPS + 1)
+    steps = _affordable(1_000_000, theory * len(shares), 12, 240)
+    # Narrow regions lie where the gap is small.
+    scanned = np.geomspace(GAPS_M[0] / RELEASES_M[1], 1.0, steps)
+    gaps = np.union1d(scanned, request.gap_m / request.release_m)
+    share, gap = np.meshgrid(shares, gaps, indexing="ij")
+    possible = share * request.mass_ratio >= 1.0
+    setups = varied(
+        request.setup(),
+        heavy_mass_kg=request.mass_ratio * share[possible],
+        wall_gap_m=request.release_m * gap[possible],
+    )
+    found = simulate_many(setups, most_collisions(theory))
+    count = np.full(gap.shape, NO_COUNT, np.int64)
+    shortest = np.full(gap.shape, np.nan)
+    count[possible], shortest[possible] = found.count, found.shortest_s
+    free = [collision_count(ratio) for ratio in (request.mass_ratio * shares).tolist()]
+    return Adjustments(gaps, shares, np.array(free, np.int64), count, shortest)
+
+
 def proposals(request: PlanRequest, theory: int, spread: Spread) -> tuple[Proposal, ...]:
     """Return the nearest gap, release and mass that help.
 
@@ -249,7 +297,8 @@ def proposals(request: PlanRequest, theory: int, spread: Spread) -> tuple[Propos
     """
     if spread.theory_share >= ENOUGH or spread.endless_share > 0.5:
         return ()
-    clay = [0.01 * sign * step * float(request.heavy) for step in range(1, 11) for sign in (1, -1)]
+    steps = (sign * step for step in range(1, CLAY_STEPS + 1) for sign in (1, -1))
+    clay = [CLAY_STEP * step * float(request.heavy) for step in steps]
     found = (
         _nearest(request, theory, "gap", _steps(GAPS_M, 0.001)),
         _nearest(request, theory, "release", _steps(RELEASES_M, 0.005)),

@@ -2,7 +2,7 @@
 
 A clip's page has all that a person needs to check the count. A campaign's links to what lies beside
 it in the folder: ``NAME.html`` and ``NAME.strip.jpg`` of each trial, as far as they are there. A
-plan's has sliders over the same simulation.
+plan's has sliders over a table of simulated trials.
 """
 
 from __future__ import annotations
@@ -11,9 +11,11 @@ import base64
 import hashlib
 import math
 import shlex
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
@@ -21,7 +23,14 @@ from markupsafe import Markup
 from count_video.inputs import TOLERANCES
 from count_video.planning.comparison import expected_counts
 from count_video.planning.plan import LIKENESSES, Plan
-from count_video.planning.request import PlanRequest, Tolerances
+from count_video.planning.request import PlanRequest, Tolerances, request_object
+from count_video.planning.spread import (
+    CLAY_STEPS,
+    GAPS_M,
+    RELEASES_M,
+    RESOLVED_FRAMES,
+    adjustments_of,
+)
 from count_video.records import Floats, TrialResult
 from count_video.reports.campaign import CampaignSummary, TrialRow, advice, summary_lines
 from count_video.reports.json_object import json_object, plain
@@ -173,35 +182,43 @@ def _doubt(row: TrialRow) -> str:
 # ---- a plan ------------------------------------------------------------------------------------
 
 
-def plan_page(plan: Plan) -> str:
-    """Write the page: sliders over the same simulation, in one file, without a network."""
-    request = plan.request
-    sliders = _sliders(plan)
+def plan_page(plan: Plan, picture: str) -> str:
+    """Write the page: counts for other gaps, releases, cylinders and cameras, from one table.
+
+    ``picture`` is that of the plan, as an address that holds it.
+    """
+    request, spread = plan.request, plan.spread
+    table = adjustments_of(request, plan.burst.theory)
+    rate = plan.framing.rate_needed_fps if plan.camera is None else plan.camera.capture_fps
+    commonest = Counter(spread.histogram).most_common(7)
     return render(
         "plan",
-        ("plan_core", "plan"),
+        ("plan",),
         headline=plan_headline(plan),
         count=plan.burst.count,
-        sliders=sliders,
-        alike=request.heavy_thread_m == request.light_thread_m,
+        sliders=_sliders(request, rate),
+        trials=spread.trials,
+        shares=[(count, number / spread.trials) for count, number in sorted(commonest)[::-1]],
         change=change_words(plan),
         notes=plan_notes(plan),
         table="\n".join(table_lines(plan.table)),
+        picture=picture,
         data={
-            "planned": {slider["name"]: slider["planned"] for slider in sliders},
-            "damping": request.damping_per_s,
-            "ballDiameter": request.ball_diameter_m,
-            "tolerances": plain(request.tolerances),
-            "seed": request.seed,
-            "options": _options_beside(request),
+            "request": request_object(request),
+            "rate": rate,
+            "table": plain({f.name: getattr(table, f.name).tolist() for f in fields(table)}),
             "likenesses": plain(LIKENESSES),
+            "resolved": RESOLVED_FRAMES,
+            "options": _options_beside(request),
         },
     )
 
 
 def _options_beside(request: PlanRequest) -> str:
     """Options of the command line that are not their defaults and have no slider."""
-    options = f" --damping {request.damping_per_s:g}" if request.damping_per_s else ""
+    options = f" --thread {request.heavy_thread_m:g} {request.light_thread_m:g}"
+    options += f" --restitution {request.restitution:g}"
+    options += f" --damping {request.damping_per_s:g}" if request.damping_per_s else ""
     for name, (field, _) in TOLERANCES.items():
         value = getattr(request.tolerances, field)
         if value != getattr(Tolerances(), field):
@@ -209,29 +226,20 @@ def _options_beside(request: PlanRequest) -> str:
     return options + (f" --seed {request.seed}" if request.seed else "")
 
 
-def _sliders(plan: Plan) -> list[dict[str, object]]:
-    """Describe the sliders, in metres, the masses' unit and frames a second.
+def _sliders(request: PlanRequest, rate: float) -> list[dict[str, object]]:
+    """Describe the sliders: metres, hundredths of the cylinder's mass, logarithms of frames/s.
 
-    Their ends reach as far as what is planned. Masses and rates go in even steps of the logarithm.
+    Their ends reach as far as what is planned.
     """
-    request, camera = plan.request, plan.camera
-    heavy, light = float(request.heavy), float(request.light)
-    rate = plan.framing.rate_needed_fps if camera is None else camera.capture_fps
-    sliders: list[dict[str, object]] = []
-    for name, label, low, high, step, planned in (
-        ("gap", "Gap, ball to wall", 0.005, 0.1, 0.0005, request.gap_m),
-        ("release", "Release", 0.02, 0.2, 0.001, request.release_m),
-        ("heavy", "Mass of the cylinder", light, light * 10_000.0, None, heavy),
-        ("light", "Mass of the ball", light / 4.0, light * 4.0, None, light),
-        ("heavyThread", "Thread of the cylinder", 0.2, 3.0, 0.001, request.heavy_thread_m),
-        ("lightThread", "Thread of the ball", 0.2, 3.0, 0.001, request.light_thread_m),
-        ("restitution", "Restitution", 0.85, 1.0, 0.001, request.restitution),
-        ("rate", "Camera", 24.0, 100_000.0, None, rate),
-    ):
-        least, most, value = min(planned, low), max(planned, high), planned
-        if step is None:
-            least, most = round(math.log10(least), 4), round(math.log10(most), 4)
-            value = math.log10(planned)
-        slider: dict[str, object] = {"name": name, "label": label, "step": step or 0.002}
-        sliders.append(slider | {"least": least, "most": most, "value": value, "planned": planned})
+    rows = (
+        ("gap", "Gap, ball to wall", *GAPS_M, 0.0005, request.gap_m),
+        ("release", "Release", *RELEASES_M, 0.001, request.release_m),
+        ("clay", "Mass of the cylinder", -CLAY_STEPS, CLAY_STEPS, 1, 0),
+        ("rate", "Camera", 1.4, 5.0, 0.002, math.log10(rate)),
+    )
+    names = ("name", "label", "least", "most", "step", "value")
+    sliders: list[dict[str, Any]] = [dict(zip(names, row, strict=True)) for row in rows]
+    for one in sliders:
+        value = one["value"]
+        one |= {"least": min(one["least"], value), "most": max(one["most"], value)}
     return sliders

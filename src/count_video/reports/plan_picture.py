@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,7 @@ from count_video.reports.drawing import (
     BLACK,
     GREEN,
     HALO,
+    MEDIA_TYPES,
     OWN,
     VERMILION,
     drawable,
@@ -42,7 +43,7 @@ from count_video.reports.drawing import (
 from count_video.reports.figure import add_legend, figure_of
 from count_video.reports.json_object import plan_object
 from count_video.reports.material import Material, Pendulum
-from count_video.reports.page import plan_page
+from count_video.reports.page import data_address, plan_page
 from count_video.reports.panels import draw_enlarged, draw_states, draw_whole
 from count_video.reports.plan_text import plan_headline
 from count_video.reports.tables import map_csv
@@ -208,15 +209,8 @@ def _as_counted(
 
 # ---- the files of a plan -----------------------------------------------------------------------
 
-_CONTENTS: Mapping[str, Callable[[Plan, Figure], bytes]] = {
-    "plan.json": lambda plan, _: json.dumps(plan_object(plan), indent=1).encode("ascii") + b"\n",
-    "plan.csv": lambda plan, _: map_csv(plan.chart).encode("ascii") if plan.chart else b"",
-    "plan.html": lambda plan, _: plan_page(plan).encode("utf-8"),
-    "plan.png": lambda _, figure: picture_bytes(figure, "png"),
-    "plan.svg": lambda _, figure: picture_bytes(figure, "svg"),
-}
-NAMES = tuple(_CONTENTS)
-"""Files of a plan, and above what each holds."""
+NAMES = ("plan.json", "plan.csv", "plan.html", "plan.png", "plan.svg")
+"""Files of a plan."""
 
 
 def write_plan(plan: Plan, outputs: OutputFolder, progress: Progress = NO_PROGRESS) -> None:
@@ -228,9 +222,20 @@ def write_plan(plan: Plan, outputs: OutputFolder, progress: Progress = NO_PROGRE
         If one cannot be written, or would replace what this program did not write.
     """
     progress.start(len(NAMES), "drawing")
-    figure = plan_figure(plan)
-    for name, content in _CONTENTS.items():
+    for name, content in _contents(plan):
         with explained(outputs.folder / name):
-            outputs.write(name, content(plan, figure))
+            outputs.write(name, content)
         progress.advance(1)
     progress.finish()
+
+
+def _contents(plan: Plan) -> Iterator[tuple[str, bytes]]:
+    """Yield the names of the files, and what each holds."""
+    yield "plan.json", json.dumps(plan_object(plan), indent=1).encode("ascii") + b"\n"
+    yield "plan.csv", map_csv(plan.chart).encode("ascii") if plan.chart else b""
+    figure = plan_figure(plan)
+    yield "plan.svg", picture_bytes(figure, "svg")
+    picture = picture_bytes(figure, "png")
+    yield "plan.png", picture
+    page = plan_page(plan, data_address(picture, MEDIA_TYPES["png"]))
+    yield "plan.html", page.encode("utf-8")
