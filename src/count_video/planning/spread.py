@@ -269,7 +269,7 @@ def adjustments_of(request: PlanRequest, theory: int) -> Adjustments:
 
     They are the changes that ``proposals`` takes from.
     """
-    shares = 1.0 + CLAY_STEP * np.arange(-CLAY_STEPS, CLAY_STEPS + 1)
+    shares = np.array([1.0 + CLAY_STEP * k for k in range(-CLAY_STEPS, CLAY_STEPS + 1)])
     steps = _affordable(1_000_000, theory * len(shares), 12, 240)
     # Narrow regions lie where the gap is small.
     scanned = np.geomspace(GAPS_M[0] / RELEASES_M[1], 1.0, steps)
