@@ -42,7 +42,7 @@ Way = Literal["seen", "inferred", "not measured"]
 
 @dataclass(frozen=True)
 class Measured:
-    """Clips of one kind and how they came out."""
+    """Clips of one kind and how they came out, and which clips are like them."""
 
     kind: str
     """What they have in common, in a few words."""
@@ -50,25 +50,7 @@ class Measured:
     exact: int
     not_counted: int
     wrong: int
-
-    @property
-    def chance(self) -> float:
-        """Chance that the next such clip is counted exactly, by Laplace's rule of succession."""
-        return (self.exact + 1) / (self.clips + 2)
-
-
-RESOLVED = Measured("rendered clips whose frames show every collision", 232, 229, 3, 0)
-BETWEEN = Measured("rendered clips with some collisions between the frames", 42, 42, 0, 0)
-CLOSE = Measured("planned clips with collisions closer than a quarter of a frame", 20, 19, 1, 0)
-LONG = Measured("clips of some 310 collisions with the masses given", 20, 20, 0, 0)
-
-
-@dataclass(frozen=True)
-class Likeness:
-    """Which clips are like those that were measured."""
-
-    measured: Measured
-    way: Way
+    way: Way = "inferred"
     shortest_frames: float = 0.0
     """Frames from one collision to the next, where they follow each other fastest, at least."""
     counts: tuple[int, int] = (0, 1_000_000)
@@ -76,24 +58,44 @@ class Likeness:
     capture_fps: float = 0.0
     """Slowest camera."""
 
+    @property
+    def chance(self) -> float:
+        """Chance that the next such clip is counted exactly, by Laplace's rule of succession."""
+        return (self.exact + 1) / (self.clips + 2)
 
-LIKENESSES = (
-    Likeness(RESOLVED, "seen", RESOLVED_FRAMES),
-    Likeness(BETWEEN, "inferred", 0.25, (0, 45)),
-    Likeness(CLOSE, "inferred", 0.08, (0, 45)),
-    Likeness(LONG, "inferred", counts=(250, 350), capture_fps=1000.0),
+
+RESOLVED = Measured(
+    *("rendered clips whose frames show every collision", 232, 229, 3, 0),
+    way="seen",
+    shortest_frames=RESOLVED_FRAMES,
 )
-"""The first that holds is taken."""
+BETWEEN = Measured(
+    *("rendered clips with some collisions between the frames", 42, 42, 0, 0),
+    shortest_frames=0.25,
+    counts=(0, 45),
+)
+CLOSE = Measured(
+    *("planned clips with collisions closer than a quarter of a frame", 20, 19, 1, 0),
+    shortest_frames=0.08,
+    counts=(0, 45),
+)
+LONG = Measured(
+    *("clips of some 310 collisions with the masses given", 20, 20, 0, 0),
+    counts=(250, 350),
+    capture_fps=1000.0,
+)
+MEASURED = (RESOLVED, BETWEEN, CLOSE, LONG)
+"""Of these the first that is like a clip is taken."""
 
 
 def most_like(
     count: int, shortest_frames: float, capture_fps: float
 ) -> tuple[Way, Measured | None]:
     """Return how a clip would be counted, and the measured clips that were most like it."""
-    for one in LIKENESSES:
+    for one in MEASURED:
         fits = one.counts[0] <= count <= one.counts[1] and capture_fps >= one.capture_fps
         if fits and shortest_frames >= one.shortest_frames:
-            return one.way, one.measured
+            return one.way, one
     return "not measured", None
 
 
@@ -188,7 +190,7 @@ def make_plan(
     UsageError
         If the bodies lose so much that they come to rest on each other in ever smaller bounces.
     """
-    progress.start(3 + with_table + with_chart, "planning")
+    progress.start(5, "planning")
     theory = collision_count(request.heavy, request.light)
     motion = simulate(request.setup(), most=most_collisions(theory))
     if motion.endless:
@@ -205,7 +207,7 @@ def make_plan(
     changes = proposals(request, theory, spread)
     progress.advance(1)
     table = table_of(request, theory) if with_table else None
-    progress.advance(int(with_table))
+    progress.advance(1)
     chart = chart_of(request, theory) if with_chart else None
     progress.finish()
     camera = _camera_view(request, burst, framing)

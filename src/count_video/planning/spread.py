@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from statistics import fmean, pstdev, stdev
 from typing import Any, Literal
@@ -65,19 +66,28 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class TrialTable:
-    """A table of simulated trials, with the figures of the paper's table."""
+class CountFigures:
+    """The figures of the paper's table for some trials; None where no trial has a count."""
 
     trials: int
-    counts: tuple[int, ...]
-    """Counts in order; endless trials are left out."""
+    """All of them, those without a count as well."""
     maximum: int | None
-    """This and the figures below are None where no trial has a count."""
     minimum: int | None
     mean: float | None
     sd_population: float | None
+    """Root of the mean squared deviation: divided by n. The paper's standard deviation."""
     sd_sample: float | None
-    histogram: dict[int, int]
+    """Divided by n - 1; None for fewer than two counts."""
+    histogram: Mapping[int, int]
+    """How many trials had each count, from the least to the greatest."""
+
+
+@dataclass(frozen=True)
+class TrialTable(CountFigures):
+    """A table of simulated trials."""
+
+    counts: tuple[int, ...]
+    """Counts in order; endless trials are left out."""
     theory: int
 
 
@@ -185,11 +195,12 @@ def table_of(request: PlanRequest, theory: int) -> TrialTable:
     """Simulate one table of trials."""
     found = _simulated([request], request.trials, _STREAM_TABLE, theory)
     counts = found.count[~found.endless].tolist()
-    return TrialTable(request.trials, tuple(counts), theory=theory, **count_figures(counts))
+    figures = count_figures(counts)
+    return TrialTable(trials=request.trials, counts=tuple(counts), theory=theory, **figures)
 
 
 def count_figures(counts: Sequence[int]) -> dict[str, Any]:
-    """Work out the figures of the paper's table, by the names of the fields of ``TrialTable``."""
+    """Work out the figures of the paper's table, by the names of their fields."""
     return {
         "maximum": max(counts, default=None),
         "minimum": min(counts, default=None),
@@ -297,13 +308,13 @@ def proposals(request: PlanRequest, theory: int, spread: Spread) -> tuple[Propos
     """
     if spread.theory_share >= ENOUGH or spread.endless_share > 0.5:
         return ()
-    steps = (sign * step for step in range(1, CLAY_STEPS + 1) for sign in (1, -1))
-    clay = [CLAY_STEP * step * float(request.heavy) for step in steps]
-    found = (
-        _nearest(request, theory, "gap", _steps(GAPS_M, 0.001)),
-        _nearest(request, theory, "release", _steps(RELEASES_M, 0.005)),
-        _nearest(request, theory, "heavy mass", clay),
-    )
+    steps = [sign * step for step in range(1, CLAY_STEPS + 1) for sign in (1, -1)]
+    choices: dict[Change, list[float]] = {
+        "gap": [millimetres / 1000 for millimetres in range(5, 101)],
+        "release": [millimetres / 1000 for millimetres in range(20, 201, 5)],
+        "heavy mass": [CLAY_STEP * step * float(request.heavy) for step in steps],
+    }
+    found = (_nearest(request, theory, change, values) for change, values in choices.items())
     return tuple(proposal for proposal in found if proposal is not None)
 
 
@@ -314,15 +325,22 @@ def changed(request: PlanRequest, change: Change, value: float) -> PlanRequest:
     return replace(request, **{f"{change}_m": value})  # type: ignore[arg-type]
 
 
-def _steps(ends: tuple[float, float], step: float) -> list[float]:
-    return [step * number for number in range(round(ends[0] / step), round(ends[1] / step) + 1)]
-
-
 def _nearest(
     request: PlanRequest, theory: int, change: Change, values: Sequence[float]
 ) -> Proposal | None:
-    """Return the nearest of some values with which nearly all trials give the theory's count."""
-    near = _giving(request, theory, change, values)
+    """Return the nearest of some values with which nearly all trials give the theory's count.
+
+    With another mass the theory itself must stay: what a count says about pi hangs on the masses.
+    """
+    now = {"gap": request.gap_m, "release": request.release_m}.get(change, 0.0)
+    possible = []
+    for value in sorted(values, key=lambda value: abs(value - now)):
+        with suppress(UsageError):  # such as a gap larger than the release
+            planned = changed(request, change, value)
+            if collision_count(planned.heavy, planned.light) == theory:
+                possible.append((value, planned))
+    counts = simulate_many([one.setup() for _, one in possible], most_collisions(theory)).count
+    near = [one for one, count in zip(possible, counts, strict=True) if count == theory]
     near = near[: max(5, 150_000 // (20 * theory))]
     trials = _affordable(150_000, theory * max(1, len(near)), 20, 100)
     shares = shares_of([planned for _, planned in near], theory, trials)
@@ -331,26 +349,3 @@ def _nearest(
             rate_fps = rate_needed_fps(simulate(planned.setup()).shortest_s)
             return Proposal(change, value, share, rate_fps)
     return None
-
-
-def _giving(
-    request: PlanRequest, theory: int, change: Change, values: Sequence[float]
-) -> list[tuple[float, PlanRequest]]:
-    """Values with which a trial may give the theory's count, the nearest first, and their requests.
-
-    With another mass the theory itself must stay: what a count says about pi hangs on the masses.
-    """
-    now = {"gap": request.gap_m, "release": request.release_m}.get(change, 0.0)
-    possible = []
-    for value in sorted(values, key=lambda value: abs(value - now)):
-        try:
-            planned = changed(request, change, value)
-        except UsageError:  # such as a gap larger than the release
-            continue
-        if collision_count(planned.heavy, planned.light) == theory:
-            possible.append((value, planned))
-    if change == "heavy mass":
-        return possible
-    setups = [planned.setup() for _, planned in possible]
-    counts = simulate_many(setups, most_collisions(theory)).count
-    return [one for one, count in zip(possible, counts, strict=True) if count == theory]

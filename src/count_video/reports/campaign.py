@@ -9,10 +9,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from count_video.inputs import MASS_RATIO
 from count_video.physics.theory import collision_count
+from count_video.planning.spread import CountFigures
 from count_video.records import SURE, Estimate, TrialResult
 from count_video.reports.json_object import SCHEMA_VERSION, plain
 from count_video.reports.words import (
@@ -24,9 +25,6 @@ from count_video.reports.words import (
     printable,
     ratio_words,
 )
-
-if TYPE_CHECKING:
-    from count_video.planning.spread import TrialTable
 
 TRIAL_HEADING = f"{'trial':<24}  count  probability"
 Line = tuple[str, str, str]
@@ -92,18 +90,10 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Summary:
+class Summary(CountFigures):
     """What trials say together; None where no trial says anything."""
 
-    trials: int
     counted: int
-    maximum: int | None
-    minimum: int | None
-    mean: float | None
-    sd_population: float | None
-    """Root of the mean squared deviation: divided by n. The paper's standard deviation."""
-    sd_sample: float | None
-    """Divided by n - 1; None for fewer than two counts."""
     mean_uncertainty: float | None
     """Root mean square error of ``mean`` by the counts' own probabilities; None where a count has
     none."""
@@ -118,8 +108,6 @@ class Summary:
     """Range of the theory's counts by the uncertainty of the measured mass ratio."""
     mass_ratio: Estimate | None
     """Mass ratio of the bodies; its uncertainty is 0 where it was given."""
-    histogram: Mapping[int, int]
-    """How many trials had each count, from the least to the greatest."""
     restitution_bodies: Spread | None
     restitution_wall: Spread | None
     energy_kept: Spread | None
@@ -238,7 +226,7 @@ def summary_lines(one: Summary) -> list[Line]:
 
 
 def paper_lines(
-    table: Summary | TrialTable, counted: tuple[str, int], theory: tuple[str, str], beside: str = ""
+    table: CountFigures, counted: tuple[str, int], theory: tuple[str, str], beside: str = ""
 ) -> list[Line]:
     """List the lines of the paper's table.
 

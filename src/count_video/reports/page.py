@@ -22,7 +22,7 @@ from markupsafe import Markup
 
 from count_video.inputs import TOLERANCES
 from count_video.planning.comparison import expected_counts
-from count_video.planning.plan import LIKENESSES, Plan
+from count_video.planning.plan import MEASURED, Plan
 from count_video.planning.request import PlanRequest, Tolerances, request_object
 from count_video.planning.spread import (
     CLAY_STEPS,
@@ -207,7 +207,7 @@ def plan_page(plan: Plan, picture: str) -> str:
             "request": request_object(request),
             "rate": rate,
             "table": plain({f.name: getattr(table, f.name).tolist() for f in fields(table)}),
-            "likenesses": plain(LIKENESSES),
+            "measured": plain(MEASURED),
             "resolved": RESOLVED_FRAMES,
             "options": _options_beside(request),
         },

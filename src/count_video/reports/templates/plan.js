@@ -1,7 +1,7 @@
 "use strict";
 // Count and shortest interval of the set-up on the sliders, read from a table of simulated trials.
 (() => {
-  const { request, rate, table, likenesses, resolved, options } = JSON.parse(
+  const { request, rate, table, measured, resolved, options } = JSON.parse(
     document.getElementById("data").textContent);
   const element = (id) => document.getElementById(id);
   const MAP = { gap: [0.005, 0.1], release: [0.02, 0.2], left: 50, right: 590, top: 8, bottom: 430 };
@@ -135,8 +135,8 @@
   // ---- words ------------------------------------------------------------------------------------
   function cameraWords({ count, shortest }) {
     const frames = shortest * values.rate;
-    const like = likenesses.find((one) => frames >= one.shortest_frames
-      && one.counts[0] <= count && count <= one.counts[1] && values.rate >= one.capture_fps)?.measured;
+    const like = measured.find((one) => frames >= one.shortest_frames
+      && one.counts[0] <= count && count <= one.counts[1] && values.rate >= one.capture_fps);
     const shown = frames >= resolved ? "sees each collision"
       : `${digits(frames, 2)} frames from one to the next at the closest`;
     if (!like) return `${shown}; whether such a clip is counted was never measured`;
