@@ -238,6 +238,15 @@ def test_without_a_mass_ratio_the_panels_say_what_they_need(material: Material) 
         assert any("--masses" in text.get_text() for text in panel(figure, title).texts)
 
 
+def test_the_picture_of_one_body_has_no_panel_that_needs_two(material: Material) -> None:
+    alone = replace(material, track=replace(material.track, heavy=None), pendulum=None)
+    titles = " ".join(axes.get_title(loc="left") for axes in trial_figure(alone).axes)
+    assert "Space and time" in titles
+    assert "Velocities" in titles
+    assert "Phase circle" not in titles
+    assert "Energy" not in titles
+
+
 def test_a_clip_without_collisions_has_a_picture(material: Material) -> None:
     nothing = replace(material.result, collisions=(), count=None, seen=0, status="not_counted")
     figure = trial_figure(replace(material, result=nothing, pendulum=None))

@@ -83,12 +83,15 @@ def trial_figure(material: Material) -> Figure:
     if result.count is not None and result.mass_ratio is not None:
         title += f" at a mass ratio of {result.mass_ratio:.4g}"
     middle = "enlarged" if material.is_dense else "space-time"
+    columns = [["space-time", middle, "velocities"], ["phase-circle", "phase-circle", "energy"]]
+    if material.track.heavy is None:  # one body alone has no states of two
+        del columns[1]
     with styled():
         figure = figure_of(16.0, 10.5)
         figure.suptitle(title, fontsize=20, weight="bold")
         panels = figure.subplot_mosaic(
-            [["space-time", "phase-circle"], [middle, "phase-circle"], ["velocities", "energy"]],
-            width_ratios=[1.75, 1],
+            np.transpose(columns).tolist(),
+            width_ratios=[1.75, 1][: len(columns)],
             height_ratios=[1, 1.4, 1.25],
         )
         for name, axes in panels.items():
