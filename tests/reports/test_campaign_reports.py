@@ -24,8 +24,8 @@ from table_rows import row
 
 KEYS = [
     *("schema_version", "trials", "counted", "maximum", "minimum", "mean", "sd_population"),
-    *("sd_sample", "mean_uncertainty", "mean_expected", "theory", "theory_source", "theory_low"),
-    *("theory_high", "mass_ratio", "histogram", "restitution_bodies", "restitution_wall"),
+    *("sd_sample", "histogram", "mean_uncertainty", "mean_expected", "theory", "theory_source"),
+    *("theory_low", "theory_high", "mass_ratio", "restitution_bodies", "restitution_wall"),
     *("energy_kept", "geometric_share", "need_a_person", "groups"),
 ]
 

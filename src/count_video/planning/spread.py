@@ -70,7 +70,9 @@ class CountFigures:
     """The figures of the paper's table for some trials; None where no trial has a count."""
 
     trials: int
-    """All of them, those without a count as well."""
+    """All of them."""
+    counted: int
+    """Those with a count, of which all that follows is."""
     maximum: int | None
     minimum: int | None
     mean: float | None
@@ -195,8 +197,13 @@ def table_of(request: PlanRequest, theory: int) -> TrialTable:
     """Simulate one table of trials."""
     found = _simulated([request], request.trials, _STREAM_TABLE, theory)
     counts = found.count[~found.endless].tolist()
-    figures = count_figures(counts)
-    return TrialTable(trials=request.trials, counts=tuple(counts), theory=theory, **figures)
+    return TrialTable(
+        trials=request.trials,
+        counted=len(counts),
+        counts=tuple(counts),
+        theory=theory,
+        **count_figures(counts),
+    )
 
 
 def count_figures(counts: Sequence[int]) -> dict[str, Any]:

@@ -93,7 +93,6 @@ class Spread:
 class Summary(CountFigures):
     """What trials say together; None where no trial says anything."""
 
-    counted: int
     mean_uncertainty: float | None
     """Root mean square error of ``mean`` by the counts' own probabilities; None where a count has
     none."""
@@ -210,7 +209,7 @@ def summary_lines(one: Summary) -> list[Line]:
         source = f"(measured mass ratio {ratio_words(one.mass_ratio)})"
     if one.mean_uncertainty is not None:
         beside = f"± {one.mean_uncertainty:.2f} by the counts' own probabilities"
-    lines = paper_lines(one, ("counted", one.counted), (theory_words(one), source), beside)
+    lines = paper_lines(one, "counted", (theory_words(one), source), beside)
     for label, spread in (
         ("Restitution between the bodies", one.restitution_bodies),
         ("Restitution at the wall", one.restitution_wall),
@@ -226,12 +225,12 @@ def summary_lines(one: Summary) -> list[Line]:
 
 
 def paper_lines(
-    table: CountFigures, counted: tuple[str, int], theory: tuple[str, str], beside: str = ""
+    table: CountFigures, counted: str, theory: tuple[str, str], beside: str = ""
 ) -> list[Line]:
     """List the lines of the paper's table.
 
-    ``counted`` says in words which trials have a count, and how many; ``theory`` is the theory's
-    count and where it is from; ``beside`` stands beside the mean.
+    ``counted`` says in words which trials have a count; ``theory`` is the theory's count and where
+    it is from; ``beside`` stands beside the mean.
     """
     figures = (
         ("Maximum value", table.maximum, 0, ""),
@@ -242,7 +241,7 @@ def paper_lines(
     )
     return [
         ("Number of trials", str(table.trials), ""),
-        (f"  of these {counted[0]}", str(counted[1]), ""),
+        (f"  of these {counted}", str(table.counted), ""),
         *((label, "-" if v is None else f"{v:.{n}f}", remark) for label, v, n, remark in figures),
         ("Theory", *theory),
     ]

@@ -171,8 +171,7 @@ def table_lines(table: TrialTable | None) -> list[str]:
     """Write the table of trials, as that of a campaign; no line where there is none."""
     if table is None:
         return []
-    counted = ("with a count", len(table.counts))
-    lines = paper_lines(table, counted, (str(table.theory), ""))
+    lines = paper_lines(table, "with a count", (str(table.theory), ""))
     return [*(entry(*line) for line in lines), *histogram_lines(table.histogram, [table.theory])]
 
 
