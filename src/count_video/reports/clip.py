@@ -11,7 +11,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 
 import cv2
 import numpy as np
@@ -214,30 +214,25 @@ class Gif:
 
     shown_s: Floats
     """When each picture of the clip is shown, in seconds, shape (n,)."""
-    _kept: list[Image.Image] = field(default_factory=list)
-
-    @cached_property
-    def _rows(self) -> NDArray[np.intp]:
-        """The pictures that are kept: at most 160, for more make a file that no slide takes."""
-        times = np.linspace(0.0, self.shown_s[-1], min(160, len(self.shown_s)))
-        return np.unique(np.searchsorted(self.shown_s, times, side="right") - 1)
+    _kept: dict[int, Image.Image] = field(default_factory=dict)
+    """At most 160 of them by their rows, for more make a file that no slide takes."""
 
     def keeping(self, pictures: Iterable[Pixels]) -> Iterator[Pixels]:
         """Yield the pictures, RGB, shape (height, width, 3)."""
-        wanted = set(self._rows.tolist())
+        times = np.linspace(0.0, self.shown_s[-1], min(160, len(self.shown_s)))
+        wanted = set((np.searchsorted(self.shown_s, times, side="right") - 1).tolist())
         for row, picture in enumerate(pictures):
             if row in wanted:
                 size = (480, round(480 * picture.shape[0] / picture.shape[1]))
                 small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
-                self._kept.append(Image.fromarray(small).quantize(64))
+                self._kept[row] = Image.fromarray(small).quantize(64)
             yield picture
 
     def data(self) -> bytes:
         """Put the pictures kept so far together; it plays for ever, as long as the clip."""
-        shown_s = self.shown_s[self._rows[: len(self._kept)]]
+        shown_s, target = self.shown_s[list(self._kept)], io.BytesIO()
         lasts_ms = np.diff(shown_s, append=shown_s[-1:] + 1.5) * 1000.0
         duration = np.maximum(20, lasts_ms.round()).astype(int).tolist()
-        target = io.BytesIO()
-        first, *others = self._kept
+        first, *others = self._kept.values()
         first.save(target, "GIF", save_all=True, append_images=others, duration=duration, loop=0)
         return target.getvalue()
