@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,12 +12,11 @@ from evidence_made import Made
 
 from count_video.corrections import reviewed
 from count_video.video.reader import open_footage
+from visits import DESK, PHONE, Visit, open_page
 
 if TYPE_CHECKING:
     from playwright import sync_api
 
-PHONE = {"width": 390, "height": 844}
-DESK = {"width": 1280, "height": 900}
 CONTRAST = """(element) => {
   // Contrast of the letters to their ground, by the formula of WCAG 2.
   const channel = (v) => (v <= 10 ? v / 3295 : ((v / 255 + 0.055) / 1.055) ** 2.4);
@@ -29,61 +27,18 @@ CONTRAST = """(element) => {
   while (/(, 0\\)|transparent)$/.test(paper(ground))) ground = ground.parentElement;
   const [a, b] = [light(getComputedStyle(element).color), light(paper(ground))];
   return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05); }"""
-PATIENCE = 200
-"""Waits of 50 ms each: what should happen at once may take long on a busy machine."""
 
 
-@dataclass
-class Visit:
-    """A page that is open, and what it complained about."""
-
-    page: sync_api.Page
-    complaints: list[str] = field(default_factory=list)
-    requests: list[str] = field(default_factory=list)
-
-    def text(self, name: str) -> str:
-        return self.page.locator(f"#{name}").inner_text()
-
-    def frame(self) -> int:
-        return int(self.text("frame"))
-
-    def wait_until(self, condition: str) -> None:
-        """Ask from outside: the page's own rules forbid to evaluate text in it again and again."""
-        for _ in range(PATIENCE):
-            if self.page.evaluate(condition):
-                return
-            self.page.wait_for_timeout(50)
-        pytest.fail(f"never true: {condition}")
-
-    def wait_for_frame(self, frame: int) -> None:
-        self.wait_until(f"document.getElementById('frame').textContent === '{frame}'")
-
-    def entries(self) -> list[str]:
-        return self.page.locator("#list button").all_inner_texts()
-
-    def save(self, folder: Path) -> Path:
-        with self.page.expect_download() as download:
-            self.page.locator("#save").click()
-        path = folder / download.value.suggested_filename
-        download.value.save_as(path)
-        return path
+def entries(visit: Visit) -> list[str]:
+    return visit.page.locator("#list button").all_inner_texts()
 
 
-def open_page(browser: sync_api.Browser, path: Path, size: dict[str, int]) -> Visit:
-    page = browser.new_page(viewport=size)
-    visit = Visit(page)
-    page.on(
-        "console",
-        lambda message: (
-            visit.complaints.append(message.text) if message.type in ("error", "warning") else None
-        ),
-    )
-    page.on("pageerror", lambda error: visit.complaints.append(str(error)))
-    page.on("request", lambda request: visit.requests.append(request.url))
-    page.goto(path.as_uri())
-    if page.locator("#video").count():
-        visit.wait_until("document.getElementById('video').readyState >= 2")
-    return visit
+def save(visit: Visit, folder: Path) -> Path:
+    with visit.page.expect_download() as download:
+        visit.page.locator("#save").click()
+    path = folder / download.value.suggested_filename
+    download.value.save_as(path)
+    return path
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +62,7 @@ def test_the_page_loads_without_complaint_and_without_a_network(visit: Visit, ma
     assert schemes <= {"file", "data", "blob"}
     assert [a for a in visit.requests if a.startswith("file")] == [made.file("html").as_uri()]
     assert visit.page.locator("h1").inner_text() == "12 collisions"
-    assert len(visit.entries()) == 12
+    assert len(entries(visit)) == 12
 
 
 def test_the_video_plays(visit: Visit) -> None:
@@ -139,7 +94,7 @@ def test_the_contact_frames_are_in_sight_on_a_desk_and_the_page_opens_with_the_f
     visit: Visit, made: Made
 ) -> None:
     assert visit.text("contact-title").startswith("Collision 1 between the bodies")
-    visit.wait_for_frame(round(made.result.collisions[0].frame))
+    visit.wait_for_text("frame", round(made.result.collisions[0].frame))
     for number in (1, 12):
         visit.page.locator("#list button").nth(number - 1).click()
         for part in ("#cuts", "#video", "#play"):
@@ -152,7 +107,7 @@ def test_the_contact_frames_are_in_sight_on_a_desk_and_the_page_opens_with_the_f
 def test_times_stand_beside_the_frames_where_a_rate_is_known(
     uncorrected: Visit, made: Made
 ) -> None:
-    for collision, entry in zip(made.result.collisions, uncorrected.entries(), strict=True):
+    for collision, entry in zip(made.result.collisions, entries(uncorrected), strict=True):
         frame, time = entry.splitlines()[-1].removesuffix(" ms").split(" · ")
         assert collision.time_s is not None
         assert abs(float(frame) - collision.frame) <= 0.051  # as rounded
@@ -173,7 +128,7 @@ def test_a_click_into_the_picture_goes_to_the_nearest_collision(
         assert box is not None
         place = {"x": share * box["width"], "y": (top + bottom) / 2 * box["height"]}
         uncorrected.page.locator("#picture").click(position=place)
-        uncorrected.wait_for_frame(round(wanted.frame))
+        uncorrected.wait_for_text("frame", round(wanted.frame))
         assert uncorrected.text("contact-title").startswith(f"Collision {number} ")
 
 
@@ -183,7 +138,7 @@ def test_a_click_on_a_collision_goes_to_its_frame_and_shows_it_enlarged(
     for number in (1, 7, 12):
         uncorrected.page.locator("#list button").nth(number - 1).click()
         nearest = round(made.result.collisions[number - 1].frame)
-        uncorrected.wait_for_frame(nearest)
+        uncorrected.wait_for_text("frame", nearest)
         captions = uncorrected.page.locator("#cuts figcaption").all_inner_texts()
         assert captions == [f"frame {nearest + step}" for step in (-1, 0, 1)]
         widths = uncorrected.page.evaluate(
@@ -197,7 +152,7 @@ def test_the_video_shows_the_frame_that_the_page_names(uncorrected: Visit, made:
     # The header writes the frame's number; its picture is compared with the annotated clip's own.
     uncorrected.page.locator("#list button").nth(5).click()
     index = round(made.result.collisions[5].frame)
-    uncorrected.wait_for_frame(index)
+    uncorrected.wait_for_text("frame", index)
     shown = uncorrected.page.evaluate(
         """() => { const v = document.getElementById('video');
         const c = document.createElement('canvas');
@@ -219,19 +174,19 @@ def header_of(made: Made, index: int) -> list[int]:
 
 def test_keys_go_through_the_collisions_and_the_frames(visit: Visit, made: Made) -> None:
     first, second, third = (round(c.frame) for c in made.result.collisions[:3])
-    visit.wait_for_frame(first)
+    visit.wait_for_text("frame", first)
     visit.page.keyboard.press("ArrowDown")
-    visit.wait_for_frame(second)
+    visit.wait_for_text("frame", second)
     visit.page.keyboard.press("ArrowRight")
-    visit.wait_for_frame(third)
+    visit.wait_for_text("frame", third)
     visit.page.keyboard.press("ArrowLeft")
-    visit.wait_for_frame(second)
+    visit.wait_for_text("frame", second)
     visit.page.keyboard.press("ArrowUp")
-    visit.wait_for_frame(first)
+    visit.wait_for_text("frame", first)
     visit.page.keyboard.press(".")
-    visit.wait_for_frame(first + 1)
+    visit.wait_for_text("frame", first + 1)
     visit.page.keyboard.press(",")
-    visit.wait_for_frame(first)
+    visit.wait_for_text("frame", first)
     visit.page.keyboard.press(" ")
     visit.wait_until("!document.getElementById('video').paused")
 
@@ -258,7 +213,7 @@ def test_marking_wrong_changes_the_reviewed_count_and_marking_again_takes_it_bac
     assert visit.text("reviewed") == ""
     visit.page.locator("#wrong").click()
     assert visit.text("reviewed") == "Reviewed count: 11 (1 marked wrong, 0 added)"
-    assert "marked wrong" in visit.entries()[2]
+    assert "marked wrong" in entries(visit)[2]
     assert visit.text("wrong").startswith("Mark right")
     struck = visit.page.locator("#list button").nth(2).locator(".removed").all_inner_texts()
     assert struck == ["bodies"], "the note beside it can be read"
@@ -272,16 +227,16 @@ def test_a_missed_collision_is_added_at_the_frame_on_screen_and_can_be_taken_awa
 ) -> None:
     visit.page.locator("#list button").nth(1).click()
     index = round(made.result.collisions[1].frame)
-    visit.wait_for_frame(index)
+    visit.wait_for_text("frame", index)
     visit.page.locator("#forth").click()
-    visit.wait_for_frame(index + 1)
+    visit.wait_for_text("frame", index + 1)
     visit.page.locator("#add-wall").click()
     assert visit.text("reviewed") == "Reviewed count: 13 (0 marked wrong, 1 added)"
-    assert len(visit.entries()) == 13
-    assert "added" in visit.entries()[2]
+    assert len(entries(visit)) == 13
+    assert "added" in entries(visit)[2]
     visit.page.locator("#list button").nth(2).click()
     visit.page.locator("#wrong").click()
-    assert len(visit.entries()) == 12
+    assert len(entries(visit)) == 12
 
 
 def test_undo_goes_back_step_by_step(visit: Visit) -> None:
@@ -305,7 +260,7 @@ def test_saved_corrections_change_the_reviewed_count_of_the_tool(
         visit.page.locator("#list button").nth(number - 1).click()
         visit.page.keyboard.press("x")
     visit.page.keyboard.press("w")
-    path = visit.save(tmp_path)
+    path = save(visit, tmp_path)
     assert path.name == f"{made.clip.stem}.corrections.json"
     stored = json.loads(path.read_text("utf-8"))
     assert stored["reviewed_count"] == 11
@@ -318,7 +273,7 @@ def test_saved_corrections_change_the_reviewed_count_of_the_tool(
 def test_after_saving_nothing_is_unsaved(visit: Visit, tmp_path: Path) -> None:
     visit.page.keyboard.press("x")
     assert visit.text("state").startswith("Not saved to a file yet")
-    visit.save(tmp_path)
+    save(visit, tmp_path)
     assert visit.text("state") == "Saved to a file"
     asked = []
     visit.page.on("dialog", lambda dialog: (asked.append(dialog.type), dialog.accept()))
@@ -335,7 +290,7 @@ def test_changes_and_notes_are_there_again_when_the_page_is_opened_again(visit: 
     visit.wait_until("document.getElementById('video').readyState >= 2")
     assert visit.text("reviewed").startswith("Reviewed count: 11")
     assert visit.page.locator("#note").input_value() == "a shadow passes"
-    assert "note" in visit.entries()[0]
+    assert "note" in entries(visit)[0]
     visit.page.locator("#undo").click()
     assert visit.text("reviewed") == "", "what was there at first is one step back"
 
@@ -344,7 +299,7 @@ def test_what_was_saved_to_a_file_is_still_said_to_be_when_the_page_is_opened_ag
     visit: Visit, tmp_path: Path
 ) -> None:
     visit.page.keyboard.press("x")
-    visit.save(tmp_path)
+    save(visit, tmp_path)
     visit.page.reload()
     visit.wait_until("document.getElementById('video').readyState >= 2")
     assert visit.text("state") == "Saved to a file"
@@ -374,7 +329,7 @@ def test_a_saved_file_can_be_gone_on_from_and_notes_are_in_it(
     visit.page.keyboard.press("x")
     visit.page.locator("#note").fill("no touch to be seen")
     visit.page.locator("#note").blur()
-    path = visit.save(tmp_path)
+    path = save(visit, tmp_path)
     assert list(json.loads(path.read_text("utf-8"))["notes"].values()) == ["no touch to be seen"]
     assert reviewed(made.result, path).reviewed_count == 11
     visit.page.locator("#undo").click()
@@ -382,7 +337,7 @@ def test_a_saved_file_can_be_gone_on_from_and_notes_are_in_it(
     assert visit.text("reviewed") == ""
     visit.page.locator("#load").set_input_files(path)
     visit.wait_until("document.getElementById('reviewed').textContent.startsWith('Reviewed')")
-    assert "note" in visit.entries()[3]
+    assert "note" in entries(visit)[3]
 
 
 @pytest.mark.parametrize("content", ["{", "[]", '{"clip": "other.mp4", "corrections": []}'])
@@ -449,7 +404,7 @@ def test_nothing_sticks_out_of_a_phones_screen(browser: sync_api.Browser, made: 
     width = opened.page.evaluate("document.documentElement.scrollWidth")
     assert width <= PHONE["width"]
     opened.page.locator("#list button").nth(3).click()
-    opened.wait_for_frame(round(made.result.collisions[3].frame))
+    opened.wait_for_text("frame", round(made.result.collisions[3].frame))
     small = opened.page.evaluate(
         "[...document.querySelectorAll('button')].map((b) => b.getBoundingClientRect().height)"
     )

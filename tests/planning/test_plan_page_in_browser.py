@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,51 +13,25 @@ from count_video.physics.simulator import simulate
 from count_video.planning.plan import make_plan
 from count_video.planning.request import PlanRequest
 from count_video.reports.page import plan_page
+from visits import DESK, PHONE, Visit, open_page
 
 if TYPE_CHECKING:
     from playwright import sync_api
 
-PHONE = {"width": 390, "height": 844}
-DESK = {"width": 1400, "height": 900}
-PATIENCE = 200
-"""Attempts at 50 ms each: what should happen at once may take long on a busy machine."""
 FINGER_PX = 38
 
 
-@dataclass
-class Visit:
-    """A page that is open, and what it complained about."""
+def slide(visit: Visit, name: str, value: float) -> None:
+    """Put a slider to a value, as a drag does."""
+    visit.page.evaluate(
+        "([name, value]) => { const e = document.getElementById(name); e.value = value;"
+        " e.dispatchEvent(new Event('input')); }",
+        [name, value],
+    )
 
-    page: sync_api.Page
-    complaints: list[str] = field(default_factory=list)
-    requests: list[str] = field(default_factory=list)
 
-    def text(self, name: str) -> str:
-        return self.page.locator(f"#{name}").inner_text()
-
-    def slide(self, name: str, value: float) -> None:
-        """Put a slider to a value, as a drag does."""
-        self.page.evaluate(
-            "([name, value]) => { const e = document.getElementById(name); e.value = value;"
-            " e.dispatchEvent(new Event('input')); }",
-            [name, value],
-        )
-        self.wait_for_frame()
-
-    def shares(self) -> list[str]:
-        return [" ".join(row.split()) for row in self.page.locator(".shares tr").all_inner_texts()]
-
-    def wait_for_frame(self) -> None:
-        """Wait until the page has shown what it was given: it does so with its next frame."""
-        self.page.evaluate("new Promise((shown) => requestAnimationFrame(shown))")
-
-    def wait_for_count(self, count: int | str) -> None:
-        for _ in range(PATIENCE):
-            self.wait_for_frame()
-            if self.text("count") == str(count):
-                return
-            self.page.wait_for_timeout(50)
-        pytest.fail(f"the count stays {self.text('count')}, not {count}")
+def shares(visit: Visit) -> list[str]:
+    return [" ".join(row.split()) for row in visit.page.locator(".shares tr").all_inner_texts()]
 
 
 @pytest.fixture(scope="module")
@@ -67,23 +40,6 @@ def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("plan") / "plan.html"
     path.write_text(plan_page(plan, "data:,"), "utf-8")
     return path
-
-
-def open_page(
-    browser: sync_api.Browser, path: Path, size: dict[str, int], scheme: str = "light"
-) -> Visit:
-    page = browser.new_page(viewport=size, color_scheme=scheme)
-    visit = Visit(page)
-    page.on(
-        "console",
-        lambda message: (
-            visit.complaints.append(message.text) if message.type in ("error", "warning") else None
-        ),
-    )
-    page.on("pageerror", lambda error: visit.complaints.append(str(error)))
-    page.on("request", lambda request: visit.requests.append(request.url))
-    page.goto(path.as_uri())
-    return visit
 
 
 @pytest.fixture
@@ -100,59 +56,57 @@ def count_of(**changes: float) -> int:
 def test_the_page_loads_from_disk_without_complaint_or_network(
     visit: Visit, page_file: Path
 ) -> None:
-    visit.wait_for_count(31)
+    visit.wait_for_text("count", 31)
     assert visit.complaints == []
     assert [one for one in visit.requests if one != "data:,"] == [page_file.as_uri()]
     assert "Theory: 31, the same" in visit.text("theory")
     assert "1.16 ms" in visit.text("shortest")
     assert "2170 frames a second" in visit.text("needed")
-    shares = {trials.split()[0]: trials.split()[1] for trials in visit.shares()}
-    assert shares == {"31": "81%", "30": "19%"}, "as the text has them"
+    assert shares(visit) == ["31 81%", "30 19%"], "as the text has them"
 
 
 def test_every_slider_changes_what_is_counted_as_the_simulator_has_it(visit: Visit) -> None:
-    visit.slide("gap", 0.05)
-    visit.wait_for_count(count_of(wall_gap_m=0.05))
+    slide(visit, "gap", 0.05)
+    visit.wait_for_text("count", count_of(wall_gap_m=0.05))
     assert visit.text("gap-value") == "50 mm"
-    visit.slide("release", 0.15)
-    visit.wait_for_count(count_of(wall_gap_m=0.05, release_m=0.15))
+    slide(visit, "release", 0.15)
+    visit.wait_for_text("count", count_of(wall_gap_m=0.05, release_m=0.15))
     visit.page.locator("#reset").click()
-    visit.wait_for_count(31)
-    visit.slide("clay", -10)
+    visit.wait_for_text("count", 31)
+    slide(visit, "clay", -10)
     assert visit.text("clay-value") == "945"
-    visit.wait_for_count(count_of(heavy_mass_kg=0.945))
+    visit.wait_for_text("count", count_of(heavy_mass_kg=0.945))
     assert "Theory: 29" in visit.text("theory")
     assert visit.complaints == []
 
 
 def test_the_rate_changes_what_the_camera_sees(visit: Visit) -> None:
-    visit.wait_for_count(31)
+    visit.wait_for_text("count", 31)
     assert "0.28 frames from one to the next" in visit.text("camera")
     assert "a chance of 98%" in visit.text("camera")
-    visit.slide("rate", 3.5)
-    visit.wait_for_frame()
+    slide(visit, "rate", 3.5)
     assert "sees each" in visit.text("camera")
     assert float(visit.text("rate-value").split()[0]) == pytest.approx(3162, rel=0.005)
 
 
 def test_nonsense_is_said_and_not_counted(visit: Visit) -> None:
-    visit.slide("release", 0.02)
-    visit.wait_for_count("–")
+    slide(visit, "release", 0.02)
+    visit.wait_for_text("count", "–")
     assert "larger than the release" in visit.text("theory")
     visit.page.locator("#reset").click()
-    visit.wait_for_count(31)
+    visit.wait_for_text("count", 31)
 
 
 def test_keys_move_sliders_and_the_set_up_on_the_map(visit: Visit) -> None:
     visit.page.locator("#gap").focus()
     for _ in range(20):
         visit.page.keyboard.press("ArrowRight")  # half a millimetre each
-    visit.wait_for_count(count_of(wall_gap_m=0.04))
+    visit.wait_for_text("count", count_of(wall_gap_m=0.04))
     assert visit.text("gap-value") == "40 mm"
     visit.page.locator("#map").focus()
     for _ in range(10):
         visit.page.keyboard.press("ArrowRight")
-    visit.wait_for_count(count_of(wall_gap_m=0.05))
+    visit.wait_for_text("count", count_of(wall_gap_m=0.05))
     visit.page.keyboard.press("ArrowUp")
     assert visit.page.locator("#release").input_value() == "0.092"
 
@@ -173,12 +127,12 @@ def test_a_tap_on_the_map_takes_the_set_up_there(visit: Visit) -> None:
     release_m = float(visit.page.locator("#release").input_value())
     assert gap_m > 0.06
     assert release_m > 0.12
-    visit.wait_for_count(count_of(wall_gap_m=gap_m, release_m=release_m))
+    visit.wait_for_text("count", count_of(wall_gap_m=gap_m, release_m=release_m))
 
 
 def test_the_command_shown_is_that_of_the_set_up(visit: Visit) -> None:
-    visit.slide("gap", 0.05)
-    visit.wait_for_count(29)
+    slide(visit, "gap", 0.05)
+    visit.wait_for_text("count", 29)
     assert "--plan 1050 10.5 --gap 0.05 --release 0.09 --thread 1 1 " in visit.text("command")
 
 
@@ -188,7 +142,7 @@ def test_dark_and_light_pages_differ_and_are_drawn(
     drawn = {}
     for scheme in ("light", "dark"):
         opened = open_page(browser, page_file, DESK, scheme)
-        opened.wait_for_count(31)
+        opened.wait_for_text("count", 31)
         assert opened.complaints == []
         drawn[scheme] = opened.page.evaluate(
             "[...document.querySelectorAll('#map *')].map((e) => getComputedStyle(e).fill)"
@@ -206,7 +160,7 @@ def test_dark_and_light_pages_differ_and_are_drawn(
 
 def test_nothing_sticks_out_of_a_phones_screen(browser: sync_api.Browser, page_file: Path) -> None:
     opened = open_page(browser, page_file, PHONE)
-    opened.wait_for_count(31)
+    opened.wait_for_text("count", 31)
     assert opened.page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
     small = opened.page.evaluate(
         "[...document.querySelectorAll('button, input[type=range]')]"
@@ -215,7 +169,7 @@ def test_nothing_sticks_out_of_a_phones_screen(browser: sync_api.Browser, page_f
     assert min(small) >= FINGER_PX
     opened.page.locator("#map").scroll_into_view_if_needed()
     assert opened.page.locator("#count").is_visible()  # it stays while one scrolls
-    opened.slide("gap", 0.05)
-    opened.wait_for_count(29)
+    slide(opened, "gap", 0.05)
+    opened.wait_for_text("count", 29)
     assert opened.complaints == []
     opened.page.close()

@@ -20,6 +20,7 @@ from typing import Any, Literal
 import numpy as np
 
 from count_video.errors import UsageError
+from count_video.physics.events import Flags
 from count_video.physics.laws import Whole
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import NO_COUNT, ManyBursts, simulate, simulate_many, varied
@@ -273,13 +274,8 @@ def chart_of(request: PlanRequest, theory: int) -> Chart:
         for ends, cells in zip((GAPS_M, RELEASES_M), most, strict=True)
     )
     release, gap = np.meshgrid(releases, gaps, indexing="ij")
-    possible = gap <= release
-    setups = varied(request.setup(), wall_gap_m=gap[possible], release_m=release[possible])
-    found = simulate_many(setups, most_collisions(theory))
-    count = np.full(gap.shape, NO_COUNT, np.int64)
-    shortest = np.full(gap.shape, np.nan)
-    count[possible], shortest[possible] = found.count, found.shortest_s
-    return Chart(gaps, releases, count, shortest)
+    cells = _cells(request, theory, gap <= release, wall_gap_m=gap, release_m=release)
+    return Chart(gaps, releases, *cells)
 
 
 def adjustments_of(request: PlanRequest, theory: int) -> Adjustments:
@@ -293,18 +289,26 @@ def adjustments_of(request: PlanRequest, theory: int) -> Adjustments:
     scanned = np.geomspace(GAPS_M[0] / RELEASES_M[1], 1.0, steps)
     gaps = np.union1d(scanned, request.gap_m / request.release_m)
     share, gap = np.meshgrid(shares, gaps, indexing="ij")
-    possible = share * request.mass_ratio >= 1.0
-    setups = varied(
-        request.setup(),
-        heavy_mass_kg=request.mass_ratio * share[possible],
-        wall_gap_m=request.release_m * gap[possible],
-    )
-    found = simulate_many(setups, most_collisions(theory))
-    count = np.full(gap.shape, NO_COUNT, np.int64)
-    shortest = np.full(gap.shape, np.nan)
-    count[possible], shortest[possible] = found.count, found.shortest_s
+    ratio, gap_m = request.mass_ratio * share, request.release_m * gap
+    cells = _cells(request, theory, ratio >= 1.0, heavy_mass_kg=ratio, wall_gap_m=gap_m)
     free = [collision_count(ratio) for ratio in (request.mass_ratio * shares).tolist()]
-    return Adjustments(gaps, shares, np.array(free, np.int64), count, shortest)
+    return Adjustments(gaps, shares, np.array(free, np.int64), *cells)
+
+
+def _cells(
+    request: PlanRequest, theory: int, possible: Flags, **columns: Floats
+) -> tuple[Whole, Floats]:
+    """Simulate set-ups with other values of some fields, where they are possible.
+
+    All arrays have one shape, that of the counts and shortest times that are returned: ``NO_COUNT``
+    and NaN where nothing is possible.
+    """
+    count = np.full(possible.shape, NO_COUNT, np.int64)
+    shortest_s = np.full(possible.shape, np.nan)
+    named = {name: values[possible] for name, values in columns.items()}
+    found = simulate_many(varied(request.setup(), **named), most_collisions(theory))
+    count[possible], shortest_s[possible] = found.count, found.shortest_s
+    return count, shortest_s
 
 
 def proposals(request: PlanRequest, theory: int, spread: Spread) -> tuple[Proposal, ...]:
