@@ -11,7 +11,6 @@ import base64
 import hashlib
 import math
 import shlex
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -34,7 +33,7 @@ from count_video.planning.spread import (
 from count_video.records import Floats, TrialResult
 from count_video.reports.campaign import CampaignSummary, TrialRow, advice, summary_lines
 from count_video.reports.json_object import json_object, plain
-from count_video.reports.plan_text import change_words, plan_headline, plan_notes, table_lines
+from count_video.reports.plan_text import plan_headline, plan_notes, table_lines
 from count_video.reports.tables import collision_lines
 from count_video.reports.text import answer_words, comparison_lines, result_notes
 from count_video.reports.words import counts_words, percent, printable, ratio_words, storable
@@ -54,11 +53,15 @@ def render(name: str, scripts: Sequence[str] = (), **values: object) -> str:
         lstrip_blocks=True,
     )
     made.filters |= {"digest": _digest, "printable": printable, "percent": percent}
-    made.filters |= {"ratio_words": ratio_words}
+    made.filters |= {"ratio_words": ratio_words, "upper_first": _upper_first}
     style = _own_file("page.css") + _own_file(f"{name}.css")
     texts = [_own_file(f"{script}.js") for script in scripts]
     template = made.get_template(f"{name}.html")
     return template.render({"data": None, **values, "style": style, "scripts": texts})
+
+
+def _upper_first(sentence: str) -> str:
+    return sentence[:1].upper() + sentence[1:]
 
 
 def _digest(own_text: str) -> str:
@@ -174,12 +177,15 @@ def campaign_page(
 
 def _doubt(row: TrialRow) -> str:
     """Say what is doubtful about a trial and what to do, in sentences."""
-    what_to_do = advice(row)
-    sentences = (row.not_kept or row.result.reason, what_to_do[:1].upper() + what_to_do[1:])
+    sentences = (row.not_kept or row.result.reason, _upper_first(advice(row)))
     return printable(". ".join(filter(None, sentences)))
 
 
 # ---- a plan ------------------------------------------------------------------------------------
+
+
+DRAWN_SHARE = 0.02
+"""Counts that fewer of the simulated trials have get no bar."""
 
 
 def plan_page(plan: Plan, picture: str) -> str:
@@ -190,17 +196,15 @@ def plan_page(plan: Plan, picture: str) -> str:
     request, spread = plan.request, plan.spread
     table = adjustments_of(request, plan.burst.theory)
     rate = plan.framing.rate_needed_fps if plan.camera is None else plan.camera.capture_fps
-    commonest = Counter(spread.histogram).most_common(7)
+    shares = {count: number / spread.trials for count, number in spread.histogram.items()}
     return render(
         "plan",
         ("plan",),
         headline=plan_headline(plan),
         count=plan.burst.count,
         sliders=_sliders(request, rate),
-        trials=spread.trials,
-        shares=[(count, number / spread.trials) for count, number in sorted(commonest)[::-1]],
-        change=change_words(plan),
-        notes=plan_notes(plan),
+        shares=[(count, share) for count, share in shares.items() if share >= DRAWN_SHARE][::-1],
+        notes=dict(plan_notes(plan)),
         table="\n".join(table_lines(plan.table)),
         picture=picture,
         data={

@@ -119,7 +119,7 @@ def _spread_notes(plan: Plan) -> Iterator[Note]:
     text = f"of {spread.table_trials} such trials has a mean of {low:.2f} to {high:.2f} and a "
     text += f"standard deviation of {least:.2f} to {most:.2f} (95 in 100 tables)"
     yield "A table", "has no counts" if math.isnan(low) else text
-    yield "Change", change_words(plan)
+    yield "Change", _change(plan)
 
 
 def _counts(spread: Spread) -> str:
@@ -134,7 +134,7 @@ def _counts(spread: Spread) -> str:
     return ", ".join(f"{count} in {share:.0%}" for count, share in ordered)
 
 
-def change_words(plan: Plan) -> str:
+def _change(plan: Plan) -> str:
     """Say what to change for the theory's count with a safe margin, and for the camera."""
     theory = plan.burst.theory
     if plan.spread.theory_share >= ENOUGH:
