@@ -24,13 +24,9 @@
   // ---- frames and times -------------------------------------------------------------------
   const rowAt = (time) => Math.max(0, data.times.findLastIndex((begins) => begins <= time));
 
-  function rowOf(frame) {
-    let best = 0;
-    data.frames.forEach((value, row) => {
-      if (Math.abs(value - frame) < Math.abs(data.frames[best] - frame)) best = row;
-    });
-    return best;
-  }
+  // Place of the frame that is nearest to one.
+  const nearest = (frames, frame) => frames.reduce((best, value, place) => (
+    Math.abs(value - frame) < Math.abs(frames[best] - frame) ? place : best), 0);
 
   function show(row) {
     const inside = Math.min(Math.max(row, 0), data.times.length - 1);
@@ -115,8 +111,9 @@
     element("undo").disabled = before.length === 0;
     element("save").disabled = corrections.length === 0 && Object.keys(review.notes).length === 0;
     element("wrong").disabled = chosen === null;
-    element("wrong").firstChild.textContent = chosen === null || chosen.number === null
-      ? (chosen === null ? "Mark wrong " : "Take away ") : isWrong(chosen) ? "Mark right " : "Mark wrong ";
+    const added = chosen !== null && chosen.number === null;
+    element("wrong").firstChild.textContent = added ? "Take away "
+      : chosen !== null && isWrong(chosen) ? "Mark right " : "Mark wrong ";
     const wrong = corrections.filter((k) => k.action === "wrong").length;
     const changes = `${wrong} marked wrong, ${corrections.length - wrong} added`;
     element("reviewed").textContent =
@@ -233,7 +230,7 @@
     chosen = c;
     draw();
     drawContact(c);
-    show(rowOf(c.frame));
+    show(nearest(data.frames, c.frame));
     element("list").querySelector('[aria-current="true"]')?.scrollIntoView({ block: "nearest" });
     element("contact").scrollIntoView({ block: "nearest" });
   }
@@ -306,9 +303,8 @@
     if (panel === undefined) return;
     const [from, to] = panel.frames;
     const frame = from + (to - from) * (x - panel.box[0]) / (panel.box[2] - panel.box[0]);
-    const nearest = entries().reduce((best, c) => (
-      best === null || Math.abs(c.frame - frame) < Math.abs(best.frame - frame) ? c : best), null);
-    if (nearest !== null) choose(nearest);
+    const all = entries();
+    if (all.length) choose(all[nearest(all.map((c) => c.frame), frame)]);
   }
 
   function enlarge() {
@@ -363,6 +359,6 @@
     [chosen] = collisions;
     draw();
     drawContact(chosen);
-    show(rowOf(chosen.frame));
+    show(nearest(data.frames, chosen.frame));
   }
 })();
