@@ -6,22 +6,23 @@ The command line calls them too, so that a program gets the same answer as a per
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from concurrent.futures import BrokenExecutor
 from contextlib import closing
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
 from count_video import inputs, pipeline
-from count_video.batch.manifest import Job, jobs_of
-from count_video.errors import CountVideoError, UsageError, reason_of
-from count_video.parallel import Processes, as_done
+from count_video.batch.executor import answers, count_job
+from count_video.batch.manifest import jobs_of
+from count_video.followed import followed
+from count_video.inputs import signature
+from count_video.parallel import as_done
 from count_video.physics.theory import Mass, Theory, theory_of
 from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import WallSide, unread_result
-from count_video.result import AnyPath, Result, clip_state
-from count_video.settings import Settings, TrialSettings, checked, exact_mass, trial_settings
+from count_video.records import WallSide
+from count_video.result import AnyPath, Result
+from count_video.settings import Settings, checked, exact_mass, trial_settings
 
 if TYPE_CHECKING:
     from count_video.planning.plan import Plan
@@ -90,8 +91,11 @@ def count(  # noqa: PLR0913 - what a clip may need is many things, each by its n
         ball_diameter_mm=ball_diameter_mm,
         seen_only=seen_only,
     )
+    before = signature(Path(path))
     try:
-        return _counted(Path(path), settings, progress)
+        with shortage_explained():
+            trial = pipeline.work_through(Path(path), settings, progress)
+        return Result(followed(trial), signature=before)
     finally:
         progress.finish()
 
@@ -126,13 +130,8 @@ def count_all(
         checked("jobs", jobs, inputs.CLIPS_AT_A_TIME)
     given = [paths] if isinstance(paths, str | PathLike) else paths
     wanted = jobs_of(map(Path, given), trial_settings(**settings))
-    with closing(as_done(_count_job, wanted, Processes(jobs))) as done:
-        for job, future in done:
-            if isinstance(future.exception(), BrokenExecutor):
-                died = CountVideoError("the process died on this clip, twice")
-                yield refused(job.clip, died)
-            else:
-                yield future.result()
+    with closing(answers(as_done(count_job, wanted, jobs))) as done:
+        yield from (answer.result for _, answer in done)
 
 
 def theory(heavy: Mass, light: Mass = 1) -> Theory:
@@ -167,25 +166,3 @@ def plan(heavy: Mass, light: Mass, *, chart: bool = True, **details: Unpack[Plan
     from count_video.planning.request import PlanRequest  # noqa: PLC0415
 
     return make_plan(PlanRequest(heavy, light, **details), with_chart=chart)
-
-
-def refused(path: AnyPath, error: CountVideoError | OSError) -> Result:
-    """Make the result of a clip that could not be worked on."""
-    return Result(unread_result(fspath(path), reason_of(error, path)), error=error)
-
-
-def _counted(path: Path, settings: TrialSettings, progress: Progress) -> Result:
-    state = clip_state(path)
-    with shortage_explained():
-        worked = pipeline.work_through(path, settings, progress)
-    return Result(worked.result, worked, clip_state=state)
-
-
-def _count_job(job: Job) -> Result:
-    """Count one clip in a process of its own."""
-    try:
-        if job.problem is not None:
-            raise UsageError(job.problem)
-        return _counted(Path(job.clip), job.settings, NO_PROGRESS)
-    except (CountVideoError, OSError) as error:
-        return refused(job.clip, error)

@@ -105,10 +105,12 @@ def _answer(options: argparse.Namespace) -> int:
 
 def _answer_campaign(options: argparse.Namespace) -> int:
     """Print the row of each trial as it comes, and what they say together."""
-    from count_video.batch.executor import start_workers
+    from count_video.batch.executor import jobs_done
     from count_video.batch.manifest import jobs_of
     from count_video.batch.results import OWN_FILES, open_store
     from count_video.batch.summary import run_campaign, summarise
+    from count_video.outputs import clear_unfinished
+    from count_video.parallel import end_processes
     from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
     from count_video.reports.json_object import json_line
     from count_video.settings import EvidenceSettings, trial_settings
@@ -127,10 +129,12 @@ def _answer_campaign(options: argparse.Namespace) -> int:
             if names := [job.name for job in jobs if store.shows_another_clip(job)]:
                 results = f"{plural(len(names), 'result')} of other clips of the same names"
                 _complain(f"{folder}: replaces {results} ({names[0]} first)")
+            before_the_end(partial(clear_unfinished, folder))
         if not options.json:
             print(TRIAL_HEADING, flush=True)
-        workers = partial(start_workers, options.jobs, options.scheduler, folder)
-        for row in run_campaign(jobs, workers, store, progress):
+        before_the_end(end_processes)  # the latest comes first
+        count = partial(jobs_done, processes=options.jobs, scheduler=options.scheduler)
+        for row in run_campaign(jobs, count, store, progress):
             rows.append(row)
             with progress.aside() if isinstance(progress, TerminalBar) else nullcontext():
                 print(json_line(row.result) if options.json else trial_line(row), flush=True)
@@ -158,7 +162,7 @@ def _refuse_to_overwrite_manifests(options: argparse.Namespace, own: Sequence[st
 
 def _answer_clips(options: argparse.Namespace) -> int:
     """Answer clip by clip; the exit code is that of the worst."""
-    from count_video import api
+    from count_video.result import refused
 
     plan = None
     if options.plan_file is not None:
@@ -180,7 +184,7 @@ def _answer_clips(options: argparse.Namespace) -> int:
             if options.output is not None:
                 kept = result.save(options.output, **_formats(options), progress=progress)
         except (CountVideoError, OSError) as error:
-            result = api.refused(path, error)
+            result = refused(path, error)
         finally:
             progress.finish()
         if _show(result, gap, kept, as_json=options.json):

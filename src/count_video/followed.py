@@ -29,9 +29,9 @@ class Followed:
     """One clip: the answer, and the motion that it rests on."""
 
     result: TrialResult
-    track: Track | None
+    track: Track | None = None
     """None where no bodies could be followed."""
-    pendulum: Pendulum | None
+    pendulum: Pendulum | None = None
     """None where the swing does not show."""
 
     @property

@@ -32,8 +32,9 @@ MOST_JSON_BYTES = 10_000_000
 SMALLEST_REGION_PX = 16
 """No filter of the tracker fits into less."""
 
-Signature = list[int]
-"""What a file system says of a file; it changes whenever somebody writes to the file."""
+Signature = tuple[int, ...]
+"""Size in bytes, time of the last change and more that a file system says of a file; it changes
+whenever somebody writes to the file. Empty for a file that is not there."""
 
 # Digits are bounded: Fraction("1e999999999") would fill the memory before it is refused.
 _DECIMAL = re.compile(r"([0-9]{1,60}(\.[0-9]{0,60})?|\.[0-9]{1,60})([eE][+-]?[0-9]{1,3})?")
@@ -227,8 +228,8 @@ def signature(file: Path) -> Signature:
     try:
         found = file.stat()
     except (OSError, ValueError):
-        return []
-    return [found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino]
+        return ()
+    return found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino
 
 
 def stored_number(value: object, allowed: Range) -> float | None:

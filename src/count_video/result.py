@@ -6,21 +6,20 @@ import base64
 import html
 from dataclasses import dataclass, replace
 from functools import cached_property
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.answers import Trial
-from count_video.errors import CountVideoError, UsageError
-from count_video.followed import Followed, followed
-from count_video.inputs import signature
+from count_video.errors import CountVideoError, UsageError, reason_of
+from count_video.followed import Followed
+from count_video.inputs import Signature, signature
 from count_video.outputs import CsvDialect
 from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import Collision, Estimate, Track, TrialResult
+from count_video.records import Collision, Estimate, Track, TrialResult, unread_result
 from count_video.reports.json_object import json_object
 from count_video.reports.tables import collisions_array, track_array
 from count_video.reports.text import headline, result_text
@@ -42,14 +41,17 @@ class Result:
     In a notebook it shows itself: the count, the text and the picture.
     """
 
-    answer: TrialResult
-    """Everything that was found, as one frozen record with a unit on every field."""
-    trial: Trial | None = None
-    """What the answer rests on; None for a clip that could not be read."""
+    followed: Followed
+    """The answer, and the motion that it rests on."""
     error: CountVideoError | OSError | None = None
     """Why the clip could not be read; None for every other clip, counted or not."""
-    clip_state: tuple[int, ...] = ()
-    """Size in bytes and time of the last change of the clip that was counted; empty if unknown."""
+    signature: Signature = ()
+    """What the file system said of the clip that was counted; empty if unknown."""
+
+    @property
+    def answer(self) -> TrialResult:
+        """Everything that was found, as one frozen record with a unit on every field."""
+        return self.followed.result
 
     @property
     def clip(self) -> str:
@@ -80,7 +82,7 @@ class Result:
     @property
     def track(self) -> Track | None:
         """Where the bodies were in every frame, in px; None where none could be followed."""
-        return None if self.trial is None else self.trial.track
+        return self.followed.track
 
     @property
     def mass_ratio(self) -> Estimate | None:
@@ -123,7 +125,7 @@ class Result:
         """
         from count_video.corrections import reviewed  # noqa: PLC0415
 
-        return replace(self, answer=reviewed(self.answer, Path(corrections)))
+        return self._answered(reviewed(self.answer, Path(corrections)))
 
     def compared(self, planned: Plan | PlanRequest | AnyPath) -> Result:
         """Return the result with a comparison with a plan, or with the ``plan.json`` of one.
@@ -137,7 +139,7 @@ class Result:
             request = read_request(Path(planned))
         else:
             request = planned if isinstance(planned, PlanRequest) else planned.request
-        return replace(self, answer=compared(self.answer, request))
+        return self._answered(compared(self.answer, request))
 
     def figure(self) -> Figure:
         """Draw the picture of the trial; the clip is read once more for it.
@@ -146,7 +148,7 @@ class Result:
         """
         from count_video.evidence import draw_trial  # noqa: PLC0415
 
-        drawn = draw_trial(self._followed)
+        drawn = draw_trial(self.followed)
         if drawn is None:
             raise CountVideoError(f"{self.clip}: nothing to draw: {'; '.join(self.reasons)}")
         return drawn
@@ -187,14 +189,14 @@ class Result:
         wanted = EvidenceSettings(Path(folder), picture_format, csv_dialect, presenter)
         self._check_clip()
         with shortage_explained():
-            names = draw_evidence(self._followed, wanted, progress, with_json=True)
+            names = draw_evidence(self.followed, wanted, progress, with_json=True)
         self._check_clip()
         return [wanted.folder / name for name in names]
 
     def _check_clip(self) -> None:
         """Raise UsageError if the clip is another than the one counted: its pictures are too."""
-        now = clip_state(Path(self.clip))  # empty if it is gone, which the drawing says
-        if self.clip_state and now and now != self.clip_state:
+        before, now = (one[:2] for one in (self.signature, signature(Path(self.clip))))
+        if before and now and now != before:  # empty if it is gone, which the drawing says
             raise UsageError(f"{self.clip}: the clip changed since it was counted; count it again")
 
     def __repr__(self) -> str:
@@ -211,12 +213,9 @@ class Result:
             )
         )
 
-    @property
-    def _followed(self) -> Followed:
-        """What the picture and the page are drawn from: the answer, and the motion below it."""
-        if self.trial is None:
-            return Followed(self.answer, None, None)
-        return replace(followed(self.trial), result=self.answer)
+    def _answered(self, answer: TrialResult) -> Result:
+        """Return the same motion with another answer."""
+        return replace(self, followed=replace(self.followed, result=answer))
 
     @cached_property
     def _image(self) -> tuple[str, ...]:
@@ -230,6 +229,6 @@ class Result:
         return (f'<img {style} src="data:image/png;base64,{data}">',)
 
 
-def clip_state(clip: Path) -> tuple[int, ...]:
-    """Size in bytes and time of the last change of a clip; empty if it is not there."""
-    return tuple(signature(clip)[:2])
+def refused(clip: AnyPath, error: CountVideoError | OSError) -> Result:
+    """Make the result of a clip that could not be worked on."""
+    return Result(Followed(unread_result(fspath(clip), reason_of(error, clip))), error)

@@ -6,7 +6,7 @@ import csv
 import io
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from itertools import count, pairwise
 from pathlib import Path
@@ -16,7 +16,7 @@ import numpy as np
 
 from count_video.errors import UsageError
 from count_video.outputs import clear_unfinished
-from count_video.parallel import Processes
+from count_video.parallel import as_done
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate, simulate_many
 from synth_video.film import render_clip
@@ -180,16 +180,16 @@ def film(takes: Sequence[Take], folder: Path, workers: int) -> Iterator[Take]:
     UsageError
         A clip cannot be written.
     """
-    processes = Processes(workers)
-    at_once = True
+    rendered: set[str] = set()
     try:
-        running = [processes.submit(_render, (take, folder)) for take in takes]
-        for take, rendered in zip(takes, running, strict=True):
-            rendered.result()
-            yield take
-        at_once = False
+        with closing(as_done(_render, [(take, folder) for take in takes], workers)) as done:
+            for take in takes:
+                while take.name not in rendered:
+                    (one, _), future = next(done)
+                    future.result()
+                    rendered.add(one.name)
+                yield take
     finally:
-        processes.close(at_once=at_once)
         with suppress(OSError):
             clear_unfinished(folder)
 

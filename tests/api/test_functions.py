@@ -11,6 +11,7 @@ import subprocess
 import sys
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -50,7 +51,8 @@ def test_a_clip_is_counted(result: Result) -> None:
 @pytest.fixture
 def counted_once(result: Result, monkeypatch: pytest.MonkeyPatch) -> None:
     """Give the answer for the clip without another count."""
-    monkeypatch.setattr(pipeline, "work_through", lambda *_: result.trial)
+    trial = SimpleNamespace(result=result.answer, track=result.track, swing=None)
+    monkeypatch.setattr(pipeline, "work_through", lambda *_: trial)
 
 
 @pytest.mark.usefixtures("counted_once")

@@ -11,7 +11,7 @@ from contextlib import closing
 
 import pytest
 
-from count_video.parallel import Processes, as_done
+from count_video.parallel import as_done
 
 DYING = -1
 
@@ -34,7 +34,7 @@ def failing(number: int) -> int:
 def done_in_parallel(
     work: Callable[[float], float], jobs: list[float], workers: int
 ) -> Generator[float, None, None]:
-    with closing(as_done(work, jobs, Processes(workers))) as done:
+    with closing(as_done(work, jobs, workers)) as done:
         for job, future in done:
             dead = isinstance(future.exception(), BrokenExecutor)
             yield died(job) if dead else future.result()
@@ -72,11 +72,3 @@ def test_a_loop_that_is_left_begins_no_more_jobs() -> None:
     results = slept_in_parallel([0.0] * 3 + [600.0] * 5, workers=1)
     assert next(results) == 0.0
     results.close()  # waits for what has begun
-
-
-def test_workers_that_were_ended_begin_nothing_more() -> None:
-    workers = Processes(1)
-    workers.kill()
-    with pytest.raises(BrokenExecutor):
-        workers.submit(slept, 600.0).result(timeout=60.0)
-    workers.close(at_once=True)

@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -25,28 +25,17 @@ COMMAND = Path(__file__).with_name("stub_command.py")
 Done = subprocess.CompletedProcess[str]
 
 
-class WorkersHere:
-    """Takes the place of worker processes: each job is done as it is handed over."""
-
-    def __init__(self, _: int | None) -> None:
-        pass
-
-    def submit(self, work: Callable[[Job], Answer], job: Job) -> Future[Answer]:
+def done_here(
+    work: Callable[[Job], Answer], jobs: Sequence[Job], _: int | None
+) -> Generator[tuple[Job, Future[Answer]], None, None]:
+    """Take the place of processes: each job is done here, in its turn."""
+    for job in jobs:
         future: Future[Answer] = Future()
         try:
             future.set_result(work(job))
-        except Exception as fault:  # noqa: BLE001 - as a worker hands it back
+        except Exception as fault:  # noqa: BLE001 - as a process hands it back
             future.set_exception(fault)
-        return future
-
-    def kill(self) -> None:
-        pass
-
-    def lost(self) -> bool:
-        return False
-
-    def close(self, *, at_once: bool) -> None:
-        pass
+        yield job, future
 
 
 @dataclass(frozen=True)
@@ -79,7 +68,7 @@ class StubCampaign:
         with (
             patch.dict(os.environ, {"STUB_LOG": str(self.log)}),
             patch.multiple(pipeline, work_through=work_through),
-            patch.multiple(executor, Processes=WorkersHere),
+            patch.multiple(executor, as_done=done_here),
             redirect_stdout(out),
             redirect_stderr(err),
         ):

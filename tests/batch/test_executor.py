@@ -1,153 +1,118 @@
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable
+from collections.abc import Generator, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from count_video.batch.executor import Answer, answers, failure, tool_version
 from count_video.batch.manifest import Job
 from count_video.batch.summary import run_campaign
+from count_video.followed import Followed
 from count_video.pipeline import TrialSettings
 from count_video.records import unread_result
+from count_video.result import Result
 
-Work = Callable[[Job], Answer]
+Done = Generator[tuple[Job, Future[Answer]], None, None]
 
 
 def job(name: str) -> Job:
     return Job(name, f"{name}.mp4", TrialSettings())
 
 
-@dataclass
-class PaperWorkers:
-    """Workers that do each job as it is handed over, and die on some."""
-
-    killers: frozenset[str] = frozenset()
-    """Jobs whose worker dies each time."""
-    begun: Counter[str] = field(default_factory=Counter)
-    closed: list[bool] = field(default_factory=list)
-
-    def submit(self, work: Work, job: Job) -> Future[Answer]:
-        future: Future[Answer] = Future()
-        self.begun[job.name] += 1
-        if job.name in self.killers:
-            future.set_exception(BrokenProcessPool())
-        else:
-            result = unread_result(job.clip, job.name)
-            future.set_result(Answer(result, "content", True, tool_version()))
-        return future
-
-    def lost(self) -> bool:
-        return False
-
-    def close(self, *, at_once: bool) -> None:
-        self.closed.append(at_once)
+def future_of(job: Job) -> Future[Answer]:
+    """What comes of a job by its name."""
+    future: Future[Answer] = Future()
+    if job.name.startswith("dies"):
+        future.set_exception(BrokenProcessPool())
+    elif job.name == "fault":
+        future.set_exception(ZeroDivisionError("a\nfault"))
+    elif job.name == "lost":
+        future.cancel()
+    else:
+        tool = "0.0.0" if job.name == "outdated" else tool_version()
+        result = Result(Followed(unread_result(job.clip, job.name)))
+        future.set_result(Answer(result, "content", tool))
+    return future
 
 
-def done_by(workers: PaperWorkers, *names: str) -> dict[str, str | None]:
+def done(jobs: Sequence[Job]) -> Done:
+    """Do each job as it is asked for."""
+    for one in jobs:
+        yield one, future_of(one)
+
+
+def done_by(*names: str) -> dict[str, str | None]:
     """What became of each job: its answer, or None where it failed."""
     found: dict[str, str | None] = {}
-    for asked, answer in answers(map(job, names), workers):
+    for asked, answer in answers(done([job(name) for name in names])):
         assert asked.name not in found
-        found[asked.name] = answer.result.reason if answer.final else None
+        found[asked.name] = answer.result.answer.reason if answer.final else None
     return found
 
 
+def reason_of(name: str) -> str:
+    """Why a job failed."""
+    ((_, answer),) = answers(done([job(name)]))
+    assert not answer.final
+    return answer.result.answer.reason or ""
+
+
 def test_every_job_is_answered_once() -> None:
-    workers = PaperWorkers()
-    assert done_by(workers, "a", "b", "c", "d") == {name: name for name in "abcd"}
-    assert workers.closed == [False]
+    assert done_by("a", "b", "c", "d") == {name: name for name in "abcd"}
 
 
 def test_no_job_is_no_work() -> None:
-    assert done_by(PaperWorkers()) == {}
+    assert done_by() == {}
 
 
 @given(st.sets(st.integers(0, 9)))
 def test_whatever_dies_every_job_is_answered_and_only_killers_fail(killers: set[int]) -> None:
-    names = [str(k) for k in range(10)]
-    found = done_by(PaperWorkers(frozenset(map(str, killers))), *names)
-    assert found == {name: None if int(name) in killers else name for name in names}
+    names = [f"dies{k}" if k in killers else str(k) for k in range(10)]
+    found = done_by(*names)
+    assert found == {name: None if name.startswith("dies") else name for name in names}
 
 
 def test_a_fault_in_the_work_is_the_answer_of_its_job_alone() -> None:
-    class Faulty(PaperWorkers):
-        def submit(self, work: Work, job: Job) -> Future[Answer]:
-            future = super().submit(work, job)
-            if job.name == "b":
-                future = Future()
-                future.set_exception(ZeroDivisionError("a\nfault"))
-            return future
-
-    said = dict(answers([job("a"), job("b"), job("c")], Faulty()))
-    reason = said[job("b")].result.reason or ""
-    assert "ZeroDivisionError: a fault" in reason
-    assert [said[job(name)].final for name in "abc"] == [True, False, True]
+    assert done_by("a", "fault", "c") == {"a": "a", "fault": None, "c": "c"}
+    assert "ZeroDivisionError: a fault" in reason_of("fault")
 
 
 def test_a_job_that_the_cluster_lets_go_fails() -> None:
-    class Careless(PaperWorkers):
-        def submit(self, work: Work, job: Job) -> Future[Answer]:
-            future: Future[Answer] = Future()
-            future.cancel()
-            future.set_running_or_notify_cancel()
-            return future
-
-    ((_, answer),) = answers([job("a")], Careless())
-    assert "let the clip go" in (answer.result.reason or "")
-
-
-def test_jobs_of_workers_that_are_lost_fail_though_it_never_says_so() -> None:
-    class Lost(PaperWorkers):
-        def submit(self, work: Work, job: Job) -> Future[Answer]:
-            return super().submit(work, job) if job.name in ("a", "b") else Future()
-
-        def lost(self) -> bool:
-            return self.begun["b"] > 0
-
-    found = done_by(Lost(), "a", "b", "c", "d", "e")
-    assert found == {"a": "a", "b": "b", "c": None, "d": None, "e": None}
+    assert "let the clip go" in reason_of("lost")
 
 
 def test_an_answer_of_another_version_of_the_tool_is_refused() -> None:
-    class Outdated(PaperWorkers):
-        def submit(self, work: Work, job: Job) -> Future[Answer]:
-            future: Future[Answer] = Future()
-            future.set_result(Answer(unread_result("", ""), "content", True, "0.0.0"))
-            return future
-
-    ((_, answer),) = answers([job("a")], Outdated())
-    assert not answer.final
-    assert "the worker has count-video 0.0.0" in (answer.result.reason or "")
+    assert "the worker has count-video 0.0.0" in reason_of("outdated")
 
 
-def test_an_interruption_ends_the_workers_at_once() -> None:
-    class Interrupted(PaperWorkers):
-        def submit(self, work: Work, job: Job) -> Future[Answer]:
-            raise KeyboardInterrupt
+def test_who_leaves_the_answers_lets_go_of_the_workers() -> None:
+    ended: list[bool] = []
 
-    workers = Interrupted()
-    with pytest.raises(KeyboardInterrupt):
-        list(answers([job("a")], workers))
-    assert workers.closed == [True]
+    def working(jobs: Sequence[Job]) -> Done:
+        try:
+            yield from done(jobs)
+        finally:
+            ended.append(True)
+
+    some = answers(working([job("a"), job("b")]))
+    next(some)
+    some.close()
+    assert ended == [True]
 
 
 def test_a_campaign_that_is_done_lets_its_workers_end() -> None:
-    class Plain(PaperWorkers):
-        def submit(self, work: Work, job: Job) -> Future[Answer]:
-            future: Future[Answer] = Future()
-            future.set_result(failure(job, "nothing to see"))
-            return future
+    ended: list[bool] = []
 
-    workers = Plain()
-    said = list(run_campaign([job("a"), job("b")], lambda: workers, None))
-    assert [one.result.reason for one in said] == ["nothing to see"] * 2
-    assert workers.closed == [False]
+    def working(jobs: Sequence[Job]) -> Done:
+        yield from done(jobs)
+        ended.append(True)
+
+    said = list(run_campaign([job("a"), job("b")], working, None))
+    assert [one.result.reason for one in said] == ["a", "b"]
+    assert ended == [True]
 
 
 def test_a_failure_is_no_final_answer() -> None:

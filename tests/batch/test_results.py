@@ -10,13 +10,18 @@ import pytest
 from count_video.batch import executor, results
 from count_video.batch.executor import Answer, tool_version
 from count_video.batch.manifest import Job
-from count_video.batch.results import HIDDEN, ResultStore, open_store, signature
+from count_video.batch.results import HIDDEN, ResultStore, open_store
 from count_video.errors import UsageError
-from count_video.inputs import content_digest
+from count_video.followed import Followed
+from count_video.inputs import content_digest, signature
 from count_video.outputs import OutputFolder
 from count_video.pipeline import TrialSettings
 from count_video.records import TrialResult, unread_result
 from count_video.reports.json_object import json_line
+from count_video.reports.material import Pendulum
+from count_video.result import Result
+
+SWING = Pendulum(0.01, 80.0)
 
 
 @pytest.fixture
@@ -34,14 +39,15 @@ def kept(tmp_path: Path) -> ResultStore:
 
 
 def answer_to(job: Job, *, final: bool = True, reason: str = "nothing moves") -> Answer:
-    result = unread_result(job.clip, reason)
-    return Answer(result, content_digest(job.file) if final else None, final, tool_version())
+    found = Followed(unread_result(job.clip, reason), pendulum=SWING)
+    content = content_digest(job.file) if final else None
+    return Answer(Result(found, signature=signature(job.file)), content, tool_version())
 
 
 def keep(kept: ResultStore, job: Job) -> TrialResult:
     answer = answer_to(job)
-    kept.keep(job, answer, signature(job.file))
-    return answer.result
+    kept.keep(job, answer)
+    return answer.result.answer
 
 
 def test_a_result_is_known_while_nothing_changes(kept: ResultStore, job: Job) -> None:
@@ -106,14 +112,14 @@ def test_a_result_of_which_it_is_lost_what_it_depends_on_is_unknown(
     kept: ResultStore, job: Job, damage: str | None
 ) -> None:
     """It is counted again, so that its pages can be drawn later without that."""
-    answer = replace(answer_to(job), followed="a swing")
-    kept.keep(job, answer, signature(job.file))
-    assert (kept.known(job), kept.followed(job)) == (answer.result, "a swing")
+    answer = answer_to(job)
+    kept.keep(job, answer)
+    assert (kept.known(job), kept.followed(job)) == (answer.result.answer, answer.result.followed)
     place = kept.folder / HIDDEN / "trial.jsonl"
     place.unlink() if damage is None else place.write_text(damage)
     assert kept.known(job) is None
-    kept.keep(job, answer, signature(job.file))
-    assert (kept.known(job), kept.followed(job)) == (answer.result, "a swing")
+    kept.keep(job, answer)
+    assert (kept.known(job), kept.followed(job)) == (answer.result.answer, answer.result.followed)
 
 
 def test_what_was_kept_for_a_result_that_never_came_is_no_result(
@@ -134,18 +140,20 @@ def test_what_was_kept_for_a_result_that_never_came_is_no_result(
 
 
 def test_a_moved_clip_is_known_under_its_new_path(kept: ResultStore, job: Job) -> None:
-    kept.keep(job, replace(answer_to(job), followed="a swing"), signature(job.file))
+    keep(kept, job)
     moved = replace(job, clip=str(job.file.with_name("other.mp4")))
     job.file.rename(moved.file)
     result = kept.known(moved)
     assert result is not None
     assert result.clip == moved.clip
-    assert kept.followed(moved) == "a swing"
+    found = kept.followed(moved)
+    assert found is not None
+    assert found.pendulum == SWING
     assert (kept.folder / "trial.json").read_text("utf-8") == f"{json_line(result)}\n"
 
 
 def test_a_passing_failure_is_written_but_not_used_again(kept: ResultStore, job: Job) -> None:
-    kept.keep(job, answer_to(job, final=False, reason="the worker died"), signature(job.file))
+    kept.keep(job, answer_to(job, final=False, reason="the worker died"))
     assert (
         json.loads((kept.folder / "trial.json").read_text("utf-8"))["reason"] == "the worker died"
     )
@@ -154,7 +162,7 @@ def test_a_passing_failure_is_written_but_not_used_again(kept: ResultStore, job:
 
 def test_a_passing_failure_does_not_cost_a_good_result(kept: ResultStore, job: Job) -> None:
     result = keep(kept, job)
-    kept.keep(job, answer_to(job, final=False), signature(job.file))
+    kept.keep(job, answer_to(job, final=False))
     assert kept.known(job) == result
 
 

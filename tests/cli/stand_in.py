@@ -39,6 +39,7 @@ class Worked:
 
     result: TrialResult
     track: None = None
+    swing: None = None
 
 
 @dataclass

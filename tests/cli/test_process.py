@@ -26,7 +26,7 @@ def work_through(path, settings, progress):
         print("begun", flush=True)
         time.sleep(600)
     result = replace(unread_result(str(path), ""), status="counted", reason=None, count=0)
-    return SimpleNamespace(result=result, track=None)
+    return SimpleNamespace(result=result, track=None, swing=None)
 
 pipeline.work_through = work_through
 run()

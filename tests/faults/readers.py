@@ -119,8 +119,7 @@ def _write_kept(path: Path) -> None:
 def _read_kept(path: Path) -> None:
     job = Job("clip", "clip.mp4", TrialSettings(), pages=EvidenceSettings(path.parents[1]))
     store = ResultStore(OutputFolder(path.parents[1]), fresh=False)
-    store.known(job)
-    store.has_pages(job)
+    store.recall(job)
     store.followed(job)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import threading
 from pathlib import Path
@@ -57,21 +56,11 @@ def test_threads_that_may_not_start_are_an_error_of_the_machine(
     assert threading.active_count() == before
 
 
+@pytest.mark.parametrize("number", [0, 1])
 def test_a_campaign_without_threads_is_one_line(
-    two_clips: Path, monkeypatch: pytest.MonkeyPatch
+    two_clips: Path, monkeypatch: pytest.MonkeyPatch, number: int
 ) -> None:
-    refuse_from(0, monkeypatch)
+    refuse_from(number, monkeypatch)
     answer = answer_to("--json", "--jobs=1", str(two_clips))
     assert (answer.code, faults_of(answer)) == (2, [])
     assert "no more processes" in answer.err
-
-
-def test_a_clip_whose_process_may_not_start_has_a_row(
-    two_clips: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    refuse_from(1, monkeypatch)
-    answer = answer_to("--json", "--jobs=1", str(two_clips))
-    assert answer.code == 1
-    reasons = [json.loads(line)["reason"] for line in answer.out.splitlines()]
-    assert len(reasons) == 2
-    assert all("no more processes" in reason for reason in reasons)

@@ -5,56 +5,54 @@ Both take jobs and give futures.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable
-from concurrent.futures import BrokenExecutor, Future
+from collections.abc import Generator, Iterable, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import cv2
 
 import count_video
 from count_video import pipeline
 from count_video.batch.manifest import Job
-from count_video.errors import (
-    CountVideoError,
-    FootageError,
-    MachineError,
-    TrackingError,
-    UsageError,
-    reason_of,
-)
-from count_video.followed import Followed, followed, packed, unpacked
-from count_video.inputs import content_digest
-from count_video.outputs import clear_unfinished
-from count_video.parallel import Processes, Workers, as_done
-from count_video.process import before_the_end, shortage_explained
-from count_video.records import TrialResult, unread_result
+from count_video.errors import CountVideoError, FootageError, TrackingError, UsageError, reason_of
+from count_video.followed import Followed, followed
+from count_video.inputs import content_digest, signature
+from count_video.parallel import as_done
+from count_video.process import shortage_explained
+from count_video.records import unread_result
 from count_video.reports.json_object import SCHEMA_VERSION
+from count_video.result import Result, refused
 
-_Job = TypeVar("_Job")
-_Done = TypeVar("_Done")
 CONNECT_TIMEOUT_S = 10
+ASK_EVERY_S = 1.0
+"""While nothing comes from a cluster, it is asked so often whether it is still there."""
 
 
 @dataclass(frozen=True)
 class Answer:
     """What came of a job."""
 
-    result: TrialResult
+    result: Result
     content: str | None
     """Digest of the clip; None where it could not be read."""
-    final: bool
-    """True if the same clip, options and tool would give the same answer again."""
     tool: str
     """Version of the tool that did the work."""
     evidence: tuple[str, ...] = ()
     """Names of the files that show the result."""
-    followed: str | None = None
-    """What the evidence can be drawn from, as text; None where there is nothing to draw."""
+
+    @property
+    def final(self) -> bool:
+        """True if the same clip, options and tool would give the same answer again.
+
+        What hinders the work, a full disk for example, may be gone the next time.
+        """
+        final = FootageError | TrackingError | None
+        return self.content is not None and isinstance(self.result.error, final)
 
 
 @cache
@@ -74,29 +72,20 @@ def count_job(job: Job) -> Answer:
     Workers share the cores between them, so each does its own work in one thread.
     """
     cv2.setNumThreads(1)
-    if job.problem is not None:
-        return failure(job, job.problem)
-    answer = failure(job, "")
+    content, before = None, signature(job.file)
     try:
-        answer = replace(answer, content=content_digest(job.file))
+        if job.problem is not None:
+            raise UsageError(job.problem)
+        with suppress(OSError, UsageError):  # which counting explains better
+            content = content_digest(job.file)
         with shortage_explained():
-            found = _followed(job)
-            result = replace(found.result, clip=job.clip)
-            answer = replace(answer, result=result, final=True, followed=packed(found))
-            return replace(answer, evidence=_drawn(job, found))
+            found = job.found or followed(pipeline.work_through(job.file, job.settings))
+            evidence = _drawn(job, found)
+        found = replace(found, result=replace(found.result, clip=job.clip))
+        return Answer(Result(found, signature=before), content, tool_version(), evidence)
     except (CountVideoError, OSError) as error:
-        result = unread_result(job.clip, reason_of(error, job.file))
-        # What hinders the work, a full disk for example, may be gone the next time.
-        return replace(answer, result=result, final=isinstance(error, FootageError | TrackingError))
-
-
-def _followed(job: Job) -> Followed:
-    """Return what an earlier run counted and followed, or do so now."""
-    if job.followed is not None:
-        with suppress(ValueError):
-            found = unpacked(Followed, job.followed)
-            return replace(found, result=replace(found.result, clip=str(job.file)))
-    return followed(pipeline.work_through(job.file, job.settings))
+        unread = unread_result(job.clip, reason_of(error, job.file))
+        return Answer(Result(Followed(unread), error, before), content, tool_version())
 
 
 def _drawn(job: Job, found: Followed) -> tuple[str, ...]:
@@ -106,17 +95,32 @@ def _drawn(job: Job, found: Followed) -> tuple[str, ...]:
     from count_video.evidence import draw_evidence  # noqa: PLC0415 - matplotlib takes time
 
     folder = Path(job.start, job.pages.folder)
+    found = replace(found, result=replace(found.result, clip=str(job.file)))
     return draw_evidence(found, replace(job.pages, folder=folder, name=job.name))
 
 
 def failure(job: Job, reason: str) -> Answer:
     """Make the answer of a job that failed for a reason other than its clip."""
-    return Answer(unread_result(job.clip, reason), None, False, tool_version())
+    return Answer(refused(job.clip, CountVideoError(reason)), None, tool_version())
 
 
-def answers(jobs: Iterable[Job], workers: Workers) -> Generator[tuple[Job, Answer], None, None]:
+Done = Generator[tuple[Job, Future[Answer]], None, None]
+"""Jobs with their futures, which are done."""
+
+
+def jobs_done(jobs: Sequence[Job], processes: int | None, scheduler: str | None) -> Done:
+    """Have clips counted, here or on the cluster of a scheduler, and yield each as it comes.
+
+    UsageError if there is no such cluster.
+    """
+    if scheduler is None:
+        return as_done(count_job, jobs, processes)
+    return _on_cluster(jobs, _joined(scheduler))
+
+
+def answers(done: Done) -> Generator[tuple[Job, Answer], None, None]:
     """Yield every job with its answer, as they come; what fails is the answer of its job alone."""
-    with closing(as_done(count_job, jobs, workers)) as done:
+    with closing(done):
         for job, future in done:
             yield job, _answer(job, future)
 
@@ -132,60 +136,43 @@ def _answer(job: Job, future: Future[Answer]) -> Answer:
         reason = f"the worker has count-video {answer.tool}, not {ours}; install the same"
     elif isinstance(error, BrokenExecutor):
         reason = "the worker died on this clip, twice; play the clip, or convert it"
-    elif isinstance(error, MachineError):
-        reason = str(error)
     else:  # not the clip's error but the program's (or the cluster's): the others do not suffer
         words = " ".join(f"{type(error).__name__}: {error}".split())
         reason = f"the work on this clip failed ({words}); please report it"
     return failure(job, reason)
 
 
-def start_workers(number: int | None, scheduler: str | None, folder: Path | None) -> Workers:
-    """Join a cluster, or have processes here, which end and leave nothing when a signal comes."""
-    if scheduler is not None:
-        return ClusterWorkers(scheduler)
-    workers = Processes(number)
-    if folder is not None:
-        before_the_end(partial(clear_unfinished, folder))
-    before_the_end(workers.kill)  # the latest comes first
-    return workers
+def _on_cluster(jobs: Iterable[Job], client: Any) -> Done:
+    """Let a cluster count, whose scheduler hands a dead worker's jobs to others; it lives on."""
+    done = False
+    executor = client.get_executor(pure=False)
+    try:
+        running = {executor.submit(count_job, job): job for job in jobs}
+        while running:
+            arrived = wait(running, ASK_EVERY_S, FIRST_COMPLETED).done
+            if not arrived and _is_lost(client):  # some of its futures then never end
+                for future in running:
+                    future.cancel()
+                arrived = set(running)
+            for future in arrived:
+                yield running.pop(future), future
+        done = True
+    finally:
+        if not _is_lost(client):
+            executor.shutdown(wait=done)
+        client.close()
 
 
-class ClusterWorkers:
-    """The workers of a Dask cluster; its scheduler hands a dead worker's jobs to others."""
-
-    def __init__(self, address: str) -> None:
-        """Join a cluster at the address of its scheduler, such as ``tcp://host:8786``.
-
-        UsageError if Dask is not installed, or no scheduler answers there.
-        """
-        client = _dask_client()
-        try:
-            self._client = client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
-        except (OSError, ValueError, TypeError, RuntimeError, ImportError) as error:
-            # Each kind of address fails with an error of its own: one without certificates with a
-            # TypeError, one that needs a missing library with an ImportError.
-            raise UsageError(f"no Dask scheduler answers at {address}; start it first") from error
-        self._executor = self._client.get_executor(pure=False)
-
-    def submit(self, work: Callable[[_Job], _Done], job: _Job) -> Future[_Done]:
-        """Hand over a job."""
-        future: Future[_Done] = self._executor.submit(work, job)
-        return future
-
-    def lost(self) -> bool:
-        """Return whether the scheduler is gone; some of its futures then never end."""
-        return str(self._client.status) in ("closing", "closed")
-
-    def close(self, *, at_once: bool) -> None:
-        """Let go of the cluster, which lives on."""
-        if not self.lost():
-            self._executor.shutdown(wait=not at_once)
-        self._client.close()
+def _is_lost(client: Any) -> bool:
+    """Return whether the scheduler is gone."""
+    return str(client.status) in ("closing", "closed")
 
 
-def _dask_client() -> Any:
-    """Return Dask's client, made to say nothing of its own accord."""
+def _joined(address: str) -> Any:
+    """Join a cluster by Dask's client, made to say nothing of its own accord.
+
+    UsageError if Dask is not installed, or no scheduler answers at the address.
+    """
     try:
         import dask  # noqa: PLC0415 - an extra that few need
 
@@ -200,4 +187,10 @@ def _dask_client() -> Any:
         ) from error
     # A client that never joined would wait for the cluster once more as it is thrown away; one that
     # did is closed by its owner.
-    return type("_Client", (distributed.Client,), {"__del__": lambda _: None})
+    client = type("_Client", (distributed.Client,), {"__del__": lambda _: None})
+    try:
+        return client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
+    except (OSError, ValueError, TypeError, RuntimeError, ImportError) as error:
+        # Each kind of address fails with an error of its own: one without certificates with a
+        # TypeError, one that needs a missing library with an ImportError.
+        raise UsageError(f"no Dask scheduler answers at {address}; start it first") from error

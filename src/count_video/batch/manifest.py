@@ -19,6 +19,7 @@ from typing import Any
 
 from count_video import inputs
 from count_video.errors import FootageError, UsageError
+from count_video.followed import Followed
 from count_video.inputs import shown
 from count_video.outputs import OutputFolder, output_name
 from count_video.settings import READERS, EvidenceSettings, TrialSettings
@@ -51,7 +52,7 @@ class Job:
     """Evidence that the trial gets; None where the count alone is wanted."""
     start: str = ""
     """Folder at which relative paths start; a worker of a cluster runs in one of its own."""
-    followed: str | None = None
+    found: Followed | None = None
     """What an earlier run counted and followed, from which pages can be drawn; None if nothing."""
 
     @property

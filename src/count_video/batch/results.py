@@ -20,15 +20,8 @@ from typing import Any
 from count_video.batch.executor import Answer, tool_version
 from count_video.batch.manifest import Job
 from count_video.errors import UsageError
-from count_video.followed import packed, unpacked
-from count_video.inputs import (
-    Signature,
-    content_digest,
-    json_value,
-    read_text,
-    regular_file,
-    signature,
-)
+from count_video.followed import Followed, packed, unpacked
+from count_video.inputs import content_digest, json_value, read_text, regular_file, signature
 from count_video.outputs import HIDDEN, CsvDialect, OutputFolder, held, open_outputs, write_whole
 from count_video.records import TrialResult
 from count_video.reports.campaign import CampaignSummary, TrialRow, campaign_json
@@ -55,6 +48,19 @@ class ResultStore:
         """Where the results are."""
         return self.outputs.folder
 
+    def recall(self, job: Job) -> TrialRow | Job:
+        """Return the row of an earlier run if it holds, or what is left to do of the job."""
+        result = self.known(job)
+        if result is None:
+            return job
+        there = self.evidence(job)
+        if job.pages is not None:
+            # A clip in which no bodies were found has a page alone.
+            pictured = len(there) == 1 or f"{job.name}.{job.pages.picture_format}" in there
+            if not pictured or there != self._listed(job).keys():
+                return replace(job, found=self.followed(job))
+        return TrialRow(job.name, result, job.settings.masses, files=there)
+
     def known(self, job: Job) -> TrialResult | None:
         """Return the result of an earlier run; None if it does not hold now.
 
@@ -67,38 +73,30 @@ class ResultStore:
             if read_text(self._place(job), _MOST_BYTES) != f"{json_line(result)}\n":
                 return None
             now = signature(job.file)
-            same = kept.get("signature") == now
+            same = kept.get("signature") == list(now)
             if not same and content_digest(job.file) != kept.get("clip"):
                 return None
             renamed = replace(result, clip=job.clip)
             if renamed.clip != result.clip or not same:
-                self._write(job, renamed, {**kept, "signature": now}, self.followed(job))
+                self._write(job, {**kept, "signature": now}, renamed, self.followed(job))
             return renamed
         return None
-
-    def has_pages(self, job: Job) -> bool:
-        """Return whether the evidence of a kept result that the job wants is there, unchanged."""
-        if job.pages is None:
-            return True
-        there = self.evidence(job)
-        # A clip in which no bodies were found has a page alone.
-        pictured = len(there) == 1 or f"{job.name}.{job.pages.picture_format}" in there
-        return pictured and there == self._listed(job).keys()
 
     def evidence(self, job: Job) -> frozenset[str]:
         """Return the names of the files that show the job's kept result, as they were written."""
         files = self._listed(job).items()
         return frozenset(name for name, at in files if at and at == self._written_at(name))
 
-    def _listed(self, job: Job) -> Mapping[str, Signature]:
+    def _listed(self, job: Job) -> Mapping[str, object]:
         """Return the names of these files and when they were written, as it was kept."""
         listed = self._kept(job).get("evidence")
         return listed if isinstance(listed, dict) else {}
 
-    def followed(self, job: Job) -> str | None:
-        """Return what was followed for the job's kept result, as text; None if it is lost."""
-        with suppress(OSError, UsageError):
-            return read_text(self._kept_place(job), _MOST_BYTES).partition("\n")[2] or None
+    def followed(self, job: Job) -> Followed | None:
+        """Return what was followed for the job's kept result; None if it is lost."""
+        with suppress(OSError, UsageError, ValueError):
+            text = read_text(self._kept_place(job), _MOST_BYTES).partition("\n")[2]
+            return unpacked(Followed, text)
         return None
 
     def shows_another_clip(self, job: Job) -> bool:
@@ -110,18 +108,19 @@ class ResultStore:
             return elsewhere and content_digest(job.file) != content
         return False
 
-    def keep(self, job: Job, answer: Answer, seen: Signature) -> None:
+    def keep(self, job: Job, answer: Answer) -> None:
         """Keep an answer; one that is not final does not replace a result that may hold again.
 
-        ``seen`` is the signature of the clip before the work on it began. Raises as
-        :meth:`OutputFolder.claim` does.
+        Raises as :meth:`OutputFolder.claim` does.
         """
-        if answer.final and answer.content is not None:
-            kept = {"clip": answer.content, **_made_with(job), "signature": seen}
+        found = answer.result.followed
+        if answer.final:
+            kept = {"clip": answer.content, **_made_with(job)}
+            kept["signature"] = answer.result.signature
             kept["evidence"] = {name: self._written_at(name) for name in answer.evidence}
-            self._write(job, answer.result, kept, answer.followed)
+            self._write(job, kept, found.result, found if answer.result.error is None else None)
         elif not self._kept(job):
-            self.outputs.write(self._place(job).name, f"{json_line(answer.result)}\n".encode())
+            self.outputs.write(self._place(job).name, f"{json_line(found.result)}\n".encode())
 
     def write_campaign(
         self, rows: Sequence[TrialRow], summary: CampaignSummary, picture_format: str
@@ -135,11 +134,12 @@ class ResultStore:
             self.outputs.write(name, content)
 
     def _write(
-        self, job: Job, result: TrialResult, kept: Mapping[str, Any], followed: str | None
+        self, job: Job, kept: Mapping[str, Any], result: TrialResult, found: Followed | None
     ) -> None:
         line = json.dumps({**kept, "result": packed(result)})
+        below = "" if found is None else packed(found)
         self.outputs.claim(self._place(job).name, str(kept.get("clip", "")))
-        write_whole(self._kept_place(job), f"{line}\n{followed or ''}".encode("ascii"))
+        write_whole(self._kept_place(job), f"{line}\n{below}".encode("ascii"))
         write_whole(self._place(job), f"{json_line(result)}\n".encode("ascii"))
 
     def _kept(self, job: Job) -> Mapping[str, Any]:
@@ -153,9 +153,9 @@ class ResultStore:
                 return kept
         return {}
 
-    def _written_at(self, name: str) -> Signature:
-        """Size and time of the last change of a file; empty if it is not there."""
-        return signature(self.folder / name)[:2]
+    def _written_at(self, name: str) -> list[int]:
+        """Size and time of the last change of a file, as JSON has them; empty if it is missing."""
+        return list(signature(self.folder / name)[:2])
 
     def _place(self, job: Job) -> Path:
         return self.folder / f"{job.name}.json"

@@ -9,12 +9,10 @@ from dataclasses import replace
 from statistics import fmean, pstdev
 from typing import Any
 
-from count_video.batch.executor import Answer, answers
+from count_video.batch.executor import Answer, Done, answers
 from count_video.batch.manifest import Job
 from count_video.batch.results import ResultStore
 from count_video.errors import UsageError
-from count_video.inputs import Signature, signature
-from count_video.parallel import Workers
 from count_video.physics.theory import collision_count
 from count_video.planning.spread import count_figures
 from count_video.progress import NO_PROGRESS, Progress
@@ -31,37 +29,28 @@ THEORY_SIGMAS = 2.0
 
 def run_campaign(
     jobs: Sequence[Job],
-    start_workers: Callable[[], Workers],
+    count: Callable[[Sequence[Job]], Done],
     store: ResultStore | None,
     progress: Progress = NO_PROGRESS,
 ) -> Iterator[TrialRow]:
     """Count all jobs and yield them in their own order, each when it and those before are there.
 
-    Workers are started only if something is not known already. In the ``store`` results are kept
-    and sought; None keeps nothing.
+    ``count`` is asked for those that are not known already. In the ``store`` results are kept and
+    sought; None keeps nothing.
     """
-    done: dict[str, TrialRow] = {}
-    rest = []
-    for job in jobs:
-        result = None if store is None else store.known(job)
-        if store is None or result is None:
-            rest.append(job)
-        elif store.has_pages(job):
-            row = TrialRow(job.name, result, job.settings.masses)
-            done[job.name] = replace(row, files=store.evidence(job))
-        else:
-            rest.append(replace(job, followed=store.followed(job)))
+    recalled = jobs if store is None else [store.recall(job) for job in jobs]
+    done = {one.name: one for one in recalled if isinstance(one, TrialRow)}
+    rest = [one for one in recalled if isinstance(one, Job)]
     if not rest:
         yield from done.values()
         return
     progress.start(len(rest), f"{len(done)} known already," if done else "")
-    signatures = {job.name: signature(job.file) for job in rest}
     try:
-        with closing(answers(rest, start_workers())) as arriving:
+        with closing(answers(count(rest))) as arriving:
             for job in jobs:
                 while job.name not in done:
                     asked, answer = next(arriving)
-                    done[asked.name] = _kept_row(asked, answer, signatures[asked.name], store)
+                    done[asked.name] = _kept_row(asked, answer, store)
                     progress.advance(1)
                 yield done[job.name]
             next(arriving, None)  # to its end, where the workers, who have nothing more to do, end
@@ -69,13 +58,13 @@ def run_campaign(
         progress.finish()
 
 
-def _kept_row(job: Job, answer: Answer, seen: Signature, store: ResultStore | None) -> TrialRow:
+def _kept_row(job: Job, answer: Answer, store: ResultStore | None) -> TrialRow:
     """Keep an answer, and return its row, which says so if that failed."""
-    row = TrialRow(job.name, answer.result, job.settings.masses)
+    row = TrialRow(job.name, answer.result.answer, job.settings.masses)
     if store is None:
         return row
     try:
-        store.keep(job, answer, seen)
+        store.keep(job, answer)
     except OSError as error:
         reason = f"the result could not be written ({error.strerror}); free space and start again"
         return replace(row, not_kept=reason)
