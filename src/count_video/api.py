@@ -22,7 +22,7 @@ from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import WallSide
 from count_video.result import AnyPath, Result
-from count_video.settings import Settings, checked, exact_mass, trial_settings
+from count_video.settings import Settings, TrialSettings, checked, exact_mass, trial_settings
 
 if TYPE_CHECKING:
     from count_video.planning.plan import Plan
@@ -91,10 +91,15 @@ def count(  # noqa: PLR0913 - what a clip may need is many things, each by its n
         ball_diameter_mm=ball_diameter_mm,
         seen_only=seen_only,
     )
-    before = signature(Path(path))
+    return count_with(Path(path), settings, progress)
+
+
+def count_with(path: Path, settings: TrialSettings, progress: Progress = NO_PROGRESS) -> Result:
+    """Count the collisions in one clip as :func:`count` does, with settings that are checked."""
+    before = signature(path)
     try:
         with shortage_explained():
-            trial = pipeline.work_through(Path(path), settings, progress)
+            trial = pipeline.work_through(path, settings, progress)
         return Result(followed(trial), signature=before)
     finally:
         progress.finish()

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack, nullcontext, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 from count_video.errors import CountVideoError, MachineError, UsageError
 from count_video.options import complete_options, is_campaign, plan_values, read_options
@@ -38,7 +38,6 @@ from count_video.reports.words import labelled, plural, printable
 if TYPE_CHECKING:
     from count_video.planning.request import PlanRequest
     from count_video.result import Result
-    from count_video.settings import Settings
 
 PROGRAM = "count-video"
 NARROWEST, WIDEST = 40, 100
@@ -113,11 +112,10 @@ def _answer_campaign(options: argparse.Namespace) -> int:
     from count_video.parallel import end_processes
     from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
     from count_video.reports.json_object import json_line
-    from count_video.settings import EvidenceSettings, trial_settings
 
     folder, kind, dialect = options.output, options.picture_format, options.csv_dialect
-    pages = EvidenceSettings(folder, kind, dialect) if options.pages else None
-    jobs = jobs_of(options.clips, trial_settings(**_settings(options)), pages)
+    pages = options.evidence if options.pages else None
+    jobs = jobs_of(options.clips, options.settings, pages)
     progress = _progress("clips")
     rows: list[TrialRow] = []
     with ExitStack() as stack:
@@ -180,9 +178,7 @@ def _answer_clips(options: argparse.Namespace) -> int:
     for path in options.clips:
         kept: list[Path] = []
         try:
-            result = _count(path, options, plan, progress)
-            if options.output is not None:
-                kept = result.save(options.output, **_formats(options), progress=progress)
+            result, kept = _count(path, options, plan, progress)
         except (CountVideoError, OSError) as error:
             result = refused(path, error)
         finally:
@@ -199,24 +195,20 @@ def _answer_clips(options: argparse.Namespace) -> int:
 
 def _count(
     path: Path, options: argparse.Namespace, plan: PlanRequest | None, progress: Progress
-) -> Result:
-    """Count a clip and lay over it what was asked for."""
-    from count_video import api
+) -> tuple[Result, list[Path]]:
+    """Count a clip, lay over it what was asked for, and write the files that show it."""
+    from count_video.api import count_with
 
     if options.output is not None:
         from count_video.evidence import check_evidence
-        from count_video.settings import EvidenceSettings
 
-        check_evidence(path, EvidenceSettings(options.output, **_formats(options)))
-    result = api.count(path, **_settings(options), progress=progress)
+        check_evidence(path, options.evidence)
+    result = count_with(path, options.settings, progress)
     if options.corrections is not None:
         result = result.reviewed(options.corrections)
-    return result if plan is None else result.compared(plan)
-
-
-def _formats(options: argparse.Namespace) -> dict[str, Any]:
-    """Collect how evidence is written; the options are called as the settings are."""
-    return {name: getattr(options, name) for name in ("picture_format", "csv_dialect", "presenter")}
+    if plan is not None:
+        result = result.compared(plan)
+    return result, result.write(options.evidence, progress) if options.output is not None else []
 
 
 def _show(result: Result, gap: str, kept: Sequence[Path], *, as_json: bool) -> bool:
@@ -257,6 +249,9 @@ def _answer_theory(options: argparse.Namespace) -> int:
     from count_video.reports.plan_text import theory_text
 
     print(theory_text(*options.theory))
+    heavy, light = options.theory
+    if heavy < light:
+        _complain("the first mass is the smaller one; that of the cylinder comes first")
     if options.output is not None:
         from count_video.reports.figure import write_theory_picture
 
@@ -293,13 +288,6 @@ def _answer_plan(options: argparse.Namespace) -> int:
         if kept:
             _say_what_is_kept([options.output / name for name in NAMES])
     return EXIT_COUNTED
-
-
-def _settings(options: argparse.Namespace) -> Settings:
-    """Collect what was said about the clips; the options are called as the settings are."""
-    from count_video.settings import Settings
-
-    return cast(Settings, {name: getattr(options, name) for name in Settings.__annotations__})
 
 
 def _progress(unit: str = "frames") -> Progress:

@@ -12,12 +12,14 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import fields
 from itertools import takewhile
 from typing import Any, NoReturn
 
 from count_video import __version__, inputs
 from count_video.errors import UsageError
 from count_video.inputs import shown
+from count_video.settings import READERS, EvidenceSettings, TrialSettings
 
 DESCRIPTION = """\
 Count the collisions in slow-motion footage of the "pi by collisions"
@@ -144,12 +146,12 @@ _TAKES: dict[str, dict[str, Any]] = {
     "--trials": _value("N", inputs.TRIALS),
     "--tolerance": _value("NAME=VALUE", inputs.tolerance, action="append"),
     "--seed": _value("N", inputs.SEED),
-    "--capture-fps": _value("RATE", inputs.CAPTURE_RATE),
-    "--start": _value("FRAME", inputs.FRAME, default=0),
-    "--end": _value("FRAME", inputs.FRAME),
-    "--region": _value("X,Y,W,H", inputs.region),
+    "--capture-fps": _value("RATE", READERS["capture_fps"]),
+    "--start": _value("FRAME", READERS["start"], default=0),
+    "--end": _value("FRAME", READERS["end"]),
+    "--region": _value("X,Y,W,H", READERS["region"]),
     "--wall": {"choices": ("left", "right")},
-    "--ball-diameter-mm": _value("MM", inputs.BALL_DIAMETER, default=40.0),
+    "--ball-diameter-mm": _value("MM", READERS["ball_diameter_mm"], default=40.0),
     "--masses": _TWO_MASSES,
     "--seen-only": {"action": "store_true"},
     "--jobs": _value("N", inputs.CLIPS_AT_A_TIME),
@@ -164,9 +166,6 @@ class _Parser(argparse.ArgumentParser):
     """A parser that says what is wrong in one line, by raising it."""
 
     def error(self, message: str) -> NoReturn:
-        dashed = re.fullmatch("unrecognized arguments: (-.*)", message, re.DOTALL)
-        if dashed and os.path.exists(dashed[1]):
-            message = f"{shown(dashed[1])}: put -- before a file whose name begins with a dash"
         # What begins with a quotation mark was cut already.
         short = re.sub(r"(?<!\S)[^\s'\"]\S{80,}", lambda long: shown(long[0]), message)
         raise UsageError(f"{short if len(short) < 400 else shown(short)} (see {self.prog} --help)")
@@ -175,24 +174,27 @@ class _Parser(argparse.ArgumentParser):
 def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
     """Read the command line (None: the one of this process) and check each value.
 
-    The namespace has ``clips``, ``json`` and one attribute for every name of ``settings.Settings``.
-    Raises UsageError, or SystemExit with code 0 after ``--help`` or ``--version``.
+    The namespace has an attribute for each option, ``settings`` for the clips and, with a folder
+    to write to, ``evidence``. Raises UsageError, or SystemExit with code 0 after ``--help`` or
+    ``--version``.
     """
     arguments = sys.argv[1:] if arguments is None else arguments
     for argument in takewhile(lambda argument: argument != "--", arguments):
         # argparse takes these two dashes for the end of the options and passes on an empty list.
         if re.fullmatch(r"(--[a-z-]+=|-o)--", argument):
             raise UsageError(f"{argument}: two dashes are no value (see count-video --help)")
+        # argparse would take it for an option, and -old.mp4 for a folder called ld.mp4.
+        if argument.startswith("-") and len(argument) > 2 and os.path.lexists(argument):
+            raise UsageError(f"{shown(argument)}: put ./ before a name that begins with a dash")
     parser = _parser()
     options = parser.parse_args(arguments)
     _check_plan(options, parser)
-    if options.end is not None and options.start >= options.end:
-        raise UsageError(
-            f"--start {options.start} leaves no frame before --end {options.end}: "
-            "give a start below the end"
-        )
-    if options.masses is not None:
-        inputs.masses(*options.masses)
+    options.masses = options.masses and inputs.masses(*options.masses)
+    said = {one.name: getattr(options, one.name) for one in fields(TrialSettings)}
+    options.settings = TrialSettings(**said)
+    if options.output is not None:
+        formats = (options.picture_format, options.csv_dialect, options.presenter)
+        options.evidence = EvidenceSettings(options.output, *formats)
     for wrong, why in _refusals(options):
         if wrong:
             raise UsageError(why)

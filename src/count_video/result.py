@@ -184,9 +184,13 @@ class Result:
             If a file cannot be written, or would replace one that this program did not write; if
             the clip changed since it was counted.
         """
+        wanted = EvidenceSettings(Path(folder), picture_format, csv_dialect, presenter)
+        return self.write(wanted, progress)
+
+    def write(self, wanted: EvidenceSettings, progress: Progress = NO_PROGRESS) -> list[Path]:
+        """Write the files as :meth:`save` does, which says what it raises."""
         from count_video.evidence import draw_evidence  # noqa: PLC0415
 
-        wanted = EvidenceSettings(Path(folder), picture_format, csv_dialect, presenter)
         self._check_clip()
         with shortage_explained():
             names = draw_evidence(self.followed, wanted, progress, with_json=True)

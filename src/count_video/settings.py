@@ -1,4 +1,4 @@
-"""What may be said about a clip, checked as the command line checks it."""
+"""What may be said about a clip and its results, read from text or given as values."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Literal, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 from count_video import inputs
 from count_video.errors import UsageError
-from count_video.outputs import CsvDialect
-from count_video.physics.theory import Mass
-from count_video.records import WallSide
+from count_video.inputs import shown
+
+if TYPE_CHECKING:  # NumPy takes time, and the command needs this module at once
+    from count_video.outputs import CsvDialect
+    from count_video.physics.theory import Mass
+    from count_video.records import WallSide
 
 PictureFormat = Literal["png", "svg"]
 Shape = Literal["wide", "upright"]
@@ -75,18 +78,18 @@ class Settings(TypedDict, total=False):
 
 def _wall(text: str) -> str:
     if text not in ("left", "right"):
-        raise UsageError(f"{inputs.shown(text)} is not left or right")
+        raise UsageError(f"{shown(text)} is not left or right")
     return text
 
 
 def _masses(text: str) -> tuple[Fraction, Fraction]:
     two = text.split()
     if len(two) != 2:
-        raise UsageError(f"{inputs.shown(text)} is not two masses, heavy and light")
+        raise UsageError(f"{shown(text)} is not two masses, heavy and light")
     return inputs.masses(*map(inputs.MASS.exact, two))
 
 
-READERS: Mapping[str, Callable[[str], object]] = {
+READERS: Mapping[str, Callable[[str], Any]] = {
     "region": inputs.region,
     "masses": _masses,
     "wall": _wall,

@@ -14,6 +14,7 @@ from pathlib import Path
 from statistics import fmean, pstdev
 
 from count_video.errors import CountVideoError, UsageError
+from count_video.process import give_stdout_up
 from synth_video import campaign as campaigns
 from synth_video.film import render_clip
 from synth_video.scene_file import load_scene, scene_names
@@ -24,31 +25,28 @@ from synth_video.suite.table import markdown, scores_json, shortfalls
 from synth_video.truth import ClipTruth, truth_path
 from synth_video.variation import varied
 
-EXIT_DONE, EXIT_USAGE, EXIT_INTERRUPTED = 0, 2, 130
+EXIT_DONE, EXIT_USAGE, EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 0, 2, 130, 141
 
 
 def run() -> None:
     """Entry point of the command."""
-    sys.exit(main(sys.argv[1:]))
+    try:
+        code = main(sys.argv[1:])
+        sys.stdout.flush()  # so that an error comes now and not as the interpreter leaves
+    except BrokenPipeError:  # nobody reads on
+        give_stdout_up()
+        code = EXIT_BROKEN_PIPE
+    sys.exit(code)
 
 
 def main(argv: Sequence[str]) -> int:
     """Run the command with these arguments and return its exit code."""
+    commands = {"campaign": campaign, "suite": suite, "score": score}
     try:
-        commands = {"campaign": campaign, "suite": suite, "score": score}
         if argv[:1] and argv[0] in commands:
             commands[argv[0]](argv[1:])
-            return EXIT_DONE
-        options = _parser().parse_args(argv)
-        if options.list:
-            sys.stdout.write(_scene_list())
-            return EXIT_DONE
-        if options.clip is None:
-            _parser().error("name the clip to write, or ask for --list")
-        scene = load_scene(options.scene, options.set)
-        if options.vary:
-            scene = varied(scene, options.seed)
-        truth = render_clip(scene, options.seed, options.clip)
+        else:
+            clip(argv)
     except SystemExit as leaving:  # how argparse ends --help and a wrong usage
         return int(leaving.code or 0)
     except CountVideoError as error:
@@ -56,8 +54,30 @@ def main(argv: Sequence[str]) -> int:
         return EXIT_USAGE
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
-    sys.stdout.write(_summary(options.clip, truth))
     return EXIT_DONE
+
+
+def clip(argv: Sequence[str]) -> None:
+    """Render one clip, or list the scenes.
+
+    Raises
+    ------
+    UsageError
+        The request is wrong or the clip cannot be written.
+    SystemExit
+        After ``--help``, or when the arguments make no sense.
+    """
+    options = _parser().parse_args(argv)
+    if options.list:
+        sys.stdout.write(_scene_list())
+        return
+    if options.clip is None:
+        _parser().error("name the clip to write, or ask for --list")
+    scene = load_scene(options.scene, options.set)
+    if options.vary:
+        scene = varied(scene, options.seed)
+    truth = render_clip(scene, options.seed, options.clip)
+    sys.stdout.write(_summary(options.clip, truth))
 
 
 def _parser() -> argparse.ArgumentParser:

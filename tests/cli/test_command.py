@@ -231,8 +231,18 @@ def test_a_file_whose_name_begins_with_a_dash_is_explained(
     tmp_path: Path,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("-a.mp4").touch()
-    assert main(["-a.mp4"]) == 2
-    assert "put -- before" in capsys.readouterr().err
+    for name in ("-a.mp4", "-old.mp4"):  # which may be read as a folder to write to
+        Path(name).touch()
+        assert main([name]) == 2
+        assert "put ./ before" in capsys.readouterr().err
+    assert main(["./-a.mp4"]) == 0
     assert main(["--", "-a.mp4"]) == 0
     assert command.asked[-1][0] == Path("-a.mp4")
+
+
+@pytest.mark.parametrize(("masses", "hint"), [("1 100", True), ("100 1", False), ("1 1", False)])
+def test_a_theory_of_swapped_masses_says_which_comes_first(
+    capsys: pytest.CaptureFixture[str], masses: str, hint: bool
+) -> None:
+    assert main(["--theory", *masses.split()]) == 0
+    assert ("that of the cylinder comes first" in capsys.readouterr().err) == hint

@@ -37,14 +37,14 @@ def test_every_option_arrives_in_its_unit() -> None:
     assert options.region == (1, 2, 640, 240)
     assert options.wall == "right"
     assert options.ball_diameter_mm == 38.5
-    assert options.masses == [Fraction(1050), Fraction(21, 2)]
+    assert options.masses == (Fraction(1050), Fraction(21, 2))
     assert options.clips == [Path("a.mp4"), Path("b.mp4")]
 
 
 @given(st.decimals(min_value=0, allow_nan=False, allow_infinity=False, places=9).filter(bool))
 def test_a_mass_is_taken_at_its_exact_decimal_value(mass: object) -> None:
     options = read_options(["a.mp4", "--masses", f"{mass:f}", "0.000000001"])
-    assert options.masses == [Fraction(f"{mass:f}"), Fraction(1, 10**9)]
+    assert options.masses == (Fraction(f"{mass:f}"), Fraction(1, 10**9))
 
 
 @pytest.mark.parametrize(
