@@ -1,13 +1,13 @@
 """What was counted and followed in a clip, so that its evidence can be drawn at any later time.
 
-It is stored as JSON text that only this program reads: records as objects by the names of their
-fields, arrays as lists. What was written by another version may not fit, and is then of no use.
+It is stored as text that only this program reads, in Python's JSON, which has NaN: records as
+objects by the names of their fields, arrays as lists. What was written by another version may not
+fit, and is then of no use.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import sys
 from dataclasses import asdict, dataclass, is_dataclass
 from pathlib import Path
@@ -49,7 +49,7 @@ def followed(trial: Trial) -> Followed:
 
 def packed(record: Any) -> str:
     """Write a record as text."""
-    return json.dumps(_packed(asdict(record)), allow_nan=False)
+    return json.dumps(asdict(record), default=lambda array: array.tolist())
 
 
 def unpacked(kind: type[_Record], text: str) -> _Record:
@@ -65,18 +65,6 @@ def unpacked(kind: type[_Record], text: str) -> _Record:
     except (TypeError, LookupError, AttributeError, OverflowError) as error:
         raise ValueError(f"no {kind.__name__}: {error}") from error
     return found
-
-
-def _packed(value: Any) -> Any:
-    """Turn records, already dictionaries, into what JSON holds."""
-    if isinstance(value, np.ndarray | np.generic):
-        return _packed(value.tolist())
-    if isinstance(value, dict):
-        return {str(key): _packed(one) for key, one in value.items()}
-    if isinstance(value, tuple | list):
-        return [_packed(one) for one in value]
-    without = isinstance(value, float) and not math.isfinite(value)
-    return str(value) if without else value  # JSON has no such numbers
 
 
 def _unpacked(kind: Any, value: Any) -> Any:  # noqa: PLR0911 - a kind a line

@@ -1,14 +1,14 @@
 """How far a long job has come: reported by the library, shown (or not) by whoever called it.
 
-Library code calls the three methods whether the progress is shown or not; ``NO_PROGRESS`` is the
-listener that does nothing, ``TerminalBar`` one for a person at a terminal.
+Library code calls the three methods whether the progress is shown or not; ``TerminalBar`` is the
+listener for a person at a terminal.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol, TextIO, TypeVar
+from typing import TYPE_CHECKING, TextIO, TypeVar
 
 if TYPE_CHECKING:  # rich takes time, and most runs show no bar
     from rich.progress import Progress as Bar
@@ -16,8 +16,8 @@ if TYPE_CHECKING:  # rich takes time, and most runs show no bar
 _Item = TypeVar("_Item")
 
 
-class Progress(Protocol):
-    """A listener that learns how many frames of a stage are done."""
+class Progress:
+    """A listener that learns how many frames of a stage are done; this one does nothing of it."""
 
     def start(self, total: int | None, label: str) -> None:
         """Begin a stage of ``total`` frames (None: not known), ending the one before it."""
@@ -29,20 +29,7 @@ class Progress(Protocol):
         """End the stage; harmless when none has begun."""
 
 
-class _NoProgress:
-    """The listener that does nothing."""
-
-    def start(self, total: int | None, label: str) -> None:
-        """Ignore the stage."""
-
-    def advance(self, frames: int) -> None:
-        """Ignore the frames."""
-
-    def finish(self) -> None:
-        """Ignore the end."""
-
-
-NO_PROGRESS: Progress = _NoProgress()
+NO_PROGRESS = Progress()
 
 
 def counted_off(frames: Iterable[_Item], progress: Progress) -> Iterator[_Item]:
@@ -52,7 +39,7 @@ def counted_off(frames: Iterable[_Item], progress: Progress) -> Iterator[_Item]:
         progress.advance(1)
 
 
-class TerminalBar:
+class TerminalBar(Progress):
     """What advances in a clip or a campaign, on one line, with the time that is left."""
 
     def __init__(self, stream: TextIO, unit: str = "frames", *, per_minute: bool = False) -> None:

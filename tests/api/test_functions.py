@@ -193,7 +193,7 @@ def test_a_value_that_makes_no_sense_is_refused_by_its_name(
 
 
 def test_the_progress_is_ended_also_where_the_count_fails(tmp_path: Path) -> None:
-    class Recorder:
+    class Recorder(Progress):
         ended = 0
 
         def start(self, total: int | None, label: str) -> None: ...

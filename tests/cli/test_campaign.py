@@ -72,7 +72,7 @@ def test_a_fault_of_the_program_is_not_hidden_as_a_bad_clip(stand_in: StandIn) -
 def test_the_progress_ends_with_every_clip(stand_in: StandIn, error: BaseException | None) -> None:
     calls: list[str] = []
 
-    class Recorder:
+    class Recorder(Progress):
         def start(self, total: int | None, label: str) -> None:
             calls.append("start")
 
