@@ -19,7 +19,6 @@ from hypothesis import strategies as st
 from count_video import outputs
 from count_video.batch.manifest import clips_in, jobs_of
 from count_video.errors import UsageError
-from count_video.evidence import shows_another_clip
 from count_video.outputs import (
     HIDDEN,
     LONGEST_NAME_BYTES,
@@ -218,9 +217,9 @@ def test_the_evidence_of_another_clip_is_distinguished_from_this_ones(
 ) -> None:
     clip = folder.folder.parent / "trial.mp4"
     clip.write_bytes(b"a clip")
-    assert not shows_another_clip(folder.folder, clip)
+    assert not folder.shows_another_clip("trial.html", clip)
     folder.write("trial.html", b"page", "digest of another")
-    assert shows_another_clip(folder.folder, clip)
+    assert folder.shows_another_clip("trial.html", clip)
 
 
 def test_a_record_without_end_is_read_to_its_limit(

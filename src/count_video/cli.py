@@ -169,10 +169,11 @@ def _answer_clips(options: argparse.Namespace) -> int:
         plan = read_request(options.plan_file)  # before a long count
     replaces = False
     if options.output is not None:
-        from count_video.evidence import shows_another_clip
+        from count_video.outputs import OutputFolder, output_name
 
+        page = f"{output_name(options.clips[0].stem)}.html"
         with suppress(OSError, UsageError):  # its answer says so
-            replaces = shows_another_clip(options.output, options.clips[0])
+            replaces = OutputFolder(options.output).shows_another_clip(page, options.clips[0])
     code, gap = EXIT_COUNTED, ""
     progress = _progress()
     for path in options.clips:

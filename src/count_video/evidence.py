@@ -56,19 +56,6 @@ def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
     _opened(path, evidence, "json")
 
 
-def shows_another_clip(folder: Path, path: Path) -> bool:
-    """Return whether a folder holds the evidence of another clip of this name.
-
-    Raises
-    ------
-    OSError, UsageError
-        If the clip cannot be read.
-    """
-    page = f"{output_name(path.stem)}.html"
-    clip = OutputFolder(folder).written().get(page)
-    return bool(clip) and (folder / page).exists() and clip != content_digest(path)
-
-
 def draw_evidence(
     found: Followed,
     evidence: EvidenceSettings,

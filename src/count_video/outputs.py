@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Literal
 
 from count_video.errors import UsageError
-from count_video.inputs import json_value
+from count_video.inputs import content_digest, json_value
 
 if sys.platform == "win32":
     import msvcrt
@@ -83,6 +83,14 @@ class OutputFolder:
                     entry = json_value(line)
                     self._written[str(entry["name"])] = str(entry["clip"])
         return self._written
+
+    def shows_another_clip(self, name: str, clip: Path) -> bool:
+        """Return whether the file of this name shows another clip.
+
+        OSError or UsageError if the clip cannot be read.
+        """
+        shown = self.written().get(name)
+        return bool(shown) and (self.folder / name).exists() and shown != content_digest(clip)
 
     def check(self, name: str) -> None:
         """Raise UsageError if a file or folder of this name is there that we did not write."""

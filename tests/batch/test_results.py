@@ -16,7 +16,7 @@ from count_video.followed import Followed
 from count_video.inputs import content_digest, signature
 from count_video.outputs import OutputFolder
 from count_video.pipeline import TrialSettings
-from count_video.records import TrialResult, unread_result
+from count_video.records import unread_result
 from count_video.reports.json_object import json_line
 from count_video.reports.material import Pendulum
 from count_video.result import Result
@@ -44,17 +44,17 @@ def answer_to(job: Job, *, final: bool = True, reason: str = "nothing moves") ->
     return Answer(Result(found, signature=signature(job.file)), content, tool_version())
 
 
-def keep(kept: ResultStore, job: Job) -> TrialResult:
+def keep(kept: ResultStore, job: Job) -> Followed:
     answer = answer_to(job)
     kept.keep(job, answer)
-    return answer.result.answer
+    return answer.result.followed
 
 
 def test_a_result_is_known_while_nothing_changes(kept: ResultStore, job: Job) -> None:
     assert kept.known(job) is None
     result = keep(kept, job)
     assert kept.known(job) == result
-    assert (kept.folder / "trial.json").read_text("utf-8") == f"{json_line(result)}\n"
+    assert (kept.folder / "trial.json").read_text("utf-8") == f"{json_line(result.result)}\n"
 
 
 def test_another_content_makes_a_result_unknown(kept: ResultStore, job: Job) -> None:
@@ -102,7 +102,7 @@ def test_a_fresh_start_knows_nothing(kept: ResultStore, job: Job) -> None:
 
 def test_a_result_that_was_tampered_with_is_unknown(kept: ResultStore, job: Job) -> None:
     result = keep(kept, job)
-    text = json_line(result).replace("null", "0")
+    text = json_line(result.result).replace("null", "0")
     (kept.folder / "trial.json").write_text(f"{text}\n", "utf-8")
     assert kept.known(job) is None
 
@@ -114,12 +114,12 @@ def test_a_result_of_which_it_is_lost_what_it_depends_on_is_unknown(
     """It is counted again, so that its pages can be drawn later without that."""
     answer = answer_to(job)
     kept.keep(job, answer)
-    assert (kept.known(job), kept.followed(job)) == (answer.result.answer, answer.result.followed)
+    assert kept.known(job) == answer.result.followed
     place = kept.folder / HIDDEN / "trial.jsonl"
     place.unlink() if damage is None else place.write_text(damage)
     assert kept.known(job) is None
     kept.keep(job, answer)
-    assert (kept.known(job), kept.followed(job)) == (answer.result.answer, answer.result.followed)
+    assert kept.known(job) == answer.result.followed
 
 
 def test_what_was_kept_for_a_result_that_never_came_is_no_result(
@@ -143,12 +143,10 @@ def test_a_moved_clip_is_known_under_its_new_path(kept: ResultStore, job: Job) -
     keep(kept, job)
     moved = replace(job, clip=str(job.file.with_name("other.mp4")))
     job.file.rename(moved.file)
-    result = kept.known(moved)
-    assert result is not None
-    assert result.clip == moved.clip
-    found = kept.followed(moved)
+    found = kept.known(moved)
     assert found is not None
-    assert found.pendulum == SWING
+    result = found.result
+    assert (result.clip, found.pendulum) == (moved.clip, SWING)
     assert (kept.folder / "trial.json").read_text("utf-8") == f"{json_line(result)}\n"
 
 

@@ -112,15 +112,14 @@ def _write_kept(path: Path) -> None:
     (path.parents[1] / "clip.json").write_text(f"{json_line(result)}\n", "utf-8")
     options = json.dumps(asdict(TrialSettings()), default=str, sort_keys=True)
     kept = {"clip": "0", "tool": tool_version(), "options": options, "signature": []}
-    kept |= {"result": packed(result), "evidence": {"clip.html": [1, 2]}}
-    path.write_text(f"{json.dumps(kept)}\nfollowed", "utf-8")
+    kept |= {"read": True, "evidence": {"clip.html": [1, 2]}}
+    path.write_text(f"{json.dumps(kept)}\n{packed(Followed(result))}\n", "utf-8")
 
 
 def _read_kept(path: Path) -> None:
     job = Job("clip", "clip.mp4", TrialSettings(), pages=EvidenceSettings(path.parents[1]))
     store = ResultStore(OutputFolder(path.parents[1]), fresh=False)
     store.recall(job)
-    store.followed(job)
 
 
 def _write_followed(path: Path) -> None:

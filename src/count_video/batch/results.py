@@ -1,8 +1,8 @@
 """The results of a campaign on disk: kept the moment they are there, found again the next time.
 
 ``NAME.json`` is a result, nothing else. ``.count-video/NAME.jsonl`` has a line with what it depends
-on and the result itself, and below that what was followed, from which pages can be drawn later. It
-is written first: a result without it cannot exist, and one that never came (the power went in
+on, and one with the result and what was followed, from which pages can be drawn later. It is
+written first: a result without it cannot exist, and one that never came (the power went in
 between) or was changed is not that of the line. Every file is there whole or not at all; a result
 that lost its other file is counted again. A file is written over only if this program wrote it.
 """
@@ -23,7 +23,6 @@ from count_video.errors import UsageError
 from count_video.followed import Followed, packed, unpacked
 from count_video.inputs import content_digest, json_value, read_text, regular_file, signature
 from count_video.outputs import HIDDEN, CsvDialect, OutputFolder, held, open_outputs, write_whole
-from count_video.records import TrialResult
 from count_video.reports.campaign import CampaignSummary, TrialRow, campaign_json
 from count_video.reports.json_object import json_line
 from count_video.reports.tables import trials_csv
@@ -50,35 +49,35 @@ class ResultStore:
 
     def recall(self, job: Job) -> TrialRow | Job:
         """Return the row of an earlier run if it holds, or what is left to do of the job."""
-        result = self.known(job)
-        if result is None:
+        found = self.known(job)
+        if found is None:
             return job
         there = self.evidence(job)
-        if job.pages is not None:
+        if job.pages is not None and self._kept(job).get("read"):
             # A clip in which no bodies were found has a page alone.
             pictured = len(there) == 1 or f"{job.name}.{job.pages.picture_format}" in there
             if not pictured or there != self._listed(job).keys():
-                return replace(job, found=self.followed(job))
-        return TrialRow(job.name, result, job.settings.masses, files=there)
+                return replace(job, found=found)
+        return TrialRow(job.name, found.result, job.settings.masses, files=there)
 
-    def known(self, job: Job) -> TrialResult | None:
-        """Return the result of an earlier run; None if it does not hold now.
+    def known(self, job: Job) -> Followed | None:
+        """Return what an earlier run counted and followed; None if it does not hold now.
 
         It holds while the clip's content, the options and the tool are the same. A clip whose
         signature did not change is not read again.
         """
         kept = {} if self.fresh else self._kept(job)
         with suppress(OSError, UsageError, ValueError, LookupError):
-            result = unpacked(TrialResult, kept["result"])
-            if read_text(self._place(job), _MOST_BYTES) != f"{json_line(result)}\n":
+            found = unpacked(Followed, read_text(self._kept_place(job), _MOST_BYTES).split("\n")[1])
+            if read_text(self._place(job), _MOST_BYTES) != f"{json_line(found.result)}\n":
                 return None
             now = signature(job.file)
-            same = kept.get("signature") == list(now)
-            if not same and content_digest(job.file) != kept.get("clip"):
+            same = kept["signature"] == list(now)
+            if not same and content_digest(job.file) != kept["clip"]:
                 return None
-            renamed = replace(result, clip=job.clip)
-            if renamed.clip != result.clip or not same:
-                self._write(job, {**kept, "signature": now}, renamed, self.followed(job))
+            renamed = replace(found, result=replace(found.result, clip=job.clip))
+            if renamed.result.clip != found.result.clip or not same:
+                self._write(job, {**kept, "signature": now}, renamed)
             return renamed
         return None
 
@@ -92,20 +91,12 @@ class ResultStore:
         listed = self._kept(job).get("evidence")
         return listed if isinstance(listed, dict) else {}
 
-    def followed(self, job: Job) -> Followed | None:
-        """Return what was followed for the job's kept result; None if it is lost."""
-        with suppress(OSError, UsageError, ValueError):
-            text = read_text(self._kept_place(job), _MOST_BYTES).partition("\n")[2]
-            return unpacked(Followed, text)
-        return None
-
     def shows_another_clip(self, job: Job) -> bool:
         """Return whether the result kept under a job's name is that of a clip elsewhere."""
         with suppress(OSError, UsageError, ValueError, LookupError, TypeError):
             clip = str(json_value(read_text(self._place(job), _MOST_BYTES))["clip"])
             elsewhere = os.path.abspath(clip) != os.path.abspath(storable(job.clip))
-            content = self.outputs.written().get(self._place(job).name)
-            return elsewhere and content_digest(job.file) != content
+            return elsewhere and self.outputs.shows_another_clip(f"{job.name}.json", job.file)
         return False
 
     def keep(self, job: Job, answer: Answer) -> None:
@@ -116,9 +107,9 @@ class ResultStore:
         found = answer.result.followed
         if answer.final:
             kept = {"clip": answer.content, **_made_with(job)}
-            kept["signature"] = answer.result.signature
+            kept |= {"signature": answer.result.signature, "read": answer.result.error is None}
             kept["evidence"] = {name: self._written_at(name) for name in answer.evidence}
-            self._write(job, kept, found.result, found if answer.result.error is None else None)
+            self._write(job, kept, found)
         elif not self._kept(job):
             self.outputs.write(self._place(job).name, f"{json_line(found.result)}\n".encode())
 
@@ -133,14 +124,11 @@ class ResultStore:
         for name, content in campaign_files(rows, summary, picture_format).items():
             self.outputs.write(name, content)
 
-    def _write(
-        self, job: Job, kept: Mapping[str, Any], result: TrialResult, found: Followed | None
-    ) -> None:
-        line = json.dumps({**kept, "result": packed(result)})
-        below = "" if found is None else packed(found)
-        self.outputs.claim(self._place(job).name, str(kept.get("clip", "")))
-        write_whole(self._kept_place(job), f"{line}\n{below}".encode("ascii"))
-        write_whole(self._place(job), f"{json_line(result)}\n".encode("ascii"))
+    def _write(self, job: Job, kept: Mapping[str, Any], found: Followed) -> None:
+        self.outputs.claim(self._place(job).name, str(kept["clip"]))
+        text = f"{json.dumps(kept)}\n{packed(found)}\n"
+        write_whole(self._kept_place(job), text.encode("ascii"))
+        write_whole(self._place(job), f"{json_line(found.result)}\n".encode("ascii"))
 
     def _kept(self, job: Job) -> Mapping[str, Any]:
         """Return what the kept result depends on; empty unless options and tool are the same."""
