@@ -83,7 +83,7 @@ def test_a_shortage_in_a_campaign_is_not_kept_as_the_answer_for_good(
     monkeypatch.setattr(pipeline, "work_through", demand)
     answer = count_job(Job("clip", str(clip), TrialSettings()))
     assert not answer.final
-    assert "not enough memory" in str(answer.result.reason)
+    assert "not enough memory" in str(answer.result.answer.reason)
 
 
 def test_a_shortage_outside_of_the_clips_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:

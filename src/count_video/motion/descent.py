@@ -76,10 +76,9 @@ def descend(
 
     It ends where the loss falls by less than ``enough``, and the normal equations foresee no more,
     or in some steps in a row: in a curved valley they are short, and little falls although much is
-    left to fall. What neither
-    at its pace nor by these equations comes down to the bearable loss is given up. The damping
-    follows from how well the equations foresaw the fall (Nielsen 1999), so that few steps are tried
-    in vain.
+    left to fall. What neither at its pace nor by these equations comes down to the bearable loss is
+    given up. The damping follows from how well the equations foresaw the fall (Nielsen 1999), so
+    that few steps are tried in vain.
     """
     point, damping, slow = at(start), FIRST_DAMPING, 0
     for left in range(ITERATIONS, 0, -1):
@@ -98,10 +97,13 @@ def descend(
         slow = slow + 1 if fallen < enough else 0
         if not slow and point.loss <= bearable:
             continue
-        foreseen = _foreseen(point, _stepped(point, LEAST_DAMPING, limits))
-        hopeless = point.loss - min(FORESEEN * foreseen, left * fallen) > bearable
-        if hopeless or slow == SLOW_STEPS or (slow and foreseen < enough):
+        whole = _stepped(point, LEAST_DAMPING, limits)
+        foreseen = _foreseen(point, whole)
+        if point.loss - min(FORESEEN * foreseen, left * fallen) > bearable:
             break
+        if slow == SLOW_STEPS or (slow and foreseen < enough):
+            # Near the least loss the undamped step comes closer to it by a square.
+            return min(point, at(whole), key=lambda one: one.loss)
     return point
 
 
