@@ -263,9 +263,10 @@ def test_a_wall_that_the_motion_contradicts_is_a_warning() -> None:
     assert not any("--wall" in warning for warning in left.answer.warnings)
 
 
-def test_a_folder_without_clips_is_no_trial(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="no video file"):
-        next(count_video.count_all(tmp_path))
+def test_a_folder_without_clips_is_one_result_that_says_so(tmp_path: Path) -> None:
+    (only,) = count_video.count_all(tmp_path)
+    assert "no video file" in only.reasons[0]
+    assert only.count is None
 
 
 def test_a_result_can_be_kept_and_read_again(result: Result) -> None:

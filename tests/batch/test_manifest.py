@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from count_video.batch.manifest import clips_in, jobs_of
-from count_video.errors import UsageError
+from count_video.errors import FootageError, UsageError
 from count_video.pipeline import TrialSettings
 
 PLAIN = TrialSettings()
@@ -63,12 +63,9 @@ def test_no_two_results_have_the_same_name(paths: list[str], expected: list[str]
     assert names(*paths) == expected
 
 
-@pytest.mark.parametrize("others", [[], ["notes.txt"]], ids=["empty", "other files"])
-def test_a_folder_without_a_clip_is_no_trial(tmp_path: Path, others: list[str]) -> None:
-    for name in others:
-        touch(tmp_path, name)
-    with pytest.raises(UsageError, match="no video file in this folder"):
-        jobs_of([tmp_path], PLAIN)
+def test_a_folder_without_a_clip_is_a_job_with_its_problem(tmp_path: Path) -> None:
+    (job,) = jobs_of([tmp_path], PLAIN)
+    assert "no video file in this folder" in (job.problem or "")
 
 
 def test_a_manifest_gives_each_clip_its_options(tmp_path: Path) -> None:
@@ -197,15 +194,10 @@ def test_a_link_that_leads_nowhere_is_not_passed_over(tmp_path: Path) -> None:
     assert [clip.name for clip in clips_in(tmp_path)] == ["far.mp4"]
 
 
-def test_one_trial_twice_in_a_manifest_is_refused_with_both_lines(tmp_path: Path) -> None:
-    said = complaint(manifest(tmp_path, "clip,name\na.mp4,one\nb.mp4,\n./a.mp4,two\n"))
-    assert "line 4: the same trial as in" in said
-    assert "line 2; leave one of them out" in said
-
-
-def test_two_trials_of_one_clip_are_two(tmp_path: Path) -> None:
-    file = manifest(tmp_path, "clip,start,end\na.mp4,0,50\na.mp4,50,\n")
-    assert [job.settings.start for job in jobs_of([file], PLAIN)] == [0, 50]
+def test_a_folder_without_a_clip_is_reported(tmp_path: Path) -> None:
+    touch(tmp_path, "notes.txt")
+    with pytest.raises(FootageError, match="no video file in this folder"):
+        clips_in(tmp_path)
 
 
 @given(st.lists(st.integers(0, 10**12), min_size=1, max_size=8, unique=True))

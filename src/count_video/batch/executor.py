@@ -74,6 +74,8 @@ def count_job(job: Job) -> Answer:
     cv2.setNumThreads(1)
     content, before = None, signature(job.file)
     try:
+        if job.problem is not None:
+            raise UsageError(job.problem)
         with suppress(OSError, UsageError):  # which counting explains better
             content = content_digest(job.file)
         with shortage_explained():

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from count_video import inputs
-from count_video.errors import UsageError
+from count_video.errors import FootageError, UsageError
 from count_video.followed import Followed
 from count_video.inputs import shown
 from count_video.outputs import OutputFolder, output_name
@@ -46,6 +46,8 @@ class Job:
     clip: str
     """The clip as the user named it."""
     settings: TrialSettings
+    problem: str | None = None
+    """Why there is no clip to count; None for a clip."""
     pages: EvidenceSettings | None = None
     """Evidence that the trial gets; None where the count alone is wanted."""
     start: str = ""
@@ -65,8 +67,8 @@ def jobs_of(
     """List the trials that files, folders and manifests stand for, in the order given.
 
     A folder stands for its clips in natural order, a manifest (``.csv``) for its lines; what a
-    folder's own ``manifest.csv`` says of clips is heeded. UsageError for a folder without a clip,
-    or a manifest that makes no sense.
+    folder's own ``manifest.csv`` says of clips is heeded. A folder without a clip, or one that
+    cannot be read, is a job with its problem; UsageError for a manifest that makes no sense.
     """
     taken = dict.fromkeys(RESERVED_NAMES, 2)
     wanted = (job for path in paths for job in _wanted(path, settings))
@@ -80,21 +82,19 @@ def jobs_of(
 def clips_in(folder: Path) -> list[Path]:
     """List the video files of a folder (not of its subfolders), clip2 before clip10.
 
-    Annotated clips that this program wrote there are left out. UsageError if it cannot be read.
+    Annotated clips that this program wrote there are left out. FootageError if there is none.
     """
     written = OutputFolder(folder).written()
-    try:
-        entries = list(folder.iterdir())
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be read: {error.strerror}") from error
     clips = [
         entry
-        for entry in entries
+        for entry in folder.iterdir()
         if entry.suffix.lower() in VIDEO_SUFFIXES
         and entry.name not in written
         and not entry.name.startswith(".")  # what other systems leave beside a clip
         and not entry.is_dir()  # a link that leads nowhere has a row that says so
     ]
+    if not clips:
+        raise FootageError(f"no video file in this folder (none of {' '.join(VIDEO_SUFFIXES)})")
 
     def natural_order(path: Path) -> tuple[list[str | int], str]:
         # Splitting at a captured group alternates text and digits, so that like meets like.
@@ -116,11 +116,14 @@ def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
     listed = read_manifest(manifest, settings) if os.path.isfile(manifest) else []
     yield from listed
     known = {os.path.realpath(job.clip) for job in listed}
-    others = [clip for clip in clips_in(path) if os.path.realpath(clip) not in known]
-    if not listed and not others:
-        suffixes = " ".join(VIDEO_SUFFIXES)
-        raise UsageError(f"{path}: no video file in this folder (none of {suffixes})")
-    yield from (Job("", str(clip), settings) for clip in others)
+    try:
+        clips = clips_in(path)
+    except (FootageError, OSError) as error:
+        if not listed:
+            yield Job("", str(path), settings, getattr(error, "strerror", None) or str(error))
+    else:
+        others = (clip for clip in clips if os.path.realpath(clip) not in known)
+        yield from (Job("", str(clip), settings) for clip in others)
 
 
 def _free_name(job: Job, taken: dict[str, int]) -> str:
@@ -148,17 +151,12 @@ def read_manifest(path: Path, settings: TrialSettings) -> list[Job]:
     """Read a manifest; what a line leaves open is taken from ``settings``."""
     text = inputs.read_text(path, inputs.MOST_MANIFEST_BYTES)
     try:
-        jobs = {where: _job(path, where, cells, settings) for where, cells in _cells(path, text)}
+        jobs = [_job(path, where, cells, settings) for where, cells in _cells(path, text)]
     except csv.Error as error:
         raise UsageError(f"{path}: {error}; quote cells as a spreadsheet does") from error
-    trials: dict[tuple[str, TrialSettings], str] = {}
-    for where, job in jobs.items():
-        before = trials.setdefault((os.path.realpath(job.clip), job.settings), where)
-        if before != where:
-            raise UsageError(f"{where}: the same trial as in {before}; leave one of them out")
     if not jobs:
         raise UsageError(f"{path}: the manifest names no clip; add a line a clip")
-    return list(jobs.values())
+    return jobs
 
 
 def _cells(path: Path, text: str) -> Iterator[tuple[str, dict[str, str]]]:
