@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 import pytest
 from drawn import (
@@ -152,6 +153,23 @@ def test_a_picture_without_texture_shows_no_motion() -> None:
     plain = [np.full((112, 320), 90, dtype=np.uint8) for _ in range(2 * SAMPLES)]
 
     assert measured(plain) is None
+
+
+def test_faint_textures_that_rise_and_fall_between_straight_edges_are_no_scenery() -> None:
+    # The edges lie where they lay however far the picture moves along them.
+    rng = np.random.default_rng(1)
+    column = np.arange(320.0)
+    posts = 20 * sum(np.tanh((column - x) / 2) * (-1) ** x for x in (31, 90, 155, 210, 284))
+    texture = cv2.GaussianBlur(rng.normal(110.0, 20.0, (112, 320)), (0, 0), 1.5)
+    moved = {step: displaced(to_luma(texture), (0.0, step / 4)) for step in range(-8, 9)}
+    phases = rng.uniform(0, 2 * np.pi, 40)
+    pictures = []
+    for time in range(FRAMES):
+        steps = np.rint(8 * np.sin(time / 7 + phases)).astype(int).tolist()
+        strips = [moved[step][:, 8 * k : 8 * k + 8] for k, step in enumerate(steps)]
+        pictures.append(to_luma(posts + np.concatenate(strips, axis=1)))
+
+    assert measured(pictures) is None
 
 
 def test_a_few_patches_that_move_each_its_own_way_are_no_scenery() -> None:

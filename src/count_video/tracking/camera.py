@@ -12,7 +12,7 @@ the shift is taken from every position, and its uncertainty is added.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -48,8 +48,10 @@ STRAY_PX = 0.5
 UNSURE_FACTOR, SEEN_AT_LEAST = 4.0, 0.5
 """A picture that is so many times as unsure as usual shows something else; this share does not."""
 SIGMA_AT_MOST_PX = 0.15
-"""A rigid scene is found to some hundredths of a pixel, to a tenth where it is faint. What is less
-sure is none."""
+"""A rigid scene is found to some hundredths of a pixel, to a tenth where it is faint. Halves of
+what is none, or shows one direction only, lie half a pixel apart and more."""
+NORMAL_QUANTILE = 1.2816
+"""Of the distance from the mean in standard deviations, for ``CHANGED_SHARE``."""
 MOVED_AT_LEAST_PX, MOVED_SIGMAS = 0.35, 8.0
 """Compression moves still scenery by up to 0.2 px."""
 
@@ -64,6 +66,18 @@ class Scenery:
     """Smoothed, less the mean of each block, shape (n, pixels)."""
     slopes: Pixels
     """By x and y, shape (2, n, pixels)."""
+    shown: NDArray[np.bool_]
+    """Whether they show where a picture lies by x and y, shape (2,)."""
+
+    def half(self, first: int) -> Scenery:
+        """Every other block, from the first or second on."""
+        every = slice(first, None, 2)
+        return replace(
+            self,
+            places=self.places[every],
+            appearance=self.appearance[every],
+            slopes=self.slopes[:, every],
+        )
 
 
 @dataclass(frozen=True)
@@ -107,9 +121,17 @@ def scenery(
         blocks = _made(background.luma, _clear_blocks(background, change, free_of))
         if len(blocks.places) < BLOCKS_AT_LEAST:
             continue
-        fits = [_fit(blocks, pictures[k], np.array(background.shift_px[k])) for k in some]
-        if np.median([sigma for _, sigma, _ in fits], axis=0).min() < SIGMA_AT_MOST_PX:
-            return blocks
+        starts = {k: np.array(background.shift_px[k]) for k in some}
+        one, other = (
+            [_fit(blocks.half(first), pictures[k], start)[0] for k, start in starts.items()]
+            for first in (0, 1)
+        )
+        # Along straight edges only the noise of codecs has slopes, and both halves find any place
+        # in it. The mean of two errors is half their difference.
+        apart = np.quantile(np.abs(np.subtract(one, other)), CHANGED_SHARE, axis=0)
+        shown = apart / 2 / NORMAL_QUANTILE < SIGMA_AT_MOST_PX
+        if shown.any():
+            return replace(blocks, shown=shown)
     return None
 
 
@@ -147,10 +169,10 @@ def camera_motion(
                 place[row], sigma[row] = found, unsure
                 away = found - guesses[row]
                 break
+    shown = blocks.shown
     clear = np.nanmedian(sigma, axis=0) if np.isfinite(sigma).any() else np.full(2, np.inf)
-    shown = clear < SIGMA_AT_MOST_PX
     place[(sigma > UNSURE_FACTOR * clear)[:, shown].any(axis=1)] = np.nan
-    if not shown.any() or np.isfinite(place[:, 0]).mean() < SEEN_AT_LEAST:
+    if np.isfinite(place[:, 0]).mean() < SEEN_AT_LEAST:
         return None
     place -= np.nanmedian(place, axis=0)
     # Few blocks show one picture's scatter badly: all pictures together show it.
@@ -195,7 +217,7 @@ def _of_blocks(picture: cv2.typing.MatLike) -> Floats:
 def _made(luma: Luma, places: Places) -> Scenery:
     """Make scenery of the blocks at these places."""
     appearance, slopes = _blocks_at(luma, places)
-    return Scenery(places, appearance, slopes)
+    return Scenery(places, appearance, slopes, np.ones(2, np.bool_))
 
 
 def _blocks_at(picture: Luma, places: Floats | Places) -> tuple[Pixels, Pixels]:
