@@ -41,8 +41,9 @@ HALF_WAVES, has half the light in its middle and steps of 0.11."""
 TUKEY, NOISE_AT_LEAST = 4.685, 0.004
 """Blocks are left out that stray by so many standard deviations (Tukey's constant: 95 % efficient
 for normal noise), and a standard deviation of the logarithm that all have at least."""
-STEPS = 20
-"""Of the iteration: no step makes the fit worse."""
+STEPS, STEP_AT_LEAST = 20, CHANGE_AT_LEAST / 100
+"""Of the iteration at most, none of which makes the fit worse, and the least that is worth another:
+the smallest change of light is a hundred times as large."""
 FITS = 2
 """To the blocks themselves, after that to their steps; the second has the noise of the first."""
 RIDGE = 1e-6
@@ -206,5 +207,8 @@ def _m_estimates(design: Floats, values: Floats, limit: Floats, start: Floats) -
     for _ in range(STEPS):
         left = values - found @ design.T
         share = np.minimum((left / limit[:, None]) ** 2, 1.0)
-        found = found + (left * (1 - share) ** 2) @ solve.T
+        step = (left * (1 - share) ** 2) @ solve.T
+        found = found + step
+        if np.abs(step).max() < STEP_AT_LEAST:
+            break
     return found
