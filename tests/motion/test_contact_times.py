@@ -56,9 +56,9 @@ def test_times_err_as_much_as_is_said_however_long_errors_last(lasts: float) -> 
 
 def test_velocities_err_as_much_as_is_said() -> None:
     true = np.tile([-2 * SPEED, 2 * SPEED], (len(BOUNCES), 1))
-    found = [fitted(bouncing() + errors(seed, 0.0)).bodies[0] for seed in range(TRIALS)]
+    found = [fitted(bouncing() + errors(seed, 0.0)) for seed in range(TRIALS)]
 
-    standardised = np.array([(one.rate - true) / one.sigma for one in found])
+    standardised = np.array([(one.rate[..., 0] - true) / one.rate_sigma[..., 0] for one in found])
     assert TRUTHFUL[0] <= rms(standardised) <= TRUTHFUL[1]
 
 

@@ -57,4 +57,4 @@ def test_times_of_many_contacts_err_as_little_as_is_said() -> None:
     true = FIRST + EVERY * np.arange(MANY)
 
     assert float(np.std(found.frame - true)) < (1 + SIGMA_SHARE) * float(found.frame_sigma.mean())
-    assert found.bodies[0].rate.shape == (MANY, 2)
+    assert found.rate.shape == (MANY, 2, 1)

@@ -61,10 +61,9 @@ def test_the_distance_at_the_contact_of_two_bodies_is_measured() -> None:
 
 def test_what_one_body_loses_at_a_contact_the_other_gains() -> None:
     found, _ = meeting_once(5)
-    first, second = found.bodies
 
-    jumps = [np.diff(body.rate) for body in (first, second)]
-    unsure = np.linalg.norm(np.concatenate([first.sigma, second.sigma]))
+    jumps = np.diff(found.rate[0], axis=0)[0]
+    unsure = np.linalg.norm(found.rate_sigma)
     assert np.abs(jumps[0] + jumps[1]) < 5 * unsure
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from count_video.motion.burst import turned_before
-from count_video.motion.contacts import Contacts, Paths, Rates, fit_contacts
+from count_video.motion.contacts import Contacts, Paths, fit_contacts
 from count_video.records import Floats
 
 FLIGHT = (20.0, 70.0)
@@ -51,8 +51,7 @@ def test_a_body_that_still_moves_away_has_not_turned(frames: float, seed: int) -
 
 
 def test_a_velocity_that_is_not_shown_gives_no_turn() -> None:
-    nothing = np.full((2, 2), np.nan)
-    unseen = Rates(nothing, nothing)
+    unseen = np.full((2, 2, 2), np.nan)
     contacts = fitted(np.arange(100.0), 200.0 + np.zeros(100))
 
-    assert turned_before(replace(contacts, bodies=(unseen, unseen))) == np.inf
+    assert turned_before(replace(contacts, rate=unseen, rate_sigma=unseen)) == np.inf

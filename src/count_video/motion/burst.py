@@ -66,7 +66,7 @@ def turn_round(gaps: Gaps, contacts: Contacts, nearest: float) -> float:
         return float("inf")
     turn = turns[0]
     back = gaps.frame[(away > away[turn] + depth) & (gaps.frame > gaps.frame[turn])]
-    rate, sigma = contacts.bodies[1].rate[:, 0], contacts.bodies[1].sigma[:, 0]
+    rate, sigma = contacts.rate[:, 0, 1], contacts.rate_sigma[:, 0, 1]
     leaving = (contacts.frame < back.min(initial=np.inf)) & (rate > SIGMAS * sigma)
     return max(float(gaps.frame[turn]), float(contacts.frame[leaving].max(initial=-np.inf)))
 
@@ -86,10 +86,10 @@ def _turn_depth_px(gaps: Gaps) -> float:
 def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
     if not inside:
         return None
-    first, ball = inside[0], contacts.bodies[0]
+    first = inside[0]
     if first.kind == "wall":
         return Cause.STARTS_MOVING
-    speed, sigma = abs(ball.rate[0, 0]), ball.sigma[0, 0]
+    speed, sigma = abs(contacts.rate[0, 0, 0]), contacts.rate_sigma[0, 0, 0]
     if not REST_SIGMAS * sigma < _approach(first) / 2:
         return Cause.STARTS_CLOSE
     late = speed - SIGMAS * sigma > AT_REST_SHARE * _approach(first)
@@ -107,8 +107,8 @@ def _ending(inside: Sequence[Collision], contacts: Contacts, end: float) -> Caus
     if not inside or np.isfinite(end):
         return None
     last = len(inside) - 1
-    ball, heavy = (body.rate[last, 1] for body in contacts.bodies)
-    unsure = SIGMAS * np.array([body.sigma[last, 1] for body in contacts.bodies])
+    ball, heavy = contacts.rate[last, 1]
+    unsure = SIGMAS * contacts.rate_sigma[last, 1]
     if not np.isfinite([ball, heavy]).all():
         return Cause.ENDS_AT_CONTACT
     if heavy < -unsure[1]:
@@ -124,12 +124,12 @@ def turned_before(contacts: Contacts, nearest: float = -np.inf) -> float:
     It is driven back from its ``nearest`` frame on. Contacts that may come in the other order as
     well show no velocities between them.
     """
-    heavy = contacts.bodies[1]
+    rate, sigmas = contacts.rate[..., 1], contacts.rate_sigma[..., 1]
     apart = np.hypot(contacts.frame_sigma[:-1], contacts.frame_sigma[1:])
     ordered = np.diff(contacts.frame) > SIGMAS * apart
     ordered &= contacts.frame[1:] > nearest
-    first, last = heavy.rate[:-1, 1], heavy.rate[1:, 0]
-    sigma = heavy.sigma[:-1, 1]
-    slowed = first - last > SIGMAS * np.hypot(sigma, heavy.sigma[1:, 0])
+    first, last = rate[:-1, 1], rate[1:, 0]
+    sigma = sigmas[:-1, 1]
+    slowed = first - last > SIGMAS * np.hypot(sigma, sigmas[1:, 0])
     turned = ordered & slowed & (first > SIGMAS * sigma) & (last < 0)
     return float(contacts.frame[1:][turned].min(initial=np.inf))

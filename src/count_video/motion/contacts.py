@@ -57,26 +57,19 @@ class Paths:
 
 
 @dataclass(frozen=True)
-class Rates:
-    """Velocities of a body at the contacts, before and after; NaN where not shown."""
-
-    rate: Floats
-    """px per frame, shape (contacts, 2)."""
-    sigma: Floats
-    """Their standard uncertainties."""
-
-
-@dataclass(frozen=True)
 class Contacts:
-    """All contacts as fitted; arrays have shape (contacts,)."""
+    """All contacts as fitted; arrays have shape (contacts,) if nothing else is said."""
 
     kinds: tuple[Kind, ...]
     frame: Floats
     frame_sigma: Floats
     ball_px: Floats
     """Place of the ball."""
-    bodies: tuple[Rates, ...]
-    """Of the ball, then of the heavy body, where there is one."""
+    rate: Floats
+    """Velocities in px per frame before and after them, of the ball, then of the heavy body where
+    there is one; shape (contacts, 2, bodies). NaN where not shown."""
+    rate_sigma: Floats
+    """Their standard uncertainties."""
     distance_px: float
     """Between the bodies' reference points where they touch; NaN where they do not."""
     errors: BodyErrors
@@ -96,7 +89,7 @@ class _Fitted:
     """Place of the ball, or distance of the bodies where they touch, by this contact alone."""
     touch_sigma: float
     rate: Floats
-    """Before and after, shape (bodies, 2)."""
+    """Before and after, shape (2, bodies)."""
     rate_sigma: Floats
 
 
@@ -126,7 +119,7 @@ def fit_contacts(
             break
     apart = [one.touch_px for one, kind in zip(fitted, kinds, strict=True) if kind == "bodies"]
     rate, sigma = (
-        np.array([getattr(one, name) for one in fitted]).reshape(len(times), len(bodies), 2)
+        np.array([getattr(one, name) for one in fitted]).reshape(len(times), 2, len(bodies))
         for name in ("rate", "rate_sigma")
     )
     return Contacts(
@@ -134,7 +127,8 @@ def fit_contacts(
         frame=times,
         frame_sigma=np.array([one.moved_sigma for one in fitted]),
         ball_px=np.array([one.ball_px for one in fitted]),
-        bodies=tuple(Rates(rate[:, k], sigma[:, k]) for k in range(len(bodies))),
+        rate=rate,
+        rate_sigma=sigma,
         distance_px=float(np.median(apart)) if apart else np.nan,
         errors=tuple(body.errors for body in bodies),
     )
@@ -213,16 +207,16 @@ def _step(
         ball_px=float(values[0]) + equations.sides[0].middle_px,
         touch_px=touch_px,
         touch_sigma=touch_sigma,
-        rate=np.array(rate),
-        rate_sigma=np.array(sigma),
+        rate=np.array(rate).T,
+        rate_sigma=np.array(sigma).T,
     )
 
 
 def collisions_of(fitted: Contacts, sign: int = 1) -> list[Collision]:
     """Contacts as collisions, all of them seen, at places and velocities times a sign."""
     rates, sigmas = (np.full((len(fitted.kinds), 2, 2), np.nan) for _ in range(2))
-    for place, body in enumerate(fitted.bodies):
-        rates[:, :, place], sigmas[:, :, place] = sign * body.rate, body.sigma
+    bodies = fitted.rate.shape[-1]
+    rates[..., :bodies], sigmas[..., :bodies] = sign * fitted.rate, fitted.rate_sigma
     velocities = np.concatenate([rates, sigmas], axis=-1).tolist()
     return [
         Collision(
