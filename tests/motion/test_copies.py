@@ -71,6 +71,20 @@ def test_copies_that_were_not_noticed_at_first_are_left_out_once_their_time_is_k
     assert cadence.evened(missed).ball.position_px == pytest.approx(body.position_px)
 
 
+@pytest.mark.parametrize("every", [3, 5, 24])
+def test_copies_of_which_none_was_noticed_show_by_a_body_that_stands_still(every: int) -> None:
+    track, _ = filmed()
+    body = track.ball
+    rows = np.repeat(np.arange(PICTURES), 1 + (np.arange(PICTURES) % every == every - 1))
+    # Encoders change the copies a little.
+    place = noisy(body.position_px[rows], NOISE_PX)
+    ball = replace(body, position_px=place, sigma_px=body.sigma_px[rows])
+    cadence = with_copies(replace(track, frame=np.arange(float(len(rows))), ball=ball))
+    assert cadence is not None
+    # Of a copy at the very end, after which no picture comes, nothing is known.
+    assert cadence.frame[:PICTURES].tolist() == first_shown(every).tolist()
+
+
 @pytest.mark.parametrize("every", [5, 24])
 def test_frames_stay_even_where_copies_stand_for_lost_pictures(every: int) -> None:
     track, _ = filmed()

@@ -60,6 +60,8 @@ STEPS_AT_LEAST = 6
 """Changes of the step between frames, while a body moves, that a judgement takes."""
 KEEP_TIME = 0.9
 """Share of the noticed copies that come in step."""
+STILL_SHARE = 0.25
+"""A body stands still in a copy but for this share of its steps, as encoders change copies."""
 SMOOTHER = 0.5
 """Pictures are taken for even if the paths are so much smoother for it."""
 
@@ -92,12 +94,14 @@ def with_copies(track: Track) -> TimeBase | None:
 def _missed_copies(track: Track) -> NDArray[np.bool_]:
     """Which rows are copies that were not noticed, shape (rows,).
 
-    A converter's copies keep time. Where nearly all that were noticed do, a frame that is due to be
-    a copy is one if no body moved: at a clip's start little is known yet that would show them.
+    A converter's copies keep time. Those that were noticed, and frames in which a body stands still
+    on its way, say when they come. Where nearly all of them do, a frame that is due to be a copy is
+    one if no body moved.
     """
     frame, none = track.frame.astype(int), np.zeros(len(track.frame), dtype=bool)
     copies = np.setdiff1d(np.arange(frame.min(initial=0), frame.max(initial=0)), frame)
     copies = copies[copies > frame.min(initial=0)]
+    copies = np.union1d(copies, frame[_stands_still(track)])
     if len(copies) < STEPS_AT_LEAST:
         return none
     period = int(np.bincount(np.diff(copies)).argmax())
@@ -108,6 +112,17 @@ def _missed_copies(track: Track) -> NDArray[np.bool_]:
     for place in (body.position_px for body in track.bodies):
         due &= ~(np.abs(np.diff(place, prepend=np.nan)) > CLEAR_SIGMAS * sigma_of(place))
     return due
+
+
+def _stands_still(track: Track) -> NDArray[np.intp]:
+    """Rows in which a body is where it was, but moves clearly the same way before and after."""
+    still = np.zeros(len(track.frame), dtype=bool)
+    for body in track.bodies:
+        before, here, after = (np.diff(body.position_px)[n : n - 2 or None] for n in range(3))
+        way = np.minimum(before * np.sign(after), np.abs(after))
+        clear = way > CLEAR_SIGMAS * np.nanmedian(body.sigma_px)
+        still[2:-1] |= clear & (np.abs(here) < STILL_SHARE * way)
+    return np.flatnonzero(still)
 
 
 # ---- frames left out -----------------------------------------------------------------------------
