@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.motion.contacts import BodyErrors
 from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.parameters import Column, drift_shape
 from count_video.motion.seen import RESOLVED_FRAMES, SeenCollisions
@@ -43,6 +44,8 @@ class Observations:
     ball_sigma_px: float
     """White noise of one frame."""
     heavy_sigma_px: float
+    errors: BodyErrors
+    """How the errors of ball and heavy body vary together from frame to frame."""
     burst: Floats
     """Times of the collisions that were seen, shape (seen,)."""
     calm: int
@@ -104,6 +107,7 @@ def observe(track: Track, found: SeenCollisions) -> Observations:
         drift=drift_shape(gaps.heavy_px[chosen]),
         ball_sigma_px=sigma_of(gaps.ball_px),
         heavy_sigma_px=sigma_of(gaps.heavy_px),
+        errors=found.errors,
         burst=np.array(burst) - first,
         calm=calm_beginning(found.collisions[: found.burst]),
         end=float(gaps.frame[-1]) - first,

@@ -237,13 +237,29 @@ class Fit:
 
     @cached_property
     def covariance(self) -> Floats:
-        """Of the parameters about these values, for all scatters; shape (columns, columns)."""
+        """Of the parameters about these values, for all scatters; shape (columns, columns).
+
+        Where errors of places last, with correlations R, each scatter's covariance C is that of the
+        sandwich, C + C J' (R - 1) J C: the fit weighs the places as if their errors were white.
+        """
         evidence = np.array([one.evidence for one in self.scattered])
         shares = np.exp(BELIEVED * (evidence - evidence.max()))
         moved = np.array([one.values - self.values for one in self.scattered])
-        each = np.array([one.covariance for one in self.scattered])
+        white = np.array([one.covariance for one in self.scattered])
+        each = white + white @ self._lasting() @ white
         each += moved[:, :, None] * moved[:, None]
         return np.asarray(np.tensordot(shares / shares.sum(), each, 1))
+
+    def _lasting(self) -> Floats:
+        """Give J' (R - 1) J, shape (columns, columns)."""
+        free, observed = self.question.prior.sigma > 0, self.observed
+        bodies = np.split(self.linearised.jacobian * free, 2)
+        lasting = np.zeros_like(self.hessian)
+        for jacobian, errors in zip(bodies, observed.errors, strict=True):
+            if errors is not None:
+                lasting += jacobian.T @ errors.correlations_of(observed.frame) @ jacobian
+                lasting -= jacobian.T @ jacobian
+        return lasting
 
     @property
     def likeliest(self) -> Scattered:
