@@ -205,7 +205,8 @@ class Ending:
     ``pendulum``: the threads turn the heavy body before the ball, on its way, meets anything;
     ``dissipative``: the energy is used up."""
     energy_kept: float
-    """Energy after the last collision over that before the first."""
+    """Energy after the last collision over that before the first: of both bodies' motion and, on
+    their threads, of their height."""
     heavy_speed: float
     """Velocity of the heavy body after the last collision, away from the wall, over its speed
     before the first."""

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from count_video.motion.parameters import FIRST_DEVIATION, Column
-from count_video.motion.posterior import mixed, setup_estimates, shares_of
-from count_video.motion.priors import BELIEVED
+from count_video.motion.posterior import mixed, setup_estimates
+from count_video.motion.solving import shares_by
 from count_video.records import Floats
 
 SIGMA = 0.01
@@ -32,6 +32,13 @@ class Weighed:
     def covariance(self) -> Floats:
         return np.eye(FIRST_DEVIATION) * SIGMA**2
 
+    @property
+    def data(self) -> Floats:
+        return np.zeros(1)
+
+    def shares(self, evidence: Floats, data: Floats) -> Floats:
+        return shares_by(evidence, data, lambda apart: apart)
+
 
 def test_a_single_fit_is_given_as_it_is() -> None:
     _, bodies, *_ = setup_estimates([Weighed(31, 5.0, 0.96)])
@@ -39,9 +46,26 @@ def test_a_single_fit_is_given_as_it_is() -> None:
     assert bodies.sigma == pytest.approx(SIGMA)
 
 
-def test_a_part_of_the_evidence_decides_between_explanations() -> None:
-    two = [Weighed(31, 0.0, 0.96), Weighed(31, np.log(3.0) / BELIEVED, 0.95)]
-    assert shares_of(two) == pytest.approx([0.25, 0.75])
+def shares_of_two(difference: Floats, lasts_frames: float) -> Floats:
+    """One is likelier by a factor of 3; both differ by some standard deviations in each frame."""
+    clock = np.arange(float(len(difference)))
+    correlations = np.exp(-np.abs(clock[:, None] - clock) / lasts_frames)
+    data = np.stack([np.zeros_like(difference), difference])
+    return shares_by(np.array([np.log(3.0), 0.0]), data, lambda apart: correlations @ apart)
+
+
+def test_evidence_holds_where_errors_are_new_in_every_frame() -> None:
+    assert shares_of_two(np.ones(40), lasts_frames=1e-3) == pytest.approx([0.75, 0.25])
+
+
+def test_errors_that_last_make_lasting_differences_prove_little() -> None:
+    likelier, other = shares_of_two(np.ones(40), lasts_frames=1e3)
+    assert likelier == pytest.approx(other, rel=0.05)
+
+
+def test_errors_that_last_take_nothing_from_what_changes_from_frame_to_frame() -> None:
+    shares = shares_of_two((-1.0) ** np.arange(40), lasts_frames=8.0)
+    assert shares == pytest.approx([0.75, 0.25])
 
 
 def test_what_explanations_disagree_in_is_a_part_of_the_uncertainty() -> None:

@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.signals import low_points
+from count_video.signals import MEDIAN_TO_SIGMA, low_points
 
 QUARTILE = 0.3186
 """Lower quartile of a standard normal value without its sign."""
-QUARTILE_TO_SIGMA = 1.4826
-"""Standard deviation of a normal value over half the range of its quartiles."""
 NOISE_AT_LEAST_PX = 0.1
 """The centre of a patch is known no better than this."""
 HYSTERESIS_SIGMAS = 3.0
@@ -73,7 +71,7 @@ class Motion:
     @cached_property
     def acceleration_sigma(self) -> float:
         """Standard deviation of the acceleration from flight to flight."""
-        spread = min(self.acceleration_spread, self.speed) * QUARTILE_TO_SIGMA
+        spread = min(self.acceleration_spread, self.speed) * MEDIAN_TO_SIGMA
         share = PULL_SHARE * self.acceleration
         return float(np.hypot(np.hypot(spread, share), self.sigma_px / STILL_PICTURES**2))
 

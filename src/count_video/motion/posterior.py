@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.parameters import Column, within_limits
 from count_video.motion.pendulums import Paths, follow, slopes, stepped
-from count_video.motion.priors import BELIEVED, MODEL_WRONG
+from count_video.motion.priors import MODEL_WRONG
 from count_video.motion.seen import RESOLVED_FRAMES, SeenCollisions
 from count_video.motion.solving import Fit
 from count_video.motion.time_base import LeftOut
@@ -44,6 +44,8 @@ class Explained(Protocol):
     count: int
     values: Floats
     """Parameters, shape (columns,)."""
+    data: Floats
+    """Residuals in sigmas, shape (n,)."""
 
     @property
     def evidence(self) -> float:
@@ -53,15 +55,14 @@ class Explained(Protocol):
     def covariance(self) -> Floats:
         """Of the parameters, shape (columns, columns)."""
 
+    def shares(self, evidence: Floats, data: Floats) -> Floats:
+        """Probabilities of explanations with residuals of shape (explanations, n)."""
+
 
 def shares_of(fits: Sequence[Explained]) -> Floats:
-    """Probability of each fit by its evidence, of which a part is believed.
-
-    Shape (fits,); sums to 1.
-    """
+    """Probability of each fit, shape (fits,); sums to 1."""
     evidence = np.array([fit.evidence for fit in fits])
-    shares = np.exp(BELIEVED * (evidence - evidence.max()))
-    return np.asarray(shares / shares.sum())
+    return fits[int(np.argmax(evidence))].shares(evidence, np.array([fit.data for fit in fits]))
 
 
 def with_more(chances: Mapping[int, float], more: Mapping[int, float]) -> dict[int, float]:
@@ -87,13 +88,12 @@ FOLLOWED_AT_MOST = 12
 def end_chances(fit: Fit) -> dict[int, float]:
     """Probability that the burst has so many collisions more than were fitted; -1 is one fewer.
 
-    Draws from the fit's uncertainty are followed; of the precision that it claims a part is
-    believed. More are those between the clip's end and the heavy body's turn; one that the frames
-    would have to show is none, as the fit has decided on those. One fewer it is where the body had
-    turned before the last.
+    Draws from the fit's uncertainty are followed. More are those between the clip's end and the
+    heavy body's turn; one that the frames would have to show is none, as the fit has decided on
+    those. One fewer it is where the body had turned before the last.
     """
     rng = np.random.default_rng(0)  # the same clip gets the same answer
-    widths, vectors = np.linalg.eigh(fit.covariance / BELIEVED)
+    widths, vectors = np.linalg.eigh(fit.covariance)
     normal = rng.normal(size=(DRAWS, len(widths)))
     drawn = fit.values + (normal * np.sqrt(np.maximum(widths, 0.0))) @ vectors.T
     count, observed = fit.count, fit.observed

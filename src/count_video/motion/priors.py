@@ -90,11 +90,6 @@ STRAYING_WRONG: Final = 0.15
 does not describe the track. Of 376 tracks counted rightly one in nineteen strays from it, of those
 counted wrongly two of three (frames cut out of clips, truth known); these are taken for one in 70.
 """
-BELIEVED: Final = 0.5
-"""Part of the differences in evidence that is believed, and of the precision that a fit claims for
-what it foresees. A tracker's errors hang together in more ways than the fit allows for: of ten
-rendered clips of long bursts, whose truth is known, the counts strayed by one and a half times what
-the whole evidence says."""
 
 # One body's path: its turns, and its stops.
 

@@ -8,6 +8,7 @@ evidence (Laplace's approximation) for each scatter are linear algebra.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -32,7 +33,7 @@ from count_video.motion.parameters import (
     with_deviations,
 )
 from count_video.motion.pendulums import Tangents, follow, tangents_of
-from count_video.motion.priors import BELIEVED, SCATTERS
+from count_video.motion.priors import SCATTERS
 from count_video.records import Floats
 
 BLUR_SHARE = 0.06
@@ -116,6 +117,32 @@ class Scattered:
     """Shape (columns,)."""
     covariance: Floats
     """Shape (columns, columns)."""
+
+
+def shares_by(evidence: Floats, data: Floats, lasting: Callable[[Floats], Floats]) -> Floats:
+    """Probabilities of explanations of the same places, where errors last; sums to 1.
+
+    Of two whose places differ by d standard deviations, with errors of the correlations R, the
+    logarithms of the likelihoods by white errors differ by a normal value of mean d'd / 2 and
+    variance d'Rd. That of true likelihoods has twice its mean for a variance, so the part
+    d'd / d'Rd of the difference holds, of each against the likeliest; where errors change from
+    frame to frame more than white ones do, no more than all of it.
+
+    Parameters
+    ----------
+    evidence
+        Their logarithms, by errors that are white; shape (explanations,).
+    data
+        Residuals in standard deviations, shape (explanations, n).
+    lasting
+        Multiplies an array of shape (n, explanations) by R.
+    """
+    likeliest = int(np.argmax(evidence))
+    apart = (data - data[likeliest]).T
+    white, variance = (apart**2).sum(axis=0), (apart * lasting(apart)).sum(axis=0)
+    holds = np.divide(white, variance, out=np.ones_like(white), where=variance > white)
+    shares = np.exp(holds * (evidence - evidence[likeliest]))
+    return np.asarray(shares / shares.sum())
 
 
 class Fit:
@@ -242,24 +269,30 @@ class Fit:
         Where errors of places last, with correlations R, each scatter's covariance C is that of the
         sandwich, C + C J' (R - 1) J C: the fit weighs the places as if their errors were white.
         """
-        evidence = np.array([one.evidence for one in self.scattered])
-        shares = np.exp(BELIEVED * (evidence - evidence.max()))
+        jacobian = self.linearised.jacobian * (self.question.prior.sigma > 0)
+        lasting = jacobian.T @ (self._correlated(jacobian) - jacobian)
         moved = np.array([one.values - self.values for one in self.scattered])
         white = np.array([one.covariance for one in self.scattered])
-        each = white + white @ self._lasting() @ white
-        each += moved[:, :, None] * moved[:, None]
-        return np.asarray(np.tensordot(shares / shares.sum(), each, 1))
+        evidence = np.array([one.evidence for one in self.scattered])
+        each = white + white @ lasting @ white + moved[:, :, None] * moved[:, None]
+        return np.asarray(np.tensordot(self.shares(evidence, moved @ jacobian.T), each, 1))
 
-    def _lasting(self) -> Floats:
-        """Give J' (R - 1) J, shape (columns, columns)."""
-        free, observed = self.question.prior.sigma > 0, self.observed
-        bodies = np.split(self.linearised.jacobian * free, 2)
-        lasting = np.zeros_like(self.hessian)
-        for jacobian, errors in zip(bodies, observed.errors, strict=True):
-            if errors is not None:
-                lasting += jacobian.T @ errors.correlations_of(observed.frame) @ jacobian
-                lasting -= jacobian.T @ jacobian
-        return lasting
+    def shares(self, evidence: Floats, data: Floats) -> Floats:
+        """Probabilities of some explanations of these places, shape (explanations,).
+
+        By their evidence, of that shape, and residuals of shape (explanations, 2 frames).
+        """
+        return shares_by(evidence, data, self._correlated)
+
+    def _correlated(self, values: Floats) -> Floats:
+        """Multiply by the correlations of the errors of both bodies, shape (2 frames, ...)."""
+        observed = self.observed
+        return np.concatenate(
+            [
+                own if errors is None else errors.correlations_of(observed.frame) @ own
+                for own, errors in zip(np.split(values, 2), observed.errors, strict=True)
+            ]
+        )
 
     @property
     def likeliest(self) -> Scattered:
