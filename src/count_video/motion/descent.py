@@ -29,7 +29,7 @@ ITERATIONS = 30
 SLOW_STEPS = 6
 """So many in a row are not worth another one, whatever is foreseen."""
 FORESEEN = 2.0
-"""The loss falls by less than so many times what the normal equations foresee."""
+"""The loss falls by less than so many times the share that the normal equations foresee."""
 
 
 class Point(Protocol):
@@ -42,6 +42,10 @@ class Point(Protocol):
     @property
     def loss(self) -> float:
         """Half the sum of squares, robust, with the prior; inf where the model fails."""
+
+    @property
+    def squares(self) -> float:
+        """Half the sum of squares with their weights, of which the normal equations foresee."""
 
     @property
     def gradient(self) -> Floats:
@@ -99,7 +103,9 @@ def descend(
             continue
         whole = _stepped(point, LEAST_DAMPING, limits)
         foreseen = _foreseen(point, whole)
-        if point.loss - min(FORESEEN * foreseen, left * fallen) > bearable:
+        # A large residual counts for less in the squares than in the loss: a share holds for both.
+        share = FORESEEN * foreseen / point.squares
+        if point.loss - min(share * point.loss, left * fallen) > bearable:
             break
         if slow == SLOW_STEPS or (slow and foreseen < enough):
             # Near the least loss the undamped step comes closer to it by a square.

@@ -182,6 +182,12 @@ class Fit:
         return np.append(off, late)
 
     @property
+    def squares(self) -> float:
+        """Half the sum of squares with their weights."""
+        parts = (self.linearised.data, self.away, self.off)
+        return 0.5 * float(sum(part @ part for part in parts))
+
+    @property
     def gradient(self) -> Floats:
         """Of the loss, shape (columns,)."""
         return self.linearised.gradient
