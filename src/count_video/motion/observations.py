@@ -67,6 +67,13 @@ class Observations:
         """Places of ball and heavy body, one after the other, shape (2 frames,)."""
         return np.concatenate([self.ball_px, self.heavy_px])
 
+    @cached_property
+    def correlations(self) -> tuple[Floats | None, ...]:
+        """Of the errors of ball and heavy body, shape (frames, frames); None if not known."""
+        return tuple(
+            None if one is None else one.correlations_of(self.frame) for one in self.errors
+        )
+
     def times(self, values: Floats) -> Floats:
         """Give the frames' times by the clocks of parameters, shape (..., columns)."""
         return np.asarray(self.frame + values[..., Column.SKIP, None] * self.after)

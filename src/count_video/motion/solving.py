@@ -292,13 +292,8 @@ class Fit:
 
     def _correlated(self, values: Floats) -> Floats:
         """Multiply by the correlations of the errors of both bodies, shape (2 frames, ...)."""
-        observed = self.observed
-        return np.concatenate(
-            [
-                own if errors is None else errors.correlations_of(observed.frame) @ own
-                for own, errors in zip(np.split(values, 2), observed.errors, strict=True)
-            ]
-        )
+        bodies = zip(np.split(values, 2), self.observed.correlations, strict=True)
+        return np.concatenate([own if one is None else one @ own for own, one in bodies])
 
     @property
     def likeliest(self) -> Scattered:
