@@ -219,7 +219,7 @@ class _Scene:
         if known:
             marks = self._marked(known)
             corners, regions = corners.beside(marks), regions.beside(marks)
-        proposed = propose(corners, regions, self.shift_px)
+        proposed = propose(corners, regions, self.shift_px, self._regions.all_change)
         return roughly(proposed, self.frames, self.scale, self.axes)
 
     def background(self, pictures: Mapping[int, Luma], known: Sequence[Shape] = ()) -> Background:

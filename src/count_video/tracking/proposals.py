@@ -31,6 +31,8 @@ NEIGHBOUR_CORNERS = 8
 """A neighbour with fewer corners than this sets no bound to an outline."""
 REGIONS_AT_MOST = 5
 """So many of the regions with the longest paths are proposed."""
+CHANGE_SHARE = 0.002
+"""What makes a smaller share of all that changes in a clip is no body of its experiment."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +49,13 @@ class Proposal:
     """Whether the path is right to some px only."""
 
 
-def propose(corners: Trajectories, regions: Regions, scene_px: Floats) -> list[Proposal]:
+def propose(
+    corners: Trajectories, regions: Regions, scene_px: Floats, all_change: float
+) -> list[Proposal]:
     """Bodies by their corners where there are many, then moving regions, then the other corners.
 
-    ``scene_px`` is how far the camera has moved each sample, shape (samples, 2).
+    ``scene_px`` is how far the camera has moved each sample, shape (samples, 2). Only what makes a
+    fair share of ``all_change``, in grey levels times px, is proposed.
     """
     groups = rigid_groups(corners, scene_px)
     many = [group for group in groups if len(group.corners_px) >= NEIGHBOUR_CORNERS]
@@ -62,7 +67,8 @@ def propose(corners: Trajectories, regions: Regions, scene_px: Floats) -> list[P
         *(_with_box(one, region_of(one, many, regions)) for one in few),
     ]
     changes = [regions.change(one.path_px, one.box_px) for one in proposed]
-    order = sorted(range(len(proposed)), key=lambda k: (k >= len(many), -changes[k]))
+    clear = [k for k, change in enumerate(changes) if change > CHANGE_SHARE * all_change]
+    order = sorted(clear, key=lambda k: (k >= len(many), -changes[k]))
     return [proposed[k] for k in order]
 
 

@@ -86,6 +86,11 @@ class Regions:
         ]
         return _regions_of(self.pictures, self.scale, marks)
 
+    @property
+    def all_change(self) -> float:
+        """Sum of the differences, mean over all samples, in grey levels times px."""
+        return float(np.mean([cv2.sumElems(one)[0] for one in self.changes]))
+
     def change(self, path_px: Floats, box_px: Sequence[float]) -> float:
         """Sum of the differences in a box along a path, mean over all samples."""
         total = 0.0

@@ -1,0 +1,42 @@
+"""What is proposed as a body: what makes a fair share of all that changes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from count_video.tracking.corners import Trajectories
+from count_video.tracking.proposals import CHANGE_SHARE, propose
+from count_video.tracking.regions import find_regions
+
+FRAMES, SIZE, BODY = 40, (74, 320), 24
+"""Pictures, their height and width, and the side of a square body, in px."""
+BRIGHT = 150
+"""Grey levels by which it stands out."""
+NO_CORNERS = Trajectories(np.empty((0, FRAMES, 2), np.float32), np.empty(0, np.bool_))
+
+
+def pictures(levels: int) -> list[NDArray[np.uint8]]:
+    """Two squares that move on one above the other: a bright one, and one of so many levels."""
+    drawn = []
+    for k in range(FRAMES):
+        picture = np.full(SIZE, 80, np.uint8)
+        picture[4 : 4 + BODY, 10 + 5 * k :][:, :BODY] += np.uint8(BRIGHT)
+        picture[46 : 46 + BODY, 250 - 5 * k :][:, :BODY] += np.uint8(levels)
+        drawn.append(picture)
+    return drawn
+
+
+@pytest.mark.parametrize("levels", [BRIGHT, BRIGHT // 10])
+def test_each_of_two_bodies_is_proposed_however_faint_one_is(levels: int) -> None:
+    regions = find_regions(pictures(levels))
+    proposed = propose(NO_CORNERS, regions, np.zeros((FRAMES, 2)), regions.all_change)
+    assert len(proposed) == 2
+
+
+def test_what_makes_next_to_nothing_of_all_that_changes_is_no_body() -> None:
+    regions = find_regions(pictures(levels=BRIGHT))
+    both = propose(NO_CORNERS, regions, np.zeros((FRAMES, 2)), regions.all_change)
+    more = 2 * max(regions.change(one.path_px, one.box_px) for one in both) / CHANGE_SHARE
+    assert not propose(NO_CORNERS, regions, np.zeros((FRAMES, 2)), more)
