@@ -7,7 +7,6 @@ import pytest
 from evidence_made import CLIP, Made, Truth
 from outlines import OUTLINE_WITHIN_PX, drawn_shift
 
-from count_video.video.reader import open_footage
 from count_video.reports.clip_layout import (
     BETWEEN_COLLISIONS_S,
     FORWARD_FPS,
@@ -16,6 +15,7 @@ from count_video.reports.clip_layout import (
     frame_times_s,
     layout_of,
 )
+from count_video.video.reader import open_footage
 
 
 @pytest.fixture(scope="module")

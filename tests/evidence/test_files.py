@@ -133,7 +133,11 @@ def test_the_theory_goes_into_a_folder(tmp_path: Path, capsys: pytest.CaptureFix
 
 @pytest.mark.parametrize(
     ("masses", "hint"),
-    [(("1e99", "1e-99"), ""), (("1", "1"), ""), (("1e-99", "1e99"), "the first mass is the smaller")],
+    [
+        (("1e99", "1e-99"), ""),
+        (("1", "1"), ""),
+        (("1e-99", "1e99"), "the first mass is the smaller"),
+    ],
 )
 def test_the_theory_of_any_masses_fits_into_its_picture(
     masses: tuple[str, str], hint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

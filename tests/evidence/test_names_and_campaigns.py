@@ -16,10 +16,10 @@ from evidence_made import FIXTURES, Made, count_with_evidence
 from count_video import cli
 from count_video.batch.summary import summarise
 from count_video.evidence import EvidenceSettings
-from count_video.video.reader import open_footage
-from count_video.video.writer import write_clip
 from count_video.pipeline import TrialSettings
 from count_video.reports.page import PageMedia, campaign_page, clip_page
+from count_video.video.reader import open_footage
+from count_video.video.writer import write_clip
 from table_rows import row
 
 SMALL = FIXTURES / "ratio1-count3.mp4"

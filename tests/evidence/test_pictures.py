@@ -20,7 +20,6 @@ from PIL.ImageColor import getrgb
 
 from count_video.batch.summary import summarise
 from count_video.followed import followed
-from count_video.video.reader import open_footage
 from count_video.reports.drawing import MARKS, drawable, picture_bytes
 from count_video.reports.figure import (
     campaign_figure,
@@ -30,6 +29,7 @@ from count_video.reports.figure import (
     trial_figure,
 )
 from count_video.reports.material import Material, line_of_motion, measured_states, speed_scale
+from count_video.video.reader import open_footage
 from table_rows import row, rows_of
 from tiers import rest_slow
 

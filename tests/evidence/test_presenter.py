@@ -15,7 +15,6 @@ from evidence_made import CLIP
 from PIL import Image
 
 from count_video import cli
-from count_video.video.reader import open_footage
 from count_video.reports.clip import font
 from count_video.reports.clip_layout import (
     COUNTER_PX,
@@ -25,6 +24,7 @@ from count_video.reports.clip_layout import (
     presenter_layout,
 )
 from count_video.reports.tables import COLLISION_COLUMNS
+from count_video.video.reader import open_footage
 from tiers import rest_slow
 
 SMALL = CLIP.with_name("ratio1-count3.mp4")
