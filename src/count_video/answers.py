@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from pathlib import Path
 
 from count_video.explanations import Explanation
 from count_video.motion.parameters import Knowledge
@@ -19,6 +20,7 @@ from count_video.records import (
     TrialResult,
     unread_result,
 )
+from count_video.reports.material import Pendulum
 from count_video.reports.words import sentence, sentences
 from count_video.settings import TrialSettings
 
@@ -33,15 +35,19 @@ MASS_RELATIVE_SIGMA = 0.002
 
 
 @dataclass(frozen=True)
-class Trial:
-    """One clip worked through: the answer and what it rests on."""
+class Followed:
+    """One clip: the answer, and the motion that it rests on, from which evidence can be drawn."""
 
     result: TrialResult
-    info: FootageInfo
-    track: Track | None
+    track: Track | None = None
     """None where no bodies could be followed."""
-    swing: Swing | None
-    """That of the heavy body; None where it does not show."""
+    pendulum: Pendulum | None = None
+    """That of the heavy body; None where its swing does not show."""
+
+    @property
+    def path(self) -> Path:
+        """The clip's file."""
+        return Path(self.result.clip)
 
 
 def knowledge(info: FootageInfo, masses: tuple[Fraction, Fraction] | None) -> Knowledge:
@@ -107,14 +113,19 @@ def answer(
     return weighed(result, measured_ratios(explained), settings.masses)
 
 
-def swing_of(explained: Explanation) -> Swing | None:
-    """Swing of the heavy body, if it shows."""
+def pendulum_of(explained: Explanation) -> Pendulum | None:
+    """How the heavy body swings, if it shows."""
+    swing = _swing_of(explained)
+    return None if swing is None else Pendulum(swing.rate_squared, swing.centre_px)
+
+
+def _swing_of(explained: Explanation) -> Swing | None:
     return explained.found.swing if explained.found is not None else None
 
 
 def measured_ratios(explained: Explanation) -> list[Estimate]:
     """Mass ratios that the motion gives, as far as it determines them: the fit's, the swing's."""
-    swing, fit = swing_of(explained), explained.fit
+    swing, fit = _swing_of(explained), explained.fit
     ratios = [] if fit is None else [fit.mass_ratio]
     if swing is not None:
         ratio = float(swing.mass_ratio)

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Unpack
 from count_video import inputs, pipeline
 from count_video.batch.executor import answers, count_job
 from count_video.batch.manifest import jobs_of
-from count_video.followed import followed
 from count_video.inputs import signature
 from count_video.parallel import as_done
 from count_video.physics.theory import Mass, Theory, theory_of
@@ -99,8 +98,7 @@ def count_with(path: Path, settings: TrialSettings, progress: Progress = NO_PROG
     before = signature(path)
     try:
         with shortage_explained():
-            trial = pipeline.work_through(path, settings, progress)
-        return Result(followed(trial), signature=before)
+            return Result(pipeline.work_through(path, settings, progress), signature=before)
     finally:
         progress.finish()
 

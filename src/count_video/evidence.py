@@ -13,7 +13,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from count_video.followed import Followed
+from count_video.answers import Followed
 from count_video.inputs import content_digest
 from count_video.outputs import (
     OutputFolder,

@@ -15,7 +15,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from count_video.answers import Trial, answer, knowledge, nothing_to_count, swing_of
+from count_video.answers import Followed, answer, knowledge, nothing_to_count, pendulum_of
 from count_video.errors import TrackingError
 from count_video.explanations import (
     at_a_stop,
@@ -29,7 +29,6 @@ from count_video.explanations import (
 from count_video.process import take_buffer
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reasons import Cause, Reason
-from count_video.records import TrialResult
 from count_video.reports.words import sentence
 from count_video.settings import TrialSettings
 from count_video.tracking.beside import moves_beside, stands_ahead
@@ -40,14 +39,7 @@ from count_video.tracking.view import TrackSettings
 from count_video.video.reader import open_footage
 
 
-def count_clip(
-    path: Path, settings: TrialSettings, progress: Progress = NO_PROGRESS
-) -> TrialResult:
-    """Count the collisions in one clip; raises what :func:`work_through` raises."""
-    return work_through(path, settings, progress).result
-
-
-def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PROGRESS) -> Trial:
+def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PROGRESS) -> Followed:
     """Count the collisions in one clip and keep what the count rests on.
 
     Raises
@@ -66,7 +58,7 @@ def work_through(path: Path, settings: TrialSettings, progress: Progress = NO_PR
             return _explained(seen, settings)
 
 
-def _explained(seen: Observation, settings: TrialSettings) -> Trial:
+def _explained(seen: Observation, settings: TrialSettings) -> Followed:
     """Explain what moves by two bodies, or by one alone, and read the answer off."""
     footage = seen.view.footage
     info, report = footage.info, footage.report()
@@ -91,9 +83,9 @@ def _explained(seen: Observation, settings: TrialSettings) -> Trial:
         except TrackingError as error:
             why = str(error)
     if best is None:
-        return Trial(nothing_to_count(info, report, why), info, None, None)
+        return Followed(nothing_to_count(info, report, why))
     if may_be_bodies(best):
         result = answer(best, info, report, settings)
     else:
         result = nothing_to_count(info, report, sentence(Reason(Cause.PARTS_OF_BODIES)))
-    return Trial(result, info, best.track, swing_of(best))
+    return Followed(result, best.track, pendulum_of(best))

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.answers import Followed
 from count_video.errors import CountVideoError, UsageError, reason_of
-from count_video.followed import Followed
 from count_video.inputs import Signature, signature
 from count_video.outputs import CsvDialect
 from count_video.process import shortage_explained

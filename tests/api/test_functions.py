@@ -11,7 +11,6 @@ import subprocess
 import sys
 from fractions import Fraction
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -51,8 +50,7 @@ def test_a_clip_is_counted(result: Result) -> None:
 @pytest.fixture
 def counted_once(result: Result, monkeypatch: pytest.MonkeyPatch) -> None:
     """Give the answer for the clip without another count."""
-    trial = SimpleNamespace(result=result.answer, track=result.track, swing=None)
-    monkeypatch.setattr(pipeline, "work_through", lambda *_: trial)
+    monkeypatch.setattr(pipeline, "work_through", lambda *_: result.followed)
 
 
 @pytest.mark.usefixtures("counted_once")

@@ -10,27 +10,19 @@ from __future__ import annotations
 import os
 import signal
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from count_video import pipeline
+from count_video.answers import Followed
 from count_video.errors import FootageError
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import TrialResult, unread_result
-
-
-@dataclass(frozen=True)
-class Worked:
-    """A clip that was worked through, in which no bodies were followed."""
-
-    result: TrialResult
-    track: None = None
-    swing: None = None
+from count_video.records import unread_result
 
 
 def work_through(
     path: Path, settings: pipeline.TrialSettings, progress: Progress = NO_PROGRESS
-) -> Worked:
+) -> Followed:
     """Answer as the clip's words say."""
     words = path.read_text("utf-8").split()
     stated = dict(zip(words[::2], words[1::2], strict=True))
@@ -46,7 +38,7 @@ def work_through(
         raise FootageError(f"{path}: the file is cut off; copy it again")
     count, chance = int(stated["count"]), float(stated.get("chance", 0.98))
     ratio = float(stated.get("ratio", 100.0))
-    return Worked(
+    return Followed(
         replace(
             unread_result(str(path), ""),
             status="counted",

@@ -7,10 +7,10 @@ from concurrent.futures.process import BrokenProcessPool
 from hypothesis import given
 from hypothesis import strategies as st
 
+from count_video.answers import Followed
 from count_video.batch.executor import Answer, answers, failure, tool_version
 from count_video.batch.manifest import Job
 from count_video.batch.summary import run_campaign
-from count_video.followed import Followed
 from count_video.pipeline import TrialSettings
 from count_video.records import unread_result
 from count_video.result import Result

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from count_video.followed import Followed, packed, unpacked
+from count_video.answers import Followed
+from count_video.batch.results import packed, unpacked
 from count_video.records import BodyTrack, Collision, MotionLine, Track, Velocities, unread_result
 
 NAN, INF = float("nan"), float("inf")

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from count_video.answers import Followed
 from count_video.batch import executor, results
 from count_video.batch.executor import Answer, tool_version
 from count_video.batch.manifest import Job
 from count_video.batch.results import HIDDEN, ResultStore, open_store
 from count_video.errors import UsageError
-from count_video.followed import Followed
 from count_video.inputs import content_digest, signature
 from count_video.outputs import OutputFolder
 from count_video.pipeline import TrialSettings

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from count_video.batch.results import packed, unpacked
 from count_video.batch.summary import summarise
-from count_video.followed import packed, unpacked
 from count_video.records import Ending, Estimate, TrialResult, unread_result
 from count_video.reports.campaign import TrialRow, campaign_json, campaign_text
 from count_video.reports.page import campaign_page

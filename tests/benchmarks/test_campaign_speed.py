@@ -43,10 +43,10 @@ BARE = """
 import sys
 from pathlib import Path
 import cv2
-from count_video.pipeline import TrialSettings, count_clip
+from count_video.pipeline import TrialSettings, work_through
 cv2.setNumThreads(1)
 for clip in sorted(Path(sys.argv[1]).glob("*.mp4")):
-    count_clip(clip, TrialSettings())
+    work_through(clip, TrialSettings())
 """
 IMPORTS = """
 import count_video.pipeline

@@ -156,7 +156,7 @@ def counted(trial: HardTrial) -> Outcome:
     }
     present = {name: new for name, new in replaced.items() if hasattr(pipeline, name)}
     with patch.multiple(pipeline, **present):
-        result = pipeline.count_clip(Path("trial.mp4"), pipeline.TrialSettings())
+        result = pipeline.work_through(Path("trial.mp4"), pipeline.TrialSettings()).result
     return Outcome(trial, result)
 
 

@@ -12,6 +12,5 @@ from count_video import pipeline
 def stand_in(monkeypatch: pytest.MonkeyPatch) -> StandIn:
     """Replace the counting of one clip for the length of a test."""
     stand_in = StandIn(answers={"still.mp4": not_counted})
-    monkeypatch.setattr(pipeline, "count_clip", stand_in.count_clip)
     monkeypatch.setattr(pipeline, "work_through", stand_in.work_through)
     return stand_in

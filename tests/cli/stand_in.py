@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from count_video import pipeline
+from count_video.answers import Followed
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Collision, TrialResult, Velocities, unread_result
 
@@ -33,15 +34,6 @@ def not_counted(path: Path) -> TrialResult:
     return unread_result(str(path), "nothing moves")
 
 
-@dataclass(frozen=True)
-class Worked:
-    """What the command needs to know of a clip that was worked through."""
-
-    result: TrialResult
-    track: None = None
-    swing: None = None
-
-
 @dataclass
 class StandIn:
     """What the command asked for, and what each clip answers by its name."""
@@ -50,16 +42,10 @@ class StandIn:
     """Answer by file name; ``counted`` where a name is missing."""
     asked: list[tuple[Path, pipeline.TrialSettings]] = field(default_factory=list)
 
-    def count_clip(
-        self, path: Path, settings: pipeline.TrialSettings, progress: Progress = NO_PROGRESS
-    ) -> TrialResult:
-        """Take the place of ``pipeline.count_clip``."""
-        self.asked.append((path, settings))
-        progress.start(1, path.name)
-        return self.answers.get(path.name, counted)(path)
-
     def work_through(
         self, path: Path, settings: pipeline.TrialSettings, progress: Progress = NO_PROGRESS
-    ) -> Worked:
+    ) -> Followed:
         """Take the place of ``pipeline.work_through``: no bodies are followed."""
-        return Worked(self.count_clip(path, settings, progress))
+        self.asked.append((path, settings))
+        progress.start(1, path.name)
+        return Followed(self.answers.get(path.name, counted)(path))

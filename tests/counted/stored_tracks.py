@@ -26,6 +26,7 @@ from count_video import pipeline
 from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, FootageInfo, FootageReport, MotionLine, Track
 from count_video.reports.json_object import json_object
+from count_video.video.reader import open_footage
 from synth_video.suite.scoring import ClipScore, score
 
 FILE = Path(__file__).with_name("suite_tracks.npz")
@@ -51,7 +52,7 @@ class StoredClip:
 def counted(stored: StoredClip) -> ClipScore:
     """Count the collisions in a stored track as in a clip, and compare them with the truth."""
     with _tracking_gives(stored):
-        result = pipeline.count_clip(stored.info.path, pipeline.TrialSettings())
+        result = pipeline.work_through(stored.info.path, pipeline.TrialSettings()).result
     return score(stored.info.path.stem, stored.truth, json_object(result))
 
 
@@ -106,7 +107,9 @@ def follow(clip: Path) -> StoredClip | None:
     report = FootageReport(worked.result.frames_decoded, found.frames_promised, 0, 0, ())
     events = [{"frame": round(one["frame"], 3), "kind": one["kind"]} for one in truth["events"]]
     kept = {key: truth[key] for key in ("count", "expect", "accept") if key in truth}
-    return StoredClip(worked.track, worked.info, report, kept | {"events": events})
+    with open_footage(clip) as footage:
+        info = footage.info
+    return StoredClip(worked.track, info, report, kept | {"events": events})
 
 
 def _about(clip: StoredClip) -> dict[str, Any]:

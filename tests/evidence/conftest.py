@@ -11,7 +11,6 @@ import pytest
 from evidence_made import CLIP, FIXTURES, Made, Truth
 
 from count_video.evidence import EvidenceSettings, draw_evidence
-from count_video.followed import followed
 from count_video.outputs import held, open_outputs
 from count_video.pipeline import TrialSettings, work_through
 from count_video.records import Floats
@@ -27,7 +26,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     with held(hidden / "made.lock", wait=True):
         if not stored.exists():
             trial = work_through(CLIP, TrialSettings(capture_fps=480.0))
-            draw_evidence(followed(trial), EvidenceSettings(folder))
+            draw_evidence(trial, EvidenceSettings(folder))
             stored.write_bytes(pickle.dumps(trial))
     kept = pickle.loads(stored.read_bytes())
     return Made(CLIP, folder, kept, kept.result)

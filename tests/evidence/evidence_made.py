@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from count_video.answers import Followed
 from count_video.evidence import EvidenceSettings, draw_evidence
-from count_video.followed import followed
-from count_video.pipeline import Trial, TrialSettings, work_through
+from count_video.pipeline import TrialSettings, work_through
 from count_video.records import Floats, TrialResult
 
 FIXTURES = Path(__file__).parents[2] / "fixtures"
@@ -30,7 +30,7 @@ class Made:
 
     clip: Path
     folder: Path
-    trial: Trial
+    trial: Followed
     """What was counted and followed, before anything was drawn."""
     result: TrialResult
 
@@ -42,6 +42,6 @@ def count_with_evidence(
     path: Path, settings: TrialSettings, evidence: EvidenceSettings
 ) -> TrialResult:
     """Count a clip and write its evidence."""
-    found = followed(work_through(path, settings))
+    found = work_through(path, settings)
     draw_evidence(found, evidence)
     return found.result

@@ -19,7 +19,6 @@ from PIL import Image
 from PIL.ImageColor import getrgb
 
 from count_video.batch.summary import summarise
-from count_video.followed import followed
 from count_video.reports.drawing import MARKS, drawable, picture_bytes
 from count_video.reports.figure import (
     campaign_figure,
@@ -45,7 +44,7 @@ def material(made: Made) -> Material:
     return Material(
         result=trial.result,
         track=trial.track,
-        pendulum=followed(trial).pendulum,
+        pendulum=trial.pendulum,
         lines=lines,
     )
 

@@ -11,7 +11,6 @@ import pytest
 from outlines import OUTLINE_WITHIN_PX, drawn_shift
 
 from count_video.evidence import EvidenceSettings, draw_evidence
-from count_video.followed import followed
 from count_video.pipeline import TrialSettings, work_through
 from count_video.records import Floats, Track
 from count_video.reports.clip_layout import HEADER_PX
@@ -31,7 +30,7 @@ def shaken(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Track]:
     short = ("clip.lead_frames=12", "clip.tail_frames=16")
     render_clip(load_scene("equal-masses", (f"tripod.shake_px={SHAKE_PX}", *short)), 3, path)
     trial = work_through(path, TrialSettings())
-    draw_evidence(followed(trial), EvidenceSettings(path.parent))
+    draw_evidence(trial, EvidenceSettings(path.parent))
     assert trial.track is not None
     return path, trial.track
 

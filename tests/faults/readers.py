@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from count_video.answers import Followed
 from count_video.batch.executor import tool_version
 from count_video.batch.manifest import Job, read_manifest
-from count_video.batch.results import ResultStore
+from count_video.batch.results import ResultStore, packed, unpacked
 from count_video.corrections import reviewed
 from count_video.errors import CountVideoError
-from count_video.followed import Followed, packed, unpacked
 from count_video.outputs import OutputFolder
 from count_video.pipeline import TrialSettings
 from count_video.planning.request import PLAN_VERSION, PlanRequest, read_request, request_object

@@ -23,7 +23,7 @@ import numpy as np
 
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
-from count_video.pipeline import TrialSettings, count_clip
+from count_video.pipeline import TrialSettings, work_through
 from count_video.planning.comparison import compared
 from count_video.planning.request import PlanRequest
 from count_video.records import PlanComparison
@@ -111,7 +111,7 @@ def outcome_of(seed: int, folder: Path, *, close: bool) -> Outcome:
     rendered(seed, request, clip)
     given = (Fraction(float(request.heavy)), Fraction(float(request.light))) if close else None
     settings = TrialSettings(capture_fps=request.capture_fps, masses=given)
-    result = compared(count_clip(clip, settings), request)
+    result = compared(work_through(clip, settings).result, request)
     truth = json.loads(clip.with_suffix(".truth.json").read_text("utf-8"))
     comparison = result.comparison
     assert comparison is not None

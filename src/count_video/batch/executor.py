@@ -18,9 +18,9 @@ import cv2
 
 import count_video
 from count_video import pipeline
+from count_video.answers import Followed
 from count_video.batch.manifest import Job
 from count_video.errors import CountVideoError, FootageError, TrackingError, UsageError, reason_of
-from count_video.followed import Followed, followed
 from count_video.inputs import content_digest, signature
 from count_video.parallel import as_done
 from count_video.process import shortage_explained
@@ -79,7 +79,7 @@ def count_job(job: Job) -> Answer:
         with suppress(OSError, UsageError):  # which counting explains better
             content = content_digest(job.file)
         with shortage_explained():
-            found = job.found or followed(pipeline.work_through(job.file, job.settings))
+            found = job.found or pipeline.work_through(job.file, job.settings)
             evidence = _drawn(job, found)
         found = replace(found, result=replace(found.result, clip=job.clip))
         return Answer(Result(found, signature=before), content, tool_version(), evidence)

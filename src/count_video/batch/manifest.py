@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from count_video import inputs
+from count_video.answers import Followed
 from count_video.errors import FootageError, UsageError
-from count_video.followed import Followed
 from count_video.inputs import shown
 from count_video.outputs import OutputFolder, output_name
 from count_video.settings import READERS, EvidenceSettings, TrialSettings

@@ -11,16 +11,20 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, is_dataclass, replace
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
+
+from count_video.answers import Followed
 from count_video.batch.executor import Answer, tool_version
 from count_video.batch.manifest import Job
 from count_video.errors import UsageError
-from count_video.followed import Followed, packed, unpacked
 from count_video.inputs import content_digest, json_value, read_text, regular_file, signature
 from count_video.outputs import HIDDEN, CsvDialect, OutputFolder, held, open_outputs, write_whole
 from count_video.reports.campaign import CampaignSummary, TrialRow, campaign_json
@@ -30,6 +34,7 @@ from count_video.reports.words import storable
 
 OWN_FILES = ("campaign.html", "trials.csv", "campaign.json", "campaign.{}")
 """What belongs to a campaign as a whole; the last is the picture, by its format."""
+_Record = TypeVar("_Record")
 _MOST_BYTES = 100_000_000
 """Of a file that is kept; larger ones are not ours."""
 
@@ -172,3 +177,51 @@ def _made_with(job: Job) -> dict[str, Any]:
     """Return tool and options, as texts that are the same for the same ones."""
     options = json.dumps(asdict(job.settings), default=str, sort_keys=True)
     return {"tool": tool_version(), "options": options}
+
+
+# ---- records as text -----------------------------------------------------------------------------
+# Text for this program alone, in Python's JSON, which has NaN: records are objects by the names
+# of their fields, arrays are lists. What another version wrote may not fit, and is then of no use.
+
+
+def packed(record: Any) -> str:
+    """Write a record as text."""
+    return json.dumps(asdict(record), default=lambda array: array.tolist())
+
+
+def unpacked(kind: type[_Record], text: str) -> _Record:
+    """Read a record of some kind from text.
+
+    Raises
+    ------
+    ValueError
+        It is no such text, or of another version of the program.
+    """
+    try:
+        found: _Record = _unpacked(kind, json_value(text))
+    except (TypeError, LookupError, AttributeError, OverflowError) as error:
+        raise ValueError(f"no {kind.__name__}: {error}") from error
+    return found
+
+
+def _unpacked(kind: Any, value: Any) -> Any:  # noqa: PLR0911 - a kind a line
+    """Make a value of a kind, as a type hint names it."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin in (Union, UnionType):
+        return None if value is None else _unpacked(parts[0], value)
+    if kind is float:
+        return float(value)
+    if isinstance(kind, type) and is_dataclass(kind):
+        kinds = get_type_hints(kind)
+        return kind(**{name: _unpacked(kinds[name], one) for name, one in value.items()})
+    if origin is np.ndarray:
+        return np.array(value, np.float64)
+    if origin is tuple:
+        return tuple(_unpacked(parts[0], one) for one in value)
+    if origin is dict:
+        return {parts[0](key): _unpacked(parts[1], one) for key, one in value.items()}
+    if value not in parts if origin is Literal else not isinstance(value, kind):
+        raise ValueError(f"{value!r} is no {kind}")
+    if kind is int and abs(value) > sys.maxsize:
+        raise ValueError("a number that nothing has")
+    return value
