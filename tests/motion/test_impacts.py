@@ -14,7 +14,7 @@ from count_video.motion.weighing import SeenImpacts, chances_of_sum
 from count_video.reasons import Cause
 from count_video.records import Floats
 
-NOISE_PX = 0.2
+NOISE_PX, SHARP_PX = 0.2, 0.03
 TIME_FRAMES = 0.1
 """Bounces at several px a frame, seen with that noise, are placed far better than this."""
 FOUR_SIGMAS = 4.0
@@ -257,6 +257,21 @@ def test_a_body_that_something_strikes_at_rest_is_not_counted_alone() -> None:
 @pytest.mark.parametrize("over_frames", [12.0, 24.0])
 def test_a_body_that_a_hand_pushes_off_is_counted(over_frames: float) -> None:
     assert counts(seen_impacts(alone(noisy(struck(over_frames), NOISE_PX))))
+
+
+@pytest.mark.parametrize("held", [30.37, 30.5, 30.63, 30.87])
+def test_a_ball_that_is_let_go_between_two_frames_is_not_struck(held: float) -> None:
+    # At PULL a start that is wrong by an eighth of a frame looks like a blow of 0.1 px a frame.
+    flights, drop = np.array(DYING), 20.3
+    impacts = held + np.cumsum([drop, *flights])
+    frame = np.arange(int(impacts[-1]), dtype=float)
+    height = PULL / 2 * (drop**2 - np.maximum(frame - held, 0.0) ** 2)
+    for begin, flight in zip(impacts, flights, strict=False):
+        since = frame - begin
+        inside = (since >= 0) & (since < flight)
+        height[inside] = PULL / 2 * since[inside] * (flight - since[inside])
+
+    assert counts(seen_impacts(alone(noisy(300.0 - height, SHARP_PX))))
 
 
 def test_the_logarithm_of_the_normal_distribution_is_that_of_scipy_far_out_too() -> None:

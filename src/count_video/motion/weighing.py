@@ -28,7 +28,7 @@ from count_video.motion.priors import (
 )
 from count_video.motion.seen import RESOLVED_FRAMES
 from count_video.reasons import Cause, Reason
-from count_video.records import Collision
+from count_video.records import Collision, Floats
 
 CERTAIN_LOG_ODDS, CERTAIN_PICTURES = 9.0, 4
 """One impact at least is as sure as this by its own shape, with so many pictures on either side."""
@@ -40,8 +40,9 @@ PARAMETERS = 5
 """Of a free flight: place, velocity, acceleration, swing and friction."""
 CHANCE_AT_LEAST = 0.005
 """Less probable counts, and less probable impacts, are left out."""
-STARTS = np.arange(-24.0, 1.25, 0.25)
-"""When a body at rest was set in motion, in pictures from that which first shows it."""
+STARTS, FINER = np.arange(-24.0, 1.25, 0.25), np.linspace(-0.25, 0.25, 51)
+"""When a body at rest was set in motion, in pictures from that which first shows it; the best of
+them is sought again in finer steps, for a small error of it looks like a slow blow later on."""
 PICTURES_AT_LEAST = 4
 """Fewer at rest, or in motion, show no blow."""
 TAIL_PICTURES = 4.0
@@ -152,16 +153,24 @@ def struck_at_rest(motion: Motion, until: float) -> float | None:
     time, place = motion.frame[rows] - begin, motion.place_px[rows]
     if min((time < 0).sum(), (time > 0).sum()) < PICTURES_AT_LEAST:
         return None
-    since = np.maximum(time - STARTS[:, None], 0.0)
-    law = np.stack([np.ones_like(since), since**2, since], axis=2)
-    led, blown = (least_squares(law[..., :k], place - place[0])[2] for k in (2, 3))
-    smooth, struck = led.min(), blown.min()
+    (_, smooth), (start, struck) = (_start(time, place, columns) for columns in (2, 3))
     noise = motion.sigma_px**2
     log_ratio = len(time) / 2 * np.log((smooth + noise) / (struck + noise))
     described = struck / len(time) < max(STRAY_SIGMAS**2 * noise, STRAY_SHARE**2 * np.var(place))
     if log_ratio < CERTAIN_LOG_ODDS or not described:
         return None
-    return float(begin + STARTS[int(np.argmin(blown))])
+    return float(begin + start)
+
+
+def _start(time: Floats, place_px: Floats, columns: int) -> tuple[float, float]:
+    """When a body was set in motion, by the first columns of the law, and what it leaves over."""
+    best = 0.0
+    for starts in (STARTS, FINER):
+        since = np.maximum(time - best - starts[:, None], 0.0)
+        law = np.stack([np.ones_like(since), since**2, since], axis=2)[..., :columns]
+        squares = least_squares(law, place_px - place_px[0])[2]
+        best += float(starts[int(np.argmin(squares))])
+    return best, float(squares.min())
 
 
 def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:
