@@ -96,27 +96,16 @@ def draw_space_time(axes: Axes, material: Material, frames: Range, size: float =
 
 
 def _draw_image(axes: Axes, material: Material, frames: Range, places: Range) -> None:
-    rows, image = material.track.frame[: len(material.lines)], np.array(material.lines)
-    # Frames that were left out (copies) get the row before them: the image's time stays even.
-    wanted = np.arange(np.floor(frames[0]), np.ceil(frames[1]) + 1)
-    wanted = wanted[(wanted >= rows[0]) & (wanted <= rows[-1])]
-    if wanted.size == 0:
-        return
-    low = max(0, int(np.floor(places[0])))
-    high = min(image.shape[1], int(np.ceil(places[1])) + 1)
-    piece = image[np.searchsorted(rows, wanted, side="right") - 1, low:high].T
-    darkest, brightest = np.percentile(piece, (1.0, 99.5))
-    axes.imshow(
-        piece,
-        cmap="gray",
-        vmin=darkest,
-        vmax=max(brightest, darkest + 1),
-        aspect="auto",
-        origin="lower",
-        extent=(wanted[0] - 0.5, wanted[-1] + 0.5, low - 0.5, high - 0.5),
-        interpolation="nearest",
-        zorder=0,
-    )
+    """Draw the lines of motion side by side; copies that were left out get the line before them."""
+    image, begins = np.array(material.lines), material.track.frame[: len(material.lines)] - 0.5
+    inside = slice(*np.searchsorted(begins, (frames[0] - 1.0, frames[1] + 1.0)))
+    low, high = np.clip((round(places[0]), round(places[1])), 0, image.shape[1])
+    shown = image[inside, low:high]
+    if shown.size:
+        darkest, brightest = np.percentile(shown, (1.0, 99.5))
+        ends = np.append(begins[inside], begins[inside][-1] + 1.0), np.arange(low, high + 1) - 0.5
+        greys: Any = {"cmap": "gray", "vmin": darkest, "vmax": max(brightest, darkest + 1)}
+        axes.pcolorfast(*ends, shown.T, zorder=0, **greys)
 
 
 def _draw_marks(axes: Axes, material: Material, frames: Range, size: float) -> None:
