@@ -26,19 +26,14 @@ from count_video.outputs import (
 from count_video.process import DRAWING_BYTES, check_memory
 from count_video.progress import NO_PROGRESS, Progress, counted_off
 from count_video.records import Floats, Frame, Track
-from count_video.reports.clip import Gif, pictures
-from count_video.reports.clip_layout import frame_times_s, layout_of, presenter_layout
+from count_video.reports.clip import Gif, pictures, presented
+from count_video.reports.clip_layout import frame_times_s, layout_of
 from count_video.reports.drawing import MEDIA_TYPES, picture_bytes
-from count_video.reports.figure import (
-    PANELS,
-    panel_figures,
-    thumbnail_jpeg,
-    time_panels,
-    trial_figure,
-)
+from count_video.reports.figure import panel_figures, thumbnail_jpeg, time_panels, trial_figure
 from count_video.reports.json_object import json_line
 from count_video.reports.material import Material, touching
 from count_video.reports.page import PageMedia, clip_page, data_address
+from count_video.reports.panels import PANELS
 from count_video.reports.tables import collisions_array, table_csv, track_array
 from count_video.settings import EvidenceSettings
 from count_video.video.reader import Footage, open_footage
@@ -173,11 +168,11 @@ def _write_all(path: Path, material: Material, files: _Files, progress: Progress
         write_clip(annotated, pictures(material, layout_of(*size), shown_s, frames), options)
     _write_pictures(material, shown_s, annotated, files)
     if shape is not None:
-        layout = presenter_layout(shape, *size, track.wall_side, result.burst_size)
         gif = Gif(shown_s)
         with open_footage(path) as footage:
-            drawn = pictures(material, layout, shown_s, _rows(footage, track, progress))
-            write_clip(files.claim("presenter.mp4"), gif.keeping(drawn), options)
+            drawn = pictures(material, layout_of(*size), shown_s, _rows(footage, track, progress))
+            talk = gif.keeping(presented(drawn, material, shape))
+            write_clip(files.claim("presenter.mp4"), talk, options)
         files.write("presenter.gif", gif.data())
 
 

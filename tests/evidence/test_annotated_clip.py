@@ -81,7 +81,7 @@ def test_the_header_counts_up_to_the_result(made: Made, annotated: list[np.ndarr
 
 def test_large_footage_is_reduced_and_small_footage_enlarged() -> None:
     assert layout_of(3840, 2160).size_px[0] == 1280
-    assert layout_of(1080, 1920).footage_px[3] == 1280
+    assert layout_of(1080, 1920).footage_height_px == 1280
     assert layout_of(321, 121).size_px[0] == 640
     assert layout_of(1280, 720).scale == 1.0
     for width, height in ((3840, 2160), (321, 121), (1281, 721), (100, 999)):

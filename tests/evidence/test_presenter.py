@@ -15,14 +15,7 @@ from evidence_made import CLIP
 from PIL import Image
 
 from count_video import cli
-from count_video.reports.clip import font
-from count_video.reports.clip_layout import (
-    COUNTER_PX,
-    MARGIN_PX,
-    SIZES,
-    Shape,
-    presenter_layout,
-)
+from count_video.reports.clip import MARGIN_PX, SIZES, Shape, counter_px, font
 from count_video.reports.tables import COLLISION_COLUMNS
 from count_video.video.reader import open_footage
 from tiers import rest_slow
@@ -74,26 +67,23 @@ def test_a_clip_for_a_talk_is_full_hd_and_counts_to_the_answer(kept: Kept) -> No
     with open_footage(kept.file("presenter.mp4")) as footage:
         assert (footage.info.width_px, footage.info.height_px) == SIZES[kept.shape]
         assert footage.info.codec == "h264"
-        # The wall is on the left, so the counter stands in the corner on the right.
-        corner_px = COUNTER_PX[kept.shape]
-        corner = (slice(0, corner_px), slice(-corner_px // 2, None))
-        counters = [frame.luma[corner].astype(np.int16) for frame in footage.frames()]
+        width, height = SIZES[kept.shape]
+        beside = (slice(None), slice(0, 300)) if width > height else (slice(0, 600), slice(None))
+        counters = [frame.luma[beside].astype(np.int16) for frame in footage.frames()]
     assert len(counters) == PART[1] - PART[0]
     steps = [np.abs(b - a).max() for a, b in pairwise(counters)]
     assert sum(step > 150 for step in steps) == 3
     with Image.open(kept.file("presenter.gif")) as gif:
         assert getattr(gif, "n_frames", 1) > 20
         assert gif.info.get("loop") == 0
-        width, height = SIZES[kept.shape]
         assert gif.size[0] / gif.size[1] == pytest.approx(width / height, rel=0.01)
 
 
 @pytest.mark.parametrize("shape", SIZES)
 @pytest.mark.parametrize("count", [8, 31, 314])
 def test_a_count_of_any_length_fits_into_a_clip_for_a_talk(shape: Shape, count: int) -> None:
-    layout = presenter_layout(shape, 640, 240, "left", count)
-    _, size_px, _ = layout.letters["count"]
-    assert font(size_px).getlength(str(count)) <= layout.size_px[0] - 2 * MARGIN_PX
+    size_px, width_px = counter_px(shape, count)
+    assert font(size_px).getlength(str(count)) <= width_px <= SIZES[shape][0] - 2 * MARGIN_PX
 
 
 @pytest.mark.parametrize("arguments", [[], ["other.mp4", "-o", "out"]])

@@ -123,18 +123,6 @@ def test_sentences_are_as_wide_as_is_asked_for(width: int) -> None:
     assert width - len(" words") < longest <= width
 
 
-@pytest.mark.parametrize("width", [40, 60])
-def test_a_table_that_is_too_wide_goes_on_below_and_loses_no_figure(width: int) -> None:
-    result = made_result(3, after=1)
-    narrow, whole = result_text(result, width), result_text(result)
-    assert max(map(len, narrow.splitlines())) <= width
-    for number in range(1, 5):
-        figures = [cells[1:] for cells in rows(narrow) if cells[0] == str(number)]
-        (row,) = [cells[1:] for cells in rows(whole) if cells[0] == str(number)]
-        assert [cell for part in figures for cell in part] == row
-        assert len(figures) > 1
-
-
 @pytest.mark.parametrize("width", range(30, 100, 7))
 def test_the_name_of_an_option_is_never_parted(width: int) -> None:
     text = result_text(made_result(1, capture_fps=None), width)

@@ -67,15 +67,15 @@ def compared(result: TrialResult, request: PlanRequest) -> TrialResult:
     setup = request.setup()
     theory = collision_count(request.heavy, request.light)
     found = [] if result.setup is None else list(_found(result, result.setup, setup))
-    each = [changes for _, changes in found]
+    each = [changes for *_, changes in found]
     together = {name: value for changes in each for name, value in changes.items()}
-    as_found = _changed(setup, together) if found else None
-    each_alone = [_changed(setup, changes) for changes in each]
-    planned, found_count, *counts = _counts([setup, as_found, *each_alone], theory)
+    setups = [_changed(setup, changes) for changes in ({}, together, *each)]
+    planned, found_count, *counts = _counts(setups, theory)
     if planned is None:
         raise UsageError("the planned bodies come to rest on each other; plan harder ones")
     quantities = tuple(
-        replace(quantity, count=count) for (quantity, _), count in zip(found, counts, strict=True)
+        ComparedQuantity(name, value, estimate, count)
+        for (name, value, estimate, _), count in zip(found, counts, strict=True)
     )
     explained_by: tuple[str, ...] = ()
     if result.count not in (None, planned, theory):
@@ -84,7 +84,9 @@ def compared(result: TrialResult, request: PlanRequest) -> TrialResult:
         if not alone and found_count == result.count:
             ordered = list(quantities)
         explained_by = tuple(one.name for one in ordered)
-    comparison = PlanComparison(planned, theory, found_count, quantities, explained_by)
+    comparison = PlanComparison(
+        planned, theory, found_count if found else None, quantities, explained_by
+    )
     return replace(result, comparison=comparison)
 
 
@@ -95,43 +97,39 @@ def _in_sigmas(one: ComparedQuantity) -> float:
 
 def _found(
     result: TrialResult, fitted: FittedSetup, setup: Setup
-) -> Iterator[tuple[ComparedQuantity, Changes]]:
-    """Yield each quantity that was found, without its count, and the set-up's field with it.
+) -> Iterator[tuple[str, float, Estimate, Changes]]:
+    """Yield the name of each quantity that was found, as planned, as found, and as set-up.
 
     Lengths are known with a scale, times with the camera's rate.
     """
     scale, diameter, rate = result.millimetres_per_px, result.ball_diameter_px, result.capture_fps
     if scale is not None and diameter is not None:
-        for name, field, length_px in (
-            ("gap_mm", "wall_gap_m", fitted.gap_px),
-            ("release_mm", "release_m", fitted.release_px),
-            ("bodies_gap_mm", "bodies_gap_m", fitted.bodies_gap_px),
+        for name, field, least in (
+            ("gap", "wall_gap_m", 0.0),  # the ball hangs off the wall
+            ("release", "release_m", -math.inf),
+            ("bodies_gap", "bodies_gap_m", -math.inf),
         ):
+            length_px: Estimate = getattr(fitted, f"{name}_px")
             # The uncertainty of the scale, a share of it, adds to that of the length.
             off_px = DIAMETER_SIGMA_PX / diameter * length_px.value
             sigma = scale * math.hypot(length_px.sigma, off_px)
             length = Estimate(length_px.value * scale, sigma)
-            least = 0.0 if field == "wall_gap_m" else -math.inf  # the ball hangs off the wall
-            quantity = ComparedQuantity(name, 1e3 * getattr(setup, field), length, None)
-            yield quantity, {field: max(least, length.value / 1e3)}
+            planned = 1e3 * getattr(setup, field)
+            yield f"{name}_mm", planned, length, {field: max(least, length.value / 1e3)}
     if rate is not None:
-        for name, field, frames in (
-            ("heavy_period_s", "heavy_thread_m", fitted.heavy_period_frames),
-            ("ball_period_s", "light_thread_m", fitted.ball_period_frames),
-        ):
+        for body, field in (("heavy", "heavy_thread_m"), ("ball", "light_thread_m")):
+            frames: Estimate = getattr(fitted, f"{body}_period_frames")
             period = Estimate(frames.value / rate, frames.sigma / rate)
-            planned_s = 2.0 * math.pi * math.sqrt(getattr(setup, field) / setup.gravity_m_s2)
-            quantity = ComparedQuantity(name, planned_s, period, None)
-            yield quantity, {field: _thread_m(period.value, setup.gravity_m_s2)}
-    ratio, light_kg = result.ratio, setup.light_mass_kg
+            planned = 2.0 * math.pi * math.sqrt(getattr(setup, field) / setup.gravity_m_s2)
+            thread = {field: _thread_m(period.value, setup.gravity_m_s2)}
+            yield f"{body}_period_s", planned, period, thread
+    ratio = result.ratio
     if ratio is not None:
-        quantity = ComparedQuantity("mass_ratio", setup.heavy_mass_kg / light_kg, ratio, None)
-        yield quantity, {"heavy_mass_kg": ratio.value * light_kg}
+        yield "mass_ratio", setup.heavy_mass_kg, ratio, {"heavy_mass_kg": ratio.value}
     for pair in ("bodies", "wall"):
-        name = f"restitution_{pair}"
-        share = getattr(result, name)
+        name, share = f"restitution_{pair}", getattr(result, f"restitution_{pair}")
         if share is not None:
-            yield ComparedQuantity(name, getattr(setup, name), share, None), _losses(share, pair)
+            yield name, getattr(setup, name), share, _losses(share, pair)
 
 
 def _losses(restitution: Estimate, pair: str) -> dict[str, float]:

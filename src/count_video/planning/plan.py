@@ -13,6 +13,7 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.errors import UsageError
 from count_video.physics.simulator import Motion, simulate
@@ -20,7 +21,6 @@ from count_video.physics.theory import collision_count
 from count_video.planning.request import PlanRequest, most_collisions
 from count_video.planning.spread import (
     RESOLVED_FRAMES,
-    Chart,
     Proposal,
     Spread,
     TrialTable,
@@ -170,7 +170,7 @@ class Plan:
     helps (``spread`` says which)."""
     table: TrialTable | None
     """None where no table was asked for."""
-    chart: Chart | None
+    chart: NDArray[np.void] | None
     """None where no map was asked for."""
     motion: Motion
     """The simulated trial itself."""
@@ -250,7 +250,7 @@ def _framing(request: PlanRequest, burst: PlannedBurst) -> Framing:
     px_per_m = PICTURE_WIDTH_PX / (max(request.gap_m, burst.last_m) + 1.8 * diameter_m)
     for_the_hop = diameter_m / hop_m if math.isfinite(hop_m) and hop_m else 0.0
     return Framing(
-        rate_needed_fps=rate_needed_fps(burst.shortest_s),
+        rate_needed_fps=float(rate_needed_fps(burst.shortest_s)),
         ball_at_least_px=max(BALL_AT_LEAST_PX, for_the_hop),
         ball_at_most_px=diameter_m * px_per_m,
         smallest_hop_px=hop_m * px_per_m,

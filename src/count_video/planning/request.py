@@ -5,9 +5,9 @@ The JSON is kept so that a counted clip can be held against its plan later.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from fractions import Fraction
 from numbers import Integral, Number
 from pathlib import Path
 from typing import Any, TypedDict
@@ -23,6 +23,7 @@ from count_video.inputs import (
     TOLERANCES,
     TRIALS,
     Range,
+    masses,
     read_json_object,
     shown,
 )
@@ -115,13 +116,8 @@ class PlanRequest:
     """Seed of all that is drawn at random."""
 
     def __post_init__(self) -> None:
-        exact_ratio(self.heavy, self.light)  # refuses what is no mass
+        masses(exact_ratio(self.heavy, self.light), Fraction(1))  # refuses what are none
         _check_ranges(self, _RANGES)
-        if self.mass_ratio < 1:
-            raise UsageError(
-                f"the heavy mass is {float(self.mass_ratio):.4g} of the light one; give the heavy "
-                "mass first"
-            )
         if self.mass_ratio > MOST_RATIO:
             raise UsageError(f"a mass ratio above {MOST_RATIO} cannot be planned; take a smaller")
         if self.gap_m > self.release_m:
@@ -129,18 +125,13 @@ class PlanRequest:
                 f"the gap of {self.gap_m:g} m is larger than the release of {self.release_m:g} m; "
                 "hang the ball nearer to the wall or let the cylinder go from farther away"
             )
-        shortest_m, longest_m = sorted((self.heavy_thread_m, self.light_thread_m))
+        shortest_m = min(self.heavy_thread_m, self.light_thread_m)
         if self.release_m >= shortest_m:
             raise UsageError(
                 f"the release of {self.release_m:g} m is not shorter than a thread of "
                 f"{shortest_m:g} m; plan swings that are small"
             )
-        slowest = math.sqrt(Setup.gravity_m_s2 / longest_m)
-        if self.damping_per_s >= slowest:
-            raise UsageError(
-                f"the damping is {self.damping_per_s:g} a second; it must lie between 0 and "
-                f"{slowest:.3g}, from where on nothing swings"
-            )
+        self.setup()  # refuses a damping with which nothing swings
 
     @property
     def mass_ratio(self) -> float:

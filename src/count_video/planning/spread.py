@@ -18,6 +18,7 @@ from statistics import fmean, pstdev, stdev
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from count_video.errors import UsageError
 from count_video.physics.events import Flags
@@ -107,26 +108,15 @@ class Proposal:
     """Rate at which a camera then sees every collision."""
 
 
-@dataclass(frozen=True)
-class Chart:
-    """Cells of the map; the arrays of cells have shape (releases, gaps)."""
-
-    gap_m: Floats
-    """Centres of the cells, shape (gaps,)."""
-    release_m: Floats
-    """Centres of the cells, shape (releases,)."""
-    count: Whole
-    """Collisions; ``NO_COUNT`` where the gap is larger than the release, which is not simulated, or
-    where bodies come to rest on each other in ever smaller bounces."""
-    shortest_s: Floats
-    """Shortest time from one collision to the next; NaN where there is no count."""
+CHART_COLUMNS = np.dtype(
+    [(name, "f8") for name in ("gap_m", "release_m", "count", "shortest_s", "rate_needed_fps")]
+)
+"""What the map has for each of its cells, whose centre is at the first two."""
 
 
-def rate_needed_fps(shortest_s: float) -> float:
+def rate_needed_fps(shortest_s: float | Floats) -> Any:
     """Rate at which collisions this far apart are seen one by one, in steps of ten; at least 10."""
-    if shortest_s == math.inf:
-        return 10.0
-    return 10.0 * math.ceil(RESOLVED_FRAMES / shortest_s / 10)
+    return np.maximum(10.0, 10.0 * np.ceil(RESOLVED_FRAMES / np.asarray(shortest_s) / 10))
 
 
 @dataclass(frozen=True)
@@ -265,17 +255,29 @@ def _drawn(request: PlanRequest, trials: int, seed: Sequence[int]) -> tuple[list
 # ---- other gaps, releases and masses -------------------------------------------------------------
 
 
-def chart_of(request: PlanRequest, theory: int) -> Chart:
-    """Simulate every cell of the map: a millimetre of gap by two of release, or larger."""
+def chart_of(request: PlanRequest, theory: int) -> NDArray[np.void]:
+    """Simulate every cell of the map: a millimetre of gap by two of release, or larger.
+
+    Returned is a structured array, shape (releases, gaps). NaN stands where the gap is larger than
+    the release, which is not simulated, or where bodies come to rest on each other in ever smaller
+    bounces.
+    """
     most = (96, 91)
     share = min(1.0, math.sqrt(1_000_000 / (math.prod(most) * theory)))
     gaps, releases = (
         np.linspace(*ends, max(12, round(share * cells)))
         for ends, cells in zip((GAPS_M, RELEASES_M), most, strict=True)
     )
-    release, gap = np.meshgrid(releases, gaps, indexing="ij")
-    cells = _cells(request, theory, gap <= release, wall_gap_m=gap, release_m=release)
-    return Chart(gaps, releases, *cells)
+    chart = np.full((len(releases), len(gaps)), math.nan).astype(CHART_COLUMNS)
+    chart["gap_m"], chart["release_m"] = np.meshgrid(gaps, releases)
+    possible = chart["gap_m"] <= chart["release_m"]
+    gap_m, release_m = chart["gap_m"][possible], chart["release_m"][possible]
+    setups = varied(request.setup(), wall_gap_m=gap_m, release_m=release_m)
+    found = simulate_many(setups, most_collisions(theory))
+    chart["count"][possible] = np.where(found.endless, math.nan, found.count)
+    chart["shortest_s"][possible] = found.shortest_s
+    chart["rate_needed_fps"] = rate_needed_fps(chart["shortest_s"])
+    return chart
 
 
 def adjustments_of(request: PlanRequest, theory: int) -> Adjustments:
@@ -357,6 +359,6 @@ def _nearest(
     shares = shares_of([planned for _, planned in near], theory, trials)
     for (value, planned), share in zip(near, shares, strict=True):
         if share >= ENOUGH:
-            rate_fps = rate_needed_fps(simulate(planned.setup()).shortest_s)
+            rate_fps = float(rate_needed_fps(simulate(planned.setup()).shortest_s))
             return Proposal(change, value, share, rate_fps)
     return None

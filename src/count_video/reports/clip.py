@@ -17,12 +17,12 @@ import cv2
 import numpy as np
 from matplotlib.font_manager import findfont
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFont, ImageOps
 from PIL.ImageColor import getrgb
 
 from count_video.records import Collision, Floats, Frame, TrialResult
-from count_video.reports.clip_layout import ROW_PX, STRIP_PX, ClipLayout, pace_words
-from count_video.reports.drawing import BALL, FONT, HEAVY, MARKS, WHITE
+from count_video.reports.clip_layout import HEADER_PX, ROW_PX, STRIP_PX, ClipLayout, pace_words
+from count_video.reports.drawing import BALL, FONT, HEAVY, MARKS
 from count_video.reports.material import (
     Material,
     Point,
@@ -31,10 +31,14 @@ from count_video.reports.material import (
     image_point,
     shift_of,
 )
+from count_video.settings import Shape
 
 Pixels = NDArray[np.uint8]
 _FINE = 4
 """Bits of a fraction of a pixel that OpenCV's drawing routines take."""
+BEGIN_PX, END_PX = 112, 16
+"""From the header's left to its words, for counts have three digits at the most, with few
+exceptions, and from its right."""
 
 
 @cache
@@ -60,7 +64,7 @@ def _draw_mark(canvas: Pixels, collision: Collision, at: Point, size: float) -> 
     rim of the colour.
     """
     mark = MARKS[collision.kind]
-    colours, inside = [getrgb(WHITE), getrgb(mark.colour)], 0.75
+    colours, inside = [getrgb("white"), getrgb(mark.colour)], 0.75
     if not collision.seen:
         colours, inside = colours[::-1], 0.5
     for extent, fill in zip((size, size * inside), colours, strict=True):
@@ -88,24 +92,23 @@ def pictures(
         canvas = _with_footage(layout, frame.luma)
         _draw_bodies(canvas, layout, material, row)
         _draw_contacts(canvas, layout, material, row)
-        numbers = _draw_strip(canvas, layout, material, row) if layout.with_strip else {}
+        numbers = _draw_strip(canvas, layout, material, row)
         _draw_time_line(canvas, layout, material, row)
         image = Image.fromarray(canvas)
-        draw = ImageDraw.Draw(image, "RGBA")
+        draw = ImageDraw.Draw(image)
         for corner, number in numbers.items():
-            draw.text(corner, number, WHITE, font(15))
-        draw.rectangle(layout.shaded_px, (0, 0, 0, 140))
+            draw.text(corner, number, "white", font(15))
         _write(draw, layout, material.result, frame.index, pace[row])
         yield np.asarray(image)
 
 
 def _with_footage(layout: ClipLayout, luma: Pixels) -> Pixels:
     """Return a black picture with footage, shape (height, width), in its place."""
-    left, top, width, height = layout.footage_px
     canvas = np.zeros((*layout.size_px[::-1], 3), np.uint8)
+    size = (layout.width_px, layout.footage_height_px)
     smooth = cv2.INTER_AREA if layout.scale < 1 else cv2.INTER_LINEAR
-    shown = cv2.resize(np.ascontiguousarray(luma), (width, height), interpolation=smooth)
-    canvas[top : top + height, left : left + width] = shown[:, :, None]
+    shown = cv2.resize(np.ascontiguousarray(luma), size, interpolation=smooth)
+    canvas[HEADER_PX:-STRIP_PX] = shown[:, :, None]
     return canvas
 
 
@@ -116,31 +119,30 @@ def _write(
     past = [c for c in result.collisions if c.frame < index + 0.5]
     count, fps = min(len(past), result.burst_size), result.capture_fps
     beyond = f", {len(past) - count} more after the burst" if len(past) > count else ""
-    texts = {
-        "count": str(count),
-        "noun": f"{'collision' if count == 1 else 'collisions'}{beyond}",
-        "time": f"frame {index}{f', {1000 * index / fps:.1f} ms' if fps else ''}",
-        "pace": pace,
-    }
-    colours = {}
+    noun = f"{'collision' if count == 1 else 'collisions'}{beyond}"
+    time = f"frame {index}{f', {1000 * index / fps:.1f} ms' if fps else ''}"
+    right = layout.width_px - END_PX
+    draw.text((16, 6), str(count), "white", font(46))
+    draw.text((BEGIN_PX, 8), noun, "white", font(20))
+    draw.text((right, 8), time, "white", font(20), "ra")
+    draw.text((right, 36), pace, "white", font(20), "ra")
     if past:
         last, mark = past[-1], MARKS[past[-1].kind]
-        texts["sign"], colours["sign"] = mark.signs[not last.seen], mark.colour
-        texts["last"] = f"no. {last.number} {mark.words}{'' if last.seen else ', inferred'}"
-    for name, (at_px, size_px, anchor) in layout.letters.items():
-        draw.text(at_px, texts.get(name, ""), colours.get(name, WHITE), font(size_px), anchor)
+        words = f"no. {last.number} {mark.words}{'' if last.seen else ', inferred'}"
+        draw.text((BEGIN_PX, 36), mark.signs[not last.seen], mark.colour, font(20))
+        draw.text((BEGIN_PX + 24, 36), words, "white", font(20))
 
 
 def _draw_time_line(canvas: Pixels, layout: ClipLayout, material: Material, row: int) -> None:
     """Draw a line on which time runs evenly, with the collisions and where this frame is."""
-    left, right, y = layout.time_line_px
+    left, right, y = BEGIN_PX, layout.width_px - END_PX, HEADER_PX - 5
     frame, collisions = material.track.frame, material.result.collisions
     shown = [float(frame[row]), *(c.frame for c in collisions)]
     now, *places = np.interp(shown, frame[[0, -1]], [left, right]).round().astype(int).tolist()
     cv2.line(canvas, (left, y), (right, y), (90, 90, 90), 2)
     for collision, x in zip(collisions, places, strict=True):
         cv2.line(canvas, (x, y - 3), (x, y + 3), getrgb(MARKS[collision.kind].colour), 2)
-    cv2.circle(canvas, (now, y), 4, getrgb(WHITE), -1, cv2.LINE_AA)
+    cv2.circle(canvas, (now, y), 4, getrgb("white"), -1, cv2.LINE_AA)
 
 
 def _draw_contacts(canvas: Pixels, layout: ClipLayout, material: Material, row: int) -> None:
@@ -149,7 +151,7 @@ def _draw_contacts(canvas: Pixels, layout: ClipLayout, material: Material, row: 
     for c in material.result.collisions:
         if -0.5 <= track.frame[row] - c.frame < 3.5:
             at = image_point(track.line, contact_px(c, track), shift_of(track, row))
-            _draw_mark(canvas, c, layout.place(at), layout.mark_px)
+            _draw_mark(canvas, c, layout.place(at), 11.0)
 
 
 def _draw_bodies(canvas: Pixels, layout: ClipLayout, material: Material, row: int) -> None:
@@ -178,7 +180,7 @@ def _draw_strip(
 
     Returned are the numbers of the collisions in it, by their left corners.
     """
-    top, track = layout.footage_px[1] + layout.footage_px[3], material.track
+    top, track = HEADER_PX + layout.footage_height_px, material.track
     strip, size = canvas[top : top + STRIP_PX], 7.0
     oldest = max(0, newest + 1 - STRIP_PX // ROW_PX)
     image = np.array(material.lines[oldest : newest + 1])[::-1]
@@ -206,6 +208,39 @@ def _draw_strip(
             _draw_mark(strip, c, (x_px, y_px), size)
             numbers[x_px + size + 4, top + y_px - 9.0] = str(c.number)
     return numbers
+
+
+# ---- a clip for a talk ---------------------------------------------------------------------------
+
+SIZES: dict[Shape, tuple[int, int]] = {"wide": (1920, 1080), "upright": (1080, 1920)}
+"""Width and height of a clip for a talk in px."""
+COUNTER_PX: dict[Shape, int] = {"wide": 320, "upright": 600}
+"""Size of its counter, unless the count is too long for that."""
+MARGIN_PX = 40
+"""Left free around the counter."""
+
+
+def counter_px(shape: Shape, most: int) -> tuple[int, int]:
+    """Size of the counter's type, and how wide counts up to ``most`` are then, in px."""
+    digits = 0.64 * len(str(most))  # their width over the size of the type
+    size = min(COUNTER_PX[shape], int((SIZES[shape][0] - 2 * MARGIN_PX) / digits))
+    return size, round(size * digits)
+
+
+def presented(annotated: Iterable[Pixels], material: Material, shape: Shape) -> Iterator[Pixels]:
+    """Put the pictures of the annotated clip into full HD, RGB, beside or below a big counter."""
+    (width, height), burst = SIZES[shape], [collision.frame for collision in material.burst]
+    size, wide = counter_px(shape, len(burst))
+    left, top = (wide + 2 * MARGIN_PX, 0) if shape == "wide" else (0, size)
+    counts = np.searchsorted(burst, material.track.frame + 0.5)
+    for picture, count in zip(annotated, counts.tolist(), strict=True):
+        shown = ImageOps.contain(Image.fromarray(picture), (width - left, height - top))
+        canvas = Image.new("RGB", (width, height))
+        spare_x, spare_y = width - shown.width, height - shown.height
+        canvas.paste(shown, (spare_x, spare_y))
+        middle = (spare_x / 2, height / 2) if left else (width / 2, spare_y / 2)
+        ImageDraw.Draw(canvas).text(middle, str(count), "white", font(size), "mm")
+        yield np.asarray(canvas)
 
 
 @dataclass(frozen=True)

@@ -1,63 +1,44 @@
-"""Where and when the annotated clip, and that for a talk, show what.
+"""Where and when the annotated clip shows what.
 
-A clip for a talk is full HD, wide or upright, with a counter that the last row can read. Both play
-slower where collisions follow each other fast, and faster where nothing happens.
+It plays slower where collisions follow each other fast, and faster where nothing happens.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from count_video.records import Floats, WallSide
+from count_video.records import Floats
 from count_video.reports.material import Point
-from count_video.settings import Shape
 
 HEADER_PX = 72
 ROW_PX = 3
 """Height of one frame in the strip: a contact every 2.5 frames still has a mark of its own."""
 STRIP_PX = 72 * ROW_PX
-SIZES: dict[Shape, tuple[int, int]] = {"wide": (1920, 1080), "upright": (1080, 1920)}
-"""Width and height of a clip for a talk in px."""
-COUNTER_PX: dict[Shape, int] = {"wide": 280, "upright": 600}
-"""Size of its counter, unless the count is too long for that."""
-MARGIN_PX = 40
-"""Left free along its edges."""
-
-Letters = tuple[Point, int, str]
-"""Where a text begins or ends, the size of its type in px, and which of both: ``la`` if its left
-top corner is at that place, ``ra`` if its right one is."""
 
 
 @dataclass(frozen=True)
 class ClipLayout:
-    """Places of footage, strip and letters in a picture of the clip."""
+    """A picture of the clip: a header, the footage below it, and below that the strip."""
 
     scale: float
     """Pixels of the picture a pixel of the footage."""
-    size_px: tuple[int, int]
-    """Width and height of the picture, which are even."""
-    footage_px: tuple[int, int, int, int]
-    """Left, top, width and height of the footage in it."""
-    time_line_px: tuple[int, int, int]
-    """Left and right end of the line of time, and its height in the picture."""
-    letters: Mapping[str, Letters]
-    """How the count, the noun, the last collision and its sign, the time and the pace are written,
-    by these names."""
-    with_strip: bool = True
-    """Whether the strip lies below the footage."""
-    shaded_px: tuple[int, int, int, int] = (0, 0, 0, 0)
-    """Left, top, right and bottom of a ground that is darkened behind letters."""
-    mark_px: float = 11.0
-    """Half the width of a mark on the footage."""
+    width_px: int
+    """Even, as is the next."""
+    footage_height_px: int
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height of the picture."""
+        return self.width_px, HEADER_PX + self.footage_height_px + STRIP_PX
 
     def place(self, point: Point) -> Point:
         """Place of an image point of the footage; an integer is the centre of a pixel in both."""
         x, y = ((v + 0.5) * self.scale - 0.5 for v in point)
-        return x + self.footage_px[0], y + self.footage_px[1]
+        return x, y + HEADER_PX
 
 
 def layout_of(width_px: int, height_px: int) -> ClipLayout:
@@ -66,62 +47,7 @@ def layout_of(width_px: int, height_px: int) -> ClipLayout:
     if width_px * scale < 640:
         scale = 640 / width_px
     width = 2 * round(width_px * scale / 2)
-    footage = 2 * round(height_px * width / width_px / 2)
-    left, right = 112, width - 16  # the count has three digits at the most, with few exceptions
-    letters: dict[str, Letters] = {
-        "count": ((16, 6), 46, "la"),
-        "noun": ((left, 8), 20, "la"),
-        "sign": ((left, 36), 20, "la"),
-        "last": ((left + 24, 36), 20, "la"),
-        "time": ((right, 8), 20, "ra"),
-        "pace": ((right, 36), 20, "ra"),
-    }
-    return ClipLayout(
-        scale=width / width_px,
-        size_px=(width, HEADER_PX + footage + STRIP_PX),
-        footage_px=(0, HEADER_PX, width, footage),
-        time_line_px=(left, right, HEADER_PX - 5),
-        letters=letters,
-    )
-
-
-def presenter_layout(
-    shape: Shape, width_px: int, height_px: int, wall: WallSide, most: int
-) -> ClipLayout:
-    """Fit footage into a clip for a talk, above the time line and, if upright, below the counter.
-
-    The count, up to ``most``, stands in the corner that is farthest from the ball: away from the
-    wall.
-    """
-    (width, height), upright, words = SIZES[shape], shape == "upright", 44
-    digits = 0.64 * len(str(most))  # their width over the size of the type
-    size = min(COUNTER_PX[shape], int((width - 2 * MARGIN_PX) / digits))
-    below = round(1.2 * size) + words // 2
-    above = below + 3 * words // 2
-    left_over = height - (above + STRIP_PX if upright else 0) - 2 * MARGIN_PX
-    scale = min(width / width_px, left_over / height_px)
-    footage = round(scale * width_px), round(scale * height_px)
-    spare = left_over - footage[1]
-    edges = [(MARGIN_PX, "la"), (width - MARGIN_PX, "ra")]
-    (near, beside_wall), (far, away) = edges if wall == "left" else edges[::-1]
-    letters: dict[str, Letters] = {
-        "count": ((far, 0), size, away),
-        "sign": ((far, below), words, away),
-        "last": ((far + (54 if far < near else -54), below), words, away),
-        "pace": ((near, MARGIN_PX), words, beside_wall),
-    }
-    shaded = (width - 720, 0, width, above) if wall == "left" else (0, 0, 720, above)
-    top = above + spare // 2 if upright else spare
-    return ClipLayout(
-        scale=scale,
-        size_px=(width, height),
-        footage_px=((width - footage[0]) // 2, top, *footage),
-        time_line_px=(MARGIN_PX, width - MARGIN_PX, height - MARGIN_PX),
-        letters=letters,
-        with_strip=upright,
-        shaded_px=(0, 0, 0, 0) if upright else shaded,
-        mark_px=22.0,
-    )
+    return ClipLayout(width / width_px, width, 2 * round(height_px * width / width_px / 2))
 
 
 # ---- time ----------------------------------------------------------------------------------------

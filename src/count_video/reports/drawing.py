@@ -26,7 +26,7 @@ from matplotlib.transforms import Bbox
 from count_video.records import CollisionKind
 from count_video.reports.words import KINDS, printable
 
-BLACK, GREY, WHITE = "#000000", "#666666", "#FFFFFF"
+GREY = "#666666"
 ORANGE, SKY_BLUE, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
 BLUE, VERMILION = "#0072B2", "#D55E00"
 BALL, HEAVY = SKY_BLUE, ORANGE

@@ -7,7 +7,7 @@ above the velocities; on the right the phase circle and the energy.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 
@@ -18,12 +18,10 @@ from matplotlib.patches import Arc
 from matplotlib.ticker import MaxNLocator
 
 from count_video.outputs import explained, open_outputs
-from count_video.physics.theory import theta_rad
+from count_video.physics.theory import collision_count, theta_rad
 from count_video.reports.campaign import CampaignSummary, Summary, TrialRow, theory_words
 from count_video.reports.drawing import (
-    BLACK,
     BLUE,
-    FONT,
     MEDIA_TYPES,
     PAPER,
     SKY_BLUE,
@@ -36,28 +34,10 @@ from count_video.reports.drawing import (
 )
 from count_video.reports.material import Material
 from count_video.reports.page import campaign_page
-from count_video.reports.panels import (
-    TIME,
-    draw_energy,
-    draw_enlarged,
-    draw_phase_circle,
-    draw_space_time,
-    draw_states,
-    draw_velocities,
-    draw_whole,
-)
-from count_video.reports.plan_text import plain, theory_text
+from count_video.reports.panels import PANELS, TIME, draw_phase_circle, draw_space_time
+from count_video.reports.plan_text import plain
 from count_video.reports.text import answer_words, review_words
 from count_video.reports.words import plural, ratio_words
-
-PANELS: Mapping[str, Callable[[Axes, Material], None]] = {
-    "space-time": draw_whole,
-    "enlarged": draw_enlarged,
-    "velocities": draw_velocities,
-    "phase-circle": draw_states,
-    "energy": draw_energy,
-}
-"""The panels of a trial, by the names of their own files."""
 
 
 def figure_of(width: float, height: float) -> Figure:
@@ -162,33 +142,23 @@ def write_theory_picture(
 
 
 def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
-    """Draw the phase circle beside what the theory says in words and the table for 1:100^n."""
+    """Draw the phase circle with its state points and angles; above it the exact count."""
     with styled():
-        figure = figure_of(15.0, 9.5)
-        circle, words = figure.subplots(1, 2, width_ratios=[1.5, 1])
-        points = draw_phase_circle(circle, heavy, light)
-        circle.scatter(*points.T, s=25, color=BLACK, zorder=3, gid="state points")
+        figure = figure_of(10.0, 10.5)
+        figure.suptitle(f"{collision_count(heavy, light):.10g} collisions", fontsize=30)
+        axes = figure.add_subplot()
+        points = draw_phase_circle(axes, heavy, light)
+        x, y = points.T
+        axes.scatter(x, y, s=25, color="black", zorder=3, gid="state points")
         step = max(1, -(-len(points) // 45))
         places = list(enumerate(map(tuple, points.tolist())))[::step]
-        number_marks(circle, [(f"({number})", at, at) for number, at in places])
-        _draw_angles(circle, theta_rad(heavy, light))
-        circle.set_xlabel(r"$V_1 = \sqrt{M}\,v_1$")
-        circle.set_title(f"m : M = 1 : {plain(heavy / light)}", fontsize=18)
+        number_marks(axes, [(f"({number})", at, at) for number, at in places])
+        _draw_angles(axes, theta_rad(heavy, light))
+        axes.set_title(f"m : M = 1 : {plain(heavy / light)}", fontsize=18)
         if not points.size:
-            circle.text(0, -0.5, "state points:\ntoo many to draw", ha="center")
-        headline, *lines = theory_text(heavy, light).splitlines()
-        words.set_axis_off()
-        answer = _clipped(headline.partition(": ")[2], 20)
-        words.text(0, 0.98, answer, fontsize=34, weight="bold", va="top")
-        table = "\n".join(_clipped(line, 70) for line in lines)
-        words.text(0, 0.84, table, fontsize=10, family=f"{FONT} Mono", linespacing=2.3, va="top")
+            axes.text(0, -0.5, "state points:\ntoo many to draw", ha="center")
         thin_numbers(figure)
         return figure
-
-
-def _clipped(line: str, most: int) -> str:
-    """Cut a line off: masses far apart have counts of many digits."""
-    return line if len(line) <= most else f"{line[:most]}…"
 
 
 def _draw_angles(axes: Axes, theta: float) -> None:
@@ -199,17 +169,6 @@ def _draw_angles(axes: Axes, theta: float) -> None:
     for letter, angle, radius in (("α", np.pi - theta, 0.32), ("θ", theta / 2, 0.62)):
         place = (radius * np.cos(angle), radius * np.sin(angle))
         axes.text(*place, letter, fontsize=15, color=BLUE, ha="center", va="center", bbox=PAPER)
-    axes.annotate(
-        "no further collision\nfrom here",
-        (0.8 * np.cos(theta / 2), 0.8 * np.sin(theta / 2)),
-        xytext=(0.45, -0.3),
-        ha="center",
-        va="top",
-        color=BLUE,
-        fontsize=11,
-        arrowprops={"arrowstyle": "->", "color": BLUE},
-        bbox=PAPER,
-    )
 
 
 # ---- a campaign --------------------------------------------------------------------------------

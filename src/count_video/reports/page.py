@@ -39,11 +39,10 @@ from count_video.reports.text import answer_words, comparison_lines, result_note
 from count_video.reports.words import counts_words, percent, printable, ratio_words, storable
 
 
-def render(name: str, scripts: Sequence[str] = (), **values: object) -> str:
-    """Fill in a template; its style is called like it, and all pages share ``page.css``.
+def render(name: str, *, script: bool = False, **values: object) -> str:
+    """Fill in a template; its style and script are called like it; all pages share ``page.css``.
 
-    ``scripts`` are the names of those that run on the page, in order. Every value that is filled in
-    is escaped, so that no name can end a script or begin an element.
+    Every value that is filled in is escaped, so that no name can end a script or begin an element.
     """
     made = Environment(
         loader=PackageLoader("count_video.reports"),
@@ -53,15 +52,11 @@ def render(name: str, scripts: Sequence[str] = (), **values: object) -> str:
         lstrip_blocks=True,
     )
     made.filters |= {"digest": _digest, "printable": printable, "percent": percent}
-    made.filters |= {"ratio_words": ratio_words, "upper_first": _upper_first}
+    made.filters["ratio_words"] = ratio_words
     style = _own_file("page.css") + _own_file(f"{name}.css")
-    texts = [_own_file(f"{script}.js") for script in scripts]
+    own = _own_file(f"{name}.js") if script else None
     template = made.get_template(f"{name}.html")
-    return template.render({"data": None, **values, "style": style, "scripts": texts})
-
-
-def _upper_first(sentence: str) -> str:
-    return sentence[:1].upper() + sentence[1:]
+    return template.render({"data": None, **values, "style": style, "script": own})
 
 
 def _digest(own_text: str) -> str:
@@ -112,15 +107,14 @@ def clip_page(result: TrialResult, media: PageMedia | None = None) -> str:
         shown["data"] = {"clip": name, "save_as": saved, **_script_data(result, media)}
     return render(
         "clip",
-        () if media is None else ("clip",),
+        script=media is not None,
         clip=name,
         command=f"count-video {shlex.quote(name)} --corrections {shlex.quote(saved)}",
         answer=answer_words(result),
         doubt=result.reason or "",
         facts=_facts(result),
         notes=result_notes(result),
-        table="\n".join(collision_lines(result)),
-        compared="\n".join(comparison_lines(result.comparison)),
+        tables=[comparison_lines(result.comparison), collision_lines(result)],
         **shown,
     )
 
@@ -166,7 +160,7 @@ def campaign_page(
     """Write the page; those that need a person come first."""
     return render(
         "campaign",
-        ("campaign",),
+        script=True,
         summary=summary.whole,
         groups=[(ratio_words(group.mass_ratio), summary_lines(group)) for group in summary.groups],
         rows=sorted(rows, key=lambda row: not row.needs_a_person),
@@ -177,7 +171,8 @@ def campaign_page(
 
 def _doubt(row: TrialRow) -> str:
     """Say what is doubtful about a trial and what to do, in sentences."""
-    sentences = (row.not_kept or row.result.reason, _upper_first(advice(row)))
+    to_do = advice(row)
+    sentences = (row.not_kept or row.result.reason, to_do[:1].upper() + to_do[1:])
     return printable(". ".join(filter(None, sentences)))
 
 
@@ -199,7 +194,7 @@ def plan_page(plan: Plan, picture: str) -> str:
     shares = {count: number / spread.trials for count, number in spread.histogram.items()}
     return render(
         "plan",
-        ("plan",),
+        script=True,
         headline=plan_headline(plan),
         count=plan.burst.count,
         sliders=_sliders(request, rate),

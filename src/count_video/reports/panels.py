@@ -6,7 +6,7 @@ The phase circle's coordinates are those of ``material.States``.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,6 @@ from count_video.records import CollisionKind, Floats
 from count_video.reports.drawing import (
     BALL,
     BARS,
-    BLACK,
     BLUE,
     GREEN,
     GREY,
@@ -29,7 +28,6 @@ from count_video.reports.drawing import (
     PAPER,
     SKY_BLUE,
     VERMILION,
-    WHITE,
     YELLOW,
     number_marks,
 )
@@ -57,7 +55,7 @@ def draw_whole(axes: Axes, material: Material) -> None:
     title = "Space and time, the wall at the bottom"
     if material.is_dense:
         low, high = material.dense_frames
-        frame = YELLOW if material.lines else BLACK
+        frame = YELLOW if material.lines else "black"
         axes.axvspan(low, high, fill=False, edgecolor=frame, linewidth=2.0)
         title += "; the framed part is enlarged"
         numbered -= {c.number for c in [c for c in material.burst if low <= c.frame <= high][1:-1]}
@@ -124,8 +122,8 @@ def _draw_marks(axes: Axes, material: Material, frames: Range, size: float) -> N
             y,
             s=size,
             marker=MARKS[kind].shape,
-            facecolor=colour if seen else WHITE,
-            edgecolor=WHITE if seen else colour,
+            facecolor=colour if seen else "white",
+            edgecolor="white" if seen else colour,
             linewidth=(1.0 if seen else 2.2) * min(1.0, size / 30),
             zorder=4,
             gid="collision" if counts else "beyond",
@@ -199,7 +197,7 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     for collision in collisions:
         colour = MARKS[collision.kind].colour
         axes.axvline(collision.frame, color=colour, linewidth=0.8, alpha=0.45, zorder=0)
-    axes.axhline(0.0, color=BLACK, linewidth=0.8)
+    axes.axhline(0.0, color="black", linewidth=0.8)
     beside = 0.12 * float(np.ptp(shown)) or 1.0
     axes.set_gid(TIME)
     axes.set(xlim=frames, ylim=(min(shown) - beside, max(shown) + beside), xlabel="frame")
@@ -222,7 +220,7 @@ def draw_phase_circle(
     opening = float(np.degrees(theta))
     axes.add_patch(Wedge((0, 0), 1.0, 0.0, opening, color=SKY_BLUE, alpha=0.35, gid="stopping"))
     axes.plot([0, 1.12 * np.cos(theta)], [0, 1.12 * np.sin(theta)], color=SKY_BLUE, linewidth=1.2)
-    axes.add_patch(Circle((0, 0), 1.0, fill=False, edgecolor=BLACK, linewidth=1.3, gid="circle"))
+    axes.add_patch(Circle((0, 0), 1.0, fill=False, edgecolor="black", linewidth=1.3, gid="circle"))
     axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=0)
     axes.axvline(0.0, color=GREY, linewidth=0.7, zorder=0)
     few = collision_count(heavy, light) < MOST_POINTS
@@ -234,6 +232,7 @@ def draw_phase_circle(
             style = {"gid": "momentum", "color": colour}
         axes.plot(*states[step - 1 : step + 1].T, zorder=1, linewidth=1.0, alpha=alpha, **style)
     axes.set(xlim=(-1.24, 1.24), ylim=(-1.24, 1.24), aspect="equal", anchor="N")
+    axes.text(0.5, -0.03, "stops here", ha="center", va="top", fontsize=9, color=BLUE, bbox=PAPER)
     axes.set_xlabel(r"$V_1 = \sqrt{M}\,v_1$  (in units of the first state)")
     axes.set_ylabel(r"$V_2 = \sqrt{m}\,v_2$")
     return states
@@ -252,17 +251,16 @@ def draw_states(axes: Axes, material: Material) -> None:
     if np.isfinite(states.sigma).any():
         x_sigma, y_sigma = states.sigma
         axes.errorbar(x, y, y_sigma, x_sigma, fmt="none", ecolor=GREY, zorder=3, **BARS)
-    axes.scatter(x[0], y[0], s=64, marker="^", color=BLACK, gid="state", zorder=4)
+    axes.scatter(x[0], y[0], s=64, marker="^", color="black", gid="state", zorder=4)
     for kind, mark in MARKS.items():
         chosen = [k for k, c in enumerate(material.burst, 1) if c.kind == kind]
-        style: Any = {"s": 49, "marker": mark.shape, "color": mark.colour, "edgecolor": WHITE}
+        style: Any = {"s": 49, "marker": mark.shape, "color": mark.colour, "edgecolor": "white"}
         axes.scatter(x[chosen], y[chosen], gid="state", zorder=4, **style)
     step = 1 if len(x) <= 45 else 5
     places = list(enumerate(states.scaled.T.tolist()))[::step]
     number_marks(axes, [(str(number), (x, y), (x, y)) for number, (x, y) in places], size=9)
     words = f"M : m = {ratio:.4g} : 1\ntheory counts {counts_words(*expected.free)}"
     axes.text(0.0, 0.06, words, ha="center", va="bottom", fontsize=11, bbox=PAPER)
-    axes.text(0.5, -0.03, "stops here", ha="center", va="top", fontsize=9, color=BLUE)
     if states.swing_energy.max() > 0.05:  # of all energy
         words = "inside the circle: the swing\nholds part of the energy"
         axes.text(0.0, -0.12, words, ha="center", va="top", fontsize=9, bbox=PAPER)
@@ -295,14 +293,24 @@ def draw_energy(axes: Axes, material: Material) -> None:
         ("cylinder, moving", "s", HEAVY, moving[0], sigma[0]),
         ("ball, moving", "o", BALL, moving[1], sigma[1]),
         *([("raised by the swing", "^", GREEN, swing, 0.0 * swing)] if known else []),
-        (whole, "D", BLACK, moving.sum(axis=0) + swing, np.hypot(*sigma)),
+        (whole, "D", "black", moving.sum(axis=0) + swing, np.hypot(*sigma)),
     ):
         style: Any = {"fmt": f"{shape}-", "color": colour, "ms": 4, "label": label, **BARS}
         drawn = axes.errorbar(np.arange(len(energy)), energy, bar, **style)
         drawn.lines[0].set_gid("total" if label == whole else label)
-    axes.axhline(100.0, color=BLACK, linewidth=0.7, linestyle=":")
+    axes.axhline(100.0, color="black", linewidth=0.7, linestyle=":")
     axes.set_xlabel("after collision number (0: before the first)")
     axes.set_ylabel("energy (% of the first state's)")
     axes.set_ylim(min(0.0, 1.1 * float(swing.min())), 138.0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend(loc="upper center", ncols=2, fontsize=9)
+
+
+PANELS: Mapping[str, Callable[[Axes, Material], None]] = {
+    "space-time": draw_whole,
+    "enlarged": draw_enlarged,
+    "velocities": draw_velocities,
+    "phase-circle": draw_states,
+    "energy": draw_energy,
+}
+"""The panels of a trial, by the names of their own files."""

@@ -12,12 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from count_video.outputs import OutputFolder, explained
-from count_video.physics.simulator import NO_COUNT
 from count_video.planning.plan import PICTURE_WIDTH_PX, Plan
-from count_video.planning.spread import RESOLVED_FRAMES, Chart
+from count_video.planning.spread import RESOLVED_FRAMES
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import (
     BodyTrack,
@@ -29,7 +29,6 @@ from count_video.records import (
     Velocities,
 )
 from count_video.reports.drawing import (
-    BLACK,
     GREEN,
     HALO,
     MEDIA_TYPES,
@@ -46,7 +45,7 @@ from count_video.reports.material import Material, Pendulum
 from count_video.reports.page import data_address, plan_page
 from count_video.reports.panels import draw_enlarged, draw_states, draw_whole
 from count_video.reports.plan_text import plan_headline
-from count_video.reports.tables import map_csv
+from count_video.reports.tables import table_csv
 
 RATES_FPS = (60, 120, 240, 480, 960, 2000, 4000, 8000, 16_000, 32_000, 64_000, 128_000)
 """Rates whose contours are drawn, where they lie on the map."""
@@ -74,10 +73,10 @@ def plan_figure(plan: Plan) -> Figure:
         return figure
 
 
-def _draw_map(axes: Axes, plan: Plan, chart: Chart) -> None:
+def _draw_map(axes: Axes, plan: Plan, chart: NDArray[np.void]) -> None:
     """Draw the map; lengths in centimetres. The theory's count is green; no count is hatched."""
-    cells = 100 * chart.gap_m, 100 * chart.release_m
-    counts = np.ma.masked_equal(chart.count, NO_COUNT)
+    cells = 100 * chart["gap_m"][0], 100 * chart["release_m"][:, 0]
+    counts = np.ma.masked_invalid(chart["count"])
     least, most = (counts.min(), counts.max()) if counts.count() else (0, 1)
     reach = max(1, most - least)
     axes.patch.set(facecolor="#f0f0f0", edgecolor="#c8c8c8", hatch="///")
@@ -88,7 +87,7 @@ def _draw_map(axes: Axes, plan: Plan, chart: Chart) -> None:
     own = np.ma.masked_not_equal(counts, plan.burst.theory)
     axes.pcolormesh(*cells, own, cmap=ListedColormap([OWN]), **style)
     axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())  # whatever else is drawn
-    _draw_rates(axes, cells, RESOLVED_FRAMES / chart.shortest_s)
+    _draw_rates(axes, cells, RESOLVED_FRAMES / chart["shortest_s"])
     _write_counts(axes, cells, counts)
     _draw_setup(axes, plan)
     axes.set_xlabel("gap from the wall to the hanging ball (cm)")
@@ -101,7 +100,7 @@ def _draw_rates(axes: Axes, cells: tuple[Floats, Floats], needed_fps: Floats) ->
     finite = needed_fps[np.isfinite(needed_fps)]
     levels = [rate for rate in RATES_FPS if (finite < rate).any() and (finite > rate).any()]
     if levels:
-        style: Any = {"colors": BLACK, "linewidths": 0.9, "linestyles": "dashed", "zorder": 2}
+        style: Any = {"colors": "black", "linewidths": 0.9, "linestyles": "dashed", "zorder": 2}
         lines = axes.contour(*cells, np.ma.masked_invalid(needed_fps), levels=levels, **style)
         for label in axes.clabel(lines, fmt=lambda rate: f"{rate:g}/s", fontsize=9):
             label.set_path_effects(list(HALO))
@@ -111,14 +110,14 @@ def _write_counts(axes: Axes, cells: tuple[Floats, Floats], counts: Any) -> None
     """Write each count where its region is widest, if it is wide enough to hold it."""
     style: Any = {"ha": "center", "va": "center", "weight": "bold", "gid": "count", "zorder": 3}
     for count in np.unique(counts.compressed()):
-        region = np.pad(counts.filled(NO_COUNT) == count, 1)
+        region = np.pad(counts.filled(0) == count, 1)
         depth = ndimage.distance_transform_edt(region)[1:-1, 1:-1]
         row, column = np.unravel_index(int(depth.argmax()), depth.shape)
         widest = float(depth[row, column])
         if widest >= 2.2:
             place = float(cells[0][column]), float(cells[1][row])
             size = min(20.0, 8.0 + 1.2 * widest)
-            axes.text(*place, str(count), fontsize=size, path_effects=list(HALO), **style)
+            axes.text(*place, f"{count:.0f}", fontsize=size, path_effects=list(HALO), **style)
 
 
 def _draw_setup(axes: Axes, plan: Plan) -> None:
@@ -232,7 +231,7 @@ def write_plan(plan: Plan, outputs: OutputFolder, progress: Progress = NO_PROGRE
 def _contents(plan: Plan) -> Iterator[tuple[str, bytes]]:
     """Yield the names of the files, and what each holds."""
     yield "plan.json", json.dumps(plan_object(plan), indent=1).encode("ascii") + b"\n"
-    yield "plan.csv", map_csv(plan.chart).encode("ascii") if plan.chart else b""
+    yield "plan.csv", b"" if plan.chart is None else table_csv(plan.chart.ravel()).encode("ascii")
     figure = plan_figure(plan)
     yield "plan.svg", picture_bytes(figure, "svg")
     picture = picture_bytes(figure, "png")

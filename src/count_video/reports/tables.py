@@ -6,16 +6,13 @@ import csv
 import io
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.physics.simulator import NO_COUNT
-from count_video.planning.spread import Chart, rate_needed_fps
 from count_video.records import Track, TrialResult
 from count_video.reports.campaign import TrialRow, advice
-from count_video.reports.words import WIDTH, fixed, printable, storable
+from count_video.reports.words import fixed, printable, storable
 
 _TYPES = {"number": "i8", "kind": "U6", "seen": "?", "in_burst": "?", "quality": "U5"}
 """Types of the columns that are not float64."""
@@ -132,17 +129,6 @@ def trials_csv(trials: Sequence[TrialRow]) -> str:
     return _csv(TRIAL_COLUMNS, rows)
 
 
-def map_csv(chart: Chart) -> str:
-    """Write the map of a plan as CSV: a row a cell, lengths in metres."""
-    release, gap = np.meshgrid(chart.release_m, chart.gap_m, indexing="ij")
-    count = np.where(chart.count == NO_COUNT, math.nan, chart.count)
-    shortest = np.where(np.isnan(count), math.nan, chart.shortest_s)
-    rate = np.array([math.nan if math.isnan(s) else rate_needed_fps(s) for s in shortest.flat])
-    cells = [gap.ravel(), release.ravel(), count.ravel(), shortest.ravel(), rate]
-    names = ("gap_m", "release_m", "count", "shortest_s", "rate_needed_fps")
-    return table_csv(np.rec.fromarrays(cells, dtype=[(name, "f8") for name in names]))
-
-
 def _csv(names: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
     target = io.StringIO()
     writer = csv.writer(target, lineterminator="\n")
@@ -164,55 +150,19 @@ def _cell(value: object, number: str) -> str:
 
 # ---- for a terminal ----------------------------------------------------------------------------
 
-
-@dataclass(frozen=True)
-class Column:
-    """A column of a table of text; its cells are text already."""
-
-    heading: str
-    width: int
-    """Least number of characters, the space before the column included."""
-    above: str = ""
-    """Heading above the heading."""
-    align: str = ">"
-    """``>`` for numbers, ``<`` for words."""
-
-
-def text_table(
-    columns: Sequence[Column], rows: Sequence[Sequence[str]], width: int = WIDTH
-) -> list[str]:
-    """Lay rows out in columns below their headings.
-
-    What is wider than ``width`` goes on below, beginning with the first column again.
-    """
-    above, headings = [column.above for column in columns], [column.heading for column in columns]
-    lines, rest = [], list(range(1, len(columns)))
-    while rest:
-        part = [0, rest.pop(0)]
-        while rest and sum(columns[k].width for k in [*part, rest[0]]) <= width:
-            part.append(rest.pop(0))
-        lines.append("")
-        for row in ([above] if any(above[k] for k in part) else []) + [headings, *rows]:
-            # A cell wider than its column keeps its gap: the row grows, the numbers never touch.
-            laid = (f" {row[k]:{columns[k].align}{columns[k].width - 1}}" for k in part)
-            lines.append("".join(laid).rstrip())
-    return lines[1:]
-
-
 _NUMBERS = (
-    (Column("frame", 10), 2, ("frame",)),
-    (Column("time/s", 10), 5, ("time_s",)),
-    (Column("ball/px", 9), 1, ("ball_px",)),
+    *(("", "frame", 9, 2, ("frame",)), ("", "time/s", 9, 5, ("time_s",))),
+    ("", "ball/px", 8, 1, ("ball_px",)),
     *(
-        (Column("before    after", 18, f"{body} px/frame"), 3, names)
+        (f"{body} px/frame", "before    after", 17, 3, names)
         for body in ("ball", "heavy")
         for names in [(f"{body}_before_px_frame", f"{body}_after_px_frame")]
     ),
 )
-"""Columns of the table of collisions, their decimals, and the columns of the array in them."""
+"""Two headings of each column of numbers, its width, decimals, and the columns of the array."""
 
 
-def collision_lines(result: TrialResult, width: int = WIDTH) -> list[str]:
+def collision_lines(result: TrialResult) -> list[str]:
     """Lay the collisions out in rows; those after the counted ones follow under a line of words.
 
     Columns of which nothing is known (times without a capture rate, a heavy body that is not
@@ -220,18 +170,17 @@ def collision_lines(result: TrialResult, width: int = WIDTH) -> list[str]:
     """
     if not result.collisions:
         return []
-    table = collisions_array(result)
-    columns = [Column("no.", 6), Column(" kind", 9, align="<")]
-    rows = [[str(c.number), f" {c.kind}{'' if c.seen else '*'}"] for c in result.collisions]
-    for column, decimals, names in _NUMBERS:
+    table, above, headings = collisions_array(result), " " * 15, "   no.  kind   "
+    rows = [f" {c.number:>5}  {c.kind + '*' * (not c.seen):<7}" for c in result.collisions]
+    for over, heading, width, decimals, names in _NUMBERS:
         values = np.array([table[name] for name in names]).T
         if np.isfinite(values).any():
-            columns.append(column)
-            for row, known in zip(rows, values, strict=True):
+            above, headings = f"{above} {over:>{width}}", f"{headings} {heading:>{width}}"
+            for k, known in enumerate(values):
                 numbers = (fixed(v, decimals) if math.isfinite(v) else NOT_KNOWN for v in known)
-                row.append(" ".join(f"{number:>8}" for number in numbers).strip())
+                # A cell wider than its column keeps its gap: the numbers never touch.
+                rows[k] += f" {' '.join(f'{number:>8}' for number in numbers).strip():>{width}}"
     if result.count is not None and result.count < len(rows):
-        words = " after the heavy body turned back:"
-        rows.insert(result.count, [words, *[""] * (len(columns) - 1)])
+        rows.insert(result.count, "  after the heavy body turned back:")
     inferred = [] if table["seen"].all() else ["  * inferred between frames"]
-    return text_table(columns, rows, width) + inferred
+    return [*filter(None, [above.rstrip()]), headings, *map(str.rstrip, rows), *inferred]

@@ -10,7 +10,7 @@ from pathlib import Path
 from count_video.physics.theory import pi_bounds
 from count_video.planning.comparison import Expected, expected_counts, ratio_range
 from count_video.records import SURE, PlanComparison, TrialResult
-from count_video.reports.tables import NOT_KNOWN, Column, collision_lines, text_table
+from count_video.reports.tables import NOT_KNOWN, collision_lines
 from count_video.reports.words import (
     KINDS,
     WIDTH,
@@ -40,11 +40,11 @@ _ADVICE = (
 
 
 def result_text(result: TrialResult, width: int = WIDTH) -> str:
-    """Write the result as plain text, in lines of at most ``width`` columns.
+    """Write the result as plain text, sentences in lines of at most ``width`` columns.
 
-    A table that is wider goes on below itself. There is no line's end at the end.
+    Tables take 80. There is no line's end at the end.
     """
-    tables = comparison_lines(result.comparison, width), collision_lines(result, width)
+    tables = comparison_lines(result.comparison), collision_lines(result)
     return answer_text(headline(result), result_notes(result), *tables, width=width)
 
 
@@ -201,10 +201,7 @@ NAMES = {
     "restitution_wall": ("restitution, wall", "", 4),
 }
 """What the quantities are called, their units, and their decimals."""
-_COMPARED = (
-    *(Column(" set-up", 30, align="<"), Column("planned", 11), Column("found", 11)),
-    *(Column("+-", 9), Column("alone gives", 13), Column("", 2, align="<")),
-)
+_COMPARED = "  {:<28} {:>10} {:>10} {:>8} {:>12} {}"
 
 
 def comparison_sentence(comparison: PlanComparison | None, count: int | None) -> str:
@@ -238,15 +235,16 @@ def _reason(comparison: PlanComparison, count: int) -> str:
     return f"no single difference explains {count}"
 
 
-def comparison_lines(comparison: PlanComparison | None, width: int = WIDTH) -> list[str]:
+def comparison_lines(comparison: PlanComparison | None) -> list[str]:
     """Write the table of quantities; no line where nothing was found."""
     if comparison is None or not comparison.quantities:
         return []
-    rows = []
+    lines = [_COMPARED.format("set-up", "planned", "found", "+-", "alone gives", "")]
     for one in comparison.quantities:
         (name, unit, decimals), found = NAMES[one.name], one.found
-        values = [f"{value:.{decimals}f}" for value in (one.planned, found.value, found.sigma)]
+        values = (f"{value:.{decimals}f}" for value in (one.planned, found.value, found.sigma))
         count = NOT_KNOWN if one.count is None else str(one.count)
         differs = abs(found.value - one.planned) > 2 * found.sigma
-        rows.append([f" {name}{unit and f', {unit}'}", *values, count, "*" if differs else ""])
-    return text_table(_COMPARED, rows, width)
+        words = f"{name}{unit and f', {unit}'}"
+        lines.append(_COMPARED.format(words, *values, count, "*" if differs else ""))
+    return [line.rstrip() for line in lines]

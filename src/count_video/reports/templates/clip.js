@@ -73,13 +73,9 @@
   }
 
   function remarks(c) {
-    const said = [];
-    if (c.number === null) said.push("added");
-    else if (isWrong(c)) said.push("marked wrong");
-    if (!c.seen) said.push("inferred");
-    if (!c.in_burst) said.push("after the burst");
-    if (review.notes[key(c)]) said.push("note");
-    return said.join(", ");
+    const change = c.number === null ? "added" : isWrong(c) && "marked wrong";
+    return [change, !c.seen && "inferred", !c.in_burst && "after the burst",
+      review.notes[key(c)] && "note"].filter(Boolean).join(", ");
   }
 
   const placed = (c) => (msAFrame === null
@@ -207,13 +203,9 @@
   async function load() {
     const [file] = element("load").files;
     if (file === undefined) return;
-    let found = null;
-    try {
-      const stored = JSON.parse(await file.text());
-      if (stored.clip === data.clip) found = readReview(stored.corrections, stored.notes ?? {});
-    } catch {
-      // no JSON: the same answer
-    }
+    const stored = await file.text().then(JSON.parse).catch(() => null);
+    const found = stored?.clip === data.clip
+      ? readReview(stored.corrections, stored.notes ?? {}) : null;
     if (found === null) {
       element("state").className = "state";
       element("state").textContent = `${file.name} holds no corrections of this clip`;
@@ -250,28 +242,23 @@
     draw();
   }
 
-  function markWrong() {
-    if (chosen === null) return;
-    const c = chosen;
+  // A correction that is there already is taken back.
+  function toggle(action, { kind, frame, number }) {
     const { corrections } = review;
-    if (c.number === null) {  // one that was added goes away again
-      chosen = null;
-      change({ corrections: corrections
-        .filter((k) => !(k.action === "missed" && key({ ...k, number: null }) === key(c))) });
-    } else if (isWrong(c)) {
-      change({ corrections: corrections.filter((k) => k.number !== c.number) });
-    } else {
-      change({ corrections: [...corrections,
-        { action: "wrong", kind: c.kind, frame: c.frame, number: c.number }] });
-    }
+    const rest = corrections.filter((k) => k.action !== action || k.kind !== kind
+      || (number === null ? k.frame !== frame : k.number !== number));
+    const added = rest.length < corrections.length ? [] : [{ action, kind, frame, number }];
+    change({ corrections: [...rest, ...added] });
   }
 
-  function addMissed(kind) {
-    const frame = data.frames[row()];
-    const { corrections } = review;
-    if (corrections.some((k) => k.action === "missed" && k.kind === kind && k.frame === frame)) return;
-    change({ corrections: [...corrections, { action: "missed", kind, frame, number: null }] });
+  function markWrong() {
+    const c = chosen;
+    if (c === null) return;
+    if (c.number === null) chosen = null;  // one that was added goes away again
+    toggle(c.number === null ? "missed" : "wrong", c);
   }
+
+  const addMissed = (kind) => toggle("missed", { kind, frame: data.frames[row()], number: null });
 
   // Every letter is kept at once; undo takes back what was typed from one visit to the next.
   function writeNote() {
@@ -307,12 +294,6 @@
     if (all.length) choose(all[nearest(all.map((c) => c.frame), frame)]);
   }
 
-  function enlarge() {
-    const large = element("sheet").classList.toggle("large");
-    element("enlarge").setAttribute("aria-pressed", String(large));
-    element("enlarge").textContent = large ? "Fit the picture" : "Enlarge the picture";
-  }
-
   // ---- hands and keys ---------------------------------------------------------------------
   const keys = {
     arrowdown: () => step(1), arrowright: () => step(1),
@@ -332,33 +313,21 @@
     event.preventDefault();
     act();
   });
-  element("play").addEventListener("click", playOrStop);
+  for (const button of document.querySelectorAll("[data-act]")) {
+    button.addEventListener("click", () => keys[button.dataset.act]());
+  }
   video.addEventListener("click", playOrStop);
   element("seek").max = data.frames.length - 1;
   element("seek").addEventListener("input", () => show(Number(element("seek").value)));
-  element("back").addEventListener("click", () => show(row() - 1));
-  element("forth").addEventListener("click", () => show(row() + 1));
-  element("wrong").addEventListener("click", markWrong);
-  element("add-bodies").addEventListener("click", () => addMissed("bodies"));
-  element("add-wall").addEventListener("click", () => addMissed("wall"));
-  element("undo").addEventListener("click", undo);
-  element("save").addEventListener("click", save);
   element("note").addEventListener("focus", () => before.push(review));
   element("note").addEventListener("input", writeNote);
   element("note").addEventListener("blur", leaveNote);
   element("load").addEventListener("change", load);
   element("picture")?.addEventListener("click", goThere);
-  element("enlarge")?.addEventListener("click", enlarge);
   for (const event of ["timeupdate", "seeked", "loadeddata", "play", "pause"]) video.addEventListener(event, showFrame);
   window.addEventListener("beforeunload", (event) => { if (asText(review) !== saved) event.preventDefault(); });
   if (msAFrame !== null) element("unit").textContent = "frame · time";
   recall();
   draw();
-  // It opens with the first collision: before it, there is little to judge.
-  if (collisions.length) {
-    [chosen] = collisions;
-    draw();
-    drawContact(chosen);
-    show(nearest(data.frames, chosen.frame));
-  }
+  if (collisions.length) choose(collisions[0]);  // before it, there is little to judge
 })();
