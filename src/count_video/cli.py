@@ -279,9 +279,11 @@ def _answer_plan(options: argparse.Namespace) -> int:
     if kept:
         write_plan(plan, outputs, progress)
     if options.json:
-        from count_video.reports.json_object import plan_line
+        import json
 
-        print(plan_line(plan))
+        from count_video.reports.json_object import plan_object
+
+        print(json.dumps(plan_object(plan), allow_nan=False))
     else:
         from count_video.reports.plan_text import plan_text
 

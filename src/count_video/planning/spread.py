@@ -140,11 +140,6 @@ class Adjustments:
     where there is one collision alone."""
 
 
-def _affordable(together: int, each: int, least: int, most: int) -> int:
-    """How many may be simulated or drawn, where each costs as much as it does."""
-    return max(least, min(most, together // each))
-
-
 # ---- trials that are meant to be alike -----------------------------------------------------------
 
 
@@ -156,14 +151,14 @@ def restitution_range(request: PlanRequest) -> tuple[float, float]:
 
 def spread_of(request: PlanRequest, theory: int) -> Spread:
     """Simulate the distribution of counts; mean and deviations are NaN where there are none."""
-    trials = _affordable(250_000, theory, 100, 2000)
+    trials = int(np.clip(250_000 // theory, 100, 2000))
     found = _simulated([request], trials, _STREAM_SPREAD, theory)
     counts = found.count[~found.endless]
     # Tables drawn from the distribution show how tables differ.
     tables = np.full((1, 1), math.nan)
     if counts.size:
         rng = np.random.default_rng([request.seed, _STREAM_GROUPS])
-        number = _affordable(4_000_000, request.trials, 100, 2000)
+        number = int(np.clip(4_000_000 // request.trials, 100, 2000))
         tables = counts[rng.integers(len(counts), size=(number, request.trials))]
     return Spread(
         trials=trials,
@@ -286,7 +281,7 @@ def adjustments_of(request: PlanRequest, theory: int) -> Adjustments:
     They are the changes that ``proposals`` takes from.
     """
     shares = np.array([1.0 + CLAY_STEP * k for k in range(-CLAY_STEPS, CLAY_STEPS + 1)])
-    steps = _affordable(1_000_000, theory * len(shares), 12, 240)
+    steps = int(np.clip(1_000_000 // (theory * len(shares)), 12, 240))
     # Narrow regions lie where the gap is small.
     scanned = np.geomspace(GAPS_M[0] / RELEASES_M[1], 1.0, steps)
     gaps = np.union1d(scanned, request.gap_m / request.release_m)
@@ -355,7 +350,7 @@ def _nearest(
     counts = simulate_many([one.setup() for _, one in possible], most_collisions(theory)).count
     near = [one for one, count in zip(possible, counts, strict=True) if count == theory]
     near = near[: max(5, 150_000 // (20 * theory))]
-    trials = _affordable(150_000, theory * max(1, len(near)), 20, 100)
+    trials = int(np.clip(150_000 // (theory * max(1, len(near))), 20, 100))
     shares = shares_of([planned for _, planned in near], theory, trials)
     for (value, planned), share in zip(near, shares, strict=True):
         if share >= ENOUGH:

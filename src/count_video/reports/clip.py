@@ -29,7 +29,6 @@ from count_video.reports.material import (
     ball_edges_px,
     contact_px,
     image_point,
-    shift_of,
 )
 from count_video.settings import Shape
 
@@ -150,16 +149,16 @@ def _draw_contacts(canvas: Pixels, layout: ClipLayout, material: Material, row: 
     track = material.track
     for c in material.result.collisions:
         if -0.5 <= track.frame[row] - c.frame < 3.5:
-            at = image_point(track.line, contact_px(c, track), shift_of(track, row))
+            at = image_point(track, row, contact_px(c, track))
             _draw_mark(canvas, c, layout.place(at), 11.0)
 
 
 def _draw_bodies(canvas: Pixels, layout: ClipLayout, material: Material, row: int) -> None:
     """Draw the ball's circle, and a bracket at the heavy body's face."""
-    track, shift = material.track, shift_of(material.track, row)
+    track = material.track
     centre = np.mean(ball_edges_px(track), axis=0)[row]
     if np.isfinite(centre):
-        place = _fixed(layout.place(image_point(track.line, float(centre), shift)))
+        place = _fixed(layout.place(image_point(track, row, float(centre))))
         radius = int(_fixed(track.ball_diameter_px / 2 * layout.scale))
         cv2.circle(canvas, place.tolist(), radius, getrgb(BALL), 2, cv2.LINE_AA, _FINE)
     if track.heavy is None or not np.isfinite(track.heavy.position_px[row]):
@@ -168,7 +167,7 @@ def _draw_bodies(canvas: Pixels, layout: ClipLayout, material: Material, row: in
     into, reach = 0.25 * material.outward * diameter, 0.62 * diameter
     points = []
     for along, aside in ((into, -reach), (0.0, -reach), (0.0, reach), (into, reach)):
-        x, y = image_point(track.line, face + along, shift)
+        x, y = image_point(track, row, face + along)
         points.append(layout.place((x + aside, y) if track.line.upright else (x, y + aside)))
     _draw_path(canvas, points, HEAVY)
 

@@ -42,7 +42,6 @@ STYLE: Any = {
     "axes.titlesize": 12,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
-    "axes.labelsize": 11,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "legend.fontsize": 10,

@@ -82,11 +82,6 @@ def json_object(result: TrialResult) -> dict[str, object]:
     return {key: values[key] for key in _KEYS}
 
 
-def plan_line(plan: Plan) -> str:
-    """Write the plan as one line of JSON, without the line's end."""
-    return json.dumps(plan_object(plan), allow_nan=False)
-
-
 def plan_object(plan: Plan) -> dict[str, object]:
     """Turn a plan into what ``json.dumps`` takes; the map is in its own table."""
     camera = plain(plan.camera)

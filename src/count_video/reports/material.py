@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import BodyTrack, Collision, Floats, Frame, MotionLine, Track, TrialResult
+from count_video.records import BodyTrack, Collision, Floats, Frame, Track, TrialResult
 
 Luma = NDArray[np.uint8]
 Point = tuple[float, float]
@@ -117,19 +117,14 @@ def ball_edges_px(track: Track) -> tuple[Floats, Floats]:
     return ball.position_px + ball.low_edge_px, ball.position_px + ball.high_edge_px
 
 
-def image_point(line: MotionLine, position_px: float, shift: Point = (0.0, 0.0)) -> Point:
-    """Image x and y of a position along the line of motion, in a picture shifted so far."""
-    slope = np.tan(np.radians(line.tilt_deg))
+def image_point(track: Track, row: int, position_px: float) -> Point:
+    """Image x and y of a position along the line of motion, in the picture of one row."""
+    line, slope = track.line, np.tan(np.radians(track.line.tilt_deg))
     x, y = position_px, line.anchor_y_px + slope * (position_px - line.anchor_x_px)
     if line.upright:
         x, y = line.anchor_x_px + slope * (position_px - line.anchor_y_px), position_px
-    return x + shift[0], y + shift[1]
-
-
-def shift_of(track: Track, row: int) -> Point:
-    """How far the picture of one row of a track is shifted by the camera's motion, by x and y."""
-    x, y = (0.0, 0.0) if track.shift_px is None else track.shift_px[row]
-    return float(x), float(y)
+    right, down = (0.0, 0.0) if track.shift_px is None else track.shift_px[row]
+    return float(x + right), float(y + down)
 
 
 def touching(material: Material) -> Material:
@@ -222,7 +217,7 @@ def line_of_motion(luma: Luma, track: Track, row: int) -> Luma:
     """
     line = track.line
     half = max(1, round(0.1 * track.ball_diameter_px))
-    begin = np.array(image_point(line, 0.0, shift_of(track, row)))
+    begin = np.array(image_point(track, row, 0.0))
     along, across = np.array([1.0, np.tan(np.radians(line.tilt_deg))]), np.array([0.0, 1.0])
     if line.upright:
         along, across = along[::-1], across[::-1]
@@ -238,7 +233,7 @@ def line_of_motion(luma: Luma, track: Track, row: int) -> Luma:
 
 def _contact_jpeg(luma: Luma, collision: Collision, track: Track, row: int) -> bytes:
     """Cut 2.4 by 1.5 ball diameters around a contact out of the picture of a row, enlarged."""
-    x, y = image_point(track.line, contact_px(collision, track), shift_of(track, row))
+    x, y = image_point(track, row, contact_px(collision, track))
     sides = [max(10, round(share * track.ball_diameter_px)) for share in (2.4, 1.5)]
     width, height = np.minimum(sides[::-1] if track.line.upright else sides, luma.shape[::-1])
     left = int(np.clip(round(x - width / 2), 0, luma.shape[1] - width))

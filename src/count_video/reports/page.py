@@ -200,7 +200,7 @@ def plan_page(plan: Plan, picture: str) -> str:
         sliders=_sliders(request, rate),
         shares=[(count, share) for count, share in shares.items() if share >= DRAWN_SHARE][::-1],
         notes=dict(plan_notes(plan)),
-        table="\n".join(table_lines(plan.table)),
+        table=table_lines(plan.table),
         picture=picture,
         data={
             "request": request_object(request),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Track, TrialResult
 from count_video.reports.campaign import TrialRow, advice
-from count_video.reports.words import fixed, printable, storable
+from count_video.reports.words import printable, storable
 
 _TYPES = {"number": "i8", "kind": "U6", "seen": "?", "in_burst": "?", "quality": "U5"}
 """Types of the columns that are not float64."""
@@ -177,7 +177,7 @@ def collision_lines(result: TrialResult) -> list[str]:
         if np.isfinite(values).any():
             above, headings = f"{above} {over:>{width}}", f"{headings} {heading:>{width}}"
             for k, known in enumerate(values):
-                numbers = (fixed(v, decimals) if math.isfinite(v) else NOT_KNOWN for v in known)
+                numbers = (f"{v:z.{decimals}f}" if math.isfinite(v) else NOT_KNOWN for v in known)
                 # A cell wider than its column keeps its gap: the numbers never touch.
                 rows[k] += f" {' '.join(f'{number:>8}' for number in numbers).strip():>{width}}"
     if result.count is not None and result.count < len(rows):

@@ -18,7 +18,6 @@ from count_video.reports.words import (
     answer_text,
     chances_words,
     counts_words,
-    fixed,
     plural,
     printable,
     ratio_words,
@@ -126,8 +125,8 @@ def _collision_notes(result: TrialResult) -> Iterator[Note]:
         yield (
             "Ending",
             f"{_ENDINGS[ending.kind]}; {ending.energy_kept:.0%} of the energy is left; of the "
-            f"heavy body's first speed it has {fixed(ending.heavy_speed, 2)} away from the wall, "
-            f"the ball {fixed(ending.ball_speed, 2)}",
+            f"heavy body's first speed it has {ending.heavy_speed:z.2f} away from the wall, "
+            f"the ball {ending.ball_speed:z.2f}",
         )
 
 

@@ -69,11 +69,6 @@ def chances_words(probability: Mapping[int, float], most: int | None = None) -> 
     return ", ".join(f"{count}: {percent(p)}" for count, p in ordered if p >= RARE)
 
 
-def fixed(value: float, decimals: int) -> str:
-    """Write a number with so many decimals, and 0 without a sign."""
-    return f"{value:z.{decimals}f}"
-
-
 def labelled(label: str, sentence: str, width: int = WIDTH) -> list[str]:
     """Write a label and, beside it, a sentence in lines of at most ``width`` columns."""
     return textwrap.wrap(

@@ -138,52 +138,52 @@
   // ---- keeping: in this browser at every change, and as a file ------------------------------
   const shelf = `count-video ${data.clip_sha256 || data.clip}`;
   const asText = (one) => JSON.stringify([one.corrections, one.notes]);
-  const opened = asText(review);
-  let saved = opened;
+  let saved = asText(review);
+  const opened = saved;
 
-  function drawState() {
+  function drawState(trouble) {
     const dirty = asText(review) !== saved;
-    const kept = dirty && remember();
-    element("state").className = dirty ? "state" : "state saved";
-    element("state").textContent = dirty
-      ? `Not saved to a file yet${kept ? "; kept in this browser" : ""}`
-      : saved === opened ? "" : "Saved to a file";
+    const kept = dirty && remember() ? "; kept in this browser" : "";
+    element("state").className = dirty || trouble ? "state" : "state saved";
+    element("state").textContent = trouble ?? (dirty ? `Not saved to a file yet${kept}`
+      : saved === opened ? "" : "Saved to a file");
   }
 
   function remember() {
     try {
-      localStorage.setItem(shelf, JSON.stringify([review.corrections, review.notes, saved]));
+      localStorage.setItem(shelf, JSON.stringify({ clip: data.clip, ...review, saved }));
       return true;
     } catch {
       return false;  // a browser that keeps nothing
     }
   }
 
-  const isText = (value) => typeof value === "string";
-  const isKind = (value) => value === "bodies" || value === "wall";
-
-  // Only what a review can hold is taken from outside; null if it is none.
-  function readReview(corrections, notes) {
-    if (!Array.isArray(corrections) || typeof notes !== "object" || notes === null) return null;
-    const sound = corrections.every((k) => isKind(k?.kind) && Number.isFinite(k.frame)
-      && (k.action === "missed" || (k.action === "wrong"
-        && collisions.some((c) => c.number === k.number && c.kind === k.kind))));
-    if (!sound || !Object.values(notes).every(isText)) return null;
-    return { notes, corrections: corrections.map(correction) };
+  // Only what a review of this clip can hold is taken from outside; null if it is none.
+  function readReview(text) {
+    try {
+      const { clip, corrections, notes = {}, saved: inFile } = JSON.parse(text);
+      const sound = corrections.every((k) => Object.hasOwn(words, k.kind) && Number.isFinite(k.frame)
+        && (k.action === "missed" || (k.action === "wrong"
+          && collisions.some((c) => c.number === k.number && c.kind === k.kind))));
+      const written = Object.values(notes).every((note) => typeof note === "string");
+      if (clip !== data.clip || !sound || !written) return null;
+      return [{ notes, corrections: corrections.map(correction) }, inFile];
+    } catch {
+      return null;
+    }
   }
 
   function recall() {
+    let kept = null;
     try {
-      const [corrections, notes, inFile] = JSON.parse(localStorage.getItem(shelf));
-      const found = readReview(corrections, notes);
-      if (found !== null && asText(found) !== opened) {
-        before.push(review);
-        review = found;
-        if (isText(inFile)) saved = inFile;
-      }
+      kept = readReview(localStorage.getItem(shelf));
     } catch {
-      // nothing kept, or nothing of ours
+      // a browser that keeps nothing
     }
+    if (kept === null || asText(kept[0]) === saved) return;
+    before.push(review);
+    [review] = kept;
+    saved = String(kept[1]);
   }
 
   function save() {
@@ -203,17 +203,12 @@
   async function load() {
     const [file] = element("load").files;
     if (file === undefined) return;
-    const stored = await file.text().then(JSON.parse).catch(() => null);
-    const found = stored?.clip === data.clip
-      ? readReview(stored.corrections, stored.notes ?? {}) : null;
-    if (found === null) {
-      element("state").className = "state";
-      element("state").textContent = `${file.name} holds no corrections of this clip`;
-    } else {
-      change(found);
+    const found = readReview(await file.text());
+    if (found !== null) {
+      change(found[0]);
       saved = asText(review);
-      drawState();
     }
+    drawState(found === null ? `${file.name} holds no corrections of this clip` : undefined);
     element("load").value = "";
   }
 
