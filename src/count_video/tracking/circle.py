@@ -72,6 +72,7 @@ def circle_through(edges: Edges, height_px: int) -> Circle | None:
     clear = np.minimum(edges.clarity / np.quantile(edges.clarity, CLEAR_QUANTILE), 1.0)
     rng = np.random.default_rng(SEED)
     some = _some(len(points), rng)
+    some = some[np.argsort(clear[some], kind="stable")]
     voters, votes = points[some], clear[some]
     low, high = (share * height_px for share in RADIUS_SHARE)
     triples = points[rng.choice(len(points), (TRIPLES, 3), p=clear / clear.sum())]
@@ -143,7 +144,8 @@ def _clearest(points: Floats, clear: Floats, circles: Floats, near: NDArray[np.b
     found = np.zeros((len(circles), SECTORS))
     circle, point = np.nonzero(near)
     away = points[point] - circles[circle, :2]
-    np.maximum.at(found, (circle, _sector(away[:, 0], away[:, 1])), clear[point])
+    # Points are in order of their clarity, and of those in one sector the last one stays.
+    found[circle, _sector(away[:, 0], away[:, 1])] = clear[point]
     return found
 
 

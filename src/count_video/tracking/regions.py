@@ -68,8 +68,8 @@ class _Path:
 class Regions:
     """What moves in each sample, in px of the samples."""
 
-    boxes: list[list[Floats]]
-    """Left, top, width and height of each region, sample by sample."""
+    boxes: list[Floats]
+    """Left, top, width and height of n regions, sample by sample, shape (n, 4)."""
     changes: list[Luma]
     """Differences from the background, sample by sample, 0 where they are noise."""
     pictures: list[Luma]
@@ -117,7 +117,7 @@ def _regions_of(pictures: list[Luma], scale: int, known: Sequence[Luma] = ()) ->
         one[one <= least] = 0
     for one, mark in zip(away, known, strict=False):
         one[mark > 0] = 0
-    boxes = [[box * scale for box in _boxes(_mask(one))] for one in away]
+    boxes = [_boxes(_mask(one)) * scale for one in away]
     return Regions(boxes, away, pictures, scale)
 
 
@@ -130,12 +130,7 @@ def moving_regions(regions: Regions) -> list[RigidGroup]:
     open_paths: list[_Path] = []
     closed: list[_Path] = []
     for sample, boxes in enumerate(regions.boxes):
-        left = list(boxes)
-        for path in open_paths:
-            place = _nearest(path.expected(sample), left)
-            if place is not None:
-                path.samples.append(sample)
-                path.regions.append(left.pop(place))
+        left = _linked(open_paths, sample, boxes)
         closed += [path for path in open_paths if path.samples[-1] < sample]
         open_paths = [path for path in open_paths if path.samples[-1] == sample]
         open_paths += [_Path([sample], [box]) for box in left]
@@ -154,16 +149,16 @@ def region_of(group: RigidGroup, others: Sequence[RigidGroup], regions: Regions)
     sides = []
     middles = [other.path_px + other.corners_px.mean(axis=0) for other in others]
     for sample, (place, boxes) in enumerate(zip(group.path_px, regions.boxes, strict=True)):
-        if not np.isfinite(place[0]) or not boxes:
+        if not np.isfinite(place[0]) or not len(boxes):
             continue
         corners = group.corners_px + place
-        ends = np.array([[*box[:2], *(box[:2] + box[2:])] for box in boxes])
-        held = [((corners >= end[:2]) & (corners <= end[2:])).all(axis=1).sum() for end in ends]
+        lows, highs = boxes[:, None, :2], boxes[:, None, :2] + boxes[:, None, 2:]
+        held = ((corners >= lows) & (corners <= highs)).all(axis=2).sum(axis=1)
         best = int(np.argmax(held))
-        low, high = ends[best][:2], ends[best][2:]
+        low, high = lows[best, 0], highs[best, 0]
         merged = any(((m[sample] > low) & (m[sample] < high)).all() for m in middles)
         if held[best] >= HELD_SHARE * len(corners) and not merged:
-            sides.append(ends[best] - np.tile(place, 2))
+            sides.append(np.concatenate([low - place, high - place]))
     if len(sides) < SAMPLES_AT_LEAST:
         return None
     inner, outer = INNER_QUANTILE, 1 - INNER_QUANTILE
@@ -180,8 +175,8 @@ def _mask(changes: Luma) -> Luma:
     return np.asarray(cv2.morphologyEx(whole, cv2.MORPH_OPEN, opening), np.uint8)
 
 
-def _boxes(mask: Luma) -> list[Floats]:
-    """Boxes of connected regions: left, top, width and height, the largest regions first.
+def _boxes(mask: Luma) -> Floats:
+    """Boxes of n connected regions, the largest first: left, top, width and height, shape (n, 4).
 
     Their outer borders give them, many times faster than labels of all pixels. Pick's theorem: a
     border through b pixels that encloses an area A holds A + b / 2 + 1 of them, holes included.
@@ -190,21 +185,27 @@ def _boxes(mask: Luma) -> list[Floats]:
     area = np.array([cv2.contourArea(one) + len(one) / 2 + 1 for one in borders]) / mask.size
     good = np.flatnonzero((area > AREA_SHARE[0]) & (area < AREA_SHARE[1]))
     largest = good[np.argsort(-area[good], kind="stable")][:REGIONS_AT_MOST]
-    return [np.array(cv2.boundingRect(borders[place]), np.float64) for place in largest]
+    boxes = [cv2.boundingRect(borders[place]) for place in largest]
+    return np.array(boxes, np.float64).reshape(-1, 4)
 
 
-def _nearest(expected: Floats, regions: Sequence[Floats]) -> int | None:
-    """Find the nearest region of like size within reach; None if there is none."""
-    if not regions:
-        return None
-    found = np.array(regions)
-    size = expected[2:]
-    away = np.abs(found[:, :2] - expected[:2]) + np.abs(found[:, 2:] - size) / 2
-    distance = (away / (REACH_SIZES * size)).max(axis=1)
-    unlike = np.abs(np.log(found[:, 2:] / size)).max(axis=1) > np.log(SIZE_RATIO)
-    distance[unlike] = np.inf
-    best = int(np.argmin(distance))
-    return best if distance[best] < 1.0 else None
+def _linked(paths: Sequence[_Path], sample: int, found: Floats) -> Floats:
+    """Let each path go on to the nearest region of like size within reach; returns the others."""
+    if not paths or not len(found):
+        return found
+    expected = np.array([path.expected(sample) for path in paths])[:, None]
+    size = expected[:, :, 2:]
+    away = np.abs(found[:, :2] - expected[:, :, :2]) + np.abs(found[:, 2:] - size) / 2
+    distance = (away / (REACH_SIZES * size)).max(axis=2)
+    distance[np.abs(np.log(found[:, 2:] / size)).max(axis=2) > np.log(SIZE_RATIO)] = np.inf
+    free = np.ones(len(found), np.bool_)
+    for path, row in zip(paths, distance, strict=True):
+        best = int(np.argmin(np.where(free, row, np.inf)))
+        if free[best] and row[best] < 1.0:
+            path.samples.append(sample)
+            path.regions.append(found[best])
+            free[best] = False
+    return found[free]
 
 
 def _moves(path: _Path) -> bool:
