@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.tracking.background import Background
 from count_video.tracking.learning import Body
-from count_video.tracking.registration import Fit, Hides, register
+from count_video.tracking.registration import Fit, Hides, register, register_all
 from count_video.tracking.search import search
 from count_video.tracking.shape import Place, Shape
-from count_video.tracking.template import Pixels, Template, pixels_at
+from count_video.tracking.template import Pixels, pixels_at
 
 Luma = NDArray[np.uint8]
 
@@ -158,10 +158,11 @@ def follow(clip: Clip, body: Body, again: Again | None = None) -> Followed:
     if again is not None:
         before = np.stack([again.seen.x_px, again.seen.y_px, again.seen.sigma_px], axis=1)
         found[~again.rows] = before[~again.rows]
+    at_guess = {} if again is not None else _at_guesses(clip, body, guesses)
     first = int(rows[0])
     ways = range(first, len(frames)), range(min(first + BACK_FROM, len(frames)) - 1, -1, -1)
     for way in ways:
-        path = _Path(body.template, body.typical_agreement, clip.background.luma)
+        path = _Path(clip, body)
         for row in way:
             frame, shift = int(frames[row]), (float(shift_px[row, 0]), float(shift_px[row, 1]))
             if np.isfinite(found[row, 0]):
@@ -171,14 +172,22 @@ def follow(clip: Clip, body: Body, again: Again | None = None) -> Followed:
                 path.lose()
                 continue
             guess = (float(guesses[row, 0]), float(guesses[row, 1]))
-            hides = again.hides(row) if again is not None else None
+            hides = None if again is None else again.hides(row)
             if again is not None and not path.lost:
                 # The guesses come from what was found with the others in front.
                 guess = path.onward(frame, guess)
-            fit = path.find(frame, clip.pictures[frame], guess, (shift, hides))
+            fit = path.find(frame, guess, at_guess, (shift, hides))
             if fit is not None:
                 found[row] = fit.x_px - shift[0], fit.y_px - shift[1], fit.sigma_x_px
     return Followed(body, *found.T)
+
+
+def _at_guesses(clip: Clip, body: Body, guesses: Floats) -> dict[int, Fit | None]:
+    """Register a body where it may be in each picture, shape (n, 2), by frame index."""
+    places = zip(clip.frames.tolist(), (guesses + clip.shift_px).tolist(), strict=True)
+    guessed = {frame: (x, y) for frame, (x, y) in places}
+    fits = register_all(clip.pictures, body.template, guessed)
+    return {frame: fits.get(frame) for frame in guessed}
 
 
 def was_followed(x_px: Floats) -> bool:
@@ -192,30 +201,39 @@ def was_followed(x_px: Floats) -> bool:
 class _Path:
     """Where a body was last seen, and how it moves; places are those in a picture at rest."""
 
-    def __init__(self, template: Template, agreement: float, background: Luma) -> None:
-        self._template, self._typical = template, agreement
-        self._background = background
+    def __init__(self, clip: Clip, body: Body) -> None:
+        self._template, self._typical = body.template, body.typical_agreement
+        self._pictures, self._background = clip.pictures, clip.background.luma
         self._trail: deque[tuple[int, Place]] = deque(maxlen=max(ORDERS) + 1)
         self._fastest: Place = (0.0, 0.0)
         self.lost = self._unsure = 0
         """Pictures since the last that showed the body, and since the last that did so surely."""
 
     def find(
-        self, frame: int, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
+        self,
+        frame: int,
+        guess: Place,
+        at_guess: Mapping[int, Fit | None],
+        shown: tuple[Place, Hides | None],
     ) -> Fit | None:
-        """Find the body in the next picture, by the camera's shift and what hides the body."""
+        """Find the body in the next picture, by the camera's shift and what hides the body.
+
+        ``at_guess`` has what was registered from the guesses already, by frame index.
+        """
         shift, _ = shown
         moves_on = bool(self._trail) and not self.lost
         onward = [self.onward(frame, guess, order) for order in ORDERS if moves_on]
         best: Fit | None = None
         for place in (guess, *onward):
-            fit = self._registered(picture, place, shown)
+            known = at_guess if place is guess else {}
+            fit = known[frame] if frame in known else self._registered(frame, place, shown)
+            fit = self._believed(fit, frame, shift)
             if fit is not None and (best is None or fit.agreement > best.agreement):
                 best = fit
             if best is not None and self._settles(best, [_plus(one, shift) for one in onward]):
                 break
         else:
-            best = self._or_searched(best, picture, onward[0] if onward else guess, shown)
+            best = self._or_searched(best, frame, onward[0] if onward else guess, shown)
         self._unsure = 0 if best is not None and self._is_sure(best) else self._unsure + 1
         if best is None:
             self.lose()
@@ -224,7 +242,7 @@ class _Path:
         return best
 
     def _or_searched(
-        self, best: Fit | None, picture: Luma, near: Place, shown: tuple[Place, Hides | None]
+        self, best: Fit | None, frame: int, near: Place, shown: tuple[Place, Hides | None]
     ) -> Fit | None:
         """Take what is found further away if that agrees better: than a sure place, much better.
 
@@ -233,25 +251,23 @@ class _Path:
         """
         if self._unsure & (self._unsure - 1):
             return best
-        found = self._searched(picture, near, shown)
+        found = self._searched(frame, near, shown)
         if found is None or best is None:
             return found or best
         much = USUAL_RATIO if self._is_sure(best) else 1.0
         return found if much * (1 - found.agreement) < 1 - best.agreement else best
 
     def _registered(
-        self, picture: Luma, guess: Place, shown: tuple[Place, Hides | None]
+        self, frame: int, place: Place, shown: tuple[Place, Hides | None]
     ) -> Fit | None:
         shift, hides = shown
-        fit = register(picture, self._template, _plus(guess, shift), hides)
-        return self._believed(fit, picture, shift)
+        return register(self._pictures[frame], self._template, _plus(place, shift), hides)
 
-    def _searched(
-        self, picture: Luma, near: Place, shown: tuple[Place, Hides | None]
-    ) -> Fit | None:
+    def _searched(self, frame: int, near: Place, shown: tuple[Place, Hides | None]) -> Fit | None:
         shift, hides = shown
-        fits = search(picture, self._template, _plus(near, shift), self._reach(), hides)
-        return next((fit for fit in fits if self._believed(fit, picture, shift)), None)
+        place, picture = _plus(near, shift), self._pictures[frame]
+        fits = search(picture, self._template, place, self._reach(), hides)
+        return next((fit for fit in fits if self._believed(fit, frame, shift)), None)
 
     def _reach(self) -> Place:
         """How far to search by x and by y: further, the longer the body has been lost."""
@@ -295,7 +311,7 @@ class _Path:
         away = (max(abs(fit.x_px - x), abs(fit.y_px - y)) for x, y in onward)
         return self._is_sure(fit) and min(away, default=0.0) < ONWARD_PX
 
-    def _believed(self, fit: Fit | None, picture: Luma, shift: Place) -> Fit | None:
+    def _believed(self, fit: Fit | None, frame: int, shift: Place) -> Fit | None:
         """Take a fit only if it is the body's, and not a place of the scenery that is like it."""
         if fit is None or fit.inside < INSIDE_AT_LEAST:
             return None
@@ -304,7 +320,7 @@ class _Path:
         if fit.agreement < AGREEMENT_SHARE * self._typical:
             return None
         model = self._template.model
-        seen = pixels_at(picture, fit.x_px, fit.y_px, model.tiles)
+        seen = pixels_at(self._pictures[frame], fit.x_px, fit.y_px, model.tiles)
         behind = pixels_at(self._background, fit.x_px - shift[0], fit.y_px - shift[1], model.tiles)
         like = _correlation(seen, behind, model.weight)
         return None if 1 - like < SCENERY_RATIO * (1 - fit.agreement) else fit

@@ -20,7 +20,7 @@ from count_video.tracking.background import Background
 from count_video.tracking.composite import Source
 from count_video.tracking.cutting import SIGHTINGS_AT_LEAST, Stage, close_cut, wide_cut
 from count_video.tracking.outline import Outline, widths_of
-from count_video.tracking.registration import register
+from count_video.tracking.registration import register_all
 from count_video.tracking.shape import Box, Place, Shape
 from count_video.tracking.template import Template, make_template, piece_at
 
@@ -234,11 +234,9 @@ def _aligned(pictures: Mapping[int, Luma], stage: Stage) -> dict[int, Place]:
     best: dict[int, Place] = {}
     for first in sorted(places)[len(places) // 4 :: max(1, len(places) // 4)]:
         template = make_template(piece_at(pictures[first], *places[first], (height, width)), weight)
-        fits = {k: register(pictures[k], template, place) for k, place in places.items()}
+        fits = register_all(pictures, template, places)
         good = {
-            k: (fit.x_px, fit.y_px)
-            for k, fit in fits.items()
-            if fit is not None and fit.agreement > AGREEMENT_AT_LEAST
+            k: (fit.x_px, fit.y_px) for k, fit in fits.items() if fit.agreement > AGREEMENT_AT_LEAST
         }
         best = max(best, good, key=len)
     return best
@@ -280,11 +278,11 @@ def _plus(place: Place, corner: tuple[float, float]) -> Place:
 
 def _registered(pictures: Mapping[int, Luma], stage: Stage, outline: Outline) -> Stage:
     """Register a template in the pictures; of those that agree, its places and their agreement."""
-    fits = {k: register(pictures[k], outline.template, place) for k, place in stage.places.items()}
+    fits = register_all(pictures, outline.template, stage.places)
     good = {
         k: fit
         for k, fit in fits.items()
-        if fit and fit.agreement >= AGREEMENT_AT_LEAST and fit.inside >= INSIDE_AT_LEAST
+        if fit.agreement >= AGREEMENT_AT_LEAST and fit.inside >= INSIDE_AT_LEAST
     }
     typical = float(np.median([fit.agreement for fit in good.values()])) if good else 0.0
     places = {

@@ -11,8 +11,8 @@ equations, with the correlation that the smoothing causes taken into account.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,8 @@ from count_video.tracking.template import (
     Picture,
     Pixels,
     Template,
+    inverse_of,
     pixels_at,
-    solve,
 )
 
 ROUNDS, FRESH_ROUNDS = 8, 2
@@ -50,6 +50,10 @@ equations, but hardly from their information."""
 SPREAD_STRIDE = 4
 """The robust standard deviation is taken over every fourth pixel: it need not be finer."""
 PIXELS_AT_LEAST = 30
+AT_ONCE = 16
+"""So many pictures are worked on together: that takes less time, and not much memory."""
+TINY = 1e-9
+"""Is added to the equations, so that what shows no template has a solution: a gain of 0."""
 GAIN_AT_LEAST = 0.2
 """A body whose contrast fades below this share of the template's is not there."""
 
@@ -71,142 +75,223 @@ class Fit:
     """Share of the template's pixels that lie within the picture, with nothing in front of them."""
 
 
+Indices = NDArray[np.intp]
+Place = tuple[float, float]
 Hides = Callable[[NDArray[np.intp], NDArray[np.intp]], NDArray[np.bool_]]
 """Whether something stands in front at these columns and rows of a picture, shape (n,) each."""
 
 
 def register(
-    picture: Picture, template: Template, guess: tuple[float, float], hides: Hides | None = None
+    picture: Picture, template: Template, guess: Place, hides: Hides | None = None
 ) -> Fit | None:
     """Place the template in the picture, starting from a guess that is right to a pixel or two.
 
     ``hides`` marks which px of the picture show something in front of the body. Returns None where
     the equations have no solution or the iteration does not settle nearby.
     """
-    within = _within(picture, template, guess, hides)
-    if within is None:
-        return None
-    model, inside = within
-    x, y = guess
-    at, solver = (round(x), round(y)), model.solver
+    return _together([picture], template, [guess], hides).get(0)
+
+
+def register_all(
+    pictures: Mapping[int, Picture], template: Template, guesses: Mapping[int, Place]
+) -> dict[int, Fit]:
+    """Place the template, as :func:`register` does, in the pictures for which there is a guess.
+
+    Some pictures are worked on together, which takes half the time. Those that show no place are
+    left out.
+    """
+    found: dict[int, Fit] = {}
+    every = list(guesses)
+    for some in (every[k : k + AT_ONCE] for k in range(0, len(every), AT_ONCE)):
+        fits = _together([pictures[k] for k in some], template, [guesses[k] for k in some])
+        found |= {some[row]: fit for row, fit in fits.items()}
+    return found
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Pictures in which the place is sought, m of them, by n pixels."""
+
+    row: Indices
+    """Which of the pictures, shape (m,)."""
+    start: Floats
+    place: Floats
+    """Where the search began and where it is, by x and y, shape (m, 2)."""
+    inside: Floats
+    """Share of the pixels that the picture shows, shape (m,)."""
+    own: Pixels
+    """Weight of each pixel, shape (m, n): 0 where the picture does not show it."""
+    judge: Pixels
+    inverse: Floats
+    """Weights for the residuals that judge the pixels, shape (m, n), and the inverse of the normal
+    equations with them, shape (m, 4, 4)."""
+
+    def pixel(self, k: int) -> Place:
+        """Place in the k-th picture, in whole px."""
+        x, y = np.rint(self.place[k]).tolist()
+        return x, y
+
+    def only(self, which: Indices) -> _Search:
+        """Take some of the pictures."""
+        return _Search(*(getattr(self, one.name)[which] for one in fields(self)))
+
+
+def _together(
+    pictures: Sequence[Picture],
+    template: Template,
+    guesses: Sequence[Place],
+    hides: Hides | None = None,
+) -> dict[int, Fit]:
+    """Place the template in some pictures, from a guess for each; fits by the picture's number."""
+    found: dict[int, Fit] = {}
+    search = _begun(pictures, template, guesses, hides)
     for number in range(ROUNDS):
-        if hides is not None and at != (round(x), round(y)):
-            at = round(x), round(y)
-            within = _within(picture, template, (x, y), hides)
-            if within is None:
-                return None
-            model, inside = within
-        seen = pixels_at(picture, x, y, model.tiles)
-        step = _step(model, solver, seen, (guess[0] - x, guess[1] - y))
-        if step is None:
-            return None
-        x, y = x + step.x_px, y + step.y_px
-        if max(abs(x - guess[0]), abs(y - guess[1])) > ASTRAY_PX:
-            return None
-        if step.is_small:
-            return Fit(x, y, step.sigma_x_px, step.sigma_y_px, step.agreement, inside)
+        if len(search.row) == 0:
+            break
+        step = _step(template.model, search, _seen(pictures, template, search))
+        there = replace(search, place=search.place + step.shift_px)
+        near = step.shows & (np.abs(there.place - there.start).max(axis=1) <= ASTRAY_PX)
+        for k in np.flatnonzero(near & step.is_small).tolist():
+            found[int(search.row[k])] = step.fit(there, k)
+        left = np.flatnonzero(near & ~step.is_small)
+        onward = there.only(left)
+        if hides is not None and len(left) and there.pixel(0) != search.pixel(0):
+            # Another px of what stands in front lies on each of the template's.
+            now = _begun(pictures, template, [there.pixel(0)], hides)
+            onward = replace(now, start=there.start, place=there.place) if len(now.row) else now
         # What was found to disagree may not lead the next step astray.
-        solver = step.solver if number >= FRESH_ROUNDS - 1 else model.solver
-    return None
+        if number >= FRESH_ROUNDS - 1 and len(onward.row):
+            onward = replace(onward, judge=step.weight[left], inverse=step.covariance[left])
+        search = onward
+    return found
 
 
-def _within(
-    picture: Picture, template: Template, guess: tuple[float, float], hides: Hides | None
-) -> tuple[Model, float] | None:
-    """Model of those pixels that the picture shows, and their share; None if too few."""
+def _seen(pictures: Sequence[Picture], template: Template, search: _Search) -> Pixels:
+    """Brightness of the pixels where the template may be, less its mean, shape (m, n)."""
+    tiles = template.model.tiles
+    places = zip(search.row.tolist(), search.place.tolist(), strict=True)
+    seen = np.stack([pixels_at(pictures[row], x, y, tiles) for row, (x, y) in places])
+    # An offset changes nothing, and sums of squares about the mean keep their digits.
+    return np.asarray(seen - seen.mean(axis=1, keepdims=True), np.float32)
+
+
+def _begun(
+    pictures: Sequence[Picture], template: Template, guesses: Sequence[Place], hides: Hides | None
+) -> _Search:
+    """Begin the search in those pictures that show enough of the template."""
     model = template.model
-    if len(model.chosen) < PIXELS_AT_LEAST:
-        return None
+    inside = np.array(
+        [
+            _inside(picture.shape, template, guess, hides)
+            for picture, guess in zip(pictures, guesses, strict=True)
+        ]
+    )
+    row = np.flatnonzero(np.count_nonzero(inside, axis=1) >= PIXELS_AT_LEAST)
+    inside = inside[row]
+    # Pixels that a picture does not show are read as well, but have no say.
+    own = model.weight * inside
+    inverse = np.tile(model.inverse, (len(row), 1, 1))
+    for k in np.flatnonzero(~inside.all(axis=1)).tolist():
+        inverse[k] = inverse_of(model.design, own[k])
+    start = np.array(guesses)[row]
+    return _Search(row, start, start, inside.mean(axis=1), own, own, inverse)
+
+
+def _inside(
+    shape: tuple[int, ...], template: Template, guess: Place, hides: Hides | None
+) -> NDArray[np.bool_]:
+    """Which pixels a picture of this shape shows, with nothing in front of them."""
+    chosen = template.model.chosen
     height, width = template.shape
-    rows, columns = picture.shape
+    rows, columns = shape
     left, top = round(guess[0]), round(guess[1])
     whole = left >= 0 and top >= 0 and left + width <= columns and top + height <= rows
     if whole and hides is None:
-        return model, 1.0
-    y, x = np.divmod(model.chosen, width)
+        return np.ones(len(chosen), np.bool_)
+    y, x = np.divmod(chosen, width)
     x, y = x + left, y + top
     good = (x >= 1) & (x < columns - 1) & (y >= 1) & (y < rows - 1)
-    if hides is not None:
-        good &= ~hides(x, y)
-    if np.count_nonzero(good) < PIXELS_AT_LEAST:
-        return None
-    # The others are read as well, but have no say.
-    weight, root_weight = model.weight * good, model.root_weight * good
-    solver = solve(model.design, weight)
-    part = replace(model, weight=weight, root_weight=root_weight, solver=solver)
-    return part, float(good.mean())
+    return good if hides is None else good & ~hides(x, y)
 
 
 @dataclass(frozen=True)
 class _Step:
-    x_px: float
-    y_px: float
-    sigma_x_px: float
-    sigma_y_px: float
-    agreement: float
+    """What one step gives in m pictures."""
+
+    shift_px: Floats
+    sigma_px: Floats
+    """By x and y, shape (m, 2)."""
+    agreement: Floats
     """Weighted correlation of the picture with the template, at the place before the step."""
-    solver: Pixels
-    """Weighted least squares solution for the weights that were left, shape (4, n)."""
+    shows: NDArray[np.bool_]
+    """Whether the template has not faded away, shape (m,)."""
+    weight: Pixels
+    covariance: Floats
+    """Weights that were left, shape (m, n), and the inverse of the equations with them."""
+
+    def fit(self, there: _Search, k: int) -> Fit:
+        """Take what the k-th picture shows, at its place after the step."""
+        (x, y), (sigma_x, sigma_y) = there.place[k].tolist(), self.sigma_px[k].tolist()
+        return Fit(x, y, sigma_x, sigma_y, float(self.agreement[k]), float(there.inside[k]))
 
     @property
-    def is_small(self) -> bool:
+    def is_small(self) -> NDArray[np.bool_]:
         """Whether another step would change little, or less than what the noise leaves open."""
-        return abs(self.x_px) < max(CONVERGED_PX, CONVERGED_SIGMAS * self.sigma_x_px) and (
-            abs(self.y_px) < max(CONVERGED_PX, CONVERGED_SIGMAS * self.sigma_y_px)
-        )
+        enough = np.maximum(CONVERGED_PX, CONVERGED_SIGMAS * self.sigma_px)
+        return np.asarray((np.abs(self.shift_px) < enough).all(axis=1))
 
 
-def _step(model: Model, solver: Pixels, seen: Pixels, back: tuple[float, float]) -> _Step | None:
-    """One robust least squares step; None if it is singular or the template fades away.
+def _step(model: Model, search: _Search, seen: Pixels) -> _Step:
+    """One robust least squares step, by what is seen of the pixels, shape (m, n).
 
-    ``solver`` gives the residuals that weigh the pixels. ``back`` is the way to where the search
-    began. Along a straight edge nothing but that says where a template is: its prior keeps it from
-    running away with the noise.
+    Along a straight edge nothing but where the search began says where a template is: its prior
+    keeps it from running away with the noise.
     """
-    left_over = np.asarray(seen - (solver @ seen) @ model.design, np.float32)
-    weight, spread = _robust(model, left_over)
-    weighted = model.design * weight
-    normal = (weighted @ model.design.T).astype(np.float64)
-    projected = (weighted @ seen).astype(np.float64)
-    agreement = _correlation(normal, projected, float((weight * seen) @ seen))
-    prior = (spread / GUESS_PX) ** 2
-    normal[0, 0] += prior
-    normal[1, 1] += prior
-    try:
-        covariance = np.linalg.inv(normal)
-    except np.linalg.LinAlgError:
-        return None
-    right = projected + prior * np.array([*back, 0.0, 0.0])
-    along, across, gain, _ = (covariance @ right).tolist()
-    if not gain > GAIN_AT_LEAST:
-        return None
-    x, y = (min(max(one / gain, -STEP_AT_MOST_PX), STEP_AT_MOST_PX) for one in (along, across))
-    scale = spread * (KEPT * model.correlation) ** 0.5 / gain
-    sigma_x, sigma_y = (max(float(covariance[k, k]), 0.0) ** 0.5 * scale for k in range(2))
-    return _Step(x, y, sigma_x, sigma_y, agreement, covariance.astype(np.float32) @ weighted)
+    judged = (search.inverse @ ((search.judge * seen) @ model.design.T)[:, :, None])[:, :, 0]
+    left_over = seen - judged.astype(np.float32) @ model.design
+    weight, spread = _robust(search.own, left_over)
+    weighted = weight * seen
+    normal = (weight @ model.products).reshape(-1, 4, 4).astype(np.float64)
+    projected = (weighted @ model.design.T).astype(np.float64)
+    agreement = _correlation(normal, projected, np.einsum("ij,ij->i", weighted, seen))
+    prior = np.square(spread / GUESS_PX)
+    normal[:, (0, 1), (0, 1)] += prior[:, None]
+    normal[:, (2, 3), (2, 3)] += TINY
+    covariance = np.asarray(np.linalg.inv(normal), np.float64)
+    projected[:, :2] += prior[:, None] * (search.start - search.place)
+    found = (covariance @ projected[:, :, None])[:, :, 0]
+    gain = found[:, 2, None]
+    shows = gain[:, 0] > GAIN_AT_LEAST
+    gain = np.where(shows[:, None], gain, 1.0)
+    shift = (found[:, :2] / gain).clip(-STEP_AT_MOST_PX, STEP_AT_MOST_PX)
+    scale = spread[:, None] * (KEPT * model.correlation) ** 0.5 / gain
+    sigma = scale * np.sqrt(np.maximum(covariance[:, (0, 1), (0, 1)], 0.0))
+    return _Step(shift, sigma, agreement, shows, weight, covariance)
 
 
-def _robust(model: Model, left_over: Pixels) -> tuple[Pixels, float]:
-    """Weights with pixels that disagree taken down, and the spread of the others."""
-    scaled = left_over * model.root_weight
-    some = np.abs(scaled[::SPREAD_STRIDE][model.weight[::SPREAD_STRIDE] > 0])
-    if len(some) == 0:
-        return model.weight, 1e-6
-    middle = len(some) // 2
-    spread = MEDIAN_TO_SIGMA * float(np.partition(some, middle)[middle]) + 1e-6
-    ratio = scaled * (1 / (BIWEIGHT * spread))
-    keep = np.maximum(1 - ratio * ratio, 0)
-    return model.weight * keep * keep, spread
+def _robust(own: Pixels, left_over: Pixels) -> tuple[Pixels, Floats]:
+    """Weights with pixels that disagree taken down, and the spread of the others, shape (m,)."""
+    scaled = left_over * np.sqrt(own)
+    some = np.abs(scaled[:, ::SPREAD_STRIDE])
+    # Pixels without a say come last.
+    some[own[:, ::SPREAD_STRIDE] == 0] = np.inf
+    shown = np.isfinite(some).sum(axis=1)
+    ordered = np.sort(some, axis=1)
+    middle = ordered[np.arange(len(some)), np.minimum(shown // 2, some.shape[1] - 1)]
+    spread = MEDIAN_TO_SIGMA * np.where(shown > 0, middle, 0.0).astype(np.float64) + 1e-6
+    ratio = scaled * (1 / (BIWEIGHT * spread[:, None])).astype(np.float32)
+    return own * np.square(np.maximum(1 - ratio * ratio, 0)), np.asarray(spread, np.float64)
 
 
-def _correlation(normal: Floats, projected: Floats, power: float) -> float:
-    """Weighted correlation of picture and template, from sums that the equations hold already.
+def _correlation(normal: Floats, projected: Floats, power: Pixels) -> Floats:
+    """Weighted correlation of pictures and template, from sums that the equations hold already.
 
     ``normal`` and ``projected`` are the weighted products of appearance (row 2) and ones (row 3)
     with each other and with the picture, ``power`` that of the picture with itself.
     """
-    total = float(normal[3, 3])
-    shared = float(projected[2]) - float(normal[2, 3]) * float(projected[3]) / total
-    expected = float(normal[2, 2]) - float(normal[2, 3]) ** 2 / total
-    seen = power - float(projected[3]) ** 2 / total
-    return shared / float(np.sqrt(expected * seen)) if min(expected, seen) > 0 else 0.0
+    total = np.maximum(normal[:, 3, 3], TINY)
+    shared = projected[:, 2] - normal[:, 2, 3] * projected[:, 3] / total
+    expected = normal[:, 2, 2] - normal[:, 2, 3] ** 2 / total
+    seen = power - projected[:, 3] ** 2 / total
+    good = np.minimum(expected, seen) > 0
+    return np.where(good, shared / np.sqrt(np.where(good, expected * seen, 1.0)), 0.0)

@@ -76,21 +76,18 @@ class Model:
     """Where these pixels lie, in their order."""
     design: Pixels
     """Shape (4, n): minus the slopes by x and y, the centred appearance, ones."""
+    products: Pixels
+    """Those of its rows with each other, shape (n, 16)."""
     weight: Pixels
     """Shape (n,)."""
-    root_weight: Pixels
-    """Square root of ``weight``."""
-    solver: Pixels
-    """Weighted least squares solution for all weights as given, shape (4, n)."""
+    inverse: NDArray[np.float64]
+    """Of the normal equations for all weights as given, shape (4, 4)."""
     correlation: float
     """Variance of the shift by x over that which independent pixels would give."""
 
 
-def make_template(appearance: Pixels, weight: Pixels, axis: int | None = None) -> Template:
-    """Complete a template from its mean appearance and the weight of its pixels.
-
-    With an axis (0 for x, 1 for y) it is registered along that alone.
-    """
+def make_template(appearance: Pixels, weight: Pixels) -> Template:
+    """Complete a template from its mean appearance and the weight of its pixels."""
     slope_x, slope_y = _slopes(appearance)
     worth = (slope_x**2 + 0.1 * slope_y**2) * weight
     usable = np.flatnonzero((weight * _best_blocks(worth)).ravel() > 0)
@@ -107,17 +104,15 @@ def make_template(appearance: Pixels, weight: Pixels, axis: int | None = None) -
         np.ones_like(flat),
     ]
     design = np.stack(rows).astype(np.float32)
-    if axis is not None:
-        design[1 - axis] = 0.0
+    products = np.ascontiguousarray((design[:, None] * design).reshape(16, -1).T)
     chosen_weight = weight.ravel()[usable].astype(np.float32)
-    solver = solve(design, chosen_weight)
-    correlation = _correlation_factor(usable, solver[0], appearance.shape)
+    inverse = inverse_of(design, chosen_weight)
+    shift_x = np.asarray(inverse[0] @ (design * chosen_weight), np.float32)
+    correlation = _correlation_factor(usable, shift_x, appearance.shape)
     return Template(
         appearance=appearance.astype(np.float32),
         weight=weight.astype(np.float32),
-        model=Model(
-            usable, tiles, design, chosen_weight, np.sqrt(chosen_weight), solver, correlation
-        ),
+        model=Model(usable, tiles, design, products, chosen_weight, inverse, correlation),
     )
 
 
@@ -179,14 +174,13 @@ def _apart(places: NDArray[np.intp], some: NDArray[np.intp]) -> Iterator[NDArray
     yield some
 
 
-def solve(design: Pixels, weight: Pixels) -> Pixels:
-    """Pseudo-inverse of the weighted design; a body without slopes gets the least-norm one."""
+def inverse_of(design: Pixels, weight: Pixels) -> NDArray[np.float64]:
+    """Pseudo-inverse of the weighted normal equations, shape (4, 4)."""
     weighted = (design * weight).astype(np.float64)
     values, vectors = np.linalg.eigh(weighted @ design.T.astype(np.float64))
     good = values > FLAT_SHARE * values[-1]
     # Five times faster than numpy's for four by four.
-    inverse = (vectors[:, good] / values[good]) @ vectors[:, good].T
-    return np.asarray(inverse @ weighted, dtype=np.float32)
+    return np.asarray((vectors[:, good] / values[good]) @ vectors[:, good].T)
 
 
 def _correlation_factor(
@@ -239,9 +233,13 @@ def cut(picture: Picture, left: int, top: int, shape: tuple[int, int]) -> Pictur
     rows, columns = picture.shape
     if left >= 0 and top >= 0 and left + width <= columns and top + height <= rows:
         return picture[top : top + height, left : left + width]
-    y = np.clip(np.arange(top, top + height), 0, rows - 1)
-    x = np.clip(np.arange(left, left + width), 0, columns - 1)
-    return picture[np.ix_(y, x)]
+    # Of what lies wholly beyond the border the nearest row or column is all that is read.
+    top, left = min(max(top, 1 - height), rows - 1), min(max(left, 1 - width), columns - 1)
+    low_y, high_y = max(top, 0), min(top + height, rows)
+    low_x, high_x = max(left, 0), min(left + width, columns)
+    beyond = low_y - top, top + height - high_y, low_x - left, left + width - high_x
+    shown = picture[low_y:high_y, low_x:high_x]
+    return np.asarray(cv2.copyMakeBorder(shown, *beyond, cv2.BORDER_REPLICATE), np.uint8)
 
 
 def smooth(piece: Picture | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
