@@ -43,7 +43,7 @@ TREMBLE_OF = 32
 """That the camera stands still shows in so many samples."""
 BACKGROUND_OF = 15
 """The background is the median of so many samples."""
-TIMES_LEARNT, SETTLED_PX = 2, 2.0
+TIMES_LEARNT, SETTLED_PX = 1, 2.0
 """Outlines are learnt at most so often more, until their sizes change by less than this."""
 ROUNDS = 4
 """So often bodies are sought in what those that are known leave unexplained."""

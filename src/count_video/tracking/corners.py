@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 Luma = NDArray[np.uint8]
 Points = NDArray[np.float32]
 
-REFERENCES = 4
+REFERENCES = 3
 """Pictures whose corners are followed: bodies hide each other's edges in some, not in all."""
 CORNERS = 120
 """Corners of one reference picture."""

@@ -46,6 +46,9 @@ ROUND_HEIGHT = 0.87, 1.15
 """Height of the rows at least half as wide as a ball's outline, over its width."""
 AGREEMENT_AT_LEAST = 0.5
 """Correlation below which a piece is not taken for the body."""
+INNER_SHARE = 0.5
+"""Pieces about a region are compared in this share of the ellipse that fills their box: what lies
+around the region is in the box as well, and stands still."""
 AGREEMENT_SHARE = 0.9
 """Pieces that agree less than this share of the median are dropped."""
 AGREEING_AT_LEAST = 0.5
@@ -230,7 +233,7 @@ def _aligned(pictures: Mapping[int, Luma], stage: Stage) -> dict[int, Place]:
     weight = np.zeros(stage.shape, dtype=np.float32)
     y, x = np.indices(weight.shape)
     across, along = (height - 1) / 2, (width - 1) / 2
-    weight[((y - across) / across) ** 2 + ((x - along) / along) ** 2 < 1] = 1.0
+    weight[((y - across) / across) ** 2 + ((x - along) / along) ** 2 < INNER_SHARE] = 1.0
     best: dict[int, Place] = {}
     for first in sorted(places)[len(places) // 4 :: max(1, len(places) // 4)]:
         template = make_template(piece_at(pictures[first], *places[first], (height, width)), weight)
