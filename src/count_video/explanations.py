@@ -17,7 +17,7 @@ from typing import Literal
 
 import numpy as np
 
-from count_video.motion.fitted import Between, Misfit, fit_burst
+from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.meeting import only_turns, seen_impacts, without_wall
 from count_video.motion.parameters import Knowledge
 from count_video.motion.posterior import doubted, with_more
@@ -145,10 +145,10 @@ def leaves_doubt(found: SeenCollisions) -> bool:
     return found.burst > 1 and not found.is_whole and found.fit_may_settle
 
 
-def by_fit(shown: Explanation, fit: Between | Misfit, *, masses_known: bool) -> Explanation:
+def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> Explanation:
     """Let the fit of the whole burst complete what the frames show, or stand against it."""
-    if isinstance(fit, Misfit):
-        return _not_described(shown, fit.reason)
+    if isinstance(fit, Reason):
+        return _not_described(shown, fit)
     count, seen = fit.count, shown.count
     if shown.against and count < seen and fit.left_out is None:
         fewer = Reason(Cause.MODEL_HAS_FEWER, (count, seen))

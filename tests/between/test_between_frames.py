@@ -9,7 +9,7 @@ import pytest
 from synthetic_tracks import FilmedTrial, Filming, film, random_trial
 
 from count_video.explanations import leaves_doubt
-from count_video.motion.fitted import Between, Misfit, fit_burst
+from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.observations import calm_beginning, observe
 from count_video.motion.parameters import Column, Knowledge
 from count_video.motion.priors import RATE_SIGMA_UNKNOWN
@@ -17,6 +17,7 @@ from count_video.motion.seen import seen_collisions
 from count_video.motion.starting import RATE_STEPS, rough_values
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
+from count_video.reasons import Reason
 from count_video.records import Track
 from tiers import rest_slow
 
@@ -237,4 +238,4 @@ def test_a_knock_in_the_middle_is_said_not_to_fit() -> None:
     ball = replace(track.ball, position_px=track.ball.position_px + 0.5 * later)
     knocked = replace(track, ball=ball, heavy=heavy)
     found = seen_collisions(knocked)
-    assert isinstance(fit_burst(knocked, found, Knowledge(FPS)), Misfit)
+    assert isinstance(fit_burst(knocked, found, Knowledge(FPS)), Reason)

@@ -8,7 +8,6 @@ import pytest
 from explained import bouncing
 
 from count_video.explanations import Explanation, by_fit
-from count_video.motion.fitted import Misfit
 from count_video.motion.posterior import doubted
 from count_video.motion.priors import MODEL_WRONG, STRAYING_WRONG
 from count_video.reasons import Cause, Reason
@@ -23,7 +22,7 @@ def shown(count: int = COUNT) -> Explanation:
 
 @pytest.mark.parametrize("reason", [STRAYS, Reason(Cause.MODEL_DIFFERS)])
 def test_a_count_whose_motion_no_model_describes_is_in_doubt(reason: Reason) -> None:
-    stated = by_fit(shown(), Misfit(reason), masses_known=False)
+    stated = by_fit(shown(), reason, masses_known=False)
 
     assert (stated.counts, stated.count, stated.doubts) == (True, COUNT, (reason,))
     assert stated.probability[COUNT] == pytest.approx((1 - MODEL_WRONG) * (1 - STRAYING_WRONG))
@@ -33,7 +32,7 @@ def test_a_count_whose_motion_no_model_describes_is_in_doubt(reason: Reason) -> 
 def test_what_was_in_doubt_is_refused_if_no_model_describes_it() -> None:
     unsure = replace(shown(), against=(Reason(Cause.UNRESOLVED, (1.0, 2.5)),))
 
-    stated = by_fit(unsure, Misfit(STRAYS), masses_known=False)
+    stated = by_fit(unsure, STRAYS, masses_known=False)
 
     assert not stated.counts
     assert stated.against == (*unsure.against, STRAYS)
@@ -42,4 +41,4 @@ def test_what_was_in_doubt_is_refused_if_no_model_describes_it() -> None:
 def test_a_model_that_could_not_be_tried_says_nothing() -> None:
     for cause in (Cause.MODEL_LACKS_FRAMES, Cause.MODEL_FITS_NOTHING):
         one = shown()
-        assert by_fit(one, Misfit(Reason(cause)), masses_known=False) is one
+        assert by_fit(one, Reason(cause), masses_known=False) is one

@@ -75,19 +75,12 @@ class Between:
     """Frames that the track does not allow for yet; these collisions are placed without them."""
 
 
-@dataclass(frozen=True)
-class Misfit:
-    """The model does not describe the track."""
-
-    reason: Reason
-
-
 def fit_burst(
     track: Track,
     found: SeenCollisions,
     known: Knowledge = NOTHING_KNOWN,
     gap: LeftOut | None = None,
-) -> Between | Misfit:
+) -> Between | Reason:
     """Fit the model to a track and count the collisions of its burst.
 
     Where the frames show the whole burst, the number seen is fitted first. Others are tried only
@@ -107,7 +100,7 @@ def fit_burst(
     observed = observe(track, found)
     before = int((observed.frame < -1).sum())
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
-        return Misfit(Reason(Cause.MODEL_LACKS_FRAMES))
+        return Reason(Cause.MODEL_LACKS_FRAMES)
     rough = rough_values(observed, found, known)
     most = MOST_OVER_SEEN * found.burst if found.is_whole else MOST_COLLISIONS
     rivals = Rivals(observed, prior_of(rough, known), most)
@@ -154,7 +147,7 @@ def _confirms(fit: Between, found: SeenCollisions) -> bool:
     return sum(collision.seen for collision in fit.collisions) >= found.shown
 
 
-def _count_seen(track: Track, found: SeenCollisions, coarse: Rivals) -> Between | Misfit:
+def _count_seen(track: Track, found: SeenCollisions, coarse: Rivals) -> Between | Reason:
     """Confirm the number seen; else say why the model does not describe the track by it."""
     fit, noise = residual_noise(coarse.observed, coarse.best)
     strayed = _strayed(_misfit_px(fit), coarse.observed, track)
@@ -163,16 +156,16 @@ def _count_seen(track: Track, found: SeenCollisions, coarse: Rivals) -> Between 
     if not lacks_frames(fit):
         fine = with_likeliest_scatter(replace(fit.question, noise=noise), fit.values)
         answer = _answer(found, [fine])
-        if isinstance(answer, Misfit):
+        if isinstance(answer, Reason):
             return answer
         if _confirms(answer, found) and answer.count == found.burst:
             return answer
-    return Misfit(Reason(Cause.MODEL_DIFFERS))
+    return Reason(Cause.MODEL_DIFFERS)
 
 
 def _any_count(
     track: Track, found: SeenCollisions, coarse: Rivals, start: tuple[Floats, LeftOut | None]
-) -> Between | Misfit:
+) -> Between | Reason:
     """Fit every count that comes into question, with frames left out where that is likelier.
 
     It starts from rough values, and frames left out.
@@ -182,24 +175,24 @@ def _any_count(
         coarse.scan(values)
     coarse.climb()
     if gap is None and _is_far(coarse.best):
-        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
+        return Reason(Cause.MODEL_FITS_NOTHING)
     coarse = with_frames_left_out(coarse, gap, values)
     if not np.isfinite(coarse.best.loss):
-        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
+        return Reason(Cause.MODEL_FITS_NOTHING)
     fit, noise = residual_noise(coarse.observed, coarse.best)
     answer = _answer(found, weigh(coarse, replace(fit.question, noise=noise), fit.values))
-    if isinstance(answer, Misfit):
+    if isinstance(answer, Reason):
         return answer
     return _strayed(answer.misfit_px, coarse.observed, track) or answer
 
 
-def _strayed(misfit_px: float, observed: Observations, track: Track) -> Misfit | None:
+def _strayed(misfit_px: float, observed: Observations, track: Track) -> Reason | None:
     """Say so if the model does not describe the track."""
     least, most = (share * track.ball_diameter_px for share in (MISFIT_SHARE, MISFIT_AT_MOST))
     limit = min(max(MISFIT_SIGMAS * observed.ball_sigma_px, least), most)
     if misfit_px <= limit:
         return None
-    return Misfit(Reason(Cause.MODEL_STRAYS, (misfit_px, limit)))
+    return Reason(Cause.MODEL_STRAYS, (misfit_px, limit))
 
 
 def _misfit_px(fit: Fit) -> float:
@@ -218,18 +211,17 @@ def _is_one(fit: Fit) -> bool:
     return not bool(((leaving > 0) & (coming < 0)).any())
 
 
-def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Misfit:
+def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Reason:
     fits = [fit for fit in fits if np.isfinite(fit.evidence) and _is_one(fit)]
     if not fits:
-        return Misfit(Reason(Cause.MODEL_FITS_NOTHING))
+        return Reason(Cause.MODEL_FITS_NOTHING)
     shares = shares_of(fits)
     chances = {fit.count: share for fit, share in zip(fits, shares.tolist(), strict=True)}
     best = fits[int(np.argmax(shares))]
     count = best.count
     following = end_chances(best)
     fewer = following.pop(-1, 0.0)
-    if found.burst < len(found.collisions) or fewer == 1.0:
-        following = {0: 1.0}
+    following = following or {0: 1.0}
     following = {more: chance / sum(following.values()) for more, chance in following.items()}
     chances = with_more(chances, {-1: fewer, 0: 1.0 - fewer})
     if fewer > LIKELY and count > 1:

@@ -51,7 +51,8 @@ class Observations:
     calm: int
     """How many of the first are sure to be: the others may have hidden ones before them."""
     end: float
-    """Time of the last frame of the clip."""
+    """Time until which the frames say whether one more collision follows: of the last of the clip,
+    or of the last before what follows the burst."""
     sign: int
     """+1 where distances grow with the position in the picture."""
     after: Floats
@@ -117,7 +118,7 @@ def observe(track: Track, found: SeenCollisions) -> Observations:
         errors=found.errors,
         burst=np.array(burst) - first,
         calm=calm_beginning(found.collisions[: found.burst]),
-        end=float(gaps.frame[-1]) - first,
+        end=float(gaps.frame[chosen if found.burst < len(found.collisions) else -1].max()) - first,
         sign=gaps.sign,
         after=np.zeros(len(chosen)),
     )

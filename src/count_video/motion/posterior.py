@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.parameters import Column, within_limits
 from count_video.motion.pendulums import Paths, follow, slopes, stepped
 from count_video.motion.priors import MODEL_WRONG
-from count_video.motion.seen import RESOLVED_FRAMES, SeenCollisions
+from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Fit
 from count_video.motion.time_base import LeftOut
 from count_video.records import (
@@ -38,28 +38,7 @@ from count_video.records import (
 )
 
 
-class Explained(Protocol):
-    """What is used of a fit to weigh it and to estimate by it."""
-
-    count: int
-    values: Floats
-    """Parameters, shape (columns,)."""
-    data: Floats
-    """Residuals in sigmas, shape (n,)."""
-
-    @property
-    def evidence(self) -> float:
-        """Its logarithm."""
-
-    @property
-    def covariance(self) -> Floats:
-        """Of the parameters, shape (columns, columns)."""
-
-    def shares(self, evidence: Floats, data: Floats) -> Floats:
-        """Probabilities of explanations with residuals of shape (explanations, n)."""
-
-
-def shares_of(fits: Sequence[Explained]) -> Floats:
+def shares_of(fits: Sequence[Fit]) -> Floats:
     """Probability of each fit, shape (fits,); sums to 1."""
     evidence = np.array([fit.evidence for fit in fits])
     return fits[int(np.argmax(evidence))].shares(evidence, np.array([fit.data for fit in fits]))
@@ -124,7 +103,7 @@ def mixed(shares: Floats, values: Floats, variances: Floats) -> tuple[Floats, Fl
     return mean, np.sqrt(np.tensordot(shares, variances + (values - mean) ** 2, 1))
 
 
-def setup_estimates(fits: Sequence[Explained]) -> list[Estimate]:
+def setup_estimates(fits: Sequence[Fit]) -> list[Estimate]:
     """Mass ratio, restitutions of the bodies and of the wall, and the fields of the set-up."""
     values = [_arranged(fit.values) for fit in fits]
     by_columns = [slopes(_arranged(stepped(fit.values))) for fit in fits]
@@ -198,14 +177,6 @@ def left_out_of(fit: Fit) -> LeftOut | None:
 
 # ---- collisions ----------------------------------------------------------------------------------
 
-SAME_SIGMAS = 3.0
-"""A modelled collision is the one seen if they are not further apart than so many times their
-uncertainty: in a zigzag of which corners are missing the others are not where they seem, ..."""
-SAME_FRAMES = 0.5
-"""... or, where the frames resolve it, than so many frames, ..."""
-SAME_SHARE = 0.5
-"""... and never further than this share of the way to the next one."""
-
 
 def collisions_of(fit: Fit, found: SeenCollisions, count: int) -> tuple[Collision, ...]:
     """Collisions of a burst by a fit, of which so many are wanted."""
@@ -264,6 +235,7 @@ def _confirmed(
 ) -> tuple[Collision, ...]:
     """Let frames confirm the collisions that they show, but for those that must be ``hidden``.
 
+    It is the one seen that is nearer to it than to its neighbours, and of its kind.
     The time is the mean of both, weighted by their precisions. Where they differ by more than their
     uncertainties, something else acted there or frames misled, and the mean is less sure by the
     Birge ratio (Birge 1932).
@@ -271,19 +243,18 @@ def _confirmed(
     # What never happens lies at infinity, and may do so more than once.
     frames = np.minimum([one.frame for one in modelled], np.finfo(np.float64).max)
     apart = np.diff(frames, prepend=-np.inf, append=np.inf)
-    shares = SAME_SHARE * np.minimum(apart[:-1], apart[1:])
+    halves = np.minimum(apart[:-1], apart[1:]) / 2
     # No frame is clear of its neighbours on either side of it: the exposures hold them all.
     hidden = hidden | (np.maximum(apart[:-1], apart[1:]) < 2 * HALF_EXPOSURE)
     confirmed = []
-    for one, share, unseen in zip(modelled, shares.tolist(), hidden, strict=True):
-        least = SAME_FRAMES if share >= SAME_SHARE * RESOLVED_FRAMES else 0.0
-        same = [other for other in seen if other.kind == one.kind and not unseen]
-        partner = min(same, key=lambda other: abs(other.frame - one.frame), default=one)
-        off = partner.frame - one.frame
-        sigma = float(np.hypot(one.frame_sigma, partner.frame_sigma))
-        if partner is one or abs(off) > min(share, max(least, SAME_SIGMAS * sigma)):
+    for one, half, unseen in zip(modelled, halves.tolist(), hidden, strict=True):
+        near = [o for o in seen if o.kind == one.kind and abs(o.frame - one.frame) <= half]
+        if unseen or not near:
             confirmed.append(one)
             continue
+        partner = min(near, key=lambda other: abs(other.frame - one.frame))
+        off = partner.frame - one.frame
+        sigma = float(np.hypot(one.frame_sigma, partner.frame_sigma))
         frame = one.frame + off * one.frame_sigma**2 / sigma**2
         # Both rest on the same frames, so that the mean is no surer than the better one.
         surest = min(one.frame_sigma, partner.frame_sigma) * max(1.0, abs(off) / sigma)

@@ -64,8 +64,6 @@ UNLIKELY = 30.0
 of them."""
 MOST_RIVALS = 16
 """Counts on either side of the best that are weighed: where so many are likely, none is known."""
-RESIDUALS_AT_LEAST = 20
-"""Fewer do not show how large they are."""
 CLIPPED_SIGMAS = 6.0
 """Larger residuals count as this: the tracker was misled."""
 
@@ -213,10 +211,7 @@ def residual_noise(observed: Observations, fit: Fit) -> tuple[Fit, Noise]:
 
 def _spread(residuals: Floats) -> float:
     """Factor on the noise for residuals that are larger or smaller than it."""
-    kept = residuals[np.isfinite(residuals)]
-    if len(kept) < RESIDUALS_AT_LEAST:
-        return 1.0
-    return float(np.sqrt(np.mean(np.clip(kept, -CLIPPED_SIGMAS, CLIPPED_SIGMAS) ** 2)))
+    return float(np.sqrt(np.nanmean(np.clip(residuals, -CLIPPED_SIGMAS, CLIPPED_SIGMAS) ** 2)))
 
 
 def weigh(rivals: Rivals, question: Question, start: Floats) -> list[Fit]:
