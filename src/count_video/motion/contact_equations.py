@@ -18,10 +18,6 @@ from count_video.motion.priors import TIME_MOVES_FRAMES
 from count_video.records import Floats
 from count_video.signals import integral
 
-WINDOW_AT_MOST_FRAMES = 192.0
-"""Places farther from a contact than ``WINDOW_FRAMES`` are used, to this limit, ..."""
-WAY_SIGMAS = 60.0
-"""... until the body has covered so many standard deviations of a mean over 24 places."""
 BEND_CHANGES = 3.0
 """An acceleration changes at a contact by up to so many times what those of the flights scatter:
 hands and slopes act on one side only."""
@@ -69,10 +65,10 @@ class Side:
         low = float(others[others < time].max(initial=-np.inf)) + touching
         high = float(others[others > time].min(initial=np.inf)) - touching
         free = touching if jumps else 0.0
-        seen = np.isfinite(body.place_px)
+        seen = np.isfinite(body.place_px) & (np.abs(body.frame - time) < WINDOW_FRAMES)
         before = seen & (body.frame > low) & (body.frame < time - free)
         after = seen & (body.frame >= time + free) & (body.frame < high)
-        near = [_near(body, np.flatnonzero(flight), time) for flight in (before, after)]
+        near = [np.flatnonzero(flight) for flight in (before, after)]
         rows, shown = np.concatenate(near), np.array([len(one) > 0 for one in near])
         since, place = body.frame[rows] - time, body.place_px[rows]
         middle = float(place.mean()) if len(rows) else 0.0
@@ -168,19 +164,6 @@ class Equations:
         hessian = weighted.T @ self.design + self.prior.T @ self.prior
         scale = 1 / np.sqrt(np.diag(hessian))
         return scale, hessian * scale[:, None] * scale
-
-
-def _near(body: Body, rows: NDArray[np.intp], contact: float) -> NDArray[np.intp]:
-    """Rows of one flight that know of a contact: more of them where the body moves slowly."""
-    window = WINDOW_FRAMES
-    while True:
-        near = rows[np.abs(body.frame[rows] - contact) < window]
-        if window >= WINDOW_AT_MOST_FRAMES or len(near) == len(rows):
-            return near
-        needed = WAY_SIGMAS * body.sigma_px * np.sqrt(WINDOW_FRAMES / max(len(near), 1))
-        if len(near) and np.ptp(body.place_px[near]) > needed:
-            return near
-        window *= 2
 
 
 def _fallen(since: Floats, place: Floats) -> Floats:

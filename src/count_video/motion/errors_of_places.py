@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 
@@ -13,8 +13,9 @@ from count_video.signals import integral
 
 HALF_EXPOSURE = 0.5
 """Frames: the longest shutter is open for the whole frame, half of it before its centre."""
-WINDOW_FRAMES = 24.0
-"""Places this near to a contact say what there is to say about it, unless the body is slow."""
+WINDOW_FRAMES = 48.0
+"""Places this near to a contact say what there is to say about it. Flights are measured in pieces
+of so many frames at most, beside which what lasts is short."""
 ENOUGH_ROWS = 3000
 """So many rows give the standard deviation of errors to 1.5 %."""
 
@@ -31,9 +32,8 @@ ENOUGH_ROWS = 3000
 #     2 log L = - log|C| - log|X' C^-1 X| - f log(s^2),     s^2 = y' P y / f,
 #
 # with C the covariance over s^2, P = C^-1 - C^-1 X (X' C^-1 X)^-1 X' C^-1 and f the degrees of
-# freedom. C is never written down: a Kalman filter whose state is the lasting error turns the
-# columns of X and y into independent ones, frame by frame, for all pairs at once. Pairs that fit
-# alike are hard to distinguish, so the variance is the mean of theirs, weighted by likelihood.
+# freedom. Pairs that fit alike are hard to distinguish, so the variance is the mean of theirs,
+# weighted by likelihood.
 
 LASTS_FRAMES = (2.0, 4.0, 8.0, 16.0)
 """What lasts longer than that the path takes up in most flights: the places say nothing of it."""
@@ -124,11 +124,11 @@ def errors_of(flights: Sequence[Flight]) -> Errors | None:
     if not flights or freedom - flights[0].shared.shape[1] < FREEDOM_AT_LEAST:
         return None
     lasts, white = _pairs()
-    log_own, products = _reduced(flights, lasts, white)
-    log_shared, squares, rank = _without_shared(products)
+    log_own, products = zip(*(_reduced(flight, lasts, white) for flight in flights), strict=True)
+    log_shared, squares, rank = _without_shared(np.sum(products, axis=0))
     freedom = freedom - rank
     squares = np.maximum(squares, np.finfo(np.float64).tiny)
-    likelihood = -0.5 * (log_own + log_shared + freedom * np.log(squares))
+    likelihood = -0.5 * (np.sum(log_own, axis=0) + log_shared + freedom * np.log(squares))
     weight = np.exp(likelihood - likelihood.max())
     variance = weight / weight.sum() * squares / freedom
     lasting = [float(((1 - white) * variance)[lasts == each].sum()) for each in LASTS_FRAMES]
@@ -141,51 +141,20 @@ def _pairs() -> tuple[Floats, Floats]:
     return np.append(lasts, LASTS_FRAMES[0]), np.append(white, 1.0)
 
 
-def _reduced(flights: Sequence[Flight], lasts: Floats, white: Floats) -> tuple[Floats, Floats]:
-    """Log determinants, and the products of shared columns and place without flights' own columns.
+def _reduced(flight: Flight, lasts: Floats, white: Floats) -> tuple[Floats, Floats]:
+    """Log determinants, and the products of shared columns and place without the flight's own.
 
-    Both are sums over the flights, shapes (pairs,) and (pairs, q + 1, q + 1).
+    Shapes (pairs,) and (pairs, q + 1, q + 1).
     """
-    products, log = _independent(flights, lasts, white)
-    own = flights[0].own.shape[1]
+    apart = np.abs(flight.clock[:, None] - flight.clock)
+    lasting = (1.0 - white)[:, None, None] * np.exp(-apart / lasts[:, None, None])
+    covariance = lasting + white[:, None, None] * np.eye(len(apart))
+    columns = np.column_stack([flight.own, flight.shared, flight.place_px])
+    products = columns.T @ np.linalg.solve(covariance, columns)
+    own = flight.own.shape[1]
     first, mixed = products[..., :own, :own], products[..., :own, own:]
     rest = products[..., own:, own:] - np.swapaxes(mixed, -1, -2) @ np.linalg.solve(first, mixed)
-    return (log + np.linalg.slogdet(first)[1]).sum(axis=0), rest.sum(axis=0)
-
-
-def _independent(flights: Sequence[Flight], lasts: Floats, white: Floats) -> tuple[Floats, Floats]:
-    """Turn columns with correlated errors into such with independent ones of variance 1.
-
-    Returns the products of these columns, shape (flights, pairs, columns, columns), and the log
-    determinants of the correlation, shape (flights, pairs). Of all flights one row is taken at a
-    time: the longest come first, so that those which have one are the first of them.
-    """
-    ordered = sorted(flights, key=lambda flight: -len(flight.clock))
-    lengths = np.array([len(flight.clock) for flight in ordered])
-    width = ordered[0].own.shape[1] + ordered[0].shared.shape[1] + 1
-    columns = np.zeros((lengths[0], len(ordered), width))
-    apart = np.zeros(columns.shape[:2])
-    for number, flight in enumerate(ordered):
-        rows = slice(len(flight.clock))
-        columns[rows, number] = np.column_stack([flight.own, flight.shared, flight.place_px])
-        apart[rows, number] = np.diff(flight.clock, prepend=flight.clock[0])
-    lasting = 1.0 - white
-    log = np.zeros((len(ordered), len(lasts)))
-    variance = np.tile(lasting, (len(ordered), 1))
-    expected = np.zeros((*log.shape, columns.shape[2]))
-    products = np.zeros((*expected.shape, columns.shape[2]))
-    for row, left in enumerate(np.searchsorted(-lengths, -np.arange(lengths[0]))):
-        some = slice(int(left))
-        keep = np.exp(-apart[row, some, None] / lasts)
-        passed = keep**2 * variance[some] + (1 - keep**2) * lasting
-        total = passed + white
-        surprise = columns[row, some, None] - keep[..., None] * expected[some]
-        gain = passed / total
-        expected[some] = keep[..., None] * expected[some] + gain[..., None] * surprise
-        variance[some] = passed * (1 - gain)
-        log[some] += np.log(total)
-        products[some] += surprise[..., None] * (surprise / total[..., None])[..., None, :]
-    return products, log
+    return np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(first)[1], rest
 
 
 def _without_shared(products: Floats) -> tuple[Floats, Floats, int]:
@@ -221,19 +190,21 @@ def errors_about(
     inside
         Whether only what lies between contacts is a flight, if that says enough.
     """
-    if not np.isfinite(signal).any():
+    if not contacts or not np.isfinite(signal).any():
         return None
     middle, flights = np.nanmean(signal), []
     for low, high in pairwise([-np.inf, *contacts, np.inf]):
-        first = high - 2 * WINDOW_FRAMES if np.isinf(low) else low
-        last = low + 2 * WINDOW_FRAMES if np.isinf(high) else high
-        rows = (frame > first + touching) & (frame < last - touching)
-        flights.append(flight_of(frame[rows], signal[rows] - middle))
-    errors = errors_of(_enough(flights[1:-1])) if inside else None
-    return errors or errors_of(_enough(flights))
+        first = high - WINDOW_FRAMES if np.isinf(low) else low
+        last = low + WINDOW_FRAMES if np.isinf(high) else high
+        ends = max(first, frame[0]) + touching, min(last, frame[-1]) - touching
+        pieces = np.linspace(*ends, 1 + max(1, int(np.ceil((ends[1] - ends[0]) / WINDOW_FRAMES))))
+        inner = [(frame > since) & (frame <= until) for since, until in pairwise(pieces)]
+        flights.append([flight_of(frame[rows], signal[rows] - middle) for rows in inner])
+    errors = errors_of(_enough(chain(*flights[1:-1]))) if inside else None
+    return errors or errors_of(_enough(chain(*flights)))
 
 
-def _enough(flights: Sequence[Flight | None]) -> list[Flight]:
+def _enough(flights: Iterable[Flight | None]) -> list[Flight]:
     """Flights that say something, of very many rows only every so many of them."""
     shown = [flight for flight in flights if flight]
     rows = sum(len(flight.clock) for flight in shown)

@@ -14,7 +14,7 @@ import numpy as np
 
 from count_video.motion.contacts import BodyErrors
 from count_video.motion.corners import Impact
-from count_video.motion.errors_of_places import WINDOW_FRAMES, flight_of
+from count_video.motion.errors_of_places import flight_of
 from count_video.motion.flight import HYSTERESIS_SIGMAS, Motion
 from count_video.motion.linear import least_squares
 from count_video.motion.priors import (
@@ -149,7 +149,7 @@ def struck_at_rest(motion: Motion, until: float) -> float | None:
     """
     rows = np.flatnonzero(np.isfinite(motion.place_px) & (motion.frame < until))
     begin = motion.frame[int(np.argmax(motion.moving))]
-    rows = rows[np.abs(motion.frame[rows] - begin) <= WINDOW_FRAMES]
+    rows = rows[np.abs(motion.frame[rows] - begin) <= -STARTS[0]]
     time, place = motion.frame[rows] - begin, motion.place_px[rows]
     if min((time < 0).sum(), (time > 0).sum()) < PICTURES_AT_LEAST:
         return None
