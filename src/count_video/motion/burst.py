@@ -4,10 +4,10 @@ It begins with the first contact of the heavy body with the ball at rest. It end
 body, driven back, turns round again. A clip supports a count if it shows the ball at rest before,
 and either that turn or, at its end, bodies that part and no wall that the ball could reach before.
 
-The turn is found by the heavy body's fitted velocities. Of two collisions shortly before and after
-the turn, the first belongs to the burst and the second does not; its places hardly show which,
-for near the turn it stands still. Its velocities at the collisions do. Where even they leave it
-open, the fit of the whole burst gives the chance of either.
+Of two collisions shortly before and after the turn, the first belongs to the burst and the second
+does not. The heavy body's places hardly show which, for near the turn it stands still; its fitted
+velocity before the collision does. Where even that leaves it open, the fit of the whole burst gives
+the chance of either.
 
 What follows the clip's last frame is left to the fit of the whole burst, which knows the threads:
 here a clip ends too early if the velocities after the last collision lead to another one.
@@ -45,22 +45,22 @@ def find_burst(
 
     Returns how many collisions belong to it, and why the clip does not support a count, if so.
     """
-    nearest = _nearest(gaps, contacts)
-    turned = turned_before(contacts, nearest)
-    end = min(turn_round(gaps, contacts, nearest), turned)
-    inside = [c for c in collisions if c.frame <= end and c.frame < turned]
+    end = turn_round(gaps, contacts)
+    inside = [c for c in collisions if c.frame <= end]
     causes = (_beginning(inside, contacts), _ending(inside, contacts, end))
     return len(inside), tuple(Reason(cause) for cause in causes if cause)
 
 
-def turn_round(gaps: Gaps, contacts: Contacts, nearest: float) -> float:
+def turn_round(gaps: Gaps, contacts: Contacts) -> float:
     """Frame at which the heavy body, driven back, turns toward the wall again; inf if never.
 
-    It is driven back from its ``nearest`` frame on.
-    The furthest of many noisy places says little about when: it is put after collisions nearby at
-    which the heavy body still moves away.
+    It is driven back from where it is nearest to the wall after the first contact. The furthest of
+    many noisy places says little about when: it is put after collisions nearby at which the heavy
+    body still moves away.
     """
-    depth, away = _turn_depth_px(gaps), -gaps.heavy_px
+    depth, away = max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px)), -gaps.heavy_px
+    burst = np.where(gaps.frame >= contacts.frame.min(initial=np.inf), gaps.heavy_px, np.nan)
+    nearest = gaps.frame[low_points(burst, depth)].min(initial=np.inf)
     turns = low_points(np.where(gaps.frame > nearest, away, np.nan), depth)
     if len(turns) == 0:
         return float("inf")
@@ -69,18 +69,6 @@ def turn_round(gaps: Gaps, contacts: Contacts, nearest: float) -> float:
     rate, sigma = contacts.rate[:, 0, 1], contacts.rate_sigma[:, 0, 1]
     leaving = (contacts.frame < back.min(initial=np.inf)) & (rate > SIGMAS * sigma)
     return max(float(gaps.frame[turn]), float(contacts.frame[leaving].max(initial=-np.inf)))
-
-
-def _nearest(gaps: Gaps, contacts: Contacts) -> float:
-    """Frame after the first contact in which the heavy body is nearest to the wall; inf if none."""
-    if len(contacts.frame) == 0:
-        return float("inf")
-    burst = np.where(gaps.frame >= contacts.frame[0], gaps.heavy_px, np.nan)
-    return float(gaps.frame[low_points(burst, _turn_depth_px(gaps))].min(initial=np.inf))
-
-
-def _turn_depth_px(gaps: Gaps) -> float:
-    return max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px))
 
 
 def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
@@ -116,20 +104,3 @@ def _ending(inside: Sequence[Collision], contacts: Contacts, end: float) -> Caus
     if heavy - ball < -np.hypot(*unsure):
         return Cause.ENDS_CATCHING_UP
     return Cause.ENDS_RETURNING if ball < -unsure[0] else None
-
-
-def turned_before(contacts: Contacts, nearest: float = -np.inf) -> float:
-    """Frame of the first contact before which the heavy body, driven back, turned; inf if none.
-
-    It is driven back from its ``nearest`` frame on. Contacts that may come in the other order as
-    well show no velocities between them.
-    """
-    rate, sigmas = contacts.rate[..., 1], contacts.rate_sigma[..., 1]
-    apart = np.hypot(contacts.frame_sigma[:-1], contacts.frame_sigma[1:])
-    ordered = np.diff(contacts.frame) > SIGMAS * apart
-    ordered &= contacts.frame[1:] > nearest
-    first, last = rate[:-1, 1], rate[1:, 0]
-    sigma = sigmas[:-1, 1]
-    slowed = first - last > SIGMAS * np.hypot(sigma, sigmas[1:, 0])
-    turned = ordered & slowed & (first > SIGMAS * sigma) & (last < 0)
-    return float(contacts.frame[1:][turned].min(initial=np.inf))
