@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drawn import texture
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.tracking.background import background_of
 from count_video.tracking.following import Followed
-from count_video.tracking.layers import apart
+from count_video.tracking.layers import apart, same_body
 from count_video.tracking.learning import Body, Rough, learn
 from count_video.tracking.light import Light
 from count_video.tracking.shape import Shape
@@ -165,3 +167,24 @@ def test_of_two_templates_of_a_body_the_one_that_was_followed_is_kept() -> None:
     (kept,) = apart([followed(strays), followed(path)])
 
     np.testing.assert_array_equal(kept.x_px, path)
+
+
+def test_bodies_that_move_across_the_pictures_are_not_one_body() -> None:
+    still = followed(np.full(60, 40.0))
+    up = np.linspace(0.0, 30.0, 60)
+    one, other = (replace(still, y_px=TOP + way) for way in (up, 2 * up))
+
+    assert not same_body(one, other)
+    assert same_body(one, replace(one, y_px=one.y_px + 9.0))
+
+
+def test_scenery_whose_template_slides_in_a_few_pictures_takes_no_body_its_place() -> None:
+    frames = np.arange(60.0)
+    slid = np.where(np.isin(frames, [20.0, 41.0]), -2.5, 0.0)
+    scenery = replace(followed(np.full(60, 45.0)), y_px=TOP + slid)
+    moves = followed(np.where(frames < 50, 40.0 + frames / 5, np.nan))
+
+    kept = apart([scenery, moves])
+
+    assert len(kept) == 1
+    np.testing.assert_array_equal(kept[0].x_px, moves.x_px)

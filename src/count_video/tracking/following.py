@@ -66,6 +66,11 @@ class Followed:
     """Standard uncertainty of ``x_px``."""
 
     @property
+    def xy_px(self) -> Floats:
+        """Shape (n, 2)."""
+        return np.stack([self.x_px, self.y_px], axis=1)
+
+    @property
     def sure_x_px(self) -> Floats:
         """``x_px`` of the sightings that are sure, NaN for the others.
 

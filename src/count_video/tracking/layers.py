@@ -24,6 +24,8 @@ NEIGHBOURS, JUMP_STEPS, JUMP_PX, JUMPS_SHARE = 11, 5.0, 3.0, 0.5
 so many px, is a jump; those of a body make up less than this share of its way in between."""
 BLUR_PX = EDGE_PX + BEYOND_OUTLINE_PX
 """So far beyond its outline a body is cut out."""
+MOST = 0.05, 0.95
+"""Between these quantiles of its places a template moves: a few may be misplaced."""
 SAME_BODY_PX = 1.0
 """Two templates whose distance varies by less than this are parts of one body."""
 BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
@@ -106,7 +108,12 @@ def _moves_on(seen: Followed) -> bool:
 def _ways_px(seen: Followed) -> list[float]:
     """How far a body gets in each unbroken piece of its path, by x and y together."""
     pieces = (piece for piece in _pieces(seen) if len(piece))
-    return [float(np.ptp(seen.x_px[piece]) + np.ptp(seen.y_px[piece])) for piece in pieces]
+    return [float(_way_px(seen.xy_px[piece]).sum()) for piece in pieces]
+
+
+def _way_px(path_px: Floats) -> Floats:
+    """How far a path, shape (n, 2), leads by x and by y, but for a few places."""
+    return np.asarray(np.ptp(np.quantile(path_px, MOST, axis=0), axis=0))
 
 
 def _overlap(one: Followed, other: Followed) -> NDArray[np.bool_]:
@@ -191,13 +198,25 @@ def _holds(rough: Rough, other: Followed, frames: NDArray[np.intp]) -> bool:
 def _part_of(body: Body, other: Followed, clip: Clip) -> bool:
     """Whether a template, where it was learnt, keeps its distance from a body that was followed."""
     rows = np.searchsorted(clip.frames, np.array(body.learnt))
-    places = np.array([body.sightings[frame][0] for frame in body.learnt])
-    return _steady(other.x_px[rows] - (places - clip.shift_px[rows, 0]))
+    places = np.array([body.sightings[frame] for frame in body.learnt]) - clip.shift_px[rows]
+    return _together(other.xy_px[rows], places)
 
 
 def same_body(one: Followed, other: Followed) -> bool:
     """Whether two templates are parts of one body."""
-    return _steady(one.x_px - other.x_px)
+    return _together(one.xy_px, other.xy_px)
+
+
+def _together(one_px: Floats, other_px: Floats) -> bool:
+    """Whether two paths, shape (n, 2), keep their distance by x, or by y if they move more by it.
+
+    Across their motion all bodies of an experiment keep it.
+    """
+    seen = np.isfinite(one_px[:, 0]) & np.isfinite(other_px[:, 0])
+    if not seen.any():
+        return False
+    axis = int(np.argmax(_way_px(one_px[seen]) + _way_px(other_px[seen])))
+    return _steady(one_px[:, axis] - other_px[:, axis])
 
 
 def _steady(apart_px: Floats) -> bool:
