@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from count_video.tracking.corners import Trajectories
+from count_video.tracking.learning import Rough, common_direction_deg
 from count_video.tracking.proposals import CHANGE_SHARE, propose
 from count_video.tracking.regions import find_regions
 
@@ -14,6 +15,7 @@ FRAMES, SIZE, BODY = 40, (74, 320), 24
 """Pictures, their height and width, and the side of a square body, in px."""
 BRIGHT = 150
 """Grey levels by which it stands out."""
+STANDS = np.zeros((FRAMES, 2))
 NO_CORNERS = Trajectories(np.empty((0, FRAMES, 2), np.float32), np.empty(0, np.bool_))
 
 
@@ -31,12 +33,20 @@ def pictures(levels: int) -> list[NDArray[np.uint8]]:
 @pytest.mark.parametrize("levels", [BRIGHT, BRIGHT // 10])
 def test_each_of_two_bodies_is_proposed_however_faint_one_is(levels: int) -> None:
     regions = find_regions(pictures(levels))
-    proposed = propose(NO_CORNERS, regions, np.zeros((FRAMES, 2)), regions.all_change)
+    proposed = propose(NO_CORNERS, regions, STANDS, regions.all_change)
     assert len(proposed) == 2
 
 
 def test_what_makes_next_to_nothing_of_all_that_changes_is_no_body() -> None:
     regions = find_regions(pictures(levels=BRIGHT))
-    both = propose(NO_CORNERS, regions, np.zeros((FRAMES, 2)), regions.all_change)
+    both = propose(NO_CORNERS, regions, STANDS, regions.all_change)
     more = 2 * max(regions.change(one.path_px, one.box_px) for one in both) / CHANGE_SHARE
-    assert not propose(NO_CORNERS, regions, np.zeros((FRAMES, 2)), more)
+    assert not propose(NO_CORNERS, regions, STANDS, more)
+
+
+def test_most_paths_say_how_the_bodies_move_and_not_the_longest_one() -> None:
+    ways = [(30.0, 1.0), (12.0, 0.0), (20.0, 0.5), (60.0, 160.0)]
+    box, fence = (0.0, 0.0, 9.0, 9.0), (-np.inf, np.inf)
+    paths = [{k: (x * k / FRAMES, y * k / FRAMES) for k in range(FRAMES)} for x, y in ways]
+
+    assert abs(common_direction_deg([Rough(path, box, fence) for path in paths])) < 20.0

@@ -25,7 +25,7 @@ from count_video.tracking.layers import (
     apart,
     learn_again,
 )
-from count_video.tracking.learning import Body, Rough, line_tilt_deg
+from count_video.tracking.learning import Body, Rough, common_direction_deg, line_tilt_deg
 from count_video.tracking.occlusion import unhidden
 from count_video.tracking.proposals import propose, roughly
 from count_video.tracking.regions import find_regions
@@ -94,10 +94,11 @@ def find_movers(
     roughs = scene.roughs()
     if not roughs:
         return NOTHING_MOVES
-    upright = scene.upright = abs(line_tilt_deg(roughs[:2])) > UPRIGHT_DEG
+    upright = scene.upright = abs(common_direction_deg(roughs)) > UPRIGHT_DEG
     if upright:
         roughs = scene.roughs()
-    tilt = line_tilt_deg(roughs[:2])
+    along = [rough for rough in roughs if abs(line_tilt_deg([rough])) <= UPRIGHT_DEG]
+    tilt = line_tilt_deg(along[:2] or roughs[:2])
     lumas = Lumas(pictures, frames, turned=upright)
     clip = Clip(lumas, frames, scene.background(lumas), np.zeros((len(frames), 2)))
     motion = _camera_motion(clip, scene, roughs)

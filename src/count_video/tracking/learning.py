@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.records import Floats
 from count_video.tracking.background import Background
 from count_video.tracking.composite import Source
 from count_video.tracking.cutting import SIGHTINGS_AT_LEAST, Stage, close_cut, wide_cut
@@ -298,11 +299,30 @@ def _registered(pictures: Mapping[int, Luma], stage: Stage, outline: Outline) ->
 
 def line_tilt_deg(roughs: Sequence[Rough]) -> float:
     """Find the common direction of paths, in (-90, 90] degrees from image x."""
-    moments = np.zeros((2, 2))
-    for rough in roughs:
-        path = np.array(list(rough.path_px.values()))
-        away = path - path.mean(axis=0)
-        moments += away.T @ away
+    moments = np.sum([_moments(rough) for rough in roughs], axis=0)
+    return _direction_deg(moments)
+
+
+def common_direction_deg(roughs: Sequence[Rough]) -> float:
+    """Find the direction of most paths, in (-90, 90] degrees from image x.
+
+    Each counts by the samples that show it, however far it leads: a hand that leaves moves further
+    than the bodies of an experiment, but these are more.
+    """
+    moments = [(len(rough.path_px), _moments(rough)) for rough in roughs]
+    return _direction_deg(
+        np.sum([count * one / max(np.trace(one), 1e-9) for count, one in moments], axis=0)
+    )
+
+
+def _moments(rough: Rough) -> Floats:
+    """Sum squares and products of a path's places about their mean, shape (2, 2)."""
+    path = np.array(list(rough.path_px.values()))
+    away = path - path.mean(axis=0)
+    return np.asarray(away.T @ away)
+
+
+def _direction_deg(moments: Floats) -> float:
     return float(np.degrees(0.5 * np.arctan2(2 * moments[0, 1], moments[0, 0] - moments[1, 1])))
 
 
