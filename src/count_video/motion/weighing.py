@@ -145,7 +145,8 @@ def struck_at_rest(motion: Motion, until: float) -> float | None:
         x(t) = p + v s + a s^2 / 2,     s = max(t - t0, 0),     v = 0 without a blow.
 
     Only what comes before the frame ``until`` is judged. None if there was no such blow: if one is
-    not far likelier, or does not describe the start either, as where a hand throws.
+    not far likelier, does not describe the start either, as where a hand throws, or takes the body
+    less far than its acceleration does.
     """
     rows = np.flatnonzero(np.isfinite(motion.place_px) & (motion.frame < until))
     begin = motion.frame[int(np.argmax(motion.moving))]
@@ -153,24 +154,31 @@ def struck_at_rest(motion: Motion, until: float) -> float | None:
     time, place = motion.frame[rows] - begin, motion.place_px[rows]
     if min((time < 0).sum(), (time > 0).sum()) < PICTURES_AT_LEAST:
         return None
-    (_, smooth), (start, struck) = (_start(time, place, columns) for columns in (2, 3))
+    (_, _, smooth), (start, velocity, struck) = (_start(time, place, k) for k in (2, 3))
     noise = motion.sigma_px**2
     log_ratio = len(time) / 2 * np.log((smooth + noise) / (struck + noise))
     described = struck / len(time) < max(STRAY_SIGMAS**2 * noise, STRAY_SHARE**2 * np.var(place))
-    if log_ratio < CERTAIN_LOG_ODDS or not described:
+    way = place[-1] - place[0]
+    sent = velocity * (time[-1] - start) * np.sign(way) > abs(way) / 2
+    if log_ratio < CERTAIN_LOG_ODDS or not (described and sent):
         return None
     return float(begin + start)
 
 
-def _start(time: Floats, place_px: Floats, columns: int) -> tuple[float, float]:
-    """When a body was set in motion, by the first columns of the law, and what it leaves over."""
-    best = 0.0
+def _start(time: Floats, place_px: Floats, columns: int) -> tuple[float, float, float]:
+    """When a body was set in motion, by the first columns of the law.
+
+    The last coefficient and the sum of squares that is left over come with it.
+    """
+    start, last, left_over = 0.0, 0.0, np.inf
     for starts in (STARTS, FINER):
-        since = np.maximum(time - best - starts[:, None], 0.0)
+        since = np.maximum(time - start - starts[:, None], 0.0)
         law = np.stack([np.ones_like(since), since**2, since], axis=2)[..., :columns]
-        squares = least_squares(law, place_px - place_px[0])[2]
-        best += float(starts[int(np.argmin(squares))])
-    return best, float(squares.min())
+        solution, _, squares = least_squares(law, place_px - place_px[0])
+        best = int(np.argmin(squares))
+        start += float(starts[best])
+        last, left_over = float(solution[best, -1]), float(squares[best])
+    return start, last, left_over
 
 
 def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:
