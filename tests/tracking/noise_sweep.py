@@ -149,10 +149,10 @@ def figure_of(rows: Sequence[tuple[Point, Point]]) -> Figure:
         ):
             bound = np.array([row[body].bound_px for row in rows])
             panel.fill_between(noise, bound, 2 * bound, color=drawing.GREY, alpha=0.2, lw=0)
-            panel.plot(noise, bound, color=drawing.BLACK, label="bound of Cramér and Rao")
+            panel.plot(noise, bound, color="black", label="bound of Cramér and Rao")
             panel.plot(noise, 2 * bound, color=drawing.GREY, ls="--", label="twice the bound")
             errors = [row[body].rms_px for row in rows]
-            panel.plot(noise, errors, "o", color=colour, mec=drawing.BLACK, label="count-video")
+            panel.plot(noise, errors, "o", color=colour, mec="black", label="count-video")
             panel.set(xscale="log", yscale="log", title=NAMES[body], xlabel="noise, grey levels")
             panel.set_xticks([0.5, 1, 2, 4, 8], ["0.5", "1", "2", "4", "8"])
             panel.minorticks_off()
