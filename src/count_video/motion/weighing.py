@@ -182,10 +182,10 @@ def _start(time: Floats, place_px: Floats, columns: int) -> tuple[float, float, 
 
 
 def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:
-    """Chance of an impact in pictures before the first one that do not show the body.
+    """Chance of an impact before the first one, in pictures that do not show the body.
 
     There the flight that ends at the first impact would have to begin, and no sooner. A body that
-    is first seen on its way away from the stop has most probably been there.
+    is seen next on its way away from the stop has most probably been there.
     """
     first, flights = impacts[0], np.diff([impact.frame for impact in impacts])
     pull = first.side * motion.acceleration
@@ -193,10 +193,12 @@ def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:
     if len(impacts) > 1 and impacts[1].side == first.side:
         back = float(flights[0]) * first.before / -first.after
     begins = first.frame - min(back, FLIGHT_FACTOR * flights.max(initial=0.0) or back)
-    seen = motion.frame[np.isfinite(motion.place_px)]
-    if not motion.frame[0] - 1.0 <= begins < seen[0] > motion.frame[0]:
+    seen = motion.frame[np.isfinite(motion.place_px) & (motion.frame < first.frame)]
+    last, following = (np.append(motion.frame[0] - 1.0, seen)[k:] for k in (0, 1))
+    unseen = (following - last[:-1] > 1.0) & (last[:-1] <= begins + 1.0) & (begins < following)
+    if begins < motion.frame[0] - 1.0 or not unseen.any():
         return ()
-    away = first.frame - seen[0] > (first.frame - begins) / 2
+    away = first.frame - following[unseen][-1] > (first.frame - begins) / 2
     return (1 - CHANCE_UNSEEN if away else CHANCE_UNSEEN,)
 
 

@@ -35,7 +35,7 @@ ENDS_SECTORS = 11.5
 """So many sectors of a circle are shown by the ends of what moves, which are nowhere else."""
 ROWS_AT_LEAST = 8
 FAINT_SHARE = 0.5
-"""Edges in a smaller share of the rows are no outline."""
+"""Edges in a smaller share of the rows, or across a smaller share of what moves, are no outline."""
 EDGE_REACH_PX = 4
 NEAR_OUTERMOST_PX = 1.0
 """Edges of rows this near to the outermost one are taken together: the face of a cylinder is seen
@@ -93,7 +93,7 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
         circle = _circle_of_ends(mean, slope, own)
     if circle is not None:
         body = mean.moving & (_away(circle, body.shape) < BEYOND_OUTLINE_PX)
-    elif body.any(axis=1).sum() < FAINT_SHARE * body.shape[0]:
+    elif body.any(axis=1).sum() < FAINT_SHARE * body.shape[0] or _one_end(body, own):
         # Too faint for edges of its own: what moves together, less the blur of the decision.
         body = cv2.erode(mean.moving.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     rows = np.flatnonzero(body.sum(axis=1) >= 3)
@@ -108,6 +108,12 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
     if ends[1] - ends[0] < ROWS_AT_LEAST:  # an edge and no body
         return None
     return _cut_out(mean, (rows, left, right), ends, circle)
+
+
+def _one_end(body: NDArray[np.bool_], own: NDArray[np.bool_]) -> bool:
+    """Whether edges span little of what moves: they are clear at one end of a body only."""
+    rows = body.any(axis=1)
+    return bool(widths_of(body)[rows].sum() < FAINT_SHARE * widths_of(own)[rows].sum())
 
 
 def _circle_of_ends(mean: Mean, slope: Pixels, own: NDArray[np.bool_]) -> Circle | None:
