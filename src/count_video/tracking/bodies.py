@@ -142,9 +142,9 @@ def _followed(
         if number > 0:
             roughs = scene.roughs([few.shape(seen) for seen in found])
         more, in_vain = add_bodies(few, roughs, found, in_vain)
-        if len(more) == known:
+        as_they_are = [any(one is seen for seen in found) for one in more]
+        if all(as_they_are):
             break  # of what is left, nothing can be followed
-        as_they_are = [k < known for k in range(len(more))]
         few, found, settled = _learnt_again(few, scene, more, as_they_are)
         if number > 0:  # what is known by now hides those that were learnt before
             settled = [False] * len(found)

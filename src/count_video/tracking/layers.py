@@ -28,6 +28,8 @@ MOST = 0.05, 0.95
 """Between these quantiles of its places a template moves: a few may be misplaced."""
 SAME_BODY_PX = 1.0
 """Two templates whose distance varies by less than this are parts of one body."""
+CLEARER_VARIANCE = 2.0
+"""One takes another's place if the variance of its place is so many times less."""
 BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
 """So many bodies are followed that have many corners; others only if these are fewer than two."""
 
@@ -53,16 +55,31 @@ def add_bodies(
         others = [other.path_px for other in roughs if other is not rough][:2]
         hide = _hiding(rough, roughs, [clip.shape(other) for other in found])
         body = learn(clip.pictures, clip.background, rough, others, hide)
-        if body is None or any(_part_of(body, other, clip) for other in found):
+        if body is None or any(_stands_for(one, body, clip) for one in found):
             failed.append(rough)
             continue
         seen = follow(clip, body)
         moves = was_followed(seen.x_px) and _travel_px(seen) > MOVES_PX
-        if moves and not any(same_body(seen, other) for other in found):
+        alike = [other for other in found if same_body(seen, other)]
+        if moves and not any(_is_clearer(other.body, body) for other in alike):
+            found = [other for other in found if all(other is not one for one in alike)]
             found.append(seen)
         else:
             failed.append(rough)
     return found, failed
+
+
+def _stands_for(seen: Followed, body: Body, clip: Clip) -> bool:
+    """Whether a body that was followed is one with a template, and shows its place as well."""
+    return _part_of(body, seen, clip) and _is_clearer(seen.body, body)
+
+
+def _is_clearer(body: Body, other: Body) -> bool:
+    """Whether one of two that move alike shows its place at least as well.
+
+    A body is so much clearer than its mirror image or its shadow, and than a part of it.
+    """
+    return body.template.shift_variance <= CLEARER_VARIANCE * other.template.shift_variance
 
 
 def _travel_px(seen: Followed) -> float:

@@ -52,6 +52,11 @@ class Template:
         height, width = self.appearance.shape
         return height, width
 
+    @property
+    def shift_variance(self) -> float:
+        """Variance of a shift by x in px squared, by the noise of the template's pixels."""
+        return float(self.model.inverse[0, 0]) * self.model.correlation
+
 
 @dataclass(frozen=True)
 class Tile:
