@@ -115,9 +115,10 @@ def scenery(
         for k in some
     ]
     change = np.quantile(changes, CHANGED_SHARE, axis=0)
-    # What trembles with the scenery is among what may be a body; and where bodies pass over
-    # everything, they hide it in some pictures only.
-    for free_of in (swept, swept[:BODIES], ()):
+    best: Scenery | None = None
+    # Threads swing above the bodies; what trembles with the scenery is among what may be a body;
+    # and where bodies pass over everything, they hide it in some pictures only.
+    for free_of in ([_with_threads(box) for box in swept], swept, swept[:BODIES], ()):
         blocks = _made(background.luma, _clear_blocks(background, change, free_of))
         if len(blocks.places) < BLOCKS_AT_LEAST:
             continue
@@ -130,9 +131,16 @@ def scenery(
         # in it. The mean of two errors is half their difference.
         apart = np.quantile(np.abs(np.subtract(one, other)), CHANGED_SHARE, axis=0)
         shown = apart / 2 / NORMAL_QUANTILE < SIGMA_AT_MOST_PX
-        if shown.any():
-            return replace(blocks, shown=shown)
-    return None
+        if shown.sum() > (0 if best is None else best.shown.sum()):
+            best = replace(blocks, shown=shown)
+        if shown.all():
+            break
+    return best
+
+
+def _with_threads(box: Box) -> Box:
+    """Extend a box that a body passes over by what its threads do, up to the picture's border."""
+    return box[0], 0.0, box[2], box[3]
 
 
 def camera_motion(

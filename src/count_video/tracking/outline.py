@@ -37,7 +37,7 @@ ROWS_AT_LEAST = 8
 FAINT_SHARE = 0.5
 """Edges in a smaller share of the rows, or across a smaller share of what moves, are no outline."""
 EDGE_REACH_PX = 4
-NEAR_OUTERMOST_PX = 1.0
+OUTERMOST_SHARE, NEAR_OUTERMOST_PX = 0.1, 1.0
 """Edges of rows this near to the outermost one are taken together: the face of a cylinder is seen
 as a straight edge."""
 
@@ -123,7 +123,7 @@ def _circle_of_ends(mean: Mean, slope: Pixels, own: NDArray[np.bool_]) -> Circle
     """
     rows = np.flatnonzero(own.any(axis=1))
     first, last = ends_of(own[rows])
-    edges = _edges(slope, rows, first, 1), _edges(slope, rows, last, -1)
+    edges = _edges(slope, rows, first, 1)[0], _edges(slope, rows, last, -1)[0]
     for ends in (edges, (first, last)):
         places = np.stack([np.concatenate(ends), np.r_[rows, rows]], axis=1).astype(np.float64)
         circle = circle_through(Edges(places, np.ones(len(places))), len(own))
@@ -225,15 +225,20 @@ def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward:
     """Find the outermost point of one side of the outline, to a small part of a pixel.
 
     A quantile over the rows, which a stray row does not move, gives the outermost edge roughly; it
-    would take noise for outline, so the mean of the edges nearby stands for it.
+    would take noise for outline, so the mean of the edges nearby stands for it. Rows count by the
+    square of their steepness, which is what they say of a place: little where a shadow ends.
     """
-    edges = _edges(slope, rows, ends, inward)
-    outermost = float(np.quantile(edges, 0.1 if inward > 0 else 0.9, method="nearest"))
+    edges, steepness = _edges(slope, rows, ends, inward)
+    order = np.argsort(inward * edges, kind="stable")  # the outermost ones first
+    share = np.cumsum(steepness[order])
+    outermost = float(edges[order][np.searchsorted(share, OUTERMOST_SHARE * share[-1])])
     return float(edges[np.abs(edges - outermost) <= NEAR_OUTERMOST_PX].mean())
 
 
-def _edges(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> Floats:
-    """Edge of each row: the steepest place within a few px of the mask's end."""
+def _edges(
+    slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int
+) -> tuple[Floats, Floats]:
+    """Edge of each row: the steepest place within a few px of the mask's end, and how steep."""
     first = np.minimum(ends - (EDGE_REACH_PX - 1) * inward, ends + EDGE_REACH_PX * inward)
     columns = first[:, None] + np.arange(2 * EDGE_REACH_PX)
     inside = (columns >= 0) & (columns < slope.shape[1])
@@ -243,4 +248,4 @@ def _edges(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward
     around = np.pad(steepness, ((0, 0), (1, 1)), constant_values=-1.0)
     low, top, high = (around[each, best + k] for k in range(3))
     between = np.where((low >= 0) & (high >= 0), beyond(low, top, high), 0.0)
-    return np.asarray(columns[each, best] + between, np.float64)
+    return np.asarray(columns[each, best] + between, np.float64), top.astype(np.float64)
