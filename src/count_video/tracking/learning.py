@@ -59,6 +59,8 @@ INSIDE_AT_LEAST = 0.7
 PICTURES = 40
 """A template is learnt from so many: those that show something new of a body. Pictures in which it
 rests, or two move along side by side, are many and show nothing new."""
+PLACE_NOISE_PX = 1.0
+"""Paths of regions are right to about so much."""
 PLACE_BIN_PX = 3.0
 """Pictures with the same bin of places, or of distances to the neighbour, are alike."""
 
@@ -306,13 +308,16 @@ def line_tilt_deg(roughs: Sequence[Rough]) -> float:
 def common_direction_deg(roughs: Sequence[Rough]) -> float:
     """Find the direction of most paths, in (-90, 90] degrees from image x.
 
-    Each counts by the samples that show it, however far it leads: a hand that leaves moves further
-    than the bodies of an experiment, but these are more.
+    Each counts by how much likelier it is along its own line than without any direction: so do the
+    straight paths of bodies that many samples show, and not the far and winding one of a hand.
     """
-    moments = [(len(rough.path_px), _moments(rough)) for rough in roughs]
-    return _direction_deg(
-        np.sum([count * one / max(np.trace(one), 1e-9) for count, one in moments], axis=0)
-    )
+    turned = 0j
+    for rough in roughs:
+        count = len(rough.path_px)
+        across, along = np.linalg.eigvalsh(_moments(rough)) / count + PLACE_NOISE_PX**2
+        twice = 2 * np.radians(_direction_deg(_moments(rough)))
+        turned += count / 2 * np.log(along / across) * np.exp(1j * twice)
+    return float(np.degrees(np.angle(turned) / 2))
 
 
 def _moments(rough: Rough) -> Floats:
