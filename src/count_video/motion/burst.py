@@ -59,8 +59,8 @@ def turn_round(gaps: Gaps, contacts: Contacts) -> float:
     body still moves away.
     """
     depth, away = max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px)), -gaps.heavy_px
-    burst = np.where(gaps.frame >= contacts.frame.min(initial=np.inf), gaps.heavy_px, np.nan)
-    nearest = gaps.frame[low_points(burst, depth)].min(initial=np.inf)
+    near = gaps.frame[low_points(gaps.heavy_px, depth)]
+    nearest = near[near >= contacts.frame.min(initial=np.inf)].min(initial=np.inf)
     turns = low_points(np.where(gaps.frame > nearest, away, np.nan), depth)
     if len(turns) == 0:
         return float("inf")
