@@ -107,6 +107,8 @@ def observe(track: Track, found: SeenCollisions) -> Observations:
     gaps = gaps_of(track)
     chosen, burst = _chosen(gaps, found)
     first = burst[0]
+    later = [collision.frame for collision in found.collisions[found.burst :]]
+    following = min(later, default=np.inf) - APART_FRAMES
     return Observations(
         origin=first,
         frame=gaps.frame[chosen] - first,
@@ -118,7 +120,7 @@ def observe(track: Track, found: SeenCollisions) -> Observations:
         errors=found.errors,
         burst=np.array(burst) - first,
         calm=calm_beginning(found.collisions[: found.burst]),
-        end=float(gaps.frame[chosen if found.burst < len(found.collisions) else -1].max()) - first,
+        end=float(gaps.frame[gaps.frame < following].max()) - first,
         sign=gaps.sign,
         after=np.zeros(len(chosen)),
     )

@@ -35,13 +35,14 @@ ROUNDS = 3
 def with_frames_left_out(even: Rivals, gap: LeftOut | None, rough: Floats) -> Rivals:
     """Let frames be left out where that explains the track better, and fit the counts anew.
 
-    Where some are known to be left out, in the ``gap``, their number is free.
+    Where some are known to be left out, in the ``gap``, their number is free, if that is among the
+    frames of the burst.
     """
     price = _price(even.observed)
-    if gap is not None:
+    if gap is not None and (later := even.observed.left_out_after(gap.after)).after.any():
         start = rough.copy()
         start[Column.SKIP] = -gap.frames
-        there = _free(even, even.observed.left_out_after(gap.after))
+        there = _free(even, later)
         there.scan(start)
         there.climb()
         other, fit = _with_scatter(there), _with_scatter(even)
