@@ -59,8 +59,9 @@ INSIDE_AT_LEAST = 0.7
 PICTURES = 40
 """A template is learnt from so many: those that show something new of a body. Pictures in which it
 rests, or two move along side by side, are many and show nothing new."""
-PLACE_NOISE_PX = 1.0
-"""Paths of regions are right to about so much."""
+PLACE_NOISE_PX, STRAIGHT_SHARE = 1.0, 0.1
+"""Paths of regions are right to about so much, and bodies on threads leave a straight line by such a
+share of their way: a longer path is no straighter one."""
 PLACE_BIN_PX = 3.0
 """Pictures with the same bin of places, or of distances to the neighbour, are alike."""
 
@@ -315,6 +316,7 @@ def common_direction_deg(roughs: Sequence[Rough]) -> float:
     for rough in roughs:
         count = len(rough.path_px)
         across, along = np.linalg.eigvalsh(_moments(rough)) / count + PLACE_NOISE_PX**2
+        across = max(across, STRAIGHT_SHARE**2 * along)
         twice = 2 * np.radians(_direction_deg(_moments(rough)))
         turned += count / 2 * np.log(along / across) * np.exp(1j * twice)
     return float(np.degrees(np.angle(turned) / 2))
