@@ -150,6 +150,23 @@ def test_a_hidden_beginning_never_makes_a_smaller_count_a_sure_one(hidden: int) 
         assert not counts(found) or found.probability[len(found.collisions)] < 0.9
 
 
+@pytest.mark.parametrize("seen", [1, 3])
+@pytest.mark.parametrize("hidden", range(2, 12, 3))
+def test_an_impact_between_a_stray_sighting_and_the_rest_is_not_left_out(
+    hidden: int, seen: int
+) -> None:
+    place, impacts = bouncing(DYING, PULL, drop=20.3)
+    place = noisy(place, NOISE_PX)
+    first = int(impacts[0])
+    place[: first - seen] = np.nan
+    place[first : first + hidden] = np.nan
+
+    found = seen_impacts(alone(place))
+
+    if len(found.collisions) < len(impacts):
+        assert not counts(found) or found.probability[len(found.collisions)] < 0.9
+
+
 def test_bounces_too_frequent_for_the_pictures_are_said_to_be_so() -> None:
     flights = [24 * 0.75**n for n in range(12)]
     place, _ = bouncing([*flights, 30.0], PULL, drop=24.0)

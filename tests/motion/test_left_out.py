@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from filmed_trials import FilmedTrial, Filming, film
 
+from count_video.explanations import shown_at_wall
 from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.seen import seen_collisions
 from count_video.motion.time_base import LeftOut
@@ -118,3 +119,28 @@ def test_collisions_are_dated_by_the_frames_that_are_there(whole: FilmedTrial) -
     ]
 
     assert stated == pytest.approx([99.0, 100.0, 100.5, 101.0, 111.0])
+
+
+def test_frames_left_out_long_after_the_burst_change_nothing(whole: FilmedTrial) -> None:
+    found = seen_collisions(whole.track)
+    after = LeftOut(float(whole.track.frame[-1]), 80)
+    plain, other = (fit_burst(whole.track, found, gap=gap) for gap in (None, after))
+
+    assert isinstance(plain, Between)
+    assert isinstance(other, Between)
+    assert other.probability == plain.probability
+    assert other.following == plain.following
+
+
+EQUAL = Setup(heavy_mass_kg=0.0105, wall_gap_m=0.012, restitution_bodies=0.98)
+
+
+def test_equal_bodies_that_swing_back_and_collide_again_are_counted_once() -> None:
+    # The heavy body hardly moves from its first contact on until it is driven back.
+    trial = film(EQUAL, Filming(FPS, tail_frames=900))
+    explained = shown_at_wall(trial.track, seen_collisions(trial.track))
+
+    assert len(trial.frames) == 3
+    assert not explained.against
+    assert explained.count == 3
+    assert len(explained.collisions) > 3

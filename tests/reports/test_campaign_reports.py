@@ -16,7 +16,14 @@ from hypothesis import strategies as st
 
 from count_video.batch.summary import summarise
 from count_video.progress import TerminalBar
-from count_video.reports.campaign import TrialRow, advice, campaign_json, campaign_text, trial_line
+from count_video.reports.campaign import (
+    TrialRow,
+    advice,
+    campaign_json,
+    campaign_text,
+    histogram_lines,
+    trial_line,
+)
 from count_video.reports.page import campaign_page
 from count_video.reports.tables import TRIAL_COLUMNS, trials_csv
 from count_video.reports.words import printable
@@ -115,6 +122,17 @@ def test_the_histogram_has_a_line_a_count_and_marks_the_theory() -> None:
         ["29", "0"],
         ["28", "1", "#"],
     ]
+
+
+def test_counts_far_apart_have_dots_between_them_and_not_a_line_each() -> None:
+    histogram = {595: 1, 584: 2, 583: 1, 317: 4}
+    lines = histogram_lines(histogram, [400])[2:]
+    assert {int(line.split()[0]): int(line.split()[1]) for line in lines if "..." not in line} == {
+        **dict.fromkeys((594, 585, 582, 401, 400, 399, 318), 0),
+        **histogram,
+    }
+    assert sum("..." in line for line in lines) == 3
+    assert [line for line in lines if "theory" in line] == ["       400       0    < theory"]
 
 
 def test_a_long_campaign_keeps_its_histogram_on_the_screen() -> None:

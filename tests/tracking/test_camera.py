@@ -28,6 +28,8 @@ SHIFT_PX = 0.05
 what the displacing of a picture adds."""
 NORMAL_ERROR = (0.6, 1.6)
 KNOCK_PX = 8.0
+SEEN_SHARE = 0.9
+"""In so many frames a shift is measured."""
 FAINT_SHARE = 0.3
 """Of the backdrop's usual contrast."""
 SWEPT: list[Box] = [(40.0, 30.0, 270.0, 80.0)]
@@ -212,3 +214,25 @@ def test_a_bright_body_that_all_but_rests_is_no_scenery() -> None:
         pictures.append(to_luma(canvas, 0.8, rng))
 
     assert measured(pictures, swept=[(125.0, 34.0, 230.0, 78.0)]) is None
+
+
+def test_threads_that_swing_above_a_body_are_no_scenery() -> None:
+    # Before a plain wall with one edge, threads have the clearest slopes along the motion.
+    rng = np.random.default_rng(2)
+    shifts = np.stack([2.0 * np.sin(np.arange(FRAMES) / 6.0), np.zeros(FRAMES)], axis=1)
+    swing = np.where(np.arange(FRAMES) < 60, 0.0, 12.0 * np.sin((np.arange(FRAMES) - 60) / 8.0))
+    pictures = []
+    for shift, away in zip(shifts[:, 0], swing, strict=True):
+        canvas = np.full((160, 320), 150.0)
+        paint_box(canvas, (250.0 + shift, 0.0, 330.0, 160.0), 128.0)
+        for thread in (96.0, 104.0, 112.0):
+            paint_box(canvas, (thread + away + shift, 0.0, thread + 2 + away + shift, 80.0), 60.0)
+        paint_box(canvas, (80.0 + away + shift, 80.0, 130.0 + away + shift, 120.0), 70.0)
+        pictures.append(to_luma(canvas, 0.8, rng))
+
+    motion = measured(pictures, shifts, swept=[(66.0, 78.0, 144.0, 122.0)])
+
+    assert motion is not None
+    away = motion.shift_px[:, 0] - shifts[:, 0]
+    assert np.isfinite(away).mean() > SEEN_SHARE
+    assert float(np.nanstd(away)) <= SHIFT_PX

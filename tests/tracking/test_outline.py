@@ -1,6 +1,8 @@
-"""The outline of a body that its own shadow goes with."""
+"""The outline of a body: beside its own shadow, and where one of its ends is not clear."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -10,7 +12,7 @@ from count_video.tracking.outline import Mean, find_outline
 from count_video.tracking.template import Pixels
 
 SIZE = 120, 150
-WALL, BODY, PRINT = 150.0, 90.0, 190.0
+WALL, BODY, BLACK, PRINT = 150.0, 90.0, 30.0, 190.0
 RADIUS_PX, SOFT_PX, DEPTH = 30.0, 6.0, 0.25
 EVERYWHERE = -np.inf, np.inf
 
@@ -53,3 +55,35 @@ def test_a_disc_printed_on_a_dark_box_is_not_its_outline() -> None:
 
     assert outline is not None
     assert outline.right_px - outline.left_px == pytest.approx(100, abs=1.5)
+
+
+def boxed(left: int, right: int, blur_px: float = 1.0) -> Pixels:
+    """Share of each pixel that a blurred box covers."""
+    box = np.zeros(SIZE, np.float32)
+    box[30:90, left:right] = 1
+    return np.asarray(cv2.GaussianBlur(box, (0, 0), blur_px), np.float32)
+
+
+def test_a_soft_shadow_that_reaches_beyond_a_box_does_not_move_its_end() -> None:
+    box = boxed(25, 105)
+    shade = 1 - DEPTH * np.roll(boxed(40, 125, SOFT_PX), 35, axis=0)
+    mean = mean_of(np.asarray(WALL * shade * (1 - box) + BLACK * box, np.float32))
+    assert mean.moving[:, 115].sum() > 0.3 * mean.moving[:, 60].sum()  # the shadow reaches further
+
+    outline = find_outline(mean, EVERYWHERE)
+
+    assert outline is not None
+    assert outline.right_px - outline.left_px == pytest.approx(80, abs=1.5)
+
+
+def test_an_end_before_what_changes_is_where_the_body_stops_moving_with_its_template() -> None:
+    box = boxed(25, 105)
+    mean = mean_of(np.asarray(WALL * (1 - box) + BODY * box, np.float32))
+    variance = mean.variance.copy()
+    variance[:, 95:] = 120.0**2  # the slope of an edge over that is no clear edge
+    unclear = replace(mean, variance=variance)
+
+    outline = find_outline(unclear, EVERYWHERE)
+
+    assert outline is not None
+    assert outline.right_px - outline.left_px == pytest.approx(80, abs=1.5)

@@ -27,6 +27,8 @@ from count_video.reports.words import (
 )
 
 TRIAL_HEADING = f"{'trial':<24}  count  probability"
+NEAR_COUNTS, DOTS = 1, f"{'...':>10}"
+"""Counts that no trial had are shown so near to others, and what stands for those further off."""
 Line = tuple[str, str, str]
 """A label, a value, and a remark beside it."""
 
@@ -248,13 +250,20 @@ def paper_lines(
 
 
 def histogram_lines(histogram: Mapping[int, int], theories: Sequence[int]) -> list[str]:
-    """Draw how many trials had each count, the greatest first; no line for no counts."""
+    """Draw how many trials had each count, the greatest first; no line for no counts.
+
+    Of many counts in a row that no trial had, nor the theory gives, one line of dots stands for all.
+    """
     if not histogram:
         return []
     lines = ["", "Collisions  trials"]
     scale = min(1.0, 40 / max(histogram.values()))
+    shown = {*histogram, *theories}
     for count in range(max(histogram), min(histogram) - 1, -1):
         number = histogram.get(count, 0)
+        if min(abs(count - other) for other in shown) > NEAR_COUNTS:
+            lines += [DOTS] * (lines[-1] != DOTS)
+            continue
         bar = "#" * max(round(number * scale), number > 0)
         mark = "  < theory" if count in theories else ""
         lines.append(f"{count:>10}  {number:>6}  {bar}{mark}".rstrip())

@@ -115,7 +115,6 @@ def scenery(
         for k in some
     ]
     change = np.quantile(changes, CHANGED_SHARE, axis=0)
-    best: Scenery | None = None
     # Threads swing above the bodies; what trembles with the scenery is among what may be a body;
     # and where bodies pass over everything, they hide it in some pictures only.
     for free_of in ([_with_threads(box) for box in swept], swept, swept[:BODIES], ()):
@@ -131,11 +130,9 @@ def scenery(
         # in it. The mean of two errors is half their difference.
         apart = np.quantile(np.abs(np.subtract(one, other)), CHANGED_SHARE, axis=0)
         shown = apart / 2 / NORMAL_QUANTILE < SIGMA_AT_MOST_PX
-        if shown.sum() > (0 if best is None else best.shown.sum()):
-            best = replace(blocks, shown=shown)
-        if shown.all():
-            break
-    return best
+        if shown.any():
+            return replace(blocks, shown=shown)
+    return None
 
 
 def _with_threads(box: Box) -> Box:
