@@ -252,7 +252,8 @@ def paper_lines(
 def histogram_lines(histogram: Mapping[int, int], theories: Sequence[int]) -> list[str]:
     """Draw how many trials had each count, the greatest first; no line for no counts.
 
-    Of many counts in a row that no trial had, nor the theory gives, one line of dots stands for all.
+    Of many counts in a row that no trial had, nor the theory gives, one line of dots stands for
+    all.
     """
     if not histogram:
         return []

@@ -60,8 +60,8 @@ PICTURES = 40
 """A template is learnt from so many: those that show something new of a body. Pictures in which it
 rests, or two move along side by side, are many and show nothing new."""
 PLACE_NOISE_PX, STRAIGHT_SHARE = 1.0, 0.1
-"""Paths of regions are right to about so much, and bodies on threads leave a straight line by such a
-share of their way: a longer path is no straighter one."""
+"""Paths of regions are right to about so much, and bodies on threads leave a straight line by such
+a share of their way: a longer path is no straighter one."""
 PLACE_BIN_PX = 3.0
 """Pictures with the same bin of places, or of distances to the neighbour, are alike."""
 
