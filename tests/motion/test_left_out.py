@@ -20,6 +20,7 @@ SIGMAS = 4.0
 """Of a dozen times none is off by more by chance, one in a thousand."""
 SETUP = Setup(heavy_mass_kg=0.168, wall_gap_m=0.03)
 """1:16."""
+EQUAL = Setup(heavy_mass_kg=0.0105, wall_gap_m=0.012, restitution_bodies=0.98)
 
 
 @pytest.fixture(scope="module")
@@ -130,9 +131,6 @@ def test_frames_left_out_long_after_the_burst_change_nothing(whole: FilmedTrial)
     assert isinstance(other, Between)
     assert other.probability == plain.probability
     assert other.following == plain.following
-
-
-EQUAL = Setup(heavy_mass_kg=0.0105, wall_gap_m=0.012, restitution_bodies=0.98)
 
 
 def test_equal_bodies_that_swing_back_and_collide_again_are_counted_once() -> None:

@@ -105,10 +105,10 @@ def observe(track: Track, found: SeenCollisions) -> Observations:
     if not found.burst:
         raise ValueError("no collision seen: there is no burst to explain")
     gaps = gaps_of(track)
-    chosen, burst = _chosen(gaps, found)
-    first = burst[0]
+    burst = [collision.frame for collision in found.collisions[: found.burst]]
     later = [collision.frame for collision in found.collisions[found.burst :]]
     following = min(later, default=np.inf) - APART_FRAMES
+    chosen, first = _chosen(gaps, burst, following), burst[0]
     return Observations(
         origin=first,
         frame=gaps.frame[chosen] - first,
@@ -134,12 +134,13 @@ def calm_beginning(burst: Sequence[Collision]) -> int:
     return int(missing[0]) + 1 if len(missing) else len(burst)
 
 
-def _chosen(gaps: Gaps, found: SeenCollisions) -> tuple[NDArray[np.intp], list[float]]:
-    """Rows to explain, thinned out where nothing happens for long; and the burst's collisions."""
-    times = [collision.frame for collision in found.collisions]
-    burst, after = times[: found.burst], times[found.burst :]
+def _chosen(gaps: Gaps, burst: Sequence[float], following: float) -> NDArray[np.intp]:
+    """Rows to explain, thinned out where nothing happens for long.
+
+    They lie around the collisions of a burst, and before the frame of what is ``following``.
+    """
     stop = burst[-1] + max(FRAMES_BEYOND, BURSTS_BEYOND * (burst[-1] - burst[0]))
-    stop = min([stop, *(frame - APART_FRAMES for frame in after[:1])])
+    stop = min(stop, following)
     bounds = [burst[0] - FRAMES_BEYOND, *burst, stop]
     short = np.flatnonzero(np.diff(burst) < FRAMES_A_FLIGHT) + 1
     if len(short):
@@ -150,7 +151,7 @@ def _chosen(gaps: Gaps, found: SeenCollisions) -> tuple[NDArray[np.intp], list[f
         inside = np.flatnonzero((gaps.frame > low) & (gaps.frame <= high))
         whole = place in (0, len(bounds) - 2) or (len(short) and place == short[0])
         chosen.append(inside[thinned(len(inside), FRAMES_BUSY if whole else FRAMES_A_FLIGHT)])
-    return np.concatenate(chosen), burst
+    return np.concatenate(chosen)
 
 
 def thinned(number: int, most: int) -> NDArray[np.intp]:

@@ -194,8 +194,8 @@ def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:
         back = float(flights[0]) * first.before / -first.after
     begins = first.frame - min(back, FLIGHT_FACTOR * flights.max(initial=0.0) or back)
     seen = motion.frame[np.isfinite(motion.place_px) & (motion.frame < first.frame)]
-    last, following = (np.append(motion.frame[0] - 1.0, seen)[k:] for k in (0, 1))
-    unseen = (following - last[:-1] > 1.0) & (last[:-1] <= begins + 1.0) & (begins < following)
+    last, following = np.append(motion.frame[0] - 1.0, seen[:-1]), seen
+    unseen = (following - last > 1.0) & (last <= begins + 1.0) & (begins < following)
     if begins < motion.frame[0] - 1.0 or not unseen.any():
         return ()
     away = first.frame - following[unseen][-1] > (first.frame - begins) / 2

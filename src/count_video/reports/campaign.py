@@ -263,7 +263,8 @@ def histogram_lines(histogram: Mapping[int, int], theories: Sequence[int]) -> li
     for count in range(max(histogram), min(histogram) - 1, -1):
         number = histogram.get(count, 0)
         if min(abs(count - other) for other in shown) > NEAR_COUNTS:
-            lines += [DOTS] * (lines[-1] != DOTS)
+            if lines[-1] != DOTS:
+                lines.append(DOTS)
             continue
         bar = "#" * max(round(number * scale), number > 0)
         mark = "  < theory" if count in theories else ""

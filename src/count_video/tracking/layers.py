@@ -55,29 +55,26 @@ def add_bodies(
         others = [other.path_px for other in roughs if other is not rough][:2]
         hide = _hiding(rough, roughs, [clip.shape(other) for other in found])
         body = learn(clip.pictures, clip.background, rough, others, hide)
-        if body is None or any(_stands_for(one, body, clip) for one in found):
+        if body is None or any(
+            _part_of(body, other, clip) and _stands_for_both(other.body, body) for other in found
+        ):
             failed.append(rough)
             continue
         seen = follow(clip, body)
         moves = was_followed(seen.x_px) and _travel_px(seen) > MOVES_PX
-        alike = [other for other in found if same_body(seen, other)]
-        if moves and not any(_is_clearer(other.body, body) for other in alike):
-            found = [other for other in found if all(other is not one for one in alike)]
+        alike = [same_body(seen, other) for other in found]
+        if moves and not any(_stands_for_both(found[k].body, body) for k in np.flatnonzero(alike)):
+            found = [other for other, same in zip(found, alike, strict=True) if not same]
             found.append(seen)
         else:
             failed.append(rough)
     return found, failed
 
 
-def _stands_for(seen: Followed, body: Body, clip: Clip) -> bool:
-    """Whether a body that was followed is one with a template, and shows its place as well."""
-    return _part_of(body, seen, clip) and _is_clearer(seen.body, body)
+def _stands_for_both(body: Body, other: Body) -> bool:
+    """Whether the first of two that move alike stands for both: the other is not much clearer.
 
-
-def _is_clearer(body: Body, other: Body) -> bool:
-    """Whether one of two that move alike shows its place at least as well.
-
-    A body is so much clearer than its mirror image or its shadow, and than a part of it.
+    A body is much clearer than its mirror image or its shadow, and than a part of it.
     """
     return body.template.shift_variance <= CLEARER_VARIANCE * other.template.shift_variance
 

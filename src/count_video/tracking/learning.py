@@ -314,10 +314,10 @@ def common_direction_deg(roughs: Sequence[Rough]) -> float:
     """
     turned = 0j
     for rough in roughs:
-        count = len(rough.path_px)
-        across, along = np.linalg.eigvalsh(_moments(rough)) / count + PLACE_NOISE_PX**2
+        count, moments = len(rough.path_px), _moments(rough)
+        across, along = np.linalg.eigvalsh(moments) / count + PLACE_NOISE_PX**2
         across = max(across, STRAIGHT_SHARE**2 * along)
-        twice = 2 * np.radians(_direction_deg(_moments(rough)))
+        twice = 2 * np.radians(_direction_deg(moments))
         turned += count / 2 * np.log(along / across) * np.exp(1j * twice)
     return float(np.degrees(np.angle(turned) / 2))
 

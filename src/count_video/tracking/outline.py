@@ -38,8 +38,8 @@ FAINT_SHARE = 0.5
 """Edges in a smaller share of the rows, or across a smaller share of what moves, are no outline."""
 EDGE_REACH_PX = 4
 OUTERMOST_SHARE, NEAR_OUTERMOST_PX = 0.1, 1.0
-"""Edges of rows this near to the outermost one are taken together: the face of a cylinder is seen
-as a straight edge."""
+"""Outermost is the edge beyond which lies this share of the rows' steepness. Edges of rows this
+near to it are taken together: the face of a cylinder is seen as a straight edge."""
 
 
 @dataclass(frozen=True)
@@ -225,8 +225,8 @@ def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward:
     """Find the outermost point of one side of the outline, to a small part of a pixel.
 
     A quantile over the rows, which a stray row does not move, gives the outermost edge roughly; it
-    would take noise for outline, so the mean of the edges nearby stands for it. Rows count by the
-    square of their steepness, which is what they say of a place: little where a shadow ends.
+    would take noise for outline, so the mean of the edges nearby stands for it. Rows count by how
+    steep their edges are: little where a shadow ends.
     """
     edges, steepness = _edges(slope, rows, ends, inward)
     order = np.argsort(inward * edges, kind="stable")  # the outermost ones first
