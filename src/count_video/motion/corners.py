@@ -7,10 +7,9 @@ r"""Whether a path turns round by an impact or smoothly: one ratio of likelihood
      |   \__/      \                            |_______/   either side
      +-----------------> frame                  +-----------------> frame
 
-On both sides of a turn a free body obeys x'' = a - b x, with a term of dry friction that changes
-its sign with the velocity:
+On both sides of a turn a free body obeys x'' = a - b x, and an impact adds a corner:
 
-    x(t) = p + v t + a t^2 / 2 - b G(t) + f max(t - s, 0)^2 / 2 + j C(t - s),
+    x(t) = p + v t + a t^2 / 2 - b G(t) + j C(t - s),
 
 where G sums the measured places twice, so that any swing obeys it exactly however few pictures show
 it, and C is a corner that a contact of 2 h pictures rounds off. Given s and h this is linear, and
@@ -32,7 +31,6 @@ from count_video.motion.flight import Motion
 from count_video.motion.priors import (
     CONTACT_PICTURES,
     CONTACT_SHARE,
-    FRICTION_SHARE,
     NO_BOUNCE,
     NOISE_KNOWN,
     TIME_MOVES_FRAMES,
@@ -212,32 +210,26 @@ class _Path:
         self.basis, self.triangle = np.linalg.qr(np.concatenate([scaled, np.eye(4)]))
         fall = motion.acceleration * self.law[:, 2] / motion.sigma_px
         self.target = np.concatenate([self.place - fall, np.zeros(4)])
-
-    def friction(self, at: Floats) -> Floats:
-        """Give what friction adds that changes its sign at a time, shape (m, n, 1)."""
-        sigma = FRICTION_SHARE * (abs(self.motion.acceleration) + self.motion.acceleration_sigma)
-        return np.asarray(sigma * np.maximum(self.time - at[:, None], 0.0)[:, :, None] ** 2 / 2)
+        self.left = self.target - self.basis @ (self.basis.T @ self.target)
 
     def corners(self, at: Floats, half: Floats) -> Floats:
-        """Give friction and a corner that is rounded off for so long, shape (m, n, 2)."""
+        """Give corners at some times, each rounded off for so long, shape (m, n, 1)."""
         time, half = self.time - at[:, None], half[:, None]
         rounded = np.clip(time + half, 0.0, 2 * half) ** 2 / (4 * half)
-        corner = self.motion.speed * (rounded + np.maximum(time - half, 0.0))
-        return np.concatenate([self.friction(at), corner[:, :, None]], axis=2)
+        return (self.motion.speed * (rounded + np.maximum(time - half, 0.0)))[:, :, None]
 
     def without_impact(self) -> list[Floats]:
-        """Give friction alone, with an error of the outermost picture, and polynomials.
+        """Give the law alone, with an error of the outermost picture, and polynomials.
 
         These have each degree and no law bends them. Shapes (1, n, columns).
         """
-        smooth = self.friction(np.zeros(1))
+        nothing = np.empty((1, len(self.time), 0))
         error = self.motion.way_px * (np.abs(self.time) == np.abs(self.time).min())
         most = min(DEGREE_AT_MOST, 4 + len(self.time) // ROWS_A_DEGREE)
         middle, half = (self.time[-1] + self.time[0]) / 2, (self.time[-1] - self.time[0]) / 2
         basis = np.polynomial.legendre.legvander((self.time - middle) / max(half, 1.0), most)
         led = [basis[None, :, 3 : degree + 1] for degree in range(4, most + 1)]
-        misplaced = np.concatenate([smooth, error[None, :, None]], axis=2)
-        return [smooth, misplaced, *(self.motion.way_px * columns for columns in led)]
+        return [nothing, error[None, :, None], *(self.motion.way_px * columns for columns in led)]
 
     def evidence(self, columns: Floats, sign: int = 0) -> tuple[Floats, Floats]:
         """Log evidence of columns besides the law, shape (m, n, k), and their coefficients, (m, k).
@@ -248,11 +240,10 @@ class _Path:
         added = np.zeros((len(columns), len(self.target), columns.shape[2]))
         added[:, : len(self.time)] = columns / self.motion.sigma_px
         added -= self.basis @ (self.basis.T @ added)
-        place = self.target - self.basis @ (self.basis.T @ self.target)
         inner = np.swapaxes(added, 1, 2) @ added + np.eye(columns.shape[2])
-        projected = place @ added
+        projected = self.left @ added
         values = np.linalg.solve(inner, projected[:, :, None])[:, :, 0]
-        squares = place @ place - np.sum(projected * values, axis=1) + NOISE_KNOWN
+        squares = self.left @ self.left - np.sum(projected * values, axis=1) + NOISE_KNOWN
         freedom = len(self.time) + NOISE_KNOWN
         log = -np.linalg.slogdet(inner)[1] / 2 - freedom / 2 * np.log(squares)
         if sign:
@@ -272,5 +263,5 @@ class _Path:
         order = min(2, len(nearest) - 1)
         smooth = np.polynomial.Polynomial.fit(self.time[nearest], path[nearest], order)
         low, here, high = smooth(np.array([time - 0.5, time, time + 0.5])).tolist()
-        after = high - low + self.motion.speed * float(values[1])
+        after = high - low + self.motion.speed * float(values[0])
         return high - low, after, here + self.motion.middle_px

@@ -100,8 +100,6 @@ CONTACT_SHARE: Final = 0.04
 CONTACT_PICTURES: Final = 5.6
 """Half the longest contact over the usual flight, and at most in pictures: bumpers are springs, and
 soft balls touch for several pictures of a fast camera."""
-FRICTION_SHARE: Final = 0.2
-"""Dry friction over the usual acceleration: carts on inclined tracks."""
 NOISE_KNOWN: Final = 4.0
 """Degrees of freedom by which the noise of places is known beforehand: to about a third."""
 NO_BOUNCE: Final = -5.0

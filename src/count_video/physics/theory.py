@@ -32,7 +32,10 @@ WHOLE_QUOTIENTS = {Fraction(1, 3): 3, Fraction(1): 4, Fraction(3): 6}
 """The mass ratios M/m at which π/θ is an integer, and that integer."""
 
 _ROUNDING = 4 * 2.0**-52
-"""A bound on the relative error of atan(sqrt(ratio)) times a whole number in floats."""
+"""A bound on the relative error in floats of atan(sqrt(ratio)) times a whole number, and of pi over
+it."""
+_LEAST, _MOST = 1e-300, 1e300
+"""Mass ratios between these are sound floats, and so are their inverses."""
 
 
 class Bounds(NamedTuple):
@@ -52,6 +55,11 @@ def collision_count(heavy: Mass, light: Mass = 1) -> int:
     ratio = exact_ratio(heavy, light)
     if ratio in WHOLE_QUOTIENTS:
         return WHOLE_QUOTIENTS[ratio] - 1
+    if _LEAST < ratio < _MOST:  # floats decide it, but where the quotient is all but an integer
+        rough = math.pi / theta_rad(heavy, light)
+        low, high = (math.floor(rough * (1.0 + sign * _ROUNDING)) for sign in (-1, 1))
+        if low == high:
+            return low
 
     def quotient(context: Any) -> Any:
         root_light = context.sqrt(context.mpf(ratio.denominator))
@@ -66,8 +74,8 @@ def collision_count(heavy: Mass, light: Mass = 1) -> int:
 def theta_rad(heavy: Mass, light: Mass = 1) -> float:
     """θ = arctan √(m/M), to a rounding or two."""
     ratio = exact_ratio(heavy, light)
-    if not 1e-300 < ratio < 1e300:
-        raise UsageError("the mass ratio lies outside 1e-300 to 1e300; check the masses")
+    if not _LEAST < ratio < _MOST:
+        raise UsageError(f"the mass ratio lies outside {_LEAST} to {_MOST}; check the masses")
     return math.atan(math.sqrt(float(1 / ratio)))
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import get_registered_canvas_class
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
@@ -137,6 +138,9 @@ def thin_numbers(figure: Figure) -> None:
     which it is.
     """
     figure.dpi = DOTS_PER_INCH
+    # Without a canvas that draws, every measure of a text would begin to print the whole figure.
+    canvas: Any = FigureCanvasAgg(figure)
+    renderer = canvas.get_renderer()
     engine = figure.get_layout_engine()
     if engine is not None:  # here alone, so that data have their final place
         engine.execute(figure)
@@ -149,7 +153,7 @@ def thin_numbers(figure: Figure) -> None:
         taken: list[Bbox] = []
         for label in axes.texts:
             if isinstance(label, Annotation) and label.get_gid() == "number":
-                box, marks = label.get_window_extent(), np.concatenate(places)
+                box, marks = label.get_window_extent(renderer), np.concatenate(places)
                 middle, own = box.get_points().mean(axis=0), axes.transData.transform(label.xy)
                 nearest = np.linalg.norm(marks - middle, axis=1).min()
                 around = box.padded(3.0)
