@@ -110,7 +110,7 @@ def counted(found: SeenCollisions) -> tuple[int, tuple[str, ...]]:
     return found.burst, tuple(collision.kind for collision in inside)
 
 
-@pytest.mark.parametrize("seed", [*rest_slow(TRIALS, 60), *SLOW])
+@pytest.mark.parametrize("seed", [*rest_slow(TRIALS, 30), *SLOW])
 def test_resolved_trials_are_counted_exactly_with_kinds_and_times(seed: int) -> None:
     trial, filming = drawn(seed)
     motion = trial.motion

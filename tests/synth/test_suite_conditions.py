@@ -13,8 +13,9 @@ from synth_video.suite.camera_conditions import PART
 from synth_video.suite.condition import STRENGTHS, Condition, Strength, choice
 from synth_video.suite.suites import SUITES, Label, Take, conditions_of, label_of
 from synth_video.truth import Truth, truth_of
+from tiers import rest_slow
 
-NUMBERS = range(3)
+NUMBERS = rest_slow(range(3))
 NOT_TO_BE_COUNTED = {"late", "early", "nothing"}
 ALL = SUITES["all"]
 TRIALS = [condition for condition in ALL if condition not in SUITES["experiments"]]
@@ -34,16 +35,16 @@ def test_conditions_have_names_of_their_own_without_a_dash_and_a_sentence() -> N
     assert all(condition.sentence for condition in ALL)
 
 
+@pytest.mark.parametrize("number", NUMBERS)
 @pytest.mark.parametrize("strength", STRENGTHS)
 @pytest.mark.parametrize("condition", TRIALS, ids=lambda condition: condition.name)
 def test_clips_are_resolved_and_whole_unless_that_is_the_condition(
-    condition: Condition, strength: Strength
+    condition: Condition, strength: Strength, number: int
 ) -> None:
-    for number in NUMBERS:
-        shown = truth(condition, strength, number)
-        assert shown.countable == (condition.name not in NOT_TO_BE_COUNTED)
-        assert shown.resolved or not shown.countable
-        assert shown.scene.purpose == condition.sentence
+    shown = truth(condition, strength, number)
+    assert shown.countable == (condition.name not in NOT_TO_BE_COUNTED)
+    assert shown.resolved or not shown.countable
+    assert shown.scene.purpose == condition.sentence
 
 
 @pytest.mark.parametrize("condition", ALL, ids=lambda condition: condition.name)

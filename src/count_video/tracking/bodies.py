@@ -31,7 +31,7 @@ from count_video.tracking.proposals import propose, roughly
 from count_video.tracking.regions import find_regions
 from count_video.tracking.rigid import scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
-from count_video.tracking.sequences import Lumas, levelled
+from count_video.tracking.sequences import Lumas, Prepared, prepared
 from count_video.tracking.shape import Box, Shape, size_of
 
 Luma = NDArray[np.uint8]
@@ -90,7 +90,7 @@ def find_movers(
     samples = choose_samples(thumbnails.taken())
     if len(samples.chosen) < 2:
         return NOTHING_MOVES
-    scene = _Scene(samples, frames[samples.chosen], *levelled(pictures, samples))
+    scene = _Scene(samples, frames[samples.chosen], prepared(pictures, samples))
     roughs = scene.roughs()
     if not roughs:
         return NOTHING_MOVES
@@ -195,19 +195,17 @@ def _as_before(seen: Followed) -> Body | None:
 class _Scene:
     """The samples, made alike and small, and what moves in them."""
 
-    def __init__(
-        self, samples: Samples, frames: NDArray[np.intp], small: Sequence[Luma], scale: int
-    ) -> None:
-        self.samples, self.frames = samples, frames
-        self.scale, self.shape = scale, small[0].shape
+    def __init__(self, samples: Samples, frames: NDArray[np.intp], small: Prepared) -> None:
+        self.samples, self.frames, self.shape = samples, frames, small.shape
+        self.scale, self.corner_px = small.scale, small.corner_px
         self.upright = False
         """Whether x and y of the pictures are swapped; those of the samples never are."""
-        self._corners = follow_corners(small, samples.moved)
+        self._corners = follow_corners(small.pictures, small.moved)
         self.shift_px: Floats = scene_path(self._corners, self.shape)
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
-        if self.shift_px.any() and not camera_moved(small, self.shift_px):
+        if self.shift_px.any() and not camera_moved(small.pictures, self.shift_px):
             self.shift_px = np.zeros_like(self.shift_px)
-        self._regions = find_regions(small)
+        self._regions = find_regions(small.pictures)
 
     @property
     def axes(self) -> list[int]:
@@ -221,7 +219,7 @@ class _Scene:
             marks = self._marked(known)
             corners, regions = corners.beside(marks), regions.beside(marks)
         proposed = propose(corners, regions, self.shift_px, self._regions.all_change)
-        return roughly(proposed, self.frames, self.scale, self.axes)
+        return roughly(proposed, self.frames, (self.scale, self.corner_px), self.axes)
 
     def background(self, pictures: Mapping[int, Luma], known: Sequence[Shape] = ()) -> Background:
         """Learn what stands still from the samples, but for what shapes hide."""
@@ -235,11 +233,11 @@ class _Scene:
 
     def _marked(self, shapes: Sequence[Shape]) -> list[NDArray[np.bool_]]:
         """Mark where each sample shows known bodies, shape (height, width) of a sample."""
-        marks = []
+        marks, corner = [], (self.corner_px[self.axes[0]], self.corner_px[self.axes[1]])
         for frame in self.frames.tolist():
             mark = np.zeros(np.array(self.shape)[self.axes], np.uint8)
             for one in shapes:
-                one.mark(mark, frame, scale=self.scale)
+                one.mark(mark, frame, corner, self.scale)
             marks.append(np.ascontiguousarray(mark.transpose(self.axes)) > 0)
         return marks
 

@@ -64,7 +64,7 @@ class Light:
         """Swap x and y."""
         return self if self.waves is None else Light(self.gain, self.waves.T)
 
-    def over(self, place: Place, shape: tuple[int, int], size: tuple[int, ...]) -> Pixels:
+    def over(self, place: Place, shape: tuple[int, int], size: Sequence[float]) -> Pixels:
         """Brightness over a piece of a picture, of the piece's shape; shape () if it is all one.
 
         Parameters
@@ -77,21 +77,32 @@ class Light:
         if self.waves is None:
             return np.asarray(np.float32(self.gain))
         down, across = (
-            _cosines((place[1 - axis] + 0.5 + np.arange(shape[axis])) / size[axis], count)
+            _cosines(
+                (place[1 - axis] + 0.5 + np.arange(shape[axis], dtype=np.float64)) / size[axis],
+                count,
+            )
             for axis, count in enumerate(self.waves.shape)
         )
         logarithm = (down @ self.waves).astype(np.float32) @ across.T.astype(np.float32)
         return np.asarray(np.float32(self.gain) * np.exp(logarithm))
 
-    def levelled(self, picture: Luma, stretch: float = 1.0) -> Luma:
-        """Bring a whole picture to the mean brightness, times a factor."""
+    def levelled(
+        self,
+        piece: Luma,
+        stretch: float = 1.0,
+        place: Place = (0.0, 0.0),
+        size: Sequence[float] = (),
+    ) -> Luma:
+        """Bring a piece of a picture to the mean brightness, times a factor.
+
+        ``place`` and ``size`` are those of :meth:`over`; by default it is the whole picture.
+        """
         if self.waves is not None:
-            factor = np.float32(stretch) / self.over(
-                (0.0, 0.0), (picture.shape[0], picture.shape[1]), picture.shape
-            )
-            return np.asarray(cv2.multiply(picture, factor, dtype=cv2.CV_8U), np.uint8)
+            shape = piece.shape[0], piece.shape[1]
+            factor = np.float32(stretch) / self.over(place, shape, size or shape)
+            return np.asarray(cv2.multiply(piece, factor, dtype=cv2.CV_8U), np.uint8)
         alpha = stretch / self.gain
-        return picture if alpha == 1.0 else np.asarray(cv2.convertScaleAbs(picture, alpha=alpha))
+        return piece if alpha == 1.0 else np.asarray(cv2.convertScaleAbs(piece, alpha=alpha))
 
     def unless_faint(self) -> Light:
         """Leave small changes as they are."""

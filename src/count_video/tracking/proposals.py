@@ -92,17 +92,22 @@ def _with_box(group: RigidGroup, region: Floats | None) -> Proposal:
 
 
 def roughly(
-    proposals: Sequence[Proposal], frames: NDArray[np.intp], scale: int, axes: Sequence[int]
+    proposals: Sequence[Proposal],
+    frames: NDArray[np.intp],
+    cut: tuple[int, tuple[int, int]],
+    axes: Sequence[int],
 ) -> list[Rough]:
-    """Turn px of reduced samples into those of the pictures, and paths into those by frame.
+    """Turn px of samples into those of the pictures, and paths into those by frame.
 
-    ``frames`` has the index of each sample, ``scale`` is how many px of the pictures one of theirs
-    holds, and ``axes`` are those of theirs that are x and y of the pictures. Where the neighbours'
-    corners begin is found as well.
+    ``frames`` has the index of each sample, ``cut`` how many px of the pictures one of theirs holds
+    and where they begin, by x and y, and ``axes`` are those of theirs that are x and y of the
+    pictures. Where the neighbours' corners begin is found as well.
     """
+    scale, corner_px = cut
+    begin = np.add(corner_px, (scale - 1) / 2)
     whole = [
         Proposal(
-            (one.path_px * scale + (scale - 1) / 2)[:, axes],
+            (one.path_px * scale + begin)[:, axes],
             (one.corners_px * scale)[:, axes],
             tuple((scale * np.reshape(one.box_px, (2, 2)))[:, axes].ravel().tolist()),
             one.blurred,

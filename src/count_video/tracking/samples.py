@@ -35,6 +35,11 @@ PAIRS = 200
 MOVES_SIGMAS, MOVES_LEVELS = 6.0, 0.7
 """A block in which something moves changes by more than the noise and by more than this, in grey
 levels."""
+STRONG_SHARE = 0.1
+"""Blocks that change by this share of what the strongest does, or more, show where bodies move."""
+SURROUNDINGS = 4
+"""So many blocks around these are of interest as well, or as many as they are wide or high: bodies
+are no larger part of it than a third, and what stands still tells whether the camera does."""
 MEDIAN_OF, MEDIAN_ROWS = 31, 64
 """A median is taken of so many pictures, and of so many rows at a time: that bounds its memory."""
 WHITE = 255
@@ -53,6 +58,8 @@ class Samples:
     moved: NDArray[np.bool_]
     """Where each sample differs from the median of all, shape (len(chosen), height, width) of a
     thumbnail."""
+    part: tuple[slice, slice]
+    """Rows and columns of a thumbnail that hold what moves and its surroundings."""
 
 
 class Thumbnails:
@@ -88,7 +95,7 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     ]
     noise, largest, active = _changes(level)
     if not active.any():
-        return Samples(np.empty(0, np.intp), [], np.empty((0, 1, 1), np.bool_))
+        return Samples(np.empty(0, np.intp), [], np.empty((0, 1, 1), np.bool_), np.s_[:, :])
     share = CHANGE_SHARE
     chosen = _walk(level, noise, largest, share)
     while len(chosen) > SAMPLES_AT_MOST:
@@ -100,7 +107,21 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     alike = [level[k] for k in together]
     lights = lights_of(alike, 1 / gains[together], _middle(alike))
     some = [one.levelled(thumbnails[k]) for k, one in zip(together, lights, strict=True)]
-    return Samples(rows[together], lights, _moved(some))
+    return Samples(rows[together], lights, _moved(some), _part(largest, level[0].shape))
+
+
+def _part(largest: Floats, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Rows and columns of a thumbnail that hold what moves and its surroundings."""
+    change = np.where(np.isfinite(largest), largest, 0.0)
+    strong = np.nonzero(change >= STRONG_SHARE * change.max())
+    part = []
+    for blocks, count, size in zip(strong, change.shape, shape, strict=True):
+        first, end = int(blocks.min()), int(blocks.max()) + 1
+        reach = max(end - first, SURROUNDINGS)
+        # The last block may be cut.
+        last = size if end + reach >= count else BLOCK_PX * (end + reach)
+        part.append(slice(BLOCK_PX * max(0, first - reach), last))
+    return part[0], part[1]
 
 
 def differences(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> list[Luma]:

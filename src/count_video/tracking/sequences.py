@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TypeVar
 
 import cv2
@@ -23,6 +24,26 @@ BRIGHT_SHARE, BRIGHTEST_LEVEL, STRETCH_AT_MOST = 0.995, 200.0, 8.0
 """All but few pixels of dark pictures are made as bright as this level, by so much at most."""
 BRIGHTNESS_OF = 4
 """It is measured in so many samples."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Samples cut to where anything moves, small and of one brightness."""
+
+    pictures: list[Luma]
+    """Each of shape (height, width)."""
+    moved: NDArray[np.bool_]
+    """Where each differs from the median of all, at any size, shape (samples, rows, columns)."""
+    scale: int
+    """How many px of the clip's pictures one of theirs holds."""
+    corner_px: tuple[int, int]
+    """Where they begin in the clip's pictures, by image x and y."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width."""
+        height, width = self.pictures[0].shape
+        return height, width
 
 
 class Lumas(Mapping[int, Luma]):
@@ -46,21 +67,27 @@ class Lumas(Mapping[int, Luma]):
         return len(self._rows)
 
 
-def levelled(pictures: Sequence[Luma], samples: Samples) -> tuple[list[Luma], int]:
-    """Bring samples to one width, and to a brightness that uses all levels of a byte.
-
-    Returns how many px of the pictures one of theirs holds as well.
-    """
-    scale = scale_to(pictures[0].shape[1], CORNERS_WIDTH_PX)
-    small = [reduced(pictures[k], scale) for k in samples.chosen]
+def prepared(pictures: Sequence[Luma], samples: Samples) -> Prepared:
+    """Cut the part of interest out of samples; make them small, and use all levels of a byte."""
+    whole, thumbnail = pictures[0].shape, scale_to(pictures[0].shape[1])
+    cut = [
+        slice(thumbnail * part.start, thumbnail * part.stop if part.stop < most else size)
+        for part, most, size in zip(samples.part, samples.moved.shape[1:], whole, strict=True)
+    ]
+    scale = scale_to(cut[1].stop - cut[1].start, CORNERS_WIDTH_PX)
+    small = [reduced(pictures[k][cut[0], cut[1]], scale) for k in samples.chosen]
     some = small[:: len(small) // BRIGHTNESS_OF + 1]
     brightest = max(float(np.quantile(one, BRIGHT_SHARE)) for one in some)
     stretch = float(np.clip(BRIGHTEST_LEVEL / max(brightest, 1.0), 1.0, STRETCH_AT_MOST))
-    for place, light in enumerate(samples.lights):
+    corner = cut[1].start, cut[0].start
+    place = corner[0] / scale, corner[1] / scale
+    size = whole[0] / scale, whole[1] / scale
+    for number, light in enumerate(samples.lights):
         # Smoothed after it, so that the levels between those of a dark picture are not lost.
-        bright = light.unless_faint().levelled(small[place], stretch)
-        small[place] = np.asarray(cv2.GaussianBlur(bright, (0, 0), SMOOTHING_PX), np.uint8)
-    return small, scale
+        bright = light.unless_faint().levelled(small[number], stretch, place, size)
+        small[number] = np.asarray(cv2.GaussianBlur(bright, (0, 0), SMOOTHING_PX), np.uint8)
+    moved = samples.moved[:, samples.part[0], samples.part[1]]
+    return Prepared(small, moved, scale, corner)
 
 
 def moved_back(picture: NDArray[Depth], shift_px: Sequence[float] | Floats) -> NDArray[Depth]:
