@@ -50,3 +50,13 @@ def test_most_paths_say_how_the_bodies_move_and_not_the_longest_one() -> None:
     paths = [{k: (x * k / FRAMES, y * k / FRAMES) for k in range(FRAMES)} for x, y in ways]
 
     assert abs(common_direction_deg([Rough(path, box, fence) for path in paths])) < 20.0
+
+
+def test_regions_say_nothing_of_the_direction_where_corners_show_bodies() -> None:
+    box, fence = (0.0, 0.0, 9.0, 9.0), (-np.inf, np.inf)
+    body = {k: (12.0 * k / FRAMES, 0.0) for k in range(FRAMES)}
+    thread = {k: (0.0, 80.0 * k / FRAMES) for k in range(FRAMES)}
+    regions = [Rough(thread, box, fence, blurred=True, sure=False)] * 3
+
+    assert abs(common_direction_deg([Rough(body, box, fence), *regions])) < 20.0
+    assert abs(common_direction_deg(regions)) > 70.0

@@ -310,10 +310,12 @@ def common_direction_deg(roughs: Sequence[Rough]) -> float:
     """Find the direction of most paths, in (-90, 90] degrees from image x.
 
     Each counts by how much likelier it is along its own line than without any direction: so do the
-    straight paths of bodies that many samples show, and not the far and winding one of a hand.
+    straight paths of bodies that many samples show, and not the far and winding one of a hand. What
+    only a region or few corners show counts where nothing else does: threads and what bodies hide
+    in turn make regions that seem to move in any direction.
     """
     turned = 0j
-    for rough in roughs:
+    for rough in [rough for rough in roughs if rough.sure] or roughs:
         count, moments = len(rough.path_px), _moments(rough)
         across, along = np.linalg.eigvalsh(moments) / count + PLACE_NOISE_PX**2
         across = max(across, STRAIGHT_SHARE**2 * along)
