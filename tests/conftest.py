@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import signal
@@ -43,6 +44,12 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
         options.dist, options.loadscopereorder = "loadfile", False
     if hasattr(options, "maxworkerrestart") and options.maxworkerrestart is None:
         options.maxworkerrestart = str(RESTARTS)
+
+
+def pytest_collection_finish() -> None:
+    """Spare the collector what has been loaded by now: it stays until the end."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -8,6 +8,7 @@ from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.signals import sigma_of
+from tiers import rest_slow
 
 TRIAL = simulate(Setup(wall_gap_m=0.03))
 NOISE_PX, LEAD_FRAMES = 0.5, 20
@@ -19,7 +20,7 @@ OFF_AT_MOST_FRAMES = 8.0
 0.16 px per frame, two frames, of which this is four times as much."""
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", rest_slow(range(8), 4))
 def test_what_sends_a_resting_ball_to_the_wall_is_found_however_shallow(seed: int) -> None:
     filming = Filming(resolving_fps(TRIAL, 8.0), NOISE_PX, lead_frames=LEAD_FRAMES)
     trial = film_motion(TRIAL, filming, seed)

@@ -43,13 +43,14 @@ def test_samples_hold_what_moves_with_its_surroundings_and_no_more(
     x_px: float, y_px: float
 ) -> None:
     pictures, place = film(x_px, y_px)
-    cut = prepared(pictures, sampled(pictures))
+    found = prepared(pictures, sampled(pictures))
+    (left, top), (height, width) = found.cut.corner_px, found.pictures[0].shape
     block = BLOCK_PX * scale_to(SIZE[1])
     ends = (
-        (cut.corner_px[0], cut.shape[1], place.min(), place.max(), SIZE[1]),
-        (cut.corner_px[1], cut.shape[0], y_px, y_px, SIZE[0]),
+        (left, width, place.min(), place.max(), SIZE[1]),
+        (top, height, y_px, y_px, SIZE[0]),
     )
-    assert cut.scale == 1
+    assert found.cut.scale == 1
     for begin, length, low, high, most in ends:
         assert begin <= max(0.0, low - RADIUS_PX - SURROUNDINGS * block + block)
         assert begin + length >= min(most, high + RADIUS_PX + SURROUNDINGS * block - block)

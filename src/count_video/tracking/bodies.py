@@ -104,7 +104,7 @@ def find_movers(
     motion = _camera_motion(clip, scene, roughs)
     if motion is not None:
         shift = np.nan_to_num(motion.shift_px)
-        scene.shift_px = shift[samples.chosen][:, scene.axes] / scene.scale
+        scene.shift_px = shift[samples.chosen][:, scene.axes] / scene.cut.scale
         clip = replace(clip, background=scene.background(lumas), shift_px=shift)
     followed = _followed(clip, scene, roughs, enough)
     if motion is None:
@@ -196,8 +196,8 @@ class _Scene:
     """The samples, made alike and small, and what moves in them."""
 
     def __init__(self, samples: Samples, frames: NDArray[np.intp], small: Prepared) -> None:
-        self.samples, self.frames, self.shape = samples, frames, small.shape
-        self.scale, self.corner_px = small.scale, small.corner_px
+        self.samples, self.frames = samples, frames
+        self.cut, self.shape = small.cut, small.pictures[0].shape
         self.upright = False
         """Whether x and y of the pictures are swapped; those of the samples never are."""
         self._corners = follow_corners(small.pictures, small.moved)
@@ -219,12 +219,12 @@ class _Scene:
             marks = self._marked(known)
             corners, regions = corners.beside(marks), regions.beside(marks)
         proposed = propose(corners, regions, self.shift_px, self._regions.all_change)
-        return roughly(proposed, self.frames, (self.scale, self.corner_px), self.axes)
+        return roughly(proposed, self.frames, self.cut, self.axes)
 
     def background(self, pictures: Mapping[int, Luma], known: Sequence[Shape] = ()) -> Background:
         """Learn what stands still from the samples, but for what shapes hide."""
         frames = self.frames.tolist()
-        shift = self.scale * self.shift_px[:, self.axes]
+        shift = self.cut.scale * self.shift_px[:, self.axes]
         shifts = {frame: (x, y) for frame, (x, y) in zip(frames, shift.tolist(), strict=True)}
         lights = [one.turned() if self.upright else one for one in self.samples.lights]
         lamps = dict(zip(frames, lights, strict=True))
@@ -233,11 +233,11 @@ class _Scene:
 
     def _marked(self, shapes: Sequence[Shape]) -> list[NDArray[np.bool_]]:
         """Mark where each sample shows known bodies, shape (height, width) of a sample."""
-        marks, corner = [], (self.corner_px[self.axes[0]], self.corner_px[self.axes[1]])
+        marks, (x, y) = [], (self.cut.corner_px[axis] for axis in self.axes)
         for frame in self.frames.tolist():
             mark = np.zeros(np.array(self.shape)[self.axes], np.uint8)
             for one in shapes:
-                one.mark(mark, frame, corner, self.scale)
+                one.mark(mark, frame, (x, y), self.cut.scale)
             marks.append(np.ascontiguousarray(mark.transpose(self.axes)) > 0)
         return marks
 

@@ -13,6 +13,7 @@ from count_video.tracking.corners import Trajectories
 from count_video.tracking.learning import Rough
 from count_video.tracking.regions import Regions, moving_regions, region_of
 from count_video.tracking.rigid import RigidGroup, rigid_groups
+from count_video.tracking.sequences import Cut
 from count_video.tracking.shape import Box, Shape
 
 OUTER_CORNERS = (0.03, 0.08)
@@ -92,19 +93,14 @@ def _with_box(group: RigidGroup, region: Floats | None) -> Proposal:
 
 
 def roughly(
-    proposals: Sequence[Proposal],
-    frames: NDArray[np.intp],
-    cut: tuple[int, tuple[int, int]],
-    axes: Sequence[int],
+    proposals: Sequence[Proposal], frames: NDArray[np.intp], cut: Cut, axes: Sequence[int]
 ) -> list[Rough]:
     """Turn px of samples into those of the pictures, and paths into those by frame.
 
-    ``frames`` has the index of each sample, ``cut`` how many px of the pictures one of theirs holds
-    and where they begin, by x and y, and ``axes`` are those of theirs that are x and y of the
-    pictures. Where the neighbours' corners begin is found as well.
+    ``frames`` has the index of each sample, and ``axes`` are those of theirs that are x and y of
+    the pictures. Where the neighbours' corners begin is found as well.
     """
-    scale, corner_px = cut
-    begin = np.add(corner_px, (scale - 1) / 2)
+    scale, begin = cut.scale, np.add(cut.corner_px, (cut.scale - 1) / 2)
     whole = [
         Proposal(
             (one.path_px * scale + begin)[:, axes],

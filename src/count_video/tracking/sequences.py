@@ -27,6 +27,16 @@ BRIGHTNESS_OF = 4
 
 
 @dataclass(frozen=True)
+class Cut:
+    """How samples are cut out of the pictures of a clip, and reduced."""
+
+    scale: int
+    """How many px of the clip's pictures one of theirs holds."""
+    corner_px: tuple[int, int]
+    """Where they begin in the clip's pictures, by image x and y."""
+
+
+@dataclass(frozen=True)
 class Prepared:
     """Samples cut to where anything moves, small and of one brightness."""
 
@@ -34,16 +44,7 @@ class Prepared:
     """Each of shape (height, width)."""
     moved: NDArray[np.bool_]
     """Where each differs from the median of all, at any size, shape (samples, rows, columns)."""
-    scale: int
-    """How many px of the clip's pictures one of theirs holds."""
-    corner_px: tuple[int, int]
-    """Where they begin in the clip's pictures, by image x and y."""
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Height and width."""
-        height, width = self.pictures[0].shape
-        return height, width
+    cut: Cut
 
 
 class Lumas(Mapping[int, Luma]):
@@ -70,24 +71,22 @@ class Lumas(Mapping[int, Luma]):
 def prepared(pictures: Sequence[Luma], samples: Samples) -> Prepared:
     """Cut the part of interest out of samples; make them small, and use all levels of a byte."""
     whole, thumbnail = pictures[0].shape, scale_to(pictures[0].shape[1])
-    cut = [
+    rows, columns = (
         slice(thumbnail * part.start, thumbnail * part.stop if part.stop < most else size)
         for part, most, size in zip(samples.part, samples.moved.shape[1:], whole, strict=True)
-    ]
-    scale = scale_to(cut[1].stop - cut[1].start, CORNERS_WIDTH_PX)
-    small = [reduced(pictures[k][cut[0], cut[1]], scale) for k in samples.chosen]
+    )
+    scale = scale_to(columns.stop - columns.start, CORNERS_WIDTH_PX)
+    small = [reduced(pictures[k][rows, columns], scale) for k in samples.chosen]
     some = small[:: len(small) // BRIGHTNESS_OF + 1]
     brightest = max(float(np.quantile(one, BRIGHT_SHARE)) for one in some)
     stretch = float(np.clip(BRIGHTEST_LEVEL / max(brightest, 1.0), 1.0, STRETCH_AT_MOST))
-    corner = cut[1].start, cut[0].start
-    place = corner[0] / scale, corner[1] / scale
-    size = whole[0] / scale, whole[1] / scale
+    place, size = (columns.start / scale, rows.start / scale), [side / scale for side in whole]
     for number, light in enumerate(samples.lights):
         # Smoothed after it, so that the levels between those of a dark picture are not lost.
         bright = light.unless_faint().levelled(small[number], stretch, place, size)
         small[number] = np.asarray(cv2.GaussianBlur(bright, (0, 0), SMOOTHING_PX), np.uint8)
     moved = samples.moved[:, samples.part[0], samples.part[1]]
-    return Prepared(small, moved, scale, corner)
+    return Prepared(small, moved, Cut(scale, (columns.start, rows.start)))
 
 
 def moved_back(picture: NDArray[Depth], shift_px: Sequence[float] | Floats) -> NDArray[Depth]:
