@@ -106,6 +106,7 @@ def _likeliest_ramp(track: Track, base: TimeBase, found: SeenCollisions) -> Ramp
         return stray_px(ramp.time_base(track.frame), track, shown)
 
     shown = _burst(base, found)
+    plain = stray_px(base, track, shown)
     nearest = sorted(ramps_of(track, shown), key=lambda ramps: stray(ramps[0], shown))
     tried = []
     for ramps in nearest[:TRIED]:
@@ -113,10 +114,10 @@ def _likeliest_ramp(track: Track, base: TimeBase, found: SeenCollisions) -> Ramp
         own = _burst(steady, seen_collisions(steady.evened(track), pace=1.0))
         slow = [ramp for ramp in ramps if ramp.slows([one.frame for one in own])]
         tried += [(stray(ramp, own), ramp, own) for ramp in slow]
-    best = sorted(tried, key=lambda one: one[0])[:TRIED]
+    best = sorted((one for one in tried if one[0] < plain), key=lambda one: one[0])[:TRIED]
     sharp = [_sharpened(ramp, track, own) for _, ramp, own in best]
     least, ramp = min(sharp, key=lambda one: one[0], default=(float("inf"), None))
-    return ramp if least < STRAYS_LESS * stray_px(base, track, shown) else None
+    return ramp if least < STRAYS_LESS * plain else None
 
 
 def _sharpened(ramp: Ramp, track: Track, shown: Sequence[Collision]) -> tuple[float, Ramp]:
