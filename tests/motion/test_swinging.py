@@ -41,7 +41,7 @@ def counted(place: Floats) -> bool:
 
 
 @given(any_sampling, phases, reaches, seeds)
-@settings(max_examples=25)
+@settings(max_examples=40)
 def test_a_swing_is_never_counted_however_few_pictures_show_it(
     period: float, phase: float, reach: float, seed: int
 ) -> None:
@@ -49,7 +49,7 @@ def test_a_swing_is_never_counted_however_few_pictures_show_it(
 
 
 @given(any_sampling, phases, reaches, st.floats(0.0, 0.01), seeds)
-@settings(max_examples=15)
+@settings(max_examples=30)
 def test_a_damped_swing_is_never_counted(
     period: float, phase: float, reach: float, damping: float, seed: int
 ) -> None:
@@ -57,7 +57,7 @@ def test_a_damped_swing_is_never_counted(
 
 
 @given(any_sampling, phases, reaches, st.sampled_from([0.5, 1.0]))
-@settings(max_examples=20)
+@settings(max_examples=30)
 def test_a_swing_in_whole_px_is_never_counted(
     period: float, phase: float, reach: float, grain: float
 ) -> None:
@@ -65,7 +65,7 @@ def test_a_swing_in_whole_px_is_never_counted(
 
 
 @given(st.floats(0.2, 1.5), st.floats(12.0, 140.0), reaches, seeds)
-@settings(max_examples=12)
+@settings(max_examples=20)
 def test_a_metronome_is_never_counted(angle: float, period: float, reach: float, seed: int) -> None:
     arm = reach * np.sin(angle * np.cos(2 * np.pi * np.arange(PICTURES) / period))
 
@@ -73,7 +73,7 @@ def test_a_metronome_is_never_counted(angle: float, period: float, reach: float,
 
 
 @given(st.floats(8.0, 40.0), st.floats(60.0, 300.0), seeds)
-@settings(max_examples=20)
+@settings(max_examples=25)
 def test_bounces_between_stops_are_counted_at_the_sampling_of_swings(
     flight: float, width: float, seed: int
 ) -> None:

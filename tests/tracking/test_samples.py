@@ -7,7 +7,7 @@ import pytest
 from drawn import paint_ball, paint_box
 
 from count_video.tracking.bodies import find_movers
-from count_video.tracking.samples import BLOCK_PX, SURROUNDINGS, Samples, Thumbnails, choose_samples
+from count_video.tracking.samples import BLOCK_PX, SURROUNDINGS, Thumbnails, choose_samples
 from count_video.tracking.sequences import prepared
 from count_video.video.pictures import reduced, scale_to
 
@@ -33,9 +33,11 @@ def film(x_px: float, y_px: float, number: int = 48) -> tuple[list[np.ndarray], 
     return pictures, place
 
 
-def sampled(pictures: list[np.ndarray]) -> Samples:
-    scale = scale_to(SIZE[1])
-    return choose_samples({k: reduced(one, scale) for k, one in enumerate(pictures)})
+def thumbnails_of(pictures: list[np.ndarray]) -> Thumbnails:
+    thumbnails = Thumbnails()
+    for row, picture in enumerate(pictures):
+        thumbnails.add(row, reduced(picture, scale_to(SIZE[1])))
+    return thumbnails
 
 
 @pytest.mark.parametrize(("x_px", "y_px"), [(640.0, 360.0), (30.0, 40.0), (1250.0, 690.0)])
@@ -43,7 +45,7 @@ def test_samples_hold_what_moves_with_its_surroundings_and_no_more(
     x_px: float, y_px: float
 ) -> None:
     pictures, place = film(x_px, y_px)
-    found = prepared(pictures, sampled(pictures))
+    found = prepared(pictures, choose_samples(thumbnails_of(pictures).taken()))
     (left, top), (height, width) = found.cut.corner_px, found.pictures[0].shape
     block = BLOCK_PX * scale_to(SIZE[1])
     ends = (
@@ -60,9 +62,7 @@ def test_samples_hold_what_moves_with_its_surroundings_and_no_more(
 
 def test_a_ball_of_14_px_is_followed_in_a_large_picture() -> None:
     pictures, place = film(900.0, 300.0)
-    thumbnails = Thumbnails()
-    for row, picture in enumerate(pictures):
-        thumbnails.add(row, reduced(picture, scale_to(SIZE[1])))
+    thumbnails = thumbnails_of(pictures)
     movers = find_movers(pictures, np.arange(len(pictures)), thumbnails, lambda _: False)
     (ball,) = movers.bodies
     away = ball.middle_px - place

@@ -210,6 +210,7 @@ class _Path:
         self.basis, self.triangle = np.linalg.qr(np.concatenate([scaled, np.eye(4)]))
         fall = motion.acceleration * self.law[:, 2] / motion.sigma_px
         self.target = np.concatenate([self.place - fall, np.zeros(4)])
+        # What the law leaves over of the places.
         self.left = self.target - self.basis @ (self.basis.T @ self.target)
 
     def corners(self, at: Floats, half: Floats) -> Floats:

@@ -56,7 +56,7 @@ def collision_count(heavy: Mass, light: Mass = 1) -> int:
     if ratio in WHOLE_QUOTIENTS:
         return WHOLE_QUOTIENTS[ratio] - 1
     if _LEAST < ratio < _MOST:  # floats decide it, but where the quotient is all but an integer
-        rough = math.pi / theta_rad(heavy, light)
+        rough = math.pi / theta_rad(ratio)
         low, high = (math.floor(rough * (1.0 + sign * _ROUNDING)) for sign in (-1, 1))
         if low == high:
             return low

@@ -233,7 +233,8 @@ class _Scene:
 
     def _marked(self, shapes: Sequence[Shape]) -> list[NDArray[np.bool_]]:
         """Mark where each sample shows known bodies, shape (height, width) of a sample."""
-        marks, (x, y) = [], (self.cut.corner_px[axis] for axis in self.axes)
+        marks = []
+        x, y = (self.cut.corner_px[axis] for axis in self.axes)
         for frame in self.frames.tolist():
             mark = np.zeros(np.array(self.shape)[self.axes], np.uint8)
             for one in shapes:

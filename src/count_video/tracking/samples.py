@@ -59,7 +59,8 @@ class Samples:
     """Where each sample differs from the median of all, shape (len(chosen), height, width) of a
     thumbnail."""
     part: tuple[slice, slice]
-    """Rows and columns of a thumbnail that hold what moves and its surroundings."""
+    """Rows and columns of a thumbnail that hold what moves and its surroundings; they have no stop
+    where they reach the end of it."""
 
 
 class Thumbnails:
@@ -95,7 +96,7 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     ]
     noise, largest, active = _changes(level)
     if not active.any():
-        return Samples(np.empty(0, np.intp), [], np.empty((0, 1, 1), np.bool_), np.s_[:, :])
+        return Samples(np.empty(0, np.intp), [], np.empty((0, 1, 1), np.bool_), np.s_[0:, 0:])
     share = CHANGE_SHARE
     chosen = _walk(level, noise, largest, share)
     while len(chosen) > SAMPLES_AT_MOST:
@@ -107,20 +108,19 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     alike = [level[k] for k in together]
     lights = lights_of(alike, 1 / gains[together], _middle(alike))
     some = [one.levelled(thumbnails[k]) for k, one in zip(together, lights, strict=True)]
-    return Samples(rows[together], lights, _moved(some), _part(largest, level[0].shape))
+    return Samples(rows[together], lights, _moved(some), _part(largest))
 
 
-def _part(largest: Floats, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Rows and columns of a thumbnail that hold what moves and its surroundings."""
+def _part(largest: Floats) -> tuple[slice, slice]:
+    """Rows and columns as in ``Samples``, by the largest change of each block."""
     change = np.where(np.isfinite(largest), largest, 0.0)
     strong = np.nonzero(change >= STRONG_SHARE * change.max())
     part = []
-    for blocks, count, size in zip(strong, change.shape, shape, strict=True):
+    for blocks, count in zip(strong, change.shape, strict=True):
         first, end = int(blocks.min()), int(blocks.max()) + 1
         reach = max(end - first, SURROUNDINGS)
-        # The last block may be cut.
-        last = size if end + reach >= count else BLOCK_PX * (end + reach)
-        part.append(slice(BLOCK_PX * max(0, first - reach), last))
+        stop = BLOCK_PX * (end + reach) if end + reach < count else None
+        part.append(slice(BLOCK_PX * max(0, first - reach), stop))
     return part[0], part[1]
 
 

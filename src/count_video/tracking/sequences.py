@@ -72,10 +72,9 @@ def prepared(pictures: Sequence[Luma], samples: Samples) -> Prepared:
     """Cut the part of interest out of samples; make them small, and use all levels of a byte."""
     whole, thumbnail = pictures[0].shape, scale_to(pictures[0].shape[1])
     rows, columns = (
-        slice(thumbnail * part.start, thumbnail * part.stop if part.stop < most else size)
-        for part, most, size in zip(samples.part, samples.moved.shape[1:], whole, strict=True)
+        slice(thumbnail * part.start, part.stop and thumbnail * part.stop) for part in samples.part
     )
-    scale = scale_to(columns.stop - columns.start, CORNERS_WIDTH_PX)
+    scale = scale_to(pictures[0][rows, columns].shape[1], CORNERS_WIDTH_PX)
     small = [reduced(pictures[k][rows, columns], scale) for k in samples.chosen]
     some = small[:: len(small) // BRIGHTNESS_OF + 1]
     brightest = max(float(np.quantile(one, BRIGHT_SHARE)) for one in some)
