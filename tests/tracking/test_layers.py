@@ -57,14 +57,10 @@ def test_a_known_body_is_no_background_where_it_ever_leaves_it_free() -> None:
 def test_what_a_known_body_hid_is_no_region_that_moves() -> None:
     body = resting_then_moving()
     pictures = list(with_body(body).values())
-    marks = []
-    for k in FRAMES:
-        mark = np.zeros(SIZE, np.uint8)
-        body.mark(mark, k)
-        marks.append(mark > 0)
     regions = find_regions(pictures)
     assert any(len(boxes) for boxes in regions.boxes)
-    assert not any(len(boxes) for boxes in regions.beside(marks).boxes)
+    without = find_regions(pictures, known=[[body.part(k)] for k in FRAMES])
+    assert not any(len(boxes) for boxes in without.boxes)
 
 
 def test_the_camera_moves_the_background_and_not_what_stands_in_it() -> None:

@@ -28,11 +28,11 @@ from count_video.tracking.layers import (
 from count_video.tracking.learning import Body, Rough, common_direction_deg, line_tilt_deg
 from count_video.tracking.occlusion import unhidden
 from count_video.tracking.proposals import propose, roughly
-from count_video.tracking.regions import find_regions
+from count_video.tracking.regions import find_regions, reduced_for_regions
 from count_video.tracking.rigid import scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
 from count_video.tracking.sequences import Lumas, Prepared, prepared
-from count_video.tracking.shape import Box, Shape, size_of
+from count_video.tracking.shape import Box, Part, Shape, size_of
 
 Luma = NDArray[np.uint8]
 
@@ -205,7 +205,9 @@ class _Scene:
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
         if self.shift_px.any() and not camera_moved(small.pictures, self.shift_px):
             self.shift_px = np.zeros_like(self.shift_px)
-        self._regions = find_regions(small.pictures)
+        self._small, self._scale = reduced_for_regions(small.pictures)
+        self._all_change = 0.0
+        """Sum of what changes in a sample: known once all that moves was sought."""
 
     @property
     def axes(self) -> list[int]:
@@ -214,11 +216,12 @@ class _Scene:
 
     def roughs(self, known: Sequence[Shape] = ()) -> list[Rough]:
         """Find what may be a body where no known one is, in px of the clip's pictures."""
-        corners, regions = self._corners, self._regions
-        if known:
-            marks = self._marked(known)
-            corners, regions = corners.beside(marks), regions.beside(marks)
-        proposed = propose(corners, regions, self.shift_px, self._regions.all_change)
+        covered = self._covered(known)
+        corners = self._corners.beside(covered, self._scale)
+        regions = find_regions(self._small, self._scale, covered if known else ())
+        if not known:
+            self._all_change = regions.all_change
+        proposed = propose(corners, regions, self.shift_px, self._all_change)
         return roughly(proposed, self.frames, self.cut, self.axes)
 
     def background(self, pictures: Mapping[int, Luma], known: Sequence[Shape] = ()) -> Background:
@@ -231,16 +234,12 @@ class _Scene:
         some = np.linspace(0, len(frames) - 1, BACKGROUND_OF).astype(int)
         return background_of({frames[k]: pictures[frames[k]] for k in some}, shifts, lamps, known)
 
-    def _marked(self, shapes: Sequence[Shape]) -> list[NDArray[np.bool_]]:
-        """Mark where each sample shows known bodies, shape (height, width) of a sample."""
-        marks = []
+    def _covered(self, shapes: Sequence[Shape]) -> list[list[Part]]:
+        """Parts of each sample that known bodies cover, as it is reduced for regions."""
         x, y = (self.cut.corner_px[axis] for axis in self.axes)
-        for frame in self.frames.tolist():
-            mark = np.zeros(np.array(self.shape)[self.axes], np.uint8)
-            for one in shapes:
-                one.mark(mark, frame, (x, y), self.cut.scale)
-            marks.append(np.ascontiguousarray(mark.transpose(self.axes)) > 0)
-        return marks
+        scale = self.cut.scale * self._scale
+        each = ([one.part(k, (x, y), scale) for one in shapes] for k in self.frames.tolist())
+        return [[part[::-1] if self.upright else part for part in parts] for parts in each]
 
 
 def _less_sure(seen: Followed, motion: Motion) -> Followed:

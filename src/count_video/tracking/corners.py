@@ -14,6 +14,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.tracking.shape import Part
+
 Luma = NDArray[np.uint8]
 Points = NDArray[np.float32]
 
@@ -53,16 +55,19 @@ class Trajectories:
         """Where a corner was followed, shape (n, s)."""
         return np.asarray(np.isfinite(self.places_px[:, :, 0]))
 
-    def beside(self, known: Sequence[NDArray[np.bool_]]) -> Trajectories:
-        """Leave out corners that lie mostly where a sample shows what is known.
+    def beside(self, known: Sequence[Sequence[Part]], scale: int) -> Trajectories:
+        """Leave out corners that lie mostly in parts of the samples that show what is known.
 
-        ``known`` marks that in each sample, shape (height, width) each.
+        ``known`` has them sample by sample, in pictures reduced by a scale.
         """
         count = np.zeros(len(self.places_px))
-        for sample, mark in enumerate(known):
-            seen = np.flatnonzero(self.seen[:, sample])
-            x, y = np.rint(self.places_px[seen, sample]).astype(int).T
-            count[seen] += mark[y.clip(0, mark.shape[0] - 1), x.clip(0, mark.shape[1] - 1)]
+        for places, parts in zip((self.places_px / scale).transpose(1, 2, 0), known, strict=True):
+            held = np.zeros(len(count), np.bool_)
+            for rows, columns in parts:
+                x, y = places
+                inside = (x >= columns.start) & (x < columns.stop)
+                held |= inside & (y >= rows.start) & (y < rows.stop)
+            count += held
         free = count <= KNOWN_SHARE * self.seen.sum(axis=1)
         return Trajectories(self.places_px[free], self.anywhere[free])
 

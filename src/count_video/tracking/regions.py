@@ -8,6 +8,7 @@ touch, their regions merge and the paths end.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -19,12 +20,13 @@ from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.rigid import RigidGroup
 from count_video.tracking.samples import differences
+from count_video.tracking.shape import Part
 from count_video.video.pictures import reduced, scale_to
 
 Luma = NDArray[np.uint8]
 
 WIDTH_PX = 480
-"""Regions are found in pictures no wider than this."""
+"""Regions are found in pictures no wider than this, and no larger than a square of this side."""
 NOISE_OF = 16
 """Noise is measured in so many samples."""
 NOISE_SIGMAS, NOISE_LEVELS = 5.0, 3.0
@@ -72,19 +74,8 @@ class Regions:
     """Left, top, width and height of n regions, sample by sample, shape (n, 4)."""
     changes: list[Luma]
     """Differences from the background, sample by sample, 0 where they are noise."""
-    pictures: list[Luma]
-    """The samples, reduced as the differences are."""
     scale: int
     """How many px of the samples one of theirs holds."""
-
-    def beside(self, known: Sequence[NDArray[np.bool_]]) -> Regions:
-        """Leave out where each sample shows what is known, marked in shape (height, width)."""
-        size, way = self.pictures[0].shape[::-1], cv2.INTER_NEAREST
-        marks = [
-            np.asarray(cv2.resize(mark.view(np.uint8), size, interpolation=way), np.uint8)
-            for mark in known
-        ]
-        return _regions_of(self.pictures, self.scale, marks)
 
     @property
     def all_change(self) -> float:
@@ -102,23 +93,40 @@ class Regions:
         return total / max(1, len(path_px))
 
 
-def find_regions(pictures: Sequence[Luma]) -> Regions:
-    """Find what differs from the background in samples of one brightness."""
-    scale = scale_to(pictures[0].shape[1], WIDTH_PX)
-    return _regions_of([reduced(one, scale) for one in pictures], scale)
+def reduced_for_regions(pictures: list[Luma]) -> tuple[list[Luma], int]:
+    """Reduce samples as far as regions allow; they are taken out of the list.
+
+    Returns them with how many of their px one of the new ones holds.
+    """
+    height, width = pictures[0].shape
+    scale, small = scale_to(max(width, math.isqrt(height * width)), WIDTH_PX), []
+    while pictures:
+        small.append(reduced(pictures.pop(0), scale))
+    return small, scale
 
 
-def _regions_of(pictures: list[Luma], scale: int, known: Sequence[Luma] = ()) -> Regions:
-    """Find what differs from the median of reduced samples, without what is marked as known."""
+def find_regions(
+    pictures: Sequence[Luma], scale: int = 1, known: Sequence[Sequence[Part]] = ()
+) -> Regions:
+    """Find what differs from the median of pictures of one brightness.
+
+    Parameters
+    ----------
+    pictures
+        Samples, reduced by a scale.
+    known
+        Parts of each that show what is known: they are left out.
+    """
     away = differences(pictures, known)
     spread = np.median(np.array(away[:: max(1, len(away) // NOISE_OF)]))
     least = max(NOISE_SIGMAS * MEDIAN_TO_SIGMA * float(spread), NOISE_LEVELS)
     for one in away:
         one[one <= least] = 0
-    for one, mark in zip(away, known, strict=False):
-        one[mark > 0] = 0
+    for one, parts in zip(away, known, strict=False):
+        for part in parts:
+            one[part] = 0
     boxes = [_boxes(_mask(one)) * scale for one in away]
-    return Regions(boxes, away, pictures, scale)
+    return Regions(boxes, away, scale)
 
 
 def moving_regions(regions: Regions) -> list[RigidGroup]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,11 +19,13 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light, lights_of
+from count_video.tracking.shape import Part, marked
 from count_video.video.pictures import reduced
 
 Luma = NDArray[np.uint8]
 
-THUMBNAILS_AT_MOST = 1500
+THUMBNAIL_BYTES = 60_000_000
+"""Thumbnails are kept up to so many bytes, of longer clips every second, fourth and so on."""
 BLOCK_PX = 8
 """Side of a block of a thumbnail."""
 CHANGE_SHARE = 0.25
@@ -58,7 +61,7 @@ class Samples:
     moved: NDArray[np.bool_]
     """Where each sample differs from the median of all, shape (len(chosen), height, width) of a
     thumbnail."""
-    part: tuple[slice, slice]
+    part: Part
     """Rows and columns of a thumbnail that hold what moves and its surroundings; they have no stop
     where they reach the end of it."""
 
@@ -75,7 +78,7 @@ class Thumbnails:
         if row % self._stride:
             return
         self._kept[row] = thumbnail
-        if len(self._kept) > THUMBNAILS_AT_MOST:
+        if len(self._kept) * thumbnail.size > THUMBNAIL_BYTES:
             self._stride *= 2
             self._kept = {k: one for k, one in self._kept.items() if k % self._stride == 0}
 
@@ -85,15 +88,26 @@ class Thumbnails:
         return kept
 
 
+class _Level(Sequence[Luma]):
+    """Pictures made equally bright when they are asked for: copies of all take much memory."""
+
+    def __init__(self, pictures: Sequence[Luma], gains: Sequence[float]) -> None:
+        self._pictures, self._gains = pictures, gains
+
+    def __len__(self) -> int:
+        return len(self._pictures)
+
+    def __getitem__(self, place: Any) -> Any:
+        level = cv2.convertScaleAbs(self._pictures[place], alpha=self._gains[place])
+        return np.asarray(level, np.uint8)
+
+
 def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     """Choose samples among the pictures of a clip, given thumbnails by their place in it."""
     rows, thumbnails = np.array(list(pictures), dtype=np.intp), list(pictures.values())
     brightness = np.array([cv2.mean(one)[0] for one in thumbnails]) + 1e-6
     gains = brightness.mean() / brightness
-    level = [
-        np.asarray(cv2.convertScaleAbs(one, alpha=float(gain)), np.uint8)
-        for one, gain in zip(thumbnails, gains, strict=True)
-    ]
+    level = _Level(thumbnails, gains.tolist())
     noise, largest, active = _changes(level)
     if not active.any():
         return Samples(np.empty(0, np.intp), [], np.empty((0, 1, 1), np.bool_), np.s_[0:, 0:])
@@ -111,7 +125,7 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     return Samples(rows[together], lights, _moved(some), _part(largest))
 
 
-def _part(largest: Floats) -> tuple[slice, slice]:
+def _part(largest: Floats) -> Part:
     """Rows and columns as in ``Samples``, by the largest change of each block."""
     change = np.where(np.isfinite(largest), largest, 0.0)
     strong = np.nonzero(change >= STRONG_SHARE * change.max())
@@ -124,19 +138,20 @@ def _part(largest: Floats) -> tuple[slice, slice]:
     return part[0], part[1]
 
 
-def differences(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> list[Luma]:
+def differences(pictures: Sequence[Luma], hidden: Sequence[Sequence[Part]] = ()) -> list[Luma]:
     """Take absolute differences of pictures of one brightness from the median of some of them.
 
-    What is marked by ``hidden``, picture by picture, has no part in that.
+    Parts that are ``hidden``, picture by picture, have no share in that.
     """
     middle = _middle(pictures, hidden)
     return [np.asarray(cv2.absdiff(one, middle), np.uint8) for one in pictures]
 
 
-def _middle(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Luma:
+def _middle(pictures: Sequence[Luma], hidden: Sequence[Sequence[Part]] = ()) -> Luma:
     """Take the median of some pictures, evenly spread."""
-    some = np.linspace(0, len(pictures) - 1, min(MEDIAN_OF, len(pictures))).astype(int)
-    return median_picture([pictures[k] for k in some], [hidden[k] for k in some if hidden])
+    some = np.linspace(0, len(pictures) - 1, min(MEDIAN_OF, len(pictures))).astype(int).tolist()
+    shown = [pictures[k] for k in some]
+    return median_picture(shown, [marked(hidden[k], shown[0].shape) for k in some if hidden])
 
 
 def median_picture(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Luma:
@@ -174,11 +189,13 @@ def _of_rank(levels: Luma, rank: Luma) -> Luma:
 
 def _moved(level: Sequence[Luma]) -> NDArray[np.bool_]:
     """Mark where thumbnails differ from their median by more than noise, (n, height, width)."""
-    away = np.array(differences(level))
-    noise = MEDIAN_TO_SIGMA * float(np.median(away)) + 0.5
-    moved = (away > MOVED_SIGMAS * noise).astype(np.uint8)
+    away = differences(level)
+    count = np.sum([np.bincount(one.ravel(), minlength=WHITE + 1) for one in away], axis=0)
+    median = float(np.searchsorted(np.cumsum(count), count.sum() / 2))
+    least = MOVED_SIGMAS * (MEDIAN_TO_SIGMA * median + 0.5)
     # Single pixels are noise.
-    return np.array([cv2.medianBlur(one, 3) for one in moved], dtype=bool)
+    moved = (cv2.medianBlur((one > least).astype(np.uint8), 3) for one in away)
+    return np.stack([one > 0 for one in moved])
 
 
 def _changes(level: Sequence[Luma]) -> tuple[Floats, Floats, NDArray[np.bool_]]:

@@ -17,8 +17,8 @@ from count_video.video.pictures import reduced, scale_to
 Luma = NDArray[np.uint8]
 Depth = TypeVar("Depth", np.uint8, np.float32)
 
-CORNERS_WIDTH_PX = 960
-"""Corners are followed in pictures no wider than this."""
+CORNERS_SIDE_PX = 960
+"""Corners are followed in pictures whose longer side is no longer than this."""
 SMOOTHING_PX = 0.8
 BRIGHT_SHARE, BRIGHTEST_LEVEL, STRETCH_AT_MOST = 0.995, 200.0, 8.0
 """All but few pixels of dark pictures are made as bright as this level, by so much at most."""
@@ -74,16 +74,20 @@ def prepared(pictures: Sequence[Luma], samples: Samples) -> Prepared:
     rows, columns = (
         slice(thumbnail * part.start, part.stop and thumbnail * part.stop) for part in samples.part
     )
-    scale = scale_to(pictures[0][rows, columns].shape[1], CORNERS_WIDTH_PX)
-    small = [reduced(pictures[k][rows, columns], scale) for k in samples.chosen]
-    some = small[:: len(small) // BRIGHTNESS_OF + 1]
-    brightest = max(float(np.quantile(one, BRIGHT_SHARE)) for one in some)
+    scale = scale_to(max(pictures[0][rows, columns].shape), CORNERS_SIDE_PX)
+
+    def cut(place: int) -> Luma:
+        return reduced(pictures[place][rows, columns], scale)
+
+    chosen, size = samples.chosen.tolist(), [side / scale for side in whole]
+    some = chosen[:: len(chosen) // BRIGHTNESS_OF + 1]
+    brightest = max(float(np.quantile(cut(k), BRIGHT_SHARE)) for k in some)
     stretch = float(np.clip(BRIGHTEST_LEVEL / max(brightest, 1.0), 1.0, STRETCH_AT_MOST))
-    place, size = (columns.start / scale, rows.start / scale), [side / scale for side in whole]
-    for number, light in enumerate(samples.lights):
+    corner, small = (columns.start / scale, rows.start / scale), []
+    for k, light in zip(chosen, samples.lights, strict=True):
         # Smoothed after it, so that the levels between those of a dark picture are not lost.
-        bright = light.unless_faint().levelled(small[number], stretch, place, size)
-        small[number] = np.asarray(cv2.GaussianBlur(bright, (0, 0), SMOOTHING_PX), np.uint8)
+        bright = light.unless_faint().levelled(cut(k), stretch, corner, size)
+        small.append(np.asarray(cv2.GaussianBlur(bright, (0, 0), SMOOTHING_PX), np.uint8))
     moved = samples.moved[:, samples.part[0], samples.part[1]]
     return Prepared(small, moved, Cut(scale, (columns.start, rows.start)))
 

@@ -17,6 +17,9 @@ Luma = NDArray[np.uint8]
 Place = tuple[float, float]
 Box = tuple[float, float, float, float]
 """Left, top, right, bottom in px."""
+Part = tuple[slice, slice]
+"""Rows and columns of a picture."""
+NO_PART: Part = (slice(0, 0), slice(0, 0))
 
 MOSTLY = 0.5
 """A px of a reduced body is its own if so much of it is."""
@@ -83,20 +86,20 @@ class Shape:
         np.copyto(under, seen, where=covered[part])
         return covered
 
-    def mark(self, picture: Luma, frame: int, corner: Place = (0.0, 0.0), scale: int = 1) -> None:
-        """Mark the box with ones, in a picture of zeros.
+    def part(self, frame: int, corner: Place = (0.0, 0.0), scale: int = 1) -> Part:
+        """Rows and columns of a picture that lie within the box; none if it is not there.
 
         ``corner`` is where the picture's top left pixel lies, ``scale`` how many px one of its
         holds.
         """
         place = self.places.get(frame)
         if place is None:
-            return
+            return NO_PART
         x, y = place[0] - corner[0], place[1] - corner[1]
         left, top, right, bottom = self.box
         low_x, low_y = (max(0, round((v - MARGIN_PX) / scale)) for v in (x + left, y + top))
         high_x, high_y = (max(0, round((v + MARGIN_PX) / scale)) for v in (x + right, y + bottom))
-        picture[low_y:high_y, low_x:high_x] = 1
+        return slice(low_y, high_y), slice(low_x, high_x)
 
     def holds(self, other: Shape) -> bool:
         """Whether it covers the middle of another in most of the frames that show both."""
@@ -118,9 +121,14 @@ class Shape:
         return bool(np.std(there - here, axis=0).max() < DIFFERENT_PX)
 
 
-def hidden(shapes: Sequence[Shape], frame: int, corner: Place, size: tuple[int, int]) -> Luma:
+def hidden(shapes: Sequence[Shape], frame: int, corner: Place, size: tuple[int, ...]) -> Luma:
     """Mark what shapes cover of a piece of a picture, shape (height, width)."""
-    marked = np.zeros(size, np.uint8)
-    for shape in shapes:
-        shape.mark(marked, frame, corner)
-    return marked
+    return marked([shape.part(frame, corner) for shape in shapes], size)
+
+
+def marked(parts: Sequence[Part], size: tuple[int, ...]) -> Luma:
+    """Mark parts of a picture of this size with ones."""
+    marks = np.zeros(size, np.uint8)
+    for part in parts:
+        marks[part] = 1
+    return marks

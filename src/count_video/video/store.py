@@ -21,9 +21,9 @@ from count_video.errors import FootageError
 from count_video.records import Floats
 from count_video.video.pictures import Luma, reduced, scale_to
 
-MEMORY_BYTES = 64_000_000
+MEMORY_BYTES = 48_000_000
 """Pictures up to so many bytes stay in memory as they are."""
-CHUNK_BYTES = 24_000_000
+CHUNK_BYTES = 12_000_000
 """Pictures that are written together, in one box."""
 
 
