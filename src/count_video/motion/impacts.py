@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -87,6 +88,11 @@ def _weighed(
 ) -> tuple[list[Impact], float]:
     """Weigh all turns, and half the time that a contact takes, in pictures."""
     flight = usual_flight(turns, motion)
+
+    @cache
+    def weighed(turn: Turn, limits: tuple[float, float], contact: float) -> Impact:
+        return weigh(motion, turn, limits, flight, contact)
+
     best: dict[Turn, Impact] = {}
     kept, contact, worst = list(turns), HALF_EXPOSURE, [0]
     while worst:
@@ -94,7 +100,7 @@ def _weighed(
         for turn in kept:
             before = float(ends[ends < turn.frame - HALF_EXPOSURE].max())
             after = float(ends[ends > turn.frame + HALF_EXPOSURE].min())
-            corner = weigh(motion, turn, (before, after), flight, contact)
+            corner = weighed(turn, (before, after), contact)
             # An impact is one by some of the flights next to it; others may hold what misleads.
             if turn not in best or corner.log_odds > best[turn].log_odds:
                 best[turn] = corner
