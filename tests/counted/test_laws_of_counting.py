@@ -65,6 +65,12 @@ def halved(luma: Luma) -> Luma:
     return np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
+def with_bars(luma: Luma) -> Luma:
+    height, width = luma.shape
+    bars = [height // 6] * 2 + [width // 6] * 2
+    return np.asarray(cv2.copyMakeBorder(luma, *bars, cv2.BORDER_CONSTANT, value=16), np.uint8)
+
+
 def mirrored(luma: Luma) -> Luma:
     return luma[:, ::-1]
 
@@ -97,6 +103,11 @@ def test_light_does_not_change_the_count(
     said = answer(rewritten(clip, tmp_path / "trial.mp4", change))
     assert_counted(said, truth_of(clip))
     assert said["wall_side"] == "left"
+
+
+@on_each_clip
+def test_bars_around_the_picture_do_not_change_the_count(clip: Path, tmp_path: Path) -> None:
+    assert_counted(answer(rewritten(clip, tmp_path / "trial.mp4", with_bars)), truth_of(clip))
 
 
 @on_each_clip

@@ -43,6 +43,8 @@ STRONG_SHARE = 0.1
 SURROUNDINGS = 4
 """So many blocks around these are of interest as well, or as many as they are wide or high: bodies
 are no larger part of it than a third, and what stands still tells whether the camera does."""
+BARS_IN, BAR_LEVELS = 8, 1
+"""Bars around a picture vary by so little in grey levels, over so many thumbnails."""
 MEDIAN_OF, MEDIAN_ROWS = 31, 64
 """A median is taken of so many pictures, and of so many rows at a time: that bounds its memory."""
 WHITE = 255
@@ -104,7 +106,9 @@ class _Level(Sequence[Luma]):
 
 def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     """Choose samples among the pictures of a clip, given thumbnails by their place in it."""
-    rows, thumbnails = np.array(list(pictures), dtype=np.intp), list(pictures.values())
+    rows, whole = np.array(list(pictures), dtype=np.intp), list(pictures.values())
+    inside = _within_bars(whole)
+    thumbnails = [one[inside] for one in whole]
     brightness = np.array([cv2.mean(one)[0] for one in thumbnails]) + 1e-6
     gains = brightness.mean() / brightness
     level = _Level(thumbnails, gains.tolist())
@@ -119,22 +123,43 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
         chosen = _walk(level, noise, largest, share)
     even = np.linspace(0, len(level) - 1, min(SAMPLES_AT_LEAST, len(level))).astype(np.intp)
     together = np.union1d(chosen, even)
+    level = _Level(whole, gains.tolist())
     alike = [level[k] for k in together]
     lights = lights_of(alike, 1 / gains[together], _middle(alike))
-    some = [one.levelled(thumbnails[k]) for k, one in zip(together, lights, strict=True)]
-    return Samples(rows[together], lights, _moved(some), _part(largest))
+    some = [one.levelled(whole[k]) for k, one in zip(together, lights, strict=True)]
+    return Samples(rows[together], lights, _moved(some, inside), _part(largest, inside))
 
 
-def _part(largest: Floats) -> Part:
-    """Rows and columns as in ``Samples``, by the largest change of each block."""
+def _within_bars(thumbnails: Sequence[Luma]) -> Part:
+    """Rows and columns between the bars of one brightness that players and editors add.
+
+    They hold no noise: what is measured of it would be too small if they counted.
+    """
+    some = np.array(thumbnails[:: len(thumbnails) // BARS_IN + 1])
+    rows = _between(np.ptp(some, axis=(0, 2)))
+    return rows, _between(np.ptp(some[:, rows], axis=(0, 1)))
+
+
+def _between(varies: NDArray[np.uint8]) -> slice:
+    """Rows or columns from the first to the last that vary; all of them if none does."""
+    shown = np.flatnonzero(varies > BAR_LEVELS)
+    if len(shown) == 0:
+        return slice(0, None)
+    end = int(shown[-1]) + 1
+    return slice(int(shown[0]), end if end < len(varies) else None)
+
+
+def _part(largest: Floats, inside: Part) -> Part:
+    """Rows and columns as in ``Samples``, by the largest change of each block inside of bars."""
     change = np.where(np.isfinite(largest), largest, 0.0)
     strong = np.nonzero(change >= STRONG_SHARE * change.max())
     part = []
-    for blocks, count in zip(strong, change.shape, strict=True):
+    for blocks, count, within in zip(strong, change.shape, inside, strict=True):
         first, end = int(blocks.min()), int(blocks.max()) + 1
         reach = max(end - first, SURROUNDINGS)
-        stop = BLOCK_PX * (end + reach) if end + reach < count else None
-        part.append(slice(BLOCK_PX * max(0, first - reach), stop))
+        begin = within.start + BLOCK_PX * max(0, first - reach)
+        stop = within.start + BLOCK_PX * (end + reach) if end + reach < count else within.stop
+        part.append(slice(begin, stop))
     return part[0], part[1]
 
 
@@ -187,10 +212,13 @@ def _of_rank(levels: Luma, rank: Luma) -> Luma:
     return found
 
 
-def _moved(level: Sequence[Luma]) -> NDArray[np.bool_]:
-    """Mark where thumbnails differ from their median by more than noise, (n, height, width)."""
+def _moved(level: Sequence[Luma], inside: Part) -> NDArray[np.bool_]:
+    """Mark where thumbnails differ from their median by more than noise, (n, height, width).
+
+    The noise is that ``inside`` of bars.
+    """
     away = differences(level)
-    count = np.sum([np.bincount(one.ravel(), minlength=WHITE + 1) for one in away], axis=0)
+    count = np.sum([np.bincount(one[inside].ravel(), minlength=WHITE + 1) for one in away], axis=0)
     median = float(np.searchsorted(np.cumsum(count), count.sum() / 2))
     least = MOVED_SIGMAS * (MEDIAN_TO_SIGMA * median + 0.5)
     # Single pixels are noise.
