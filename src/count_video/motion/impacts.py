@@ -90,7 +90,7 @@ def _weighed(
     flight = usual_flight(turns, motion)
 
     @cache
-    def weighed(turn: Turn, limits: tuple[float, float], contact: float) -> Impact:
+    def weigh_once(turn: Turn, limits: tuple[float, float], contact: float) -> Impact:
         return weigh(motion, turn, limits, flight, contact)
 
     best: dict[Turn, Impact] = {}
@@ -100,7 +100,7 @@ def _weighed(
         for turn in kept:
             before = float(ends[ends < turn.frame - HALF_EXPOSURE].max())
             after = float(ends[ends > turn.frame + HALF_EXPOSURE].min())
-            corner = weighed(turn, (before, after), contact)
+            corner = weigh_once(turn, (before, after), contact)
             # An impact is one by some of the flights next to it; others may hold what misleads.
             if turn not in best or corner.log_odds > best[turn].log_odds:
                 best[turn] = corner

@@ -193,15 +193,18 @@ def _as_before(seen: Followed) -> Body | None:
 
 
 class _Scene:
-    """The samples, made alike and small, and what moves in them."""
+    """The samples, made alike and small, and what moves in them.
+
+    Those that are given are taken out of their list once they are reduced further.
+    """
 
     def __init__(self, samples: Samples, frames: NDArray[np.intp], small: Prepared) -> None:
         self.samples, self.frames = samples, frames
-        self.cut, self.shape = small.cut, small.pictures[0].shape
+        self.cut = small.cut
         self.upright = False
         """Whether x and y of the pictures are swapped; those of the samples never are."""
         self._corners = follow_corners(small.pictures, small.moved)
-        self.shift_px: Floats = scene_path(self._corners, self.shape)
+        self.shift_px: Floats = scene_path(self._corners, small.pictures[0].shape)
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
         if self.shift_px.any() and not camera_moved(small.pictures, self.shift_px):
             self.shift_px = np.zeros_like(self.shift_px)

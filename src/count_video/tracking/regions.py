@@ -96,7 +96,7 @@ class Regions:
 def reduced_for_regions(pictures: list[Luma]) -> tuple[list[Luma], int]:
     """Reduce samples as far as regions allow; they are taken out of the list.
 
-    Returns them with how many of their px one of the new ones holds.
+    Together they may be large. Returns them with how many of their px one of the new ones holds.
     """
     height, width = pictures[0].shape
     scale, small = scale_to(max(width, math.isqrt(height * width)), WIDTH_PX), []

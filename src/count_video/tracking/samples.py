@@ -93,25 +93,25 @@ class Thumbnails:
 class _Level(Sequence[Luma]):
     """Pictures made equally bright when they are asked for: copies of all take much memory."""
 
-    def __init__(self, pictures: Sequence[Luma], gains: Sequence[float]) -> None:
-        self._pictures, self._gains = pictures, gains
+    def __init__(self, pictures: Sequence[Luma], lights: Sequence[Light]) -> None:
+        self._pictures, self._lights = pictures, lights
 
     def __len__(self) -> int:
         return len(self._pictures)
 
     def __getitem__(self, place: Any) -> Any:
-        level = cv2.convertScaleAbs(self._pictures[place], alpha=self._gains[place])
-        return np.asarray(level, np.uint8)
+        return self._lights[place].levelled(self._pictures[place])
 
 
 def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
     """Choose samples among the pictures of a clip, given thumbnails by their place in it."""
     rows, whole = np.array(list(pictures), dtype=np.intp), list(pictures.values())
     inside = _within_bars(whole)
-    thumbnails = [one[inside] for one in whole]
-    brightness = np.array([cv2.mean(one)[0] for one in thumbnails]) + 1e-6
-    gains = brightness.mean() / brightness
-    level = _Level(thumbnails, gains.tolist())
+    shown = [one[inside] for one in whole]
+    brightness = np.array([cv2.mean(one)[0] for one in shown]) + 1e-6
+    gains = brightness / brightness.mean()
+    even_lights = [Light(gain) for gain in gains.tolist()]
+    level = _Level(shown, even_lights)
     noise, largest, active = _changes(level)
     if not active.any():
         return Samples(np.empty(0, np.intp), [], np.empty((0, 1, 1), np.bool_), np.s_[0:, 0:])
@@ -123,9 +123,8 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
         chosen = _walk(level, noise, largest, share)
     even = np.linspace(0, len(level) - 1, min(SAMPLES_AT_LEAST, len(level))).astype(np.intp)
     together = np.union1d(chosen, even)
-    level = _Level(whole, gains.tolist())
-    alike = [level[k] for k in together]
-    lights = lights_of(alike, 1 / gains[together], _middle(alike))
+    alike = [even_lights[k].levelled(whole[k]) for k in together]
+    lights = lights_of(alike, gains[together], _middle(alike))
     some = [one.levelled(whole[k]) for k, one in zip(together, lights, strict=True)]
     return Samples(rows[together], lights, _moved(some, inside), _part(largest, inside))
 

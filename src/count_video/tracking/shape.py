@@ -20,6 +20,7 @@ Box = tuple[float, float, float, float]
 Part = tuple[slice, slice]
 """Rows and columns of a picture."""
 NO_PART: Part = (slice(0, 0), slice(0, 0))
+"""One without any px."""
 
 MOSTLY = 0.5
 """A px of a reduced body is its own if so much of it is."""
