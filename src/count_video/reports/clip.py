@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from matplotlib.font_manager import findfont
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, ImageDraw, ImageFont, ImageOps
+from PIL import Image, ImageDraw, ImageFont
 from PIL.ImageColor import getrgb
 
 from count_video.records import Collision, Floats, Frame, TrialResult
@@ -105,10 +105,14 @@ def _with_footage(layout: ClipLayout, luma: Pixels) -> Pixels:
     """Return a black picture with footage, shape (height, width), in its place."""
     canvas = np.zeros((*layout.size_px[::-1], 3), np.uint8)
     size = (layout.width_px, layout.footage_height_px)
-    smooth = cv2.INTER_AREA if layout.scale < 1 else cv2.INTER_LINEAR
-    shown = cv2.resize(np.ascontiguousarray(luma), size, interpolation=smooth)
+    shown = cv2.resize(np.ascontiguousarray(luma), size, interpolation=_smooth(layout.scale))
     canvas[HEADER_PX:-STRIP_PX] = shown[:, :, None]
     return canvas
+
+
+def _smooth(scale: float) -> int:
+    """Return the interpolation by which OpenCV scales pictures so that edges stay smooth."""
+    return cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
 
 
 def _write(
@@ -233,13 +237,15 @@ def presented(annotated: Iterable[Pixels], material: Material, shape: Shape) -> 
     left, top = (wide + 2 * MARGIN_PX, 0) if shape == "wide" else (0, size)
     counts = np.searchsorted(burst, material.track.frame + 0.5)
     for picture, count in zip(annotated, counts.tolist(), strict=True):
-        shown = ImageOps.contain(Image.fromarray(picture), (width - left, height - top))
-        canvas = Image.new("RGB", (width, height))
-        spare_x, spare_y = width - shown.width, height - shown.height
-        canvas.paste(shown, (spare_x, spare_y))
+        scale = min((width - left) / picture.shape[1], (height - top) / picture.shape[0])
+        shown = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=_smooth(scale))
+        spare_x, spare_y = width - shown.shape[1], height - shown.shape[0]
+        canvas = np.zeros((height, width, 3), np.uint8)
+        canvas[spare_y:, spare_x:] = shown
         middle = (spare_x / 2, height / 2) if left else (width / 2, spare_y / 2)
-        ImageDraw.Draw(canvas).text(middle, str(count), "white", font(size), "mm")
-        yield np.asarray(canvas)
+        image = Image.fromarray(canvas)
+        ImageDraw.Draw(image).text(middle, str(count), "white", font(size), "mm")
+        yield np.asarray(image)
 
 
 @dataclass(frozen=True)
