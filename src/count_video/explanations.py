@@ -150,9 +150,6 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
     if isinstance(fit, Reason):
         return _not_described(shown, fit)
     count, seen = fit.count, shown.count
-    if shown.against and count < seen and fit.left_out is None:
-        fewer = Reason(Cause.MODEL_HAS_FEWER, (count, seen))
-        return replace(shown, against=(*shown.against, fewer))
     others = _others_likely(fit, masses_known=masses_known)
     if fit.probability[count] < PROBABILITY_AT_LEAST:
         doubts = (*shown.against, *others)

@@ -53,7 +53,6 @@ class Cause(Enum):
     MODEL_FITS_NOTHING = auto()
     MODEL_DIFFERS = auto()  # the collisions of the fitted model are not those that are seen
     MODEL_STRAYS = auto()  # the fitted model strays from the track [rms in px, what is allowed]
-    MODEL_HAS_FEWER = auto()  # the best fit has fewer collisions than are seen [its, seen]
     MODEL_LEAVES_OPEN = auto()  # none is likelier than all others [each count and its probability]
     MASSES_WOULD_HELP = auto()  # the masses are not known, and would narrow the count down
 

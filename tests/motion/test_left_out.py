@@ -20,6 +20,8 @@ SIGMAS = 4.0
 """Of a dozen times none is off by more by chance, one in a thousand."""
 SETUP = Setup(heavy_mass_kg=0.168, wall_gap_m=0.03)
 """1:16."""
+STEP_PX = 2.0
+"""Forty times the noise of a place: clear, whatever makes it."""
 EQUAL = Setup(heavy_mass_kg=0.0105, wall_gap_m=0.012, restitution_bodies=0.98)
 
 
@@ -68,6 +70,24 @@ def test_frames_left_out_of_a_flight_are_noticed_and_made_up_for(
         assert gap is not None
         assert (gap.after, gap.frames) == (after, frames)
         assert found.burst == whole.motion.count
+
+
+@pytest.mark.parametrize(
+    ("ball_px", "heavy_px"), [(STEP_PX, STEP_PX), (STEP_PX, 0.0), (0.0, STEP_PX), (-STEP_PX, 0.0)]
+)
+def test_a_knock_of_the_camera_or_a_template_that_slips_is_no_frame_left_out(
+    whole: FilmedTrial, ball_px: float, heavy_px: float
+) -> None:
+    found, track = seen_collisions(whole.track), whole.track
+    assert track.heavy is not None
+    for after in clear_places(whole):
+        late = track.frame > after
+        moved = replace(
+            track,
+            ball=replace(track.ball, position_px=track.ball.position_px + ball_px * late),
+            heavy=replace(track.heavy, position_px=track.heavy.position_px + heavy_px * late),
+        )
+        assert left_out(moved, found.collisions, found.burst) is None
 
 
 def test_collisions_in_frames_left_out_are_not_passed_over(whole: FilmedTrial) -> None:

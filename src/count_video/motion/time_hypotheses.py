@@ -35,6 +35,7 @@ question.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -43,6 +44,7 @@ from numpy.typing import NDArray
 from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.gaps import Gaps, gaps_of
 from count_video.motion.linear import least_squares
+from count_video.motion.priors import LEFT_OUT
 from count_video.motion.time_base import LeftOut, Ramp, TimeBase
 from count_video.records import Collision, Floats, Track
 from count_video.signals import sigma_of
@@ -132,6 +134,8 @@ SIDE_FRAMES = 8
 SIDE_ROWS = 3
 FRAMES_AT_LEAST, FRAMES_AT_MOST = 0.75, 500
 """What moves a body by less than this part of a frame's way is an uneven time base, no frame."""
+FRAMES_TO = 0.02
+"""Their number is sought to this part of one, before it is rounded: lines are not quite paths."""
 
 
 def left_out(track: Track, collisions: Sequence[Collision], burst: int) -> LeftOut | None:
@@ -148,26 +152,64 @@ def left_out(track: Track, collisions: Sequence[Collision], burst: int) -> LeftO
     """
     if burst == 0:
         return None
-    gaps, found = gaps_of(track), []
+    gaps, bodies = gaps_of(track), []
     end = min((one.frame for one in collisions[burst:]), default=np.inf)
     for signal, kinds in ((gaps.ball_px, ("bodies", "wall")), (gaps.heavy_px, ("bodies",))):
         struck = [one.frame for one in collisions[:burst] if one.kind in kinds]
-        found += _steps(gaps.frame, signal, np.array([-np.inf, *struck, end]), collisions[0].frame)
-    if not found:
+        flights = np.array([-np.inf, *struck, end])
+        bodies.append(_steps(gaps.frame, signal, flights, collisions[0].frame))
+    clear = [(body.beyond(0.0)[n], body.row[n]) for body in bodies for n in body.clear]
+    if not clear:
         return None
-    _, row, _ = max(found)
-    # The heavy body is likelier to have met nothing in them.
-    frames = next(last for _, other, last in found[::-1] if other == row)
-    return None if frames > FRAMES_AT_MOST else LeftOut(float(gaps.frame[row]), round(frames))
+    _, row = max(clear)
+    shown = [body.at(row) for body in bodies if row in body.row]
+    worth = np.arange(FRAMES_AT_LEAST, FRAMES_AT_MOST, FRAMES_TO)
+    strays = np.sum([one.beyond(worth) for one in shown], axis=0)
+    frames = float(worth[np.argmin(strays)])
+    if frames == worth[-1] or _is_misplaced(shown, float(strays.min())):
+        return None
+    return LeftOut(float(gaps.frame[row]), round(frames))
 
 
-def _steps(
-    frame: Floats, signal: Floats, struck: Floats, begin: float
-) -> list[tuple[float, int, float]]:
-    """List clear steps of a body's place between the contacts at which it is struck.
+@dataclass(frozen=True)
+class _Steps:
+    """Two lines of one slope, fitted to places of a body before and after each of m pictures."""
 
-    Of each its clarity, the row of the picture before it, and the frames that it is worth.
-    """
+    row: NDArray[np.intp]
+    """Rows of these pictures, shape (m,)."""
+    lines: Floats
+    """Place after it by the line before, and by that after; the slope; px and frames, (m, 3)."""
+    covariance: Floats
+    """Shape (m, 3, 3)."""
+
+    @property
+    def step_px(self) -> Floats:
+        """By how much the places step, shape (m,)."""
+        return np.asarray(self.lines[:, 1] - self.lines[:, 0])
+
+    def variance(self, frames: Floats | float = 0.0) -> Floats:
+        """Variance of what steps are beyond the way of so many frames, in px squared."""
+        weight = np.stack(np.broadcast_arrays(-1.0, 1.0, -np.asarray(frames)), axis=-1)
+        return np.asarray(np.einsum("...i,...ij,...j->...", weight, self.covariance, weight))
+
+    def beyond(self, frames: Floats | float) -> Floats:
+        """Squares of what steps are beyond the way of so many frames, over their variance."""
+        return (self.step_px - frames * self.lines[:, 2]) ** 2 / self.variance(frames)
+
+    @property
+    def clear(self) -> list[int]:
+        """Which are clear, and of a frame or more."""
+        forward = self.step_px * self.lines[:, 2] > FRAMES_AT_LEAST * self.lines[:, 2] ** 2
+        return np.flatnonzero((self.beyond(0.0) > CLEAR_SIGMAS**2) & forward).tolist()
+
+    def at(self, row: int) -> _Steps:
+        """Take that after the picture of a row."""
+        chosen = self.row == row
+        return _Steps(self.row[chosen], self.lines[chosen], self.covariance[chosen])
+
+
+def _steps(frame: Floats, signal: Floats, struck: Floats, begin: float) -> _Steps:
+    """Fit the places of a body about each picture between the contacts at which it is struck."""
     rows = np.flatnonzero((frame[:-1] > begin) & (frame[1:] < struck[-1]))
     number = np.searchsorted(struck[:-1], frame[rows], side="right")
     rows, number = (each[struck[number] > frame[rows + 1]] for each in (rows, number))
@@ -183,15 +225,27 @@ def _steps(
     rows, near, inside = rows[known], near[known], inside[known]
     design = np.concatenate([sides[known], (inside * time[known])[..., None]], axis=-1)
     place = np.where(inside, signal[near] - signal[rows][:, None], 0.0)
-    solution, covariance, squares = least_squares(design, place)
-    before, after, rate = solution.T
+    lines, covariance, squares = least_squares(design, place)
     freedom = np.maximum(inside.sum(axis=1) - 3, 1)
-    step, share = after - before, covariance[:, 0, 0] + covariance[:, 1, 1]
     variance = np.maximum(sigma_of(signal) ** 2, squares / freedom)
-    clarity = np.abs(step) / np.sqrt(variance * (share - 2 * covariance[:, 0, 1]))
-    frames = np.divide(step, rate, out=np.zeros_like(step), where=rate != 0)
-    clear = np.flatnonzero((clarity > CLEAR_SIGMAS) & (frames > FRAMES_AT_LEAST))
-    return [(float(clarity[n]), int(rows[n]), float(frames[n])) for n in clear]
+    return _Steps(rows, lines, covariance * variance[:, None, None])
+
+
+def _is_misplaced(shown: Sequence[_Steps], strays: float) -> bool:
+    """Whether bodies are misplaced after a picture, for no frames left out explain their steps.
+
+    Those move each body by as much as its velocity makes it. A knock of the camera moves both by
+    the same, and a template that slips moves one alone; that both slip is as rare as frames are
+    left out, once more. ``strays`` are the squares, over their variance, that the likeliest number
+    of frames leaves.
+    """
+    if len(shown) < 2:
+        return False
+    steps, variances = np.array([[one.step_px[0], one.variance()[0]] for one in shown]).T
+    knocked = (steps[0] - steps[1]) ** 2 / variances.sum()
+    slipped = (steps**2 / variances).min()
+    # Frames left out are as likely beforehand as one of these three: a knock, or either that slips.
+    return bool(min(knocked, slipped, -2 * np.log(LEFT_OUT)) + 2 * np.log(3) < strays)
 
 
 # ---- changes of the rate -------------------------------------------------------------------------

@@ -167,8 +167,6 @@ SENTENCES: Final = {
     Cause.MODEL_DIFFERS: "the fitted collisions are not those that were seen",
     Cause.MODEL_STRAYS: "the modelled motion strays from the track by {:.1f} px where {:.1f} are "
     "allowed: something else than two swinging bodies and a wall took part",
-    Cause.MODEL_HAS_FEWER: "the model of the motion that describes the track best has only {:.0f} "
-    "where the frames show {:.0f} collisions",
     Cause.MODEL_LEAVES_OPEN: "{open_counts}",
     Cause.MASSES_WOULD_HELP: "the masses, given with --masses, narrow it down",
     Cause.GAP_MADE_UP_FOR: "about {1:.0f} frames are left out after frame {0:.0f}",
