@@ -28,9 +28,9 @@ from count_video.process import (
     end_well_on_signals,
     give_stdout_up,
     keep_libraries_off_the_streams,
-    leave_cores_to_the_decoder,
     shortage_explained,
     show_any_file_name,
+    spare_the_processor,
 )
 from count_video.progress import NO_PROGRESS, Progress, TerminalBar
 from count_video.reports.words import labelled, plural, printable
@@ -53,7 +53,7 @@ def run() -> None:
     """Run the command and leave the interpreter with its exit code."""
     if "_ARGCOMPLETE" in os.environ:  # the shell asks what may follow
         complete_options()
-    leave_cores_to_the_decoder()
+    spare_the_processor()
     keep_libraries_off_the_streams()
     end_well_on_signals(_complain)
     sys.exit(main())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import os
 import signal
@@ -13,6 +14,9 @@ from types import FrameType
 
 from count_video.errors import CountVideoError, MachineError
 from count_video.outputs import discard_unfinished
+
+NEW_OBJECTS = 50_000
+"""Python searches for cycles of objects after so many new ones."""
 
 # ---- streams and signals -------------------------------------------------------------------------
 # An exception that a signal raises may come while a library calls back, is lost there, and the
@@ -51,14 +55,17 @@ def end_well_on_signals(complain: Callable[[str], object]) -> None:
             signal.signal(one, end)
 
 
-def leave_cores_to_the_decoder() -> None:
-    """Keep linear algebra and image processing from waiting in threads of their own.
+def spare_the_processor() -> None:
+    """Keep libraries from threads that wait, and Python from searching for cycles time and again.
 
-    Their matrices and pictures are small: threads save no time, and take processor time. They read
-    their settings when NumPy and OpenCV are imported, which has not happened yet.
+    The matrices and pictures of linear algebra and image processing are small: threads save no
+    time, and take processor time. They read their settings when NumPy and OpenCV are imported,
+    which has not happened yet. A count makes many objects and hardly a cycle of them: the usual
+    search, ever again after some hundreds, takes one or two hundredths of the time.
     """
     for name in ("OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
         os.environ.setdefault(name, "1")
+    gc.set_threshold(NEW_OBJECTS)
 
 
 def keep_libraries_off_the_streams() -> None:

@@ -121,8 +121,8 @@ SENTENCES: Final = {
     "was missed",
     Cause.UNRESOLVED: "collisions follow each other within {:.1f} pictures, less than the {} that "
     "show each for certain; film at a higher rate",
-    Cause.LEFT_OUT: "about {1:.0f} frames are left out after frame {0:.0f}, in which collisions "
-    "may have happened",
+    Cause.LEFT_OUT: "frames are left out after frame {0:.0f} (about {1:.0f}), in which "
+    "collisions may have happened",
     Cause.FRAMES_MISSING: "{:.0f} frames are missing, in which collisions may have happened; copy "
     "the file again if it was cut off",
     Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at all, "
@@ -169,7 +169,7 @@ SENTENCES: Final = {
     "allowed: something else than two swinging bodies and a wall took part",
     Cause.MODEL_LEAVES_OPEN: "{open_counts}",
     Cause.MASSES_WOULD_HELP: "the masses, given with --masses, narrow it down",
-    Cause.GAP_MADE_UP_FOR: "about {1:.0f} frames are left out after frame {0:.0f}",
+    Cause.GAP_MADE_UP_FOR: "frames are left out after frame {0:.0f} (about {1:.0f})",
     Cause.RATE_CHANGES: "the rate of the footage changes at frame {changes}, by a factor of "
     "{0:.0f}",
     Cause.OUTLINES_APART: "the outlines of ball and cylinder {apart} px where they touch: the "
