@@ -150,6 +150,8 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
     if isinstance(fit, Reason):
         return _not_described(shown, fit)
     count, seen = fit.count, shown.count
+    if shown.against and _passes_over(fit, shown):
+        return replace(shown, against=(*shown.against, Reason(Cause.MODEL_DIFFERS)))
     others = _others_likely(fit, masses_known=masses_known)
     if fit.probability[count] < PROBABILITY_AT_LEAST:
         doubts = (*shown.against, *others)
@@ -171,6 +173,13 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
         doubts=doubts,
         fit=fit,
     )
+
+
+def _passes_over(fit: Between, shown: Explanation) -> bool:
+    """Whether a fit has fewer collisions than are seen, and most that the frames show not."""
+    confirmed = sum(collision.seen for collision in fit.collisions)
+    fewer = fit.count < shown.count
+    return fewer and shown.found is not None and 2 * confirmed < shown.found.shown
 
 
 def _others_likely(fit: Between, *, masses_known: bool) -> tuple[Reason, ...]:

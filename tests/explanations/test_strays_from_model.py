@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
-from explained import bouncing
+from explained import bouncing, collision
 
 from count_video.explanations import Explanation, by_fit
 from count_video.motion.posterior import doubted
@@ -36,6 +38,23 @@ def test_what_was_in_doubt_is_refused_if_no_model_describes_it() -> None:
 
     assert not stated.counts
     assert stated.against == (*unsure.against, STRAYS)
+
+
+@pytest.mark.parametrize(("confirmed", "counts"), [(2, False), (3, True), (5, True)])
+def test_a_fit_with_fewer_collisions_has_a_place_for_most_that_the_frames_show(
+    confirmed: int, counts: bool
+) -> None:
+    found: Any = SimpleNamespace(shown=5)
+    unsure = replace(shown(8), against=(Reason(Cause.UNRESOLVED, (1.0, 2.5)),), found=found)
+    burst = [replace(collision(n, "wall"), seen=n <= confirmed) for n in range(1, 8)]
+    fit: Any = SimpleNamespace(
+        count=7, collisions=tuple(burst), probability=doubted({7: 1.0}), following={0: 1.0}
+    )
+
+    stated = by_fit(unsure, fit, masses_known=False)
+
+    assert stated.counts is counts
+    assert stated.count == (7 if counts else 8)
 
 
 def test_a_model_that_could_not_be_tried_says_nothing() -> None:

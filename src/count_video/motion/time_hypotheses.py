@@ -158,7 +158,7 @@ def left_out(track: Track, collisions: Sequence[Collision], burst: int) -> LeftO
         struck = [one.frame for one in collisions[:burst] if one.kind in kinds]
         flights = np.array([-np.inf, *struck, end])
         bodies.append(_steps(gaps.frame, signal, flights, collisions[0].frame))
-    clear = [(body.beyond(0.0)[n], body.row[n]) for body in bodies for n in body.clear]
+    clear = [step for body in bodies for step in body.clear]
     if not clear:
         return None
     _, row = max(clear)
@@ -197,10 +197,12 @@ class _Steps:
         return (self.step_px - frames * self.lines[:, 2]) ** 2 / self.variance(frames)
 
     @property
-    def clear(self) -> list[int]:
-        """Which are clear, and of a frame or more."""
-        forward = self.step_px * self.lines[:, 2] > FRAMES_AT_LEAST * self.lines[:, 2] ** 2
-        return np.flatnonzero((self.beyond(0.0) > CLEAR_SIGMAS**2) & forward).tolist()
+    def clear(self) -> list[tuple[float, int]]:
+        """Those that are clear, and of a frame or more: squares over variance, and row of each."""
+        squares, rate = self.beyond(0.0), self.lines[:, 2]
+        forward = self.step_px * rate > FRAMES_AT_LEAST * rate**2
+        chosen = (squares > CLEAR_SIGMAS**2) & forward
+        return list(zip(squares[chosen].tolist(), self.row[chosen].tolist(), strict=True))
 
     def at(self, row: int) -> _Steps:
         """Take that after the picture of a row."""
