@@ -177,9 +177,8 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
 
 def _passes_over(fit: Between, shown: Explanation) -> bool:
     """Whether a fit has fewer collisions than are seen, and most that the frames show not."""
-    confirmed = sum(collision.seen for collision in fit.collisions)
     fewer = fit.count < shown.count
-    return fewer and shown.found is not None and 2 * confirmed < shown.found.shown
+    return fewer and shown.found is not None and 2 * fit.shown < shown.found.shown
 
 
 def _others_likely(fit: Between, *, masses_known: bool) -> tuple[Reason, ...]:

@@ -10,6 +10,7 @@ import pytest
 from explained import bouncing, collision
 
 from count_video.explanations import Explanation, by_fit
+from count_video.motion.fitted import Between
 from count_video.motion.posterior import doubted
 from count_video.motion.priors import MODEL_WRONG, STRAYING_WRONG
 from count_video.reasons import Cause, Reason
@@ -47,8 +48,19 @@ def test_a_fit_with_fewer_collisions_has_a_place_for_most_that_the_frames_show(
     found: Any = SimpleNamespace(shown=5)
     unsure = replace(shown(8), against=(Reason(Cause.UNRESOLVED, (1.0, 2.5)),), found=found)
     burst = [replace(collision(n, "wall"), seen=n <= confirmed) for n in range(1, 8)]
-    fit: Any = SimpleNamespace(
-        count=7, collisions=tuple(burst), probability=doubted({7: 1.0}), following={0: 1.0}
+    unknown: Any = None
+    fit = Between(
+        count=7,
+        probability=doubted({7: 1.0}),
+        collisions=tuple(burst),
+        mass_ratio=unknown,
+        restitution_bodies=unknown,
+        restitution_wall=unknown,
+        energy_kept=(),
+        ending=unknown,
+        setup=unknown,
+        misfit_px=0.1,
+        following={0: 1.0},
     )
 
     stated = by_fit(unsure, fit, masses_known=False)

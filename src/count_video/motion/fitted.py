@@ -74,6 +74,11 @@ class Between:
     left_out: LeftOut | None = None
     """Frames that the track does not allow for yet; these collisions are placed without them."""
 
+    @property
+    def shown(self) -> int:
+        """How many of the collisions the frames show."""
+        return sum(collision.seen for collision in self.collisions)
+
 
 def fit_burst(
     track: Track,
@@ -144,7 +149,7 @@ def _is_far(fit: Fit) -> bool:
 
 def _confirms(fit: Between, found: SeenCollisions) -> bool:
     """Whether all collisions that the frames show are among the fitted ones."""
-    return sum(collision.seen for collision in fit.collisions) >= found.shown
+    return fit.shown >= found.shown
 
 
 def _count_seen(track: Track, found: SeenCollisions, coarse: Rivals) -> Between | Reason:

@@ -34,6 +34,7 @@ question.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -187,7 +188,7 @@ class _Steps:
         """By how much the places step, shape (m,)."""
         return np.asarray(self.lines[:, 1] - self.lines[:, 0])
 
-    def variance(self, frames: Floats | float = 0.0) -> Floats:
+    def variance(self, frames: Floats | float) -> Floats:
         """Variance of what steps are beyond the way of so many frames, in px squared."""
         weight = np.stack(np.broadcast_arrays(-1.0, 1.0, -np.asarray(frames)), axis=-1)
         return np.asarray(np.einsum("...i,...ij,...j->...", weight, self.covariance, weight))
@@ -243,11 +244,12 @@ def _is_misplaced(shown: Sequence[_Steps], strays: float) -> bool:
     """
     if len(shown) < 2:
         return False
-    steps, variances = np.array([[one.step_px[0], one.variance()[0]] for one in shown]).T
-    knocked = (steps[0] - steps[1]) ** 2 / variances.sum()
-    slipped = (steps**2 / variances).min()
+    ball, heavy = shown
+    variance = ball.variance(0.0) + heavy.variance(0.0)
+    knocked = float(((ball.step_px - heavy.step_px) ** 2 / variance)[0])
+    slipped = min(float(one.beyond(0.0)[0]) for one in shown)
     # Frames left out are as likely beforehand as one of these three: a knock, or either that slips.
-    return bool(min(knocked, slipped, -2 * np.log(LEFT_OUT)) + 2 * np.log(3) < strays)
+    return min(knocked, slipped, -2 * math.log(LEFT_OUT)) + 2 * math.log(3) < strays
 
 
 # ---- changes of the rate -------------------------------------------------------------------------
