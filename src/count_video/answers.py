@@ -23,6 +23,7 @@ from count_video.records import (
 from count_video.reports.material import Pendulum
 from count_video.reports.words import sentence, sentences
 from count_video.settings import TrialSettings
+from count_video.tracking.pairing import contradiction
 
 RELATIVE_SIGMA_AT_MOST = 0.1
 """A measured mass ratio is given only if it is known to this share."""
@@ -99,7 +100,12 @@ def answer(
         upright=track.line.upright,
         ball_diameter_px=track.ball_diameter_px,
         millimetres_per_px=settings.ball_diameter_mm / track.ball_diameter_px if scaled else None,
-        warnings=(*report.warnings, *track.warnings, *map(sentence, explained.notes)),
+        warnings=(
+            *report.warnings,
+            *track.warnings,
+            *contradiction(settings.wall, track.wall_side if at_wall else None),
+            *map(sentence, explained.notes),
+        ),
     )
     if fit is not None:
         result = replace(
@@ -146,7 +152,7 @@ def weighed(
     if masses is not None:
         heavy, light = masses
         # The fit knows what was given; the swing, which comes last, does not.
-        warnings += [_contradiction(float(heavy / light), shown) for shown in measured[-1:]]
+        warnings += [_other_masses(float(heavy / light), shown) for shown in measured[-1:]]
     elif measured:
         heavy, light, sigma = measured[0].value, 1.0, measured[0].sigma
     else:
@@ -162,7 +168,7 @@ def weighed(
     )
 
 
-def _contradiction(given: float, shown: Estimate) -> str:
+def _other_masses(given: float, shown: Estimate) -> str:
     """Say that a given mass ratio contradicts what the motion shows; empty if it does not."""
     allowed = CONTRADICTING_SIGMAS * math.hypot(WEIGHED_SHARE * given, shown.sigma)
     if abs(given - shown.value) <= allowed:

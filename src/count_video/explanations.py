@@ -24,12 +24,13 @@ from count_video.motion.posterior import doubted, with_more
 from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL, STRAYING_WRONG
 from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
-from count_video.motion.time_base import even
+from count_video.motion.struck import struck_ball
+from count_video.motion.time_base import LeftOut, TimeBase, even
 from count_video.motion.time_hypotheses import with_copies
 from count_video.motion.timed import seen_by_time_base
 from count_video.motion.weighing import SeenImpacts
 from count_video.reasons import Cause, Reason
-from count_video.records import SURE, Collision, FootageReport, Track
+from count_video.records import SURE, BodyTrack, Collision, FootageReport, Track
 
 PROBABILITY_AT_LEAST = 0.5
 """A count must be as probable as all others together."""
@@ -109,18 +110,32 @@ def at_wall(
     With ``seen_only`` nothing is inferred between the frames.
     """
     base, found, gap = seen_by_time_base(track)
-    explained = shown_at_wall(track, found)
-    notes = base.notes
-    if found.burst and (not explained.against or (leaves_doubt(found) and not seen_only)):
+    shown = shown_at_wall(track, found)
+    fit = None
+    if found.burst and (not shown.against or (leaves_doubt(found) and not seen_only)):
         fit = fit_burst(base.evened(track), found, known, gap)
+    return _completed(shown, fit, base, gap, known, report)
+
+
+def _completed(
+    shown: Explanation,
+    fit: Between | Reason | None,
+    base: TimeBase,
+    gap: LeftOut | None,
+    known: Knowledge,
+    report: FootageReport,
+) -> Explanation:
+    """Complete what the frames show by a fit, if there is one, and place it among the frames."""
+    notes, explained = base.notes, shown
+    if fit is not None:
         if isinstance(fit, Between) and fit.left_out is not None:
             frames = fit.left_out.frames + (gap.frames if gap else 0)
             notes = (replace(fit.left_out, frames=frames).note,) if frames else ()
-        explained = by_fit(explained, fit, masses_known=known.mass_ratio is not None)
+        explained = by_fit(shown, fit, masses_known=known.mass_ratio is not None)
     if explained.fit is None:
         explained = doubted_for_missing(explained, report)
-    shown = tuple(map(base.shown, explained.collisions))
-    return replace(explained, collisions=shown, notes=(*explained.notes, *notes))
+    collisions = tuple(map(base.shown, explained.collisions))
+    return replace(explained, collisions=collisions, notes=(*explained.notes, *notes))
 
 
 def shown_at_wall(track: Track, found: SeenCollisions) -> Explanation:
@@ -248,6 +263,53 @@ def at_a_stop(
     )
 
 
+def struck_unseen(track: Track, known: Knowledge, report: FootageReport) -> Explanation | None:
+    """Explain a body alone by the ball of a trial whose heavy body is not seen.
+
+    None if nothing strikes it at rest, or its path is not that of such a ball.
+    """
+    base = with_copies(track) or even(track.frame)
+    struck = struck_ball(base.evened(track))
+    if struck is None:
+        return None
+    evened, found = struck
+    unseen = np.full(len(track.frame), np.nan)
+    shown = shown_at_wall(
+        replace(track, heavy=BodyTrack(unseen, unseen, 0.0, 0.0), wall_side=evened.wall_side), found
+    )
+    shown = replace(shown, notes=(Reason(Cause.HEAVY_UNSEEN),))
+    explained = _completed(shown, fit_burst(evened, found, known), base, None, known, report)
+    return explained if explained.counts and _rests_on_frames(explained) else None
+
+
+def _rests_on_frames(explained: Explanation) -> bool:
+    """Whether a fit has a place for all collisions seen, and frames show half of its own at least.
+
+    Of a body that is not seen nothing else is known.
+    """
+    fit, found = explained.fit, explained.found
+    if fit is None or found is None:
+        return False
+    return fit.count >= found.burst and 2 * fit.shown >= fit.count
+
+
+def of_one(
+    track: Track,
+    known: Knowledge,
+    report: FootageReport,
+    moves_beside: Callable[[float], bool],
+    *,
+    seen_only: bool = False,
+) -> Explanation:
+    """Explain a track of one body, at a stop or, if it cannot be, struck by one that is not seen.
+
+    See ``at_a_stop`` and ``at_wall``.
+    """
+    alone = at_a_stop(track, report, moves_beside)
+    struck = None if alone.counts or seen_only else struck_unseen(track, known, report)
+    return struck or alone
+
+
 def _by_impacts(track: Track, found: SeenImpacts, report: FootageReport) -> Explanation:
     count = len(found.collisions)
     turned = track.heavy is not None and track.wall_side == "right"
@@ -328,15 +390,16 @@ def likeliest_pair(explanations: Iterable[Explanation]) -> Explanation | None:
 def of_bodies_alone(explanations: Sequence[Explanation]) -> Explanation:
     """Choose one of several bodies, each taken alone: the only one that counts, or the first.
 
-    If more count, which of them is meant is not known; and a few impacts, where more than one body
-    moves, may be those of a trial.
+    The ball of a trial comes before those at a stop. If more count, which of them is meant is not
+    known; and a few impacts, where more than one body moves, may be those of a trial.
     """
     counted = [one for one in explanations if one.counts]
+    counted = [one for one in counted if one.scene == "wall"] or counted
     first = (*counted, explanations[0])[0]
     if len(counted) > 1:
         return replace(first, against=(Reason(Cause.SEVERAL_BOUNCE, (len(counted),)),))
-    others = len(explanations) - 1
-    if counted and first.count < IMPACTS_OF_ONE_ALONE and others:
+    others, few = len(explanations) - 1, first.count < IMPACTS_OF_ONE_ALONE
+    if counted and others and few and first.scene != "wall":
         return replace(first, against=(Reason(Cause.OTHERS_MOVE, (first.count, others)),))
     return first
 

@@ -18,11 +18,11 @@ from pathlib import Path
 from count_video.answers import Followed, answer, knowledge, nothing_to_count, pendulum_of
 from count_video.errors import TrackingError
 from count_video.explanations import (
-    at_a_stop,
     is_settled,
     likeliest_pair,
     may_be_bodies,
     of_bodies_alone,
+    of_one,
     of_pair,
     stands_before,
 )
@@ -65,16 +65,19 @@ def _explained(seen: Observation, settings: TrialSettings) -> Followed:
     known = knowledge(info, settings.masses)
     pair = best = None
     why = ""
-    explain = partial(of_pair, known=known, report=report, seen_only=settings.seen_only)
+    two, one = (
+        partial(explain, known=known, report=report, seen_only=settings.seen_only)
+        for explain in (of_pair, of_one)
+    )
     with suppress(TrackingError):
         pair = best = likeliest_pair(
-            explain(track, stands_ahead=partial(stands_ahead, seen, track))
+            two(track, stands_ahead=partial(stands_ahead, seen, track))
             for track in pair_tracks(seen.movers, seen.frames, seen.view, settings.wall)
         )
     if pair is None or not is_settled(pair):
         try:
             one_by_one = [
-                at_a_stop(track, report, partial(moves_beside, seen, track))
+                one(track, moves_beside=partial(moves_beside, seen, track))
                 for track in single_tracks(seen)
             ]
             alone = of_bodies_alone(one_by_one)

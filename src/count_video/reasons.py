@@ -43,6 +43,8 @@ class Cause(Enum):
     UNLIKE = auto()  # two bodies are not of a kind, and neither reaches a wall
     MEETS_OTHERS = auto()
     STRUCK = auto()  # something that is not followed strikes the body at rest [frame]
+    STRUCK_MOVING = auto()  # an impact gives the body speed: what it struck moves [frame]
+    HEAVY_UNSEEN = auto()  # the heavy body is known by what it does to the ball alone
     MOVES_BESIDE = auto()  # something not followed moves beside the body where it turns [frame]
     PARTNER_UNSEEN = auto()  # it may have struck something that was not followed [probability]
     ENDS_TOGETHER = auto()

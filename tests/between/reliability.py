@@ -133,8 +133,11 @@ def _kept(track: Track, keep: np.ndarray[Any, np.dtype[np.bool_]]) -> Track:
     return replace(track, frame=track.frame[keep], ball=part(track.ball), heavy=part(track.heavy))
 
 
-def counted(trial: HardTrial) -> Outcome:
-    """Count a trial as the command would, with tracks in the place of pictures."""
+def counted(trial: HardTrial, *, ball_alone: bool = False) -> Outcome:
+    """Count a trial as the command would, with tracks in the place of pictures.
+
+    With ``ball_alone`` the heavy body is not seen, nor is it known on which side the wall is.
+    """
     frames = len(trial.track.frame)
     info = FootageInfo(
         *(Path("trial.mp4"), "h264", "yuv420p", 640, 240, 0),
@@ -144,18 +147,22 @@ def counted(trial: HardTrial) -> Outcome:
     footage = SimpleNamespace(info=info, report=lambda: report)
     seen = SimpleNamespace(view=SimpleNamespace(footage=footage), movers=None, frames=None)
 
-    def nothing(*_: object, **__: object) -> Track:
-        raise TrackingError("nothing moves alone")
+    def found(tracks: list[Track]) -> list[Track]:
+        if not tracks:
+            raise TrackingError("nothing moves so")
+        return tracks
 
+    ball = replace(trial.track, heavy=None, wall_side="left")
+    pairs, singles = ([], [ball]) if ball_alone else ([trial.track], [])
     replaced = {
         "open_footage": lambda *_, **__: nullcontext(footage),
         "observe": lambda *_, **__: nullcontext(seen),
         "stands_ahead": lambda *_: True,
-        **dict.fromkeys(("pair_tracks", "tracks"), lambda *_, **__: [trial.track]),
-        **dict.fromkeys(("single_tracks", "single_track", "track_free_bodies"), nothing),
+        "moves_beside": lambda *_: True,
+        "pair_tracks": lambda *_: found(pairs),
+        "single_tracks": lambda *_: found(singles),
     }
-    present = {name: new for name, new in replaced.items() if hasattr(pipeline, name)}
-    with patch.multiple(pipeline, **present):
+    with patch.multiple(pipeline, **replaced):
         result = pipeline.work_through(Path("trial.mp4"), pipeline.TrialSettings()).result
     return Outcome(trial, result)
 
@@ -250,18 +257,19 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("trials", type=int)
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--ball-alone", action="store_true", help="the heavy body is not seen")
     parser.add_argument("--list", action="store_true", help="name what is wrong or refused")
     options = parser.parse_args(arguments)
     seeds = range(options.first_seed, options.first_seed + options.trials)
     with Pool(options.processes) as pool:
-        outcomes = list(pool.imap(_outcome, seeds))
+        outcomes = list(pool.imap(partial(_outcome, options.ball_alone), seeds))
     listed = [stated(o) for o in outcomes if not o.right] if options.list else []
     sys.stdout.write("\n".join((*listed, "", report(outcomes), "")))
     return 0
 
 
-def _outcome(seed: int) -> Outcome:
-    return counted(hard_trial(seed))
+def _outcome(ball_alone: bool, seed: int) -> Outcome:
+    return counted(hard_trial(seed), ball_alone=ball_alone)
 
 
 if __name__ == "__main__":

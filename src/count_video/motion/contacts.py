@@ -71,7 +71,7 @@ class Contacts:
     rate_sigma: Floats
     """Their standard uncertainties."""
     distance_px: float
-    """Between the bodies' reference points where they touch; NaN where they do not."""
+    """Between the bodies' reference points where they touch; NaN where none is seen to."""
     errors: BodyErrors
     """Of the places of each body."""
 
@@ -129,7 +129,7 @@ def fit_contacts(
         ball_px=np.array([one.ball_px for one in fitted]),
         rate=rate,
         rate_sigma=sigma,
-        distance_px=float(np.median(apart)) if apart else np.nan,
+        distance_px=float(np.median(apart)) if apart and len(bodies) > 1 else np.nan,
         errors=tuple(body.errors for body in bodies),
     )
 
@@ -161,11 +161,12 @@ def _held(
 ) -> list[tuple[float, float] | None]:
     """Place (distance, of bodies) that each contact shares with its kind, and its uncertainty.
 
-    The surest contacts say most; one alone says nothing.
+    The surest contacts say most; one alone says nothing, nor do those of two bodies of which one is
+    not seen.
     """
     shared: dict[Kind, tuple[float, float]] = {}
     stray = STRAY_SIGMAS * max(body.sigma_px for body in bodies)
-    for kind in set(kinds):
+    for kind in set(kinds) - ({"bodies"} if len(bodies) == 1 else set()):
         own = [one for one, its in zip(fitted, kinds, strict=True) if its == kind]
         places = np.array([one.touch_px for one in own])
         weights = np.array([1 / (one.touch_sigma**2 + stray**2) for one in own])

@@ -108,7 +108,7 @@ def fit_burst(
         return Reason(Cause.MODEL_LACKS_FRAMES)
     rough = rough_values(observed, found, known)
     most = MOST_OVER_SEEN * found.burst if found.is_whole else MOST_COLLISIONS
-    rivals = Rivals(observed, prior_of(rough, known), most)
+    rivals = Rivals(observed, prior_of(rough, known, shows_heavy=observed.shows_heavy), most)
     start = _begun(rivals, rough, found)
     seen = _count_seen(track, found, rivals) if found.is_whole else None
     if isinstance(seen, Between):
@@ -133,8 +133,9 @@ def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> Floats:
     if not _is_near(grown):
         return rough
     start = grown.values[:FIRST_DEVIATION].copy()
-    # What the whole path shows, a few collisions at its beginning do not.
-    start[[Column.LIGHTNESS, Column.SWING]] = rough[[Column.LIGHTNESS, Column.SWING]]
+    if rivals.observed.shows_heavy:
+        # What its whole path shows, a few collisions at its beginning do not.
+        start[[Column.LIGHTNESS, Column.SWING]] = rough[[Column.LIGHTNESS, Column.SWING]]
     return start
 
 
@@ -208,10 +209,12 @@ def _misfit_px(fit: Fit) -> float:
 
 
 def _is_one(fit: Fit) -> bool:
-    """Whether all collisions of a fit, but perhaps the last one, belong to one burst.
+    """Whether all collisions of a fit come about and, but perhaps the last, belong to one burst.
 
     It ends when the heavy body, driven back, turns round again.
     """
+    if not np.isfinite(fit.paths.time[0, -1]):
+        return False
     leaving, coming = fit.paths.states[1, 0, 1:-2], fit.paths.before[1, 0, 2:-1]
     return not bool(((leaving > 0) & (coming < 0)).any())
 

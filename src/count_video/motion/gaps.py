@@ -50,8 +50,9 @@ class Gaps:
 
     @property
     def near_edge_px(self) -> float:
-        """From the ball's centre to its outline on the side of the heavy body."""
-        return float(np.nanmedian(self.heavy_px - self.ball_px - self.gap_px))
+        """From the ball's centre to its outline on the heavy body's side; 0 if that is not seen."""
+        edges = self.heavy_px - self.ball_px - self.gap_px
+        return float(np.nanmedian(edges)) if np.isfinite(edges).any() else 0.0
 
 
 def gaps_of(track: Track) -> Gaps:

@@ -43,9 +43,9 @@ def find_impacts(
 
     Returns all turns at stops in order of time, and half the time of a contact in pictures.
     """
-    weighed, contact = _weighed(find_turns(motion, depth_sigmas), motion, struck)
+    weighed, contact = weigh_turns(find_turns(motion, depth_sigmas), motion, struck)
     if touching_px is None:
-        found = [impact for side in (-1, 1) for impact in _at_stop(weighed, side, motion)]
+        found = [impact for side in (-1, 1) for impact in at_stop(weighed, side, motion)]
     else:
         found = [one for one in weighed if one.side < 0 and abs(one.place_px) < touching_px]
     return sorted(found, key=lambda impact: impact.frame), contact
@@ -83,7 +83,7 @@ def usual_flight(turns: Sequence[Turn], motion: Motion) -> float:
     return float(np.median(flights) if len(flights) else motion.moving.sum() / 2)
 
 
-def _weighed(
+def weigh_turns(
     turns: Sequence[Turn], motion: Motion, struck: Sequence[float]
 ) -> tuple[list[Impact], float]:
     """Weigh all turns, and half the time that a contact takes, in pictures."""
@@ -125,7 +125,7 @@ def _contact(corners: Sequence[Impact]) -> float:
     return max(HALF_EXPOSURE, float(half[np.argmax(total - half / HALF_EXPOSURE)]))
 
 
-def _at_stop(turns: Sequence[Impact], side: int, motion: Motion) -> list[Impact]:
+def at_stop(turns: Sequence[Impact], side: int, motion: Motion) -> list[Impact]:
     """List the turns at the stop of one side, if any: smooth ones there speak against it."""
     corners = [one for one in turns if one.side == side]
     if not corners:

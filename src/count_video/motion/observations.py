@@ -58,6 +58,11 @@ class Observations:
     after: Floats
     """1 for frames after the place where frames may be left out, 0 for the others."""
 
+    @cached_property
+    def shows_heavy(self) -> bool:
+        """Whether the heavy body is seen at all."""
+        return bool(np.isfinite(self.heavy_px).any())
+
     @property
     def start(self) -> float:
         """Time from which the motion is followed."""

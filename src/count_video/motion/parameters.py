@@ -23,6 +23,7 @@ from count_video.motion.priors import (
     BALL_RATE_SIGMA,
     DRIFT_SIGMA_PX,
     EXPOSURE,
+    LIGHTNESS,
     PARALLAX_SIGMA,
     PULL_SHARE,
     RATE_SIGMA,
@@ -128,8 +129,11 @@ class Knowledge:
         return USUAL_RATE_PER_S / self.capture_fps, RATE_SIGMA
 
 
-def prior_of(rough: Floats, known: Knowledge) -> Prior:
-    """State what is known before the fit about the parameters without deviations."""
+def prior_of(rough: Floats, known: Knowledge, *, shows_heavy: bool = True) -> Prior:
+    """State what is known before the fit about the parameters without deviations.
+
+    Of a heavy body that is not seen there are no outlines.
+    """
     way, (rate, sigma) = rough[Column.BALL_REST] - rough[Column.WALL], known.rate
     normal = {
         Column.HEAVY_PULL: (0.0, PULL_SHARE * np.exp(2 * rough[Column.SWING]) * way),
@@ -141,6 +145,9 @@ def prior_of(rough: Floats, known: Knowledge) -> Prior:
         Column.BODIES: RESTITUTION,
         Column.BOUNCE: RESTITUTION,
     }
+    if not shows_heavy:
+        normal[Column.CONTACT] = 0.0, 0.0
+        normal[Column.LIGHTNESS] = LIGHTNESS
     if known.mass_ratio is not None:
         relative = max(known.mass_ratio_sigma / known.mass_ratio, 1e-4)
         normal[Column.LIGHTNESS] = -np.log(known.mass_ratio), relative

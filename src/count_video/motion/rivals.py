@@ -46,6 +46,9 @@ solution, where only large residuals should pull."""
 FIRST_COLLISIONS = 4
 """So many collisions of a calm beginning are fitted first, and each time twice as many: they
 foresee the others' times to a small part of a collision."""
+LIGHTNESS_SIGMA = 0.5
+"""The logarithm of the rough lightness of the ball is known to this. A few collisions hardly show
+it where the heavy body is not seen."""
 TIME_SIGMA = 0.25
 """Frames by which the times of calm collisions may be wrong where they lead a fit to its place."""
 HOPELESS = 150.0
@@ -92,13 +95,18 @@ class Rivals:
     def grow(self, start: Floats) -> Fit:
         """Fit the calm beginning, from its first collisions on each time twice as many."""
         observed, calm = self.observed, self.observed.calm
+        known = self.prior
+        if not observed.shows_heavy:
+            lightness = float(start[Column.LIGHTNESS])
+            known = known.with_value(Column.LIGHTNESS, lightness, LIGHTNESS_SIGMA)
         count = min(FIRST_COLLISIONS, calm)
         while True:
             if count == len(observed.burst):
                 return self.add(count, start, led=True)
             some = observed.at(observed.frame < observed.burst[count] - CLEAR_FRAMES)
+            asked = replace(self._asked(some, count, led=True), known=known)
             for floor_px in FLOORS_PX:
-                fit = self._within(floor_px, self._asked(some, count, led=True), start)
+                fit = self._within(floor_px, asked, start)
                 start = fit.values
             if count == calm:
                 return fit
@@ -210,7 +218,9 @@ def residual_noise(observed: Observations, fit: Fit) -> tuple[Fit, Noise]:
 
 
 def _spread(residuals: Floats) -> float:
-    """Factor on the noise for residuals that are larger or smaller than it."""
+    """Factor on the noise for residuals that are larger or smaller than it; 1 if there are none."""
+    if np.isnan(residuals).all():
+        return 1.0
     return float(np.sqrt(np.nanmean(np.clip(residuals, -CLIPPED_SIGMAS, CLIPPED_SIGMAS) ** 2)))
 
 

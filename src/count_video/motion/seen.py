@@ -11,7 +11,7 @@ import numpy as np
 from count_video.motion.burst import find_burst
 from count_video.motion.contacts import BodyErrors, collisions_of
 from count_video.motion.errors_of_places import Errors
-from count_video.motion.gaps import UNSEEN_FRAMES, Gaps, find_contacts, gaps_of
+from count_video.motion.gaps import UNSEEN_FRAMES, find_contacts, gaps_of
 from count_video.motion.swing import Swing, fit_path, path_fits, swing_of
 from count_video.motion.time_base import (
     frames_per_picture,
@@ -20,7 +20,7 @@ from count_video.motion.time_base import (
     swing_in_frames,
 )
 from count_video.reasons import LEFT_TO_THE_FIT, Cause, Reason
-from count_video.records import BodyTrack, Collision, Track
+from count_video.records import BodyTrack, Collision, Floats, Track
 from count_video.signals import sigma_of
 
 FEW_TO_BELIEVE = 2
@@ -117,7 +117,7 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     pace = frames_per_picture(track) if pace is None else pace
     gaps = gaps_of(in_pictures(track, pace))
     contacts = find_contacts(gaps)
-    collisions = _shown(collisions_of(contacts, gaps.sign), gaps)
+    collisions = marked(collisions_of(contacts, gaps.sign), gaps.frame[np.isfinite(gaps.ball_px)])
     path = fit_path(gaps, collisions)
     right = path_fits(path, gaps)
     burst, shortcomings = find_burst(collisions, contacts, gaps)
@@ -159,11 +159,13 @@ def unresolved(candidates: Sequence[Collision], pace: float) -> list[Reason]:
     return found
 
 
-def _shown(collisions: Sequence[Collision], gaps: Gaps) -> list[Collision]:
-    """Mark which collisions the frames show: surely in time, and with pictures next to them."""
+def marked(collisions: Sequence[Collision], pictures: Floats) -> list[Collision]:
+    """Mark which collisions the frames show: surely in time, and with pictures next to them.
+
+    ``pictures`` are the frame coordinates of those that show the ball.
+    """
     frames = [collision.frame for collision in collisions]
     nearest = np.minimum(np.diff(frames, prepend=-np.inf), np.diff(frames, append=np.inf))
-    pictures = gaps.frame[np.isfinite(gaps.ball_px)]
     ends = np.concatenate([[-np.inf], pictures, [np.inf]])
     after = np.searchsorted(pictures, frames) + 1
     apart = ends[after] - ends[after - 1]

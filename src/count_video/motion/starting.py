@@ -13,6 +13,8 @@ bad as what is far from one. The best of them is where the search of the count b
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -48,20 +50,60 @@ def rough_values(observed: Observations, found: SeenCollisions, known: Knowledge
     rest = float(np.nanmedian(observed.ball_px[observed.frame < -CLEAR_FRAMES]))
     wall = float(np.nanquantile(observed.ball_px, BEYOND_SHARE))
     way = max(rest - wall, 1e-9)
-    rate, place, velocity = _swinging(observed, rest, way, known, found.swing)
     values[Column.BALL_REST] = values[Column.HEAVY] = rest
     values[Column.WALL] = wall
-    values[Column.CONTACT] = place
+    values[Column.EXPOSURE] = EXPOSURE[0]
+    values[[Column.BODIES, Column.BOUNCE]] = RESTITUTION[0]
+    if observed.shows_heavy:
+        rate, place, velocity = _swinging(observed, rest, way, known, found.swing)
+        lightness = _lightness(float(np.nanmin(observed.heavy_px)) - place - wall, way)
+        values[Column.CONTACT] = place
+    else:
+        # It is where the ball turns back, and gives the ball at rest V (1 + e) / (1 + m/M).
+        rate, given = _ball_swinging(observed, rest, known)
+        lightness = _lightness(_nearest_turn(observed, found, rest) - wall, way)
+        velocity = given * (1 + np.exp(lightness)) / (1 + RESTITUTION[0])
     values[Column.HEAVY_RATE] = velocity
     values[Column.SWING] = np.log(rate)
-    nearest = float(np.nanmin(observed.heavy_px)) - place - wall
-    values[Column.LIGHTNESS] = 2 * np.log(np.clip(nearest / way, NEAREST_SHARE, 1.0))
+    values[Column.LIGHTNESS] = lightness
     swing = found.swing
     if found.is_whole and swing is not None and RATIO_SIGMAS * swing.mass_ratio_relative_sigma < 1:
         values[Column.LIGHTNESS] = -np.log(swing.mass_ratio)
-    values[Column.EXPOSURE] = EXPOSURE[0]
-    values[[Column.BODIES, Column.BOUNCE]] = RESTITUTION[0]
     return values
+
+
+def _lightness(nearest_px: float, way_px: float) -> float:
+    """Logarithm of the ball's lightness, by how near the heavy body comes to the wall."""
+    return float(2 * np.log(np.clip(nearest_px / way_px, NEAREST_SHARE, 1.0)))
+
+
+def _nearest_turn(observed: Observations, found: SeenCollisions, rest: float) -> float:
+    """Place nearest to the wall from which the ball is driven back to it, or else its rest."""
+    walls = [one.frame for one in found.collisions[: found.burst] if one.kind == "wall"]
+    frame, place = observed.origin + observed.frame, observed.ball_px
+    visits = ((frame > low) & (frame < high) & np.isfinite(place) for low, high in pairwise(walls))
+    return min((float(place[rows].max()) for rows in visits if rows.any()), default=rest)
+
+
+def _ball_swinging(observed: Observations, rest: float, known: Knowledge) -> tuple[float, float]:
+    """Angular rate of the ball's pendulum, and the velocity that the first blow gives it.
+
+    Until the next collision it swings from its rest, x = v sin(w t) / w; see ``_swinging``.
+    """
+    frame, place = observed.frame, observed.ball_px - rest
+    until = observed.burst[1] if len(observed.burst) > 1 else np.inf
+    first = np.isfinite(place) & (frame > CLEAR_FRAMES) & (frame < until - CLEAR_FRAMES)
+    frame, place = frame[first], place[first]
+    usual, unsure = known.rate
+    noise_px = max(observed.ball_sigma_px, SWING_FLOOR_PX)
+    best = np.inf, usual, 0.0
+    for step in RATE_STEPS:
+        rate = usual * float(np.exp(unsure * step))
+        swung = np.sin(rate * frame) / rate
+        velocity = float(swung @ place) / max(float(swung @ swung), 1e-9)
+        left = (place - velocity * swung) / noise_px
+        best = min(best, (float(left @ left + step**2), rate, velocity))
+    return best[1:]
 
 
 def _swinging(
@@ -169,8 +211,8 @@ def _lightness_steps(rough: Floats, prior: Prior) -> Floats:
     high += 2 * np.log1p(abs(rough[Column.HEAVY_RATE]) / max(near, 1e-9))
     high = min(high, LIMITS[Column.LIGHTNESS][1])
     low = max(low, 2 * np.log(np.pi / MOST_COLLISIONS))
-    if np.isfinite(prior.sigma[Column.LIGHTNESS]):
-        reach = 3 * prior.sigma[Column.LIGHTNESS]
+    reach = 3 * prior.sigma[Column.LIGHTNESS]
+    if 2 * reach < high - low:
         low, high = prior.mean[Column.LIGHTNESS] + np.array([-reach, reach])
     # N is about pi sqrt(M/m): its logarithm moves half as much as that of the lightness.
     number = 2 + int(np.ceil((high - low) * expected_count(low) / 2 / PHASE_STEP))

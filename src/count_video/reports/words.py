@@ -147,6 +147,10 @@ SENTENCES: Final = {
     "until the burst is over",
     Cause.STRUCK: "something that could not be followed strikes the body at rest in frame "
     "{:.0f}: it may be the ball of a trial whose heavy body was not found",
+    Cause.STRUCK_MOVING: "the body leaves the impact in frame {:.0f} faster than it came: what it "
+    "struck moves; it may be the ball of a trial whose heavy body was not found",
+    Cause.HEAVY_UNSEEN: "the cylinder could not be followed: it is known only by what it does to "
+    "the ball",
     Cause.MOVES_BESIDE: "something that could not be followed moves where the body turns in frame "
     "{:.0f}: the body may be the cylinder of a trial whose ball was not found",
     Cause.PARTNER_UNSEEN: "one body alone turns a few times: with a probability of {:.0%} it is "
