@@ -28,9 +28,10 @@ from count_video.motion.struck import struck_ball
 from count_video.motion.time_base import LeftOut, TimeBase, even
 from count_video.motion.time_hypotheses import with_copies
 from count_video.motion.timed import seen_by_time_base
-from count_video.motion.weighing import SeenImpacts
+from count_video.motion.weighing import STRAY_SIGMAS, SeenImpacts
 from count_video.reasons import Cause, Reason
 from count_video.records import SURE, BodyTrack, Collision, FootageReport, Track
+from count_video.signals import sigma_of
 
 PROBABILITY_AT_LEAST = 0.5
 """A count must be as probable as all others together."""
@@ -43,6 +44,11 @@ PATH_SIGMAS = 4.0
 """The heavy body's path shows its collisions if they exceed their uncertainty by this factor."""
 IMPACTS_OF_ONE_ALONE = 3
 """So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
+
+BLOWS_AT_LEAST = 3
+"""Each blow of a body that is not seen gives a place and a jump, the first one a jump alone; what
+the law of a trial leaves open of that body are its velocity, its mass and the restitution. So with
+three blows five numbers show whether three describe them."""
 
 Scene = Literal["wall", "bodies", "stop"]
 """Ball and cylinder at a wall, two bodies without one, or one body at a stop."""
@@ -283,14 +289,20 @@ def struck_unseen(track: Track, known: Knowledge, report: FootageReport) -> Expl
 
 
 def _rests_on_frames(explained: Explanation) -> bool:
-    """Whether a fit has a place for all collisions seen, and frames show half of its own at least.
+    """Whether what the frames show of a ball puts the law of a trial to a test that it passes.
 
-    Of a body that is not seen nothing else is known.
+    The fit has a place for all collisions seen, frames show half of its own at least, there are
+    blows enough, and little is left over beside what free flights leave between the collisions: of
+    a body that is not seen nothing else is known.
     """
     fit, found = explained.fit, explained.found
     if fit is None or found is None:
         return False
-    return fit.count >= found.burst and 2 * fit.shown >= fit.count
+    blows = sum(one.kind == "bodies" for one in fit.collisions)
+    tested = fit.count >= found.burst and 2 * fit.shown >= fit.count and blows >= BLOWS_AT_LEAST
+    errors = found.errors[0]
+    flights_px = errors.sigma_px if errors else sigma_of(explained.track.ball.position_px)
+    return tested and fit.misfit_px < STRAY_SIGMAS * flights_px
 
 
 def of_one(
