@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -93,12 +94,20 @@ def pictures(
         _draw_contacts(canvas, layout, material, row)
         numbers = _draw_strip(canvas, layout, material, row)
         _draw_time_line(canvas, layout, material, row)
-        image = Image.fromarray(canvas)
-        draw = ImageDraw.Draw(image)
-        for corner, number in numbers.items():
-            draw.text(corner, number, "white", font(15))
-        _write(draw, layout, material.result, frame.index, pace[row])
-        yield np.asarray(image)
+        with _lettering(canvas[-STRIP_PX:]) as draw:
+            for corner, number in numbers.items():
+                draw.text(corner, number, "white", font(15))
+        with _lettering(canvas[:HEADER_PX]) as draw:
+            _write(draw, layout, material.result, frame.index, pace[row])
+        yield canvas
+
+
+@contextmanager
+def _lettering(part: Pixels) -> Iterator[ImageDraw.ImageDraw]:
+    """Write on a part of a picture: Pillow copies what it writes on, and a part is less."""
+    image = Image.fromarray(part)
+    yield ImageDraw.Draw(image)
+    part[:] = np.asarray(image)
 
 
 def _with_footage(layout: ClipLayout, luma: Pixels) -> Pixels:
@@ -106,7 +115,7 @@ def _with_footage(layout: ClipLayout, luma: Pixels) -> Pixels:
     canvas = np.zeros((*layout.size_px[::-1], 3), np.uint8)
     size = (layout.width_px, layout.footage_height_px)
     shown = cv2.resize(np.ascontiguousarray(luma), size, interpolation=_smooth(layout.scale))
-    canvas[HEADER_PX:-STRIP_PX] = shown[:, :, None]
+    cv2.cvtColor(shown, cv2.COLOR_GRAY2RGB, dst=canvas[HEADER_PX:-STRIP_PX])
     return canvas
 
 
@@ -181,16 +190,15 @@ def _draw_strip(
 ) -> dict[Point, str]:
     """Draw the last frames as rows below the footage, the newest on top.
 
-    Returned are the numbers of the collisions in it, by their left corners.
+    Returned are the numbers of the collisions in it, by their left corners in the strip.
     """
-    top, track = HEADER_PX + layout.footage_height_px, material.track
-    strip, size = canvas[top : top + STRIP_PX], 7.0
+    strip, size, track = canvas[-STRIP_PX:], 7.0, material.track
     oldest = max(0, newest + 1 - STRIP_PX // ROW_PX)
     image = np.array(material.lines[oldest : newest + 1])[::-1]
     filled = ROW_PX * len(image)
     shown = cv2.resize(image, (strip.shape[1], filled), interpolation=cv2.INTER_NEAREST)
-    strip[:] = 60
-    strip[:filled] = shown[:, :, None]
+    strip[filled:] = 60
+    cv2.cvtColor(shown, cv2.COLOR_GRAY2RGB, dst=strip[:filled])
     scale = strip.shape[1] / image.shape[1]
     paths = [(edge, BALL) for edge in ball_edges_px(track)]
     if track.heavy is not None:
@@ -205,11 +213,11 @@ def _draw_strip(
     for c in material.result.collisions:
         if track.frame[oldest] <= c.frame < track.frame[newest] + 0.5:
             row = float(np.interp(c.frame, track.frame, np.arange(len(track.frame))))
-            # The mark is whole from the first moment on.
-            y_px = max(size + 1, ROW_PX * (newest - row + 0.5) - 0.5)
+            # Mark and number are whole from the first moment on.
+            y_px = max(9.0, ROW_PX * (newest - row + 0.5) - 0.5)
             x_px = (contact_px(c, track) + 0.5) * scale - 0.5
             _draw_mark(strip, c, (x_px, y_px), size)
-            numbers[x_px + size + 4, top + y_px - 9.0] = str(c.number)
+            numbers[x_px + size + 4, y_px - 9.0] = str(c.number)
     return numbers
 
 
