@@ -44,7 +44,6 @@ PATH_SIGMAS = 4.0
 """The heavy body's path shows its collisions if they exceed their uncertainty by this factor."""
 IMPACTS_OF_ONE_ALONE = 3
 """So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
-
 BLOWS_AT_LEAST = 3
 """Each blow of a body that is not seen gives a place and a jump, the first one a jump alone; what
 the law of a trial leaves open of that body are its velocity, its mass and the restitution. So with

@@ -271,6 +271,23 @@ def test_a_body_that_something_strikes_at_rest_is_not_counted_alone() -> None:
     assert found.shortcomings[0].figures == (pytest.approx(BLOW, abs=0.5),)
 
 
+@pytest.mark.parametrize(("kept", "counted"), [(0.95, True), (1.3, False)])
+def test_what_gives_a_body_speed_is_no_stop_at_rest(kept: float, counted: bool) -> None:
+    place, velocity, path = 100.0, -2.0, []
+    for step in range(160 * 50):
+        if step % 50 == 0:
+            path.append(place)
+        place += velocity / 50
+        if place < 0.0 or place > 150.0:
+            place = min(max(place, 0.0), 150.0)
+            velocity *= -0.95 if place == 0.0 else -kept
+    found = seen_impacts(alone(noisy(np.array(path), NOISE_PX)))
+
+    assert [reason.cause for reason in found.shortcomings] == (
+        [] if counted else [Cause.STRUCK_MOVING]
+    )
+
+
 @pytest.mark.parametrize("over_frames", [12.0, 24.0])
 def test_a_body_that_a_hand_pushes_off_is_counted(over_frames: float) -> None:
     assert counts(seen_impacts(alone(noisy(struck(over_frames), NOISE_PX))))
