@@ -15,7 +15,7 @@ from count_video.motion.contacts import Contacts, Paths, fit_contacts
 from count_video.motion.errors_of_places import HALF_EXPOSURE, flight_of
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import find_impacts
-from count_video.motion.priors import NO_BOUNCE
+from count_video.motion.priors import NO_BOUNCE, STOP_SHARE
 from count_video.records import CollisionKind, Floats, Track
 from count_video.signals import NOISE_AT_LEAST_PX, sigma_of
 
@@ -99,24 +99,32 @@ def _missing(
     """Where two contacts of one kind follow each other, the clearest corner of the other gap.
 
     The ball cannot come to one side twice but by a contact on the other, nor from rest to the wall.
-    Such a contact may be no deeper than the noise, and make no turn.
-    Where none with the wall is shown, as where two balls meet far from any, none is missing.
+    Such a contact may be no deeper than the noise, and make no turn. One with the wall is where the
+    others are; where none is shown, as where two balls meet far from any wall, none is missing.
     """
     found, shown = [], {kind for _, kind in points}
+    walls = [frame for frame, kind in points if kind == "wall"]
+    seen = np.isfinite(gaps.ball_px)
+    at_walls = np.interp(walls, gaps.frame[seen], gaps.ball_px[seen]) if walls else np.array([0.0])
+    near = float(np.median(at_walls)) + STOP_SHARE * float(np.ptp(gaps.ball_px[seen]))
+    below = {"wall": near, "bodies": np.inf}
     for before, after in zip([(-np.inf, "wall"), *points], points, strict=False):
         kind = KINDS[after[1] == "bodies"]
         if after[1] == before[1] and (kind == "bodies" or kind in shown):
-            corner = _corner(gaps.frame, gaps.closing(kind), before[0], after[0])
+            corner = _corner(gaps.frame, gaps.closing(kind), (before[0], after[0]), below[kind])
             found += [] if corner is None else [(corner, kind)]
     return found
 
 
-def _corner(frame: Floats, signal: Floats, low: float, high: float) -> float | None:
+def _corner(
+    frame: Floats, signal: Floats, between: tuple[float, float], below: float
+) -> float | None:
     """Frame between two others at which a signal most clearly turns from closing to opening.
 
     Before and after it obeys x'' = g - w^2 (x - x0), so that with a ramp for the jump it is linear
-    in five unknowns. None where too few places are seen, or none is clear.
+    in five unknowns. None where too few places are seen, or none of those ``below`` is clear.
     """
+    low, high = between
     inside = (frame > low + HALF_EXPOSURE) & (frame < high - HALF_EXPOSURE)
     flight = flight_of(frame[inside], signal[inside])
     if flight is None or len(flight.clock) < CORNER_ROWS:
@@ -125,6 +133,10 @@ def _corner(frame: Floats, signal: Floats, low: float, high: float) -> float | N
     law = np.column_stack([flight.own, flight.shared])
     basis, triangle = np.linalg.qr(law)
     tried = np.arange(1, len(time) - 1, 1 + len(time) // CORNERS_TRIED)
+    at = signal[inside]
+    tried = tried[at[np.isfinite(at)][tried] <= below]
+    if len(tried) == 0:
+        return None
     ramps = np.maximum(time[:, None] - time[tried], 0.0)
     shared = basis.T @ ramps
     ramps -= basis @ shared
