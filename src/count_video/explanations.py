@@ -24,13 +24,13 @@ from count_video.motion.posterior import doubted, with_more
 from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL, STRAYING_WRONG
 from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
-from count_video.motion.struck import struck_ball
+from count_video.motion.struck import struck_ball, with_unseen_heavy
 from count_video.motion.time_base import LeftOut, TimeBase, even
 from count_video.motion.time_hypotheses import with_copies
 from count_video.motion.timed import seen_by_time_base
 from count_video.motion.weighing import STRAY_SIGMAS, SeenImpacts
 from count_video.reasons import Cause, Reason
-from count_video.records import SURE, BodyTrack, Collision, FootageReport, Track
+from count_video.records import SURE, Collision, FootageReport, Track
 from count_video.signals import sigma_of
 
 PROBABILITY_AT_LEAST = 0.5
@@ -278,10 +278,7 @@ def struck_unseen(track: Track, known: Knowledge, report: FootageReport) -> Expl
     if struck is None:
         return None
     evened, found = struck
-    unseen = np.full(len(track.frame), np.nan)
-    shown = shown_at_wall(
-        replace(track, heavy=BodyTrack(unseen, unseen, 0.0, 0.0), wall_side=evened.wall_side), found
-    )
+    shown = shown_at_wall(with_unseen_heavy(track, evened.wall_side), found)
     shown = replace(shown, notes=(Reason(Cause.HEAVY_UNSEEN),))
     explained = _completed(shown, fit_burst(evened, found, known), base, None, known, report)
     return explained if explained.counts and _rests_on_frames(explained) else None

@@ -102,15 +102,15 @@ def _missing(
     Such a contact may be no deeper than the noise, and make no turn. One with the wall is where the
     others are; where none is shown, as where two balls meet far from any wall, none is missing.
     """
-    found, shown = [], {kind for _, kind in points}
+    found, below = [], {"bodies": np.inf}
     walls = [frame for frame, kind in points if kind == "wall"]
-    seen = np.isfinite(gaps.ball_px)
-    at_walls = np.interp(walls, gaps.frame[seen], gaps.ball_px[seen]) if walls else np.array([0.0])
-    near = float(np.median(at_walls)) + STOP_SHARE * float(np.ptp(gaps.ball_px[seen]))
-    below = {"wall": near, "bodies": np.inf}
+    if walls:
+        seen = np.isfinite(gaps.ball_px)
+        place = np.interp(walls, gaps.frame[seen], gaps.ball_px[seen])
+        below["wall"] = float(np.median(place) + STOP_SHARE * np.ptp(gaps.ball_px[seen]))
     for before, after in zip([(-np.inf, "wall"), *points], points, strict=False):
         kind = KINDS[after[1] == "bodies"]
-        if after[1] == before[1] and (kind == "bodies" or kind in shown):
+        if after[1] == before[1] and kind in below:
             corner = _corner(gaps.frame, gaps.closing(kind), (before[0], after[0]), below[kind])
             found += [] if corner is None else [(corner, kind)]
     return found

@@ -129,7 +129,7 @@ class Knowledge:
         return USUAL_RATE_PER_S / self.capture_fps, RATE_SIGMA
 
 
-def prior_of(rough: Floats, known: Knowledge, *, shows_heavy: bool = True) -> Prior:
+def prior_of(rough: Floats, known: Knowledge, *, shows_heavy: bool) -> Prior:
     """State what is known before the fit about the parameters without deviations.
 
     Of a heavy body that is not seen there are no outlines.

@@ -21,7 +21,7 @@ from count_video.motion.seen import SeenCollisions, marked
 from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
 from count_video.motion.weighing import struck_at_rest
 from count_video.reasons import Cause, Reason
-from count_video.records import BodyTrack, Collision, Floats, Track
+from count_video.records import BodyTrack, Collision, Floats, Track, WallSide
 from count_video.signals import NOISE_AT_LEAST_PX
 
 CLEAR_VELOCITY_SIGMAS = 4.0
@@ -46,7 +46,6 @@ def struck_ball(track: Track) -> tuple[Track, SeenCollisions] | None:
     paths = Paths(slow.frame, away_px, None)
     fitted = fit_contacts(paths, [kind for _, kind in points], [frame for frame, _ in points])
     collisions = marked(collisions_of(fitted, sign), slow.frame[np.isfinite(away_px)])
-    unseen = np.full(len(track.frame), np.nan)
     shown = SeenCollisions(
         collisions=tuple(in_frames(one, pace) for one in collisions),
         burst=_burst(collisions, sign),
@@ -57,8 +56,13 @@ def struck_ball(track: Track) -> tuple[Track, SeenCollisions] | None:
         path_fits=False,
         errors=(*fitted.errors, None),
     )
-    heavy = BodyTrack(unseen, unseen, 0.0, 0.0)
-    return replace(track, heavy=heavy, wall_side="left" if sign > 0 else "right"), shown
+    return with_unseen_heavy(track, "left" if sign > 0 else "right"), shown
+
+
+def with_unseen_heavy(track: Track, wall_side: WallSide) -> Track:
+    """Add a heavy body that no frame shows to the track of a ball, and say where the wall is."""
+    unseen = np.full(len(track.frame), np.nan)
+    return replace(track, heavy=BodyTrack(unseen, unseen, 0.0, 0.0), wall_side=wall_side)
 
 
 def _contacts(frame: Floats, away_px: Floats) -> list[tuple[float, Kind]] | None:

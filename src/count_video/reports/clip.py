@@ -250,10 +250,11 @@ def presented(annotated: Iterable[Pixels], material: Material, shape: Shape) -> 
         spare_x, spare_y = width - shown.shape[1], height - shown.shape[0]
         canvas = np.zeros((height, width, 3), np.uint8)
         canvas[spare_y:, spare_x:] = shown
-        middle = (spare_x / 2, height / 2) if left else (width / 2, spare_y / 2)
-        image = Image.fromarray(canvas)
-        ImageDraw.Draw(image).text(middle, str(count), "white", font(size), "mm")
-        yield np.asarray(image)
+        beside = canvas[:, :spare_x] if left else canvas[:spare_y]
+        with _lettering(beside) as draw:
+            middle = beside.shape[1] / 2, beside.shape[0] / 2
+            draw.text(middle, str(count), "white", font(size), "mm")
+        yield canvas
 
 
 @dataclass(frozen=True)
