@@ -11,7 +11,7 @@ nothing does and it is as probable as all others together.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -376,76 +376,3 @@ def doubted_for_missing(explained: Explanation, report: FootageReport) -> Explan
         doubts=(*explained.doubts, Reason(Cause.FRAMES_MISSING, (report.frames_missing,))),
         probability=with_missing(explained.probability, explained.count, report),
     )
-
-
-# ---- which explanation stands --------------------------------------------------------------------
-
-
-def likeliest_pair(explanations: Iterable[Explanation]) -> Explanation | None:
-    """Choose one of two bodies each; they come with the likeliest first and are made one by one.
-
-    The first whose heavy body's path fits its collisions is taken, or that counts at a wall. If
-    none does, one that counts comes first, and one at a wall before others.
-    """
-    others = []
-    for one in explanations:
-        if one.path_fits or (one.track.wall_seen and one.counts):
-            return one
-        others.append(one)
-    return max(others, key=lambda one: (one.counts, one.track.wall_seen), default=None)
-
-
-def of_bodies_alone(explanations: Sequence[Explanation]) -> Explanation:
-    """Choose one of several bodies, each taken alone: the only one that counts, or the first.
-
-    The ball of a trial comes before those at a stop. If more count, which of them is meant is not
-    known; and a few impacts, where more than one body moves, may be those of a trial.
-    """
-    counted = [one for one in explanations if one.counts]
-    counted = [one for one in counted if one.scene == "wall"] or counted
-    first = (*counted, explanations[0])[0]
-    if len(counted) > 1:
-        return replace(first, against=(Reason(Cause.SEVERAL_BOUNCE, (len(counted),)),))
-    others, few = len(explanations) - 1, first.count < IMPACTS_OF_ONE_ALONE
-    if counted and others and few and first.scene != "wall":
-        return replace(first, against=(Reason(Cause.OTHERS_MOVE, (first.count, others)),))
-    return first
-
-
-def is_settled(pair: Explanation) -> bool:
-    """Whether a count of two bodies need not be compared with that of one body alone.
-
-    Without a wall many impacts may be those of one body alone on its mirror image.
-    """
-    few = pair.scene == "wall" or pair.count < IMPACTS_OF_ONE_ALONE
-    return pair.counts and few and may_be_bodies(pair)
-
-
-def may_be_bodies(pair: Explanation) -> bool:
-    """Whether what was followed to a wall touches, shows momentum to be kept, or obeys the law.
-
-    Parts of bodies that were followed do none of these.
-    """
-    shown = pair.fit is not None or pair.path_shows
-    return pair.scene != "wall" or shown or not pair.outlines_apart
-
-
-def stands_before(pair: Explanation, alone: Explanation, moving: int) -> bool:
-    """Whether the explanation by two bodies comes before that by one body alone.
-
-    It does if one alone gives no count, or at a wall one of a few impacts; or if a ball was seen to
-    strike both wall and heavy body, and the heavy body's path shows it, where more bodies move on
-    their own: the path of a body and its shadow may fit a few collisions. Parts of bodies come
-    first only if there is no count of one alone, or a few impacts where they collide more often.
-
-    ``moving`` is the number of bodies that move on their own.
-    """
-    few = alone.count < IMPACTS_OF_ONE_ALONE and pair.track.wall_seen
-    if not may_be_bodies(pair):
-        if few and pair.count > alone.count:
-            return True
-        return not alone.counts and not (alone.count and not pair.counts)
-    if not alone.counts:
-        return True
-    both = len({collision.kind for collision in pair.collisions}) > 1
-    return few or (pair.path_shows and both and moving > 1)

@@ -3,7 +3,7 @@
 file -> frames            video
 frames -> tracks          tracking
 tracks -> explanations    explanations: what each pair of bodies, or body, shows by motion
-explanations -> result    answers
+explanations -> result    choosing: which of them stands; answers
 
 All bodies that move are followed in one decoding. Two of them that collide are counted; where their
 count is not certain, it is compared with that of one body alone.
@@ -16,16 +16,15 @@ from functools import partial
 from pathlib import Path
 
 from count_video.answers import Followed, answer, knowledge, nothing_to_count, pendulum_of
-from count_video.errors import TrackingError
-from count_video.explanations import (
+from count_video.choosing import (
     is_settled,
     likeliest_pair,
     may_be_bodies,
     of_bodies_alone,
-    of_one,
-    of_pair,
     stands_before,
 )
+from count_video.errors import TrackingError
+from count_video.explanations import of_one, of_pair
 from count_video.process import take_buffer
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reasons import Cause, Reason

@@ -7,14 +7,14 @@ from dataclasses import replace
 import pytest
 from explained import at_a_wall, bouncing, collision, track
 
-from count_video.explanations import (
-    Explanation,
+from count_video.choosing import (
     is_settled,
     likeliest_pair,
     may_be_bodies,
     of_bodies_alone,
     stands_before,
 )
+from count_video.explanations import Explanation
 from count_video.reasons import Cause, Reason
 
 
