@@ -24,7 +24,7 @@ from count_video.motion.posterior import (
     shares_of,
     with_more,
 )
-from count_video.motion.rivals import FIRST_COLLISIONS, Rivals, residual_noise, weigh
+from count_video.motion.rivals import FIRST_COLLISIONS, UNLIKELY, Rivals, residual_noise, weigh
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.skips import lacks_frames, with_frames_left_out
 from count_video.motion.solving import Fit, with_likeliest_scatter
@@ -186,10 +186,13 @@ def _any_count(
     if not np.isfinite(coarse.best.loss):
         return Reason(Cause.MODEL_FITS_NOTHING)
     fit, noise = residual_noise(coarse.observed, coarse.best)
-    answer = _answer(found, weigh(coarse, replace(fit.question, noise=noise), fit.values))
-    if isinstance(answer, Reason):
-        return answer
-    return _strayed(answer.misfit_px, coarse.observed, track) or answer
+    question = replace(fit.question, noise=noise)
+    likeliest = with_likeliest_scatter(question, fit.values)
+    strayed = _strayed(_misfit_px(likeliest), coarse.observed, track)
+    if strayed is not None:
+        return strayed  # and so it does by the others
+    bearable = Fit(question, fit.values).loss + UNLIKELY
+    return _answer(found, weigh(coarse, question, likeliest, bearable))
 
 
 def _strayed(misfit_px: float, observed: Observations, track: Track) -> Reason | None:

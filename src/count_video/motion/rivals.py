@@ -224,16 +224,14 @@ def _spread(residuals: Floats) -> float:
     return float(np.sqrt(np.nanmean(np.clip(residuals, -CLIPPED_SIGMAS, CLIPPED_SIGMAS) ** 2)))
 
 
-def weigh(rivals: Rivals, question: Question, start: Floats) -> list[Fit]:
-    """Fit each count that comes into question, that of the question first, from a start.
+def weigh(rivals: Rivals, question: Question, likeliest: Fit, bearable: float) -> list[Fit]:
+    """Fit each count that comes into question beside the likeliest, up to a bearable loss.
 
     Each is fitted from its coarse fit where that is of use, or from the fit of its neighbour or, as
     the kind of the last collision is mostly seen, of the one a pair away, until all that are next
     to likely ones are.
     """
-    fit = with_likeliest_scatter(question, start)
-    bearable = Fit(question, start).loss + UNLIKELY
-    fits, tried = [fit], {fit.count}
+    fits, tried = [likeliest], {likeliest.count}
     while (count := _next_to_likely(fits, tried, rivals.most)) is not None:
         tried.add(count)
         coarse = rivals.fits.get(count)

@@ -103,7 +103,7 @@ def find_movers(
     clip = Clip(lumas, frames, scene.background(lumas), np.zeros((len(frames), 2)))
     motion = _camera_motion(clip, scene, roughs)
     if motion is not None:
-        shift = np.nan_to_num(motion.shift_px)
+        shift = motion.everywhere_px
         scene.shift_px = shift[samples.chosen][:, scene.axes] / scene.cut.scale
         clip = replace(clip, background=scene.background(lumas), shift_px=shift)
     followed = _followed(clip, scene, roughs, enough)
@@ -246,7 +246,7 @@ class _Scene:
 
 
 def _less_sure(seen: Followed, motion: Motion) -> Followed:
-    """Add the camera's uncertainty; where its shift is not known, no body has a place."""
+    """Add the camera's uncertainty; where its shift along x is not known, no body has a place."""
     sigma = np.hypot(seen.sigma_px, motion.sigma_px[:, 0])
     known = np.isfinite(sigma)
     x, y = (np.where(known, place, np.nan) for place in (seen.x_px, seen.y_px))

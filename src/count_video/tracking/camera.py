@@ -89,6 +89,17 @@ class Motion:
     sigma_px: Floats
     """Standard uncertainties, shape (n, 2)."""
 
+    @property
+    def everywhere_px(self) -> Floats:
+        """Shift with what could not be measured interpolated, shape (n, 2)."""
+        rows = np.arange(len(self.shift_px))
+        known = np.isfinite(self.shift_px)
+        each = (
+            np.interp(rows, rows[seen], shift[seen])
+            for shift, seen in zip(self.shift_px.T, known.T, strict=True)
+        )
+        return np.stack(list(each), axis=1)
+
     def turned(self) -> Motion:
         """Swap x and y."""
         return Motion(self.shift_px[:, ::-1], self.sigma_px[:, ::-1])
@@ -174,19 +185,20 @@ def camera_motion(
                 place[row], sigma[row] = found, unsure
                 away = found - guesses[row]
                 break
-    shown = blocks.shown
-    clear = np.nanmedian(sigma, axis=0) if np.isfinite(sigma).any() else np.full(2, np.inf)
-    place[(sigma > UNSURE_FACTOR * clear)[:, shown].any(axis=1)] = np.nan
-    if np.isfinite(place[:, 0]).mean() < SEEN_AT_LEAST:
+    if not np.isfinite(place).any():
         return None
+    # By x and y apart: edges along one of them may be lost where those along the other are not.
+    place[sigma > UNSURE_FACTOR * np.nanmedian(sigma, axis=0)] = np.nan
     place -= np.nanmedian(place, axis=0)
+    known = np.isfinite(place)
     # Few blocks show one picture's scatter badly: all pictures together show it.
-    usual = np.sqrt(np.nanmean(np.square(sigma[np.isfinite(place[:, 0])]), axis=0))
-    sigma = np.where(np.isfinite(place), usual, np.nan)
-    moves = shown & _moves(place, usual)
+    usual = np.sqrt(np.square(sigma).sum(axis=0, where=known) / known.sum(axis=0))
+    seen = blocks.shown & (known.mean(axis=0) >= SEEN_AT_LEAST)
+    moves = seen & _moves(place, usual)
     if not moves.any():
         return None
     # A direction in which it stands is often one in which the scenery shows little.
+    sigma = np.where(known, usual, np.nan)
     return Motion(np.where(moves, place, 0.0), np.where(moves, sigma, 0.0))
 
 

@@ -25,6 +25,9 @@ MEMORY_BYTES = 48_000_000
 """Pictures up to so many bytes stay in memory as they are."""
 CHUNK_BYTES = 12_000_000
 """Pictures that are written together, in one box."""
+LIGHT_DIGITS = 3
+"""The light of pictures is rounded to a thousandth, a quarter of a grey level at most: most pictures
+of a clip then share the scene around the box."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,8 @@ class PictureStore(Sequence[Luma]):
         self._thumbnails: list[Luma] = []
         """Of the pictures that wait in it."""
         self._chunks: list[_Chunk] = []
+        self._lit, self._lit_by = self._before, 0.0
+        """The first picture in the light of that which was read last, and this light."""
         self.bytes_written = 0
         """Length of the temporary file."""
 
@@ -150,8 +155,11 @@ class PictureStore(Sequence[Luma]):
         piece = np.frombuffer(self._file.read(height * width), np.uint8).reshape(height, width)
         if piece.shape == self._kept[0].shape:
             return piece
-        light = float(chunk.light[place - chunk.first])
-        picture = np.asarray(cv2.convertScaleAbs(self._kept[0], alpha=light), np.uint8)
+        light = round(float(chunk.light[place - chunk.first]), LIGHT_DIGITS)
+        if light != self._lit_by:
+            self._lit_by = light
+            self._lit = np.asarray(cv2.convertScaleAbs(self._kept[0], alpha=light), np.uint8)
+        picture = self._lit.copy()
         picture[chunk.box] = piece
         return picture
 
