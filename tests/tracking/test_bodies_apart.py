@@ -15,6 +15,7 @@ from count_video.tracking.following import Followed
 from count_video.tracking.layers import apart, same_body
 from count_video.tracking.learning import Body, Rough, learn
 from count_video.tracking.light import Light
+from count_video.tracking.pairing import has_pair
 from count_video.tracking.shape import Shape
 from count_video.tracking.template import Template, make_template, piece_at
 
@@ -188,3 +189,14 @@ def test_scenery_whose_template_slides_in_a_few_pictures_takes_no_body_its_place
 
     assert len(kept) == 1
     np.testing.assert_array_equal(kept[0].x_px, moves.x_px)
+
+
+def test_what_passes_over_a_ball_is_no_body_that_collides_with_it() -> None:
+    frame = np.arange(200.0)
+    ball = 20.0 + 1.5 * np.abs((frame + 20.0) % 40.0 - 20.0)
+    ball_body = replace(followed(ball), body=replace(followed(ball).body, round_=True))
+    heavy = followed(50.0 + SIDE + 0.01 * (frame - 100.0) ** 2)
+    hand = followed(200.0 - 10.0 * (25.0 - np.abs(frame - 25.0)))
+
+    assert has_pair([ball_body, heavy, hand])
+    assert not has_pair([ball_body, hand])

@@ -236,3 +236,20 @@ def test_threads_that_swing_above_a_body_are_no_scenery() -> None:
     away = motion.shift_px[:, 0] - shifts[:, 0]
     assert np.isfinite(away).mean() > SEEN_SHARE
     assert float(np.nanstd(away)) <= SHIFT_PX
+
+
+def test_pictures_that_lose_the_edges_along_the_motion_keep_their_place_across(
+    still: list[Luma],
+) -> None:
+    # A smear by y leaves edges that show x, and hardly any that show y.
+    shifts = shake() * (1.0, 0.0)
+    smeared = np.arange(FRAMES) % 4 == 1
+    pictures = [
+        to_luma(cv2.blur(one, (1, 9))) if lost else one
+        for one, lost in zip(shaken(still, shifts), smeared, strict=True)
+    ]
+    motion = measured(pictures, shifts, SWEPT)
+
+    assert motion is not None
+    assert np.isfinite(motion.shift_px[:, 0]).all()
+    assert float(np.std(errors(motion, shifts)[:, 0])) <= 2 * SHIFT_PX

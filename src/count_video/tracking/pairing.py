@@ -89,9 +89,9 @@ def _neighbours(found: Sequence[Followed]) -> list[tuple[Followed, Followed]]:
 
 
 def _meet(left: Followed, right: Followed) -> bool:
-    """Whether two bodies come so near to each other that they may touch."""
+    """Whether two bodies come so near to each other that they may touch, and pass not over it."""
     gap = right.edges_px[0] - left.edges_px[1]
-    return float(np.nanmin(gap)) < NEAR_SHARE * _least_size_px(left, right)
+    return abs(float(np.nanmin(gap))) < NEAR_SHARE * _least_size_px(left, right)
 
 
 def _least_size_px(left: Followed, right: Followed) -> float:

@@ -26,8 +26,8 @@ MEMORY_BYTES = 48_000_000
 CHUNK_BYTES = 12_000_000
 """Pictures that are written together, in one box."""
 LIGHT_DIGITS = 3
-"""The light of pictures is rounded to a thousandth, a quarter of a grey level at most: most pictures
-of a clip then share the scene around the box."""
+"""The light of pictures is rounded to a thousandth, a quarter of a grey level at most: most of a
+clip then share the scene around the box."""
 
 
 @dataclass(frozen=True)
