@@ -168,7 +168,7 @@ def _learnt_again(
 
     What an outline does not cover yet is in the background, and what it covers too much is not: the
     outlines are learnt until they stay as they are, and which do is returned as well. A body that
-    most samples show keeps the outline it had if it shows none now. No outline holds another body
+    most samples show keeps the outline it had if it shows none now, unless that holds another body
     that moves on its own, for bodies are solid.
     """
     before = [few.shape(seen) for seen in found]
@@ -176,8 +176,11 @@ def _learnt_again(
     bodies: list[Followed] = []
     settled: list[bool] = []
     for seen, shape, stays in zip(found, before, as_they_are, strict=True):
-        others = [one for one in before if one is not shape]
-        body = seen.body if stays else _again(few, seen, found, others)
+        if stays:
+            body: Body | None = seen.body
+        else:
+            holds = any(shape.holds(other) and not shape.moves_with(other) for other in before)
+            body = learn_again(few, seen, found) or (None if holds else _as_before(seen))
         if body is not None:
             bodies.append(few.as_learnt(body))
             change = np.subtract(size_of(shape.box), size_of(body.box))
@@ -185,17 +188,8 @@ def _learnt_again(
     return few, bodies, settled
 
 
-def _again(
-    few: Clip, seen: Followed, found: Sequence[Followed], others: Sequence[Shape]
-) -> Body | None:
-    """Learn a body anew, or leave it as it was; None if either outline holds another body."""
-    before = seen.body if np.isfinite(seen.x_px).mean() > 0.5 else None
-    for body in (learn_again(few, seen, found), before):
-        if body is not None:
-            shape = few.shape(few.as_learnt(body))
-            if not any(shape.holds(other) and not shape.moves_with(other) for other in others):
-                return body
-    return None
+def _as_before(seen: Followed) -> Body | None:
+    return seen.body if np.isfinite(seen.x_px).mean() > 0.5 else None
 
 
 class _Scene:

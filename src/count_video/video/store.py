@@ -25,8 +25,8 @@ MEMORY_BYTES = 48_000_000
 """Pictures up to so many bytes stay in memory as they are."""
 CHUNK_BYTES = 12_000_000
 """Pictures that are written together, in one box."""
-LIGHT_DIGITS = 3
-"""The light of pictures is rounded to a thousandth, a quarter of a grey level at most: most of a
+LIGHT_DIGITS = 4
+"""The light of pictures is rounded to a tenth of a thousandth, far below a grey level: most of a
 clip then share the scene around the box."""
 
 
