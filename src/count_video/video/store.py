@@ -25,9 +25,6 @@ MEMORY_BYTES = 48_000_000
 """Pictures up to so many bytes stay in memory as they are."""
 CHUNK_BYTES = 12_000_000
 """Pictures that are written together, in one box."""
-LIGHT_DIGITS = 4
-"""The light of pictures is rounded to a tenth of a thousandth, far below a grey level: most of a
-clip then share the scene around the box."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +152,7 @@ class PictureStore(Sequence[Luma]):
         piece = np.frombuffer(self._file.read(height * width), np.uint8).reshape(height, width)
         if piece.shape == self._kept[0].shape:
             return piece
-        light = round(float(chunk.light[place - chunk.first]), LIGHT_DIGITS)
+        light = float(chunk.light[place - chunk.first])
         if light != self._lit_by:
             self._lit_by = light
             self._lit = np.asarray(cv2.convertScaleAbs(self._kept[0], alpha=light), np.uint8)
