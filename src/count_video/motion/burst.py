@@ -54,24 +54,21 @@ def find_burst(
 def turn_round(gaps: Gaps, contacts: Contacts) -> float:
     """Frame at which the heavy body, driven back, turns toward the wall again; inf if never.
 
-    It is driven back from where it is nearest to the wall after the first contact. Where it seems
-    to turn twice with no collision between, it was misplaced. The furthest of many noisy places
-    says little about when it turns: that is put after collisions nearby at which it moves away.
+    It is driven back from where it is nearest to the wall after the first contact. The furthest of
+    many noisy places says little about when: it is put after collisions nearby at which the heavy
+    body still moves away.
     """
     depth, away = max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px)), -gaps.heavy_px
     near = gaps.frame[low_points(gaps.heavy_px, depth)]
     nearest = near[near >= contacts.frame.min(initial=np.inf)].min(initial=np.inf)
-    struck = contacts.frame[np.array(contacts.kinds) == "bodies"]
-    for turn in low_points(np.where(gaps.frame > nearest, away, np.nan), depth).tolist():
-        returned = (away > away[turn] + depth) & (gaps.frame > gaps.frame[turn])
-        back = float(gaps.frame[returned].min(initial=np.inf))
-        until = float(struck[struck > back].min(initial=np.inf))
-        free = (gaps.frame > back) & (gaps.frame < until)
-        if not (away[free] < away[turn] + depth / 2).any():
-            rate, sigma = contacts.rate[:, 0, 1], contacts.rate_sigma[:, 0, 1]
-            leaving = (contacts.frame < back) & (rate > SIGMAS * sigma)
-            return max(float(gaps.frame[turn]), float(contacts.frame[leaving].max(initial=-np.inf)))
-    return float("inf")
+    turns = low_points(np.where(gaps.frame > nearest, away, np.nan), depth)
+    if len(turns) == 0:
+        return float("inf")
+    turn = turns[0]
+    back = gaps.frame[(away > away[turn] + depth) & (gaps.frame > gaps.frame[turn])]
+    rate, sigma = contacts.rate[:, 0, 1], contacts.rate_sigma[:, 0, 1]
+    leaving = (contacts.frame < back.min(initial=np.inf)) & (rate > SIGMAS * sigma)
+    return max(float(gaps.frame[turn]), float(contacts.frame[leaving].max(initial=-np.inf)))
 
 
 def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
