@@ -192,7 +192,10 @@ def _any_count(
     if strayed is not None:
         return strayed  # and so it does by the others
     bearable = Fit(question, fit.values).loss + UNLIKELY
-    return _answer(found, weigh(coarse, question, likeliest, bearable))
+    answer = _answer(found, weigh(coarse, question, likeliest, bearable))
+    if isinstance(answer, Reason):
+        return answer
+    return _strayed(answer.misfit_px, coarse.observed, track) or answer
 
 
 def _strayed(misfit_px: float, observed: Observations, track: Track) -> Reason | None:
