@@ -202,8 +202,7 @@ def camera_shift(movers: Movers, view: View) -> Floats | None:
     """How far the camera moved each picture, shape (n, 2), in px of the footage; None if not."""
     if movers.motion is None:
         return None
-    # Where the shift is unknown no body has a place either.
-    return np.asarray(view.factor * np.nan_to_num(movers.motion.shift_px), dtype=np.float64)
+    return np.asarray(view.factor * movers.motion.everywhere_px, dtype=np.float64)
 
 
 def _about(x_px: Floats, sigma_px: Floats, edges: tuple[float, float], place: float) -> BodyTrack:
