@@ -190,7 +190,7 @@ def _any_count(
     likeliest = with_likeliest_scatter(question, fit.values)
     strayed = _strayed(_misfit_px(likeliest), coarse.observed, track)
     if strayed is not None:
-        return strayed  # and so it does by the others
+        return strayed  # before the other counts are fitted, which takes far longer
     bearable = Fit(question, fit.values).loss + UNLIKELY
     answer = _answer(found, weigh(coarse, question, likeliest, bearable))
     if isinstance(answer, Reason):

@@ -89,7 +89,7 @@ def _neighbours(found: Sequence[Followed]) -> list[tuple[Followed, Followed]]:
 
 
 def _meet(left: Followed, right: Followed) -> bool:
-    """Whether two bodies come so near to each other that they may touch, and pass not over it."""
+    """Whether two bodies come so near that they may touch, but do not pass over each other."""
     gap = right.edges_px[0] - left.edges_px[1]
     return abs(float(np.nanmin(gap))) < NEAR_SHARE * _least_size_px(left, right)
 
