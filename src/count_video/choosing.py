@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from count_video.explanations import IMPACTS_OF_ONE_ALONE, Explanation
+from count_video.alone import IMPACTS_OF_ONE_ALONE
+from count_video.explanations import Explanation
 from count_video.reasons import Cause, Reason
 
 

@@ -15,6 +15,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
+from count_video.alone import of_one
 from count_video.answers import Followed, answer, knowledge, nothing_to_count, pendulum_of
 from count_video.choosing import (
     is_settled,
@@ -24,7 +25,7 @@ from count_video.choosing import (
     stands_before,
 )
 from count_video.errors import TrackingError
-from count_video.explanations import of_one, of_pair
+from count_video.explanations import of_pair
 from count_video.process import take_buffer
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reasons import Cause, Reason

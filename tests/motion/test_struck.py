@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from filmed_trials import RESOLVED_FRAMES, FilmedTrial, Filming, film, resolving_fps
 
+from count_video.alone import of_one
 from count_video.answers import answer
-from count_video.explanations import Explanation, of_one
+from count_video.explanations import Explanation
 from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.parameters import Knowledge
 from count_video.motion.struck import struck_ball

@@ -13,9 +13,10 @@ from count_video.records import Floats
 from count_video.tracking.background import background_of
 from count_video.tracking.following import Followed
 from count_video.tracking.layers import apart, same_body
-from count_video.tracking.learning import Body, Rough, learn
+from count_video.tracking.learning import Body, learn
 from count_video.tracking.light import Light
 from count_video.tracking.pairing import has_pair
+from count_video.tracking.paths import Rough
 from count_video.tracking.shape import Shape
 from count_video.tracking.template import Template, make_template, piece_at
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from count_video.tracking.corners import Trajectories
-from count_video.tracking.learning import Rough, common_direction_deg
+from count_video.tracking.paths import Rough, common_direction_deg
 from count_video.tracking.proposals import CHANGE_SHARE, propose
 from count_video.tracking.regions import find_regions
 

@@ -25,8 +25,9 @@ from count_video.tracking.layers import (
     apart,
     learn_again,
 )
-from count_video.tracking.learning import Body, Rough, common_direction_deg, line_tilt_deg
+from count_video.tracking.learning import Body
 from count_video.tracking.occlusion import unhidden
+from count_video.tracking.paths import Rough, common_direction_deg, line_tilt_deg
 from count_video.tracking.proposals import propose, roughly
 from count_video.tracking.regions import find_regions, reduced_for_regions
 from count_video.tracking.rigid import scene_path

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.tracking.cutting import EDGE_PX
 from count_video.tracking.following import Clip, Followed, follow, was_followed
-from count_video.tracking.learning import Body, Rough, learn
+from count_video.tracking.learning import Body, learn
 from count_video.tracking.outline import BEYOND_OUTLINE_PX
+from count_video.tracking.paths import Rough
 from count_video.tracking.shape import Shape
 
 STEADY_AT_LEAST = 6

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats
 from count_video.tracking.corners import Trajectories
-from count_video.tracking.learning import Rough
+from count_video.tracking.paths import Rough
 from count_video.tracking.regions import Regions, moving_regions, region_of
 from count_video.tracking.rigid import RigidGroup, rigid_groups
 from count_video.tracking.sequences import Cut

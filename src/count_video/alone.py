@@ -1,0 +1,104 @@
+"""One body alone: at a stop, or the ball of a trial whose heavy body is not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from count_video.explanations import Explanation, by_impacts, completed, shown_at_wall
+from count_video.motion.fitted import fit_burst
+from count_video.motion.meeting import seen_impacts
+from count_video.motion.parameters import Knowledge
+from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL
+from count_video.motion.struck import struck_ball, with_unseen_heavy
+from count_video.motion.time_base import even
+from count_video.motion.time_hypotheses import with_copies
+from count_video.motion.weighing import STRAY_SIGMAS
+from count_video.reasons import Cause, Reason
+from count_video.records import FootageReport, Track
+from count_video.signals import sigma_of
+
+IMPACTS_OF_ONE_ALONE = 3
+"""So many impacts at one stop are those of one body that bounces, not of one of two in a trial."""
+BLOWS_AT_LEAST = 3
+"""Each blow of a body that is not seen gives a place and a jump, the first one a jump alone; what
+the law of a trial leaves open of that body are its velocity, its mass and the restitution. So with
+three blows five numbers show whether three describe them."""
+
+
+def at_a_stop(
+    track: Track, report: FootageReport, moves_beside: Callable[[float], bool]
+) -> Explanation:
+    """Explain a track by one body alone.
+
+    ``moves_beside`` says whether something that was not followed moves where the body turns at a
+    frame: then, or if nothing shows it, it may be the heavy body of a trial.
+    """
+    base = with_copies(track) or even(track.frame)
+    found = seen_impacts(base.evened(track))
+    found = replace(found, collisions=tuple(map(base.shown, found.collisions)))
+    alone = by_impacts(track, found, report)
+    if not alone.counts or alone.count >= IMPACTS_OF_ONE_ALONE:
+        return alone
+    moving = next((one.frame for one in alone.collisions if moves_beside(one.frame)), None)
+    stands_still, meets_still = STANDS_STILL
+    if moving is not None:
+        stands_still, meets_still = 1 - stands_still, 1 - meets_still
+    partner = PARTNER_UNSEEN * meets_still
+    unseen = partner / (partner + (1 - PARTNER_UNSEEN) * stands_still)
+    return replace(
+        alone,
+        probability={number: (1 - unseen) * p for number, p in alone.probability.items()},
+        against=() if moving is None else (Reason(Cause.MOVES_BESIDE, (moving,)),),
+        doubts=(*alone.doubts, Reason(Cause.PARTNER_UNSEEN, (unseen,))),
+    )
+
+
+def struck_unseen(track: Track, known: Knowledge, report: FootageReport) -> Explanation | None:
+    """Explain a body alone by the ball of a trial whose heavy body is not seen.
+
+    None if nothing strikes it at rest, or its path is not that of such a ball.
+    """
+    base = with_copies(track) or even(track.frame)
+    struck = struck_ball(base.evened(track))
+    if struck is None:
+        return None
+    evened, found = struck
+    shown = shown_at_wall(with_unseen_heavy(track, evened.wall_side), found)
+    shown = replace(shown, notes=(Reason(Cause.HEAVY_UNSEEN),))
+    explained = completed(shown, fit_burst(evened, found, known), base, None, known, report)
+    return explained if explained.counts and _rests_on_frames(explained) else None
+
+
+def _rests_on_frames(explained: Explanation) -> bool:
+    """Whether what the frames show of a ball puts the law of a trial to a test that it passes.
+
+    The fit has a place for all collisions seen, frames show half of its own at least, there are
+    blows enough, and little is left over beside what free flights leave between the collisions: of
+    a body that is not seen nothing else is known.
+    """
+    fit, found = explained.fit, explained.found
+    if fit is None or found is None:
+        return False
+    blows = sum(one.kind == "bodies" for one in fit.collisions)
+    tested = fit.count >= found.burst and 2 * fit.shown >= fit.count and blows >= BLOWS_AT_LEAST
+    errors = found.errors[0]
+    flights_px = errors.sigma_px if errors else sigma_of(explained.track.ball.position_px)
+    return tested and fit.misfit_px < STRAY_SIGMAS * flights_px
+
+
+def of_one(
+    track: Track,
+    known: Knowledge,
+    report: FootageReport,
+    moves_beside: Callable[[float], bool],
+    *,
+    seen_only: bool = False,
+) -> Explanation:
+    """Explain a track of one body, at a stop or, if it cannot be, struck by one that is not seen.
+
+    See ``at_a_stop`` and ``at_wall``.
+    """
+    alone = at_a_stop(track, report, moves_beside)
+    struck = None if alone.counts or seen_only else struck_unseen(track, known, report)
+    return struck or alone
