@@ -33,6 +33,7 @@ class Cause(Enum):
     NO_FLIGHTS = auto()  # the path between the turns is not that of a body that bounces
     NOT_FREE = auto()  # the body does not fly freely in some frames [first and last of each span]
     BEFORE_UNSEEN = auto()
+    FIRST_UNSEEN = auto()  # no picture shows the first impact [its frame]
     TURNS_OPEN = auto()  # turns at a stop may be impacts [all frames]
     CUT_AT_STOP = auto()
     TOO_FREQUENT = auto()

@@ -10,6 +10,7 @@ from scipy.special import log_ndtr
 from count_video.motion.corners import _log_normal
 from count_video.motion.flight import usual_acceleration
 from count_video.motion.meeting import seen_impacts
+from count_video.motion.priors import CHANCE_UNSEEN
 from count_video.motion.weighing import SeenImpacts, chances_of_sum
 from count_video.reasons import Cause
 from count_video.records import Floats
@@ -152,9 +153,7 @@ def test_a_hidden_beginning_never_makes_a_smaller_count_a_sure_one(hidden: int) 
 
 @pytest.mark.parametrize("seen", [1, 3])
 @pytest.mark.parametrize("hidden", range(2, 12, 3))
-def test_an_impact_between_a_stray_sighting_and_the_rest_is_not_left_out(
-    hidden: int, seen: int
-) -> None:
+def test_an_impact_between_a_few_sightings_and_the_rest_is_inferred(hidden: int, seen: int) -> None:
     place, impacts = bouncing(DYING, PULL, drop=20.3)
     place = noisy(place, NOISE_PX)
     first = int(impacts[0])
@@ -163,8 +162,26 @@ def test_an_impact_between_a_stray_sighting_and_the_rest_is_not_left_out(
 
     found = seen_impacts(alone(place))
 
-    if len(found.collisions) < len(impacts):
-        assert not counts(found) or found.probability[len(found.collisions)] < 0.9
+    assert counts(found)
+    assert max(found.probability, key=lambda n: found.probability[n]) == len(impacts)
+    assert [one.number for one in found.collisions] == list(range(1, len(impacts) + 1))
+    inferred = found.collisions[0]
+    assert inferred.seen or inferred.frame_sigma <= (hidden + 1) / 2
+    assert abs(inferred.frame - impacts[0]) < max(TIME_FRAMES, 2 * inferred.frame_sigma)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_first_impact_that_no_picture_shows_is_as_likely_as_stated(sign: int) -> None:
+    place, impacts = bouncing(DYING, PULL, drop=20.3)
+    place = sign * noisy(place, NOISE_PX)
+    place[: int(impacts[0]) + 5] = np.nan
+
+    found = seen_impacts(alone(place))
+
+    assert [one.seen for one in found.collisions] == [False, *[True] * (len(impacts) - 1)]
+    assert found.collisions[0].frame == pytest.approx(impacts[0], abs=1.0)
+    assert [doubt.cause for doubt in found.doubts] == [Cause.FIRST_UNSEEN]
+    assert found.probability[len(impacts)] == pytest.approx(1 - CHANCE_UNSEEN, abs=0.05)
 
 
 def test_bounces_too_frequent_for_the_pictures_are_said_to_be_so() -> None:

@@ -6,8 +6,9 @@ sum.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 
 import numpy as np
@@ -28,7 +29,7 @@ from count_video.motion.priors import (
 )
 from count_video.motion.seen import RESOLVED_FRAMES
 from count_video.reasons import Cause, Reason
-from count_video.records import Collision, Floats
+from count_video.records import Collision, Floats, Velocities
 
 CERTAIN_LOG_ODDS, CERTAIN_PICTURES = 9.0, 4
 """One impact at least is as sure as this by its own shape, with so many pictures on either side."""
@@ -91,9 +92,16 @@ def weighed(
     dying = dies_out(motion, impacts)
     lost = not dying and _lost(motion, impacts)
     cut = 0 if dying or lost else _ends_at_stop(motion, turns)
+    earlier = _before(motion, impacts)
+    before, first = ((earlier.chance,), (earlier.frame,)) if earlier is not None else ((), ())
+    before_unseen = Cause.BEFORE_UNSEEN
+    if earlier is not None and earlier.likely:
+        before_unseen = Cause.FIRST_UNSEEN
+        both = (_inferred(earlier, collisions[0], pace), *collisions)
+        collisions = [replace(one, number=k) for k, one in enumerate(both, 1)]
     doubts: list[tuple[Cause, Sequence[float], Iterable[float]]] = [
         (Cause.NOT_FREE, (CHANCE_STRAYING,) * len(straying), chain(*straying)),
-        (Cause.BEFORE_UNSEEN, _before(motion, impacts), ()),
+        (before_unseen, before, first),
         (Cause.TURNS_OPEN, [one.chance for one in unlikely], [one.frame for one in unlikely]),
         (Cause.DIES_OUT, (CHANCE_DYING,) * dying, ()),
         (Cause.TOO_FREQUENT, CHANCES_LOST * lost, ()),
@@ -210,11 +218,29 @@ def _start(time: Floats, place_px: Floats, columns: int) -> tuple[float, float, 
     return start, last, left_over
 
 
-def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:
-    """Chance of an impact before the first one, in pictures that do not show the body.
+@dataclass(frozen=True)
+class _Earlier:
+    """An impact before the first one that is seen, in pictures that do not show the body."""
+
+    frame: float
+    """Frame coordinate at which the flight to the first one that is seen would begin."""
+    frame_sigma: float
+    chance: float
+    same_stop: bool
+    """Whether that flight comes back to the stop at which it begins."""
+
+    @property
+    def likely(self) -> bool:
+        """Whether it is more probable than not, and where it is known."""
+        return self.same_stop and self.chance > 0.5
+
+
+def _before(motion: Motion, impacts: Sequence[Impact]) -> _Earlier | None:
+    """Find an impact before the first one in pictures that do not show the body, if it may be.
 
     There the flight that ends at the first impact would have to begin, and no sooner. A body that
-    is seen next on its way away from the stop has most probably been there.
+    is seen next on its way away from the stop has most probably been there; surely if it was seen
+    before as well, for by that flight it would have come through the stop.
     """
     first, flights = impacts[0], np.diff([impact.frame for impact in impacts])
     pull = first.side * motion.acceleration
@@ -226,9 +252,27 @@ def _before(motion: Motion, impacts: Sequence[Impact]) -> tuple[float, ...]:
     last, following = np.append(motion.frame[0] - 1.0, seen[:-1]), seen
     unseen = (following - last > 1.0) & (last <= begins + 1.0) & (begins < following)
     if begins < motion.frame[0] - 1.0 or not unseen.any():
-        return ()
-    away = first.frame - following[unseen][-1] > (first.frame - begins) / 2
-    return (1 - CHANCE_UNSEEN if away else CHANCE_UNSEEN,)
+        return None
+    until, since = following[unseen][-1], last[unseen][-1]
+    away = until - begins < first.frame - until
+    chance = 1 - CHANCE_UNSEEN if away else CHANCE_UNSEEN
+    if away and since in seen:
+        chance = CHANCE_CLEAR
+    sigma = float(until - since) / math.sqrt(12.0)
+    return _Earlier(float(begins), sigma, chance, bool(np.isfinite(back)))
+
+
+def _inferred(earlier: _Earlier, first: Collision, pace: float) -> Collision:
+    """Make a collision of an impact that no picture shows, at the stop of the first seen one."""
+    unknown = Velocities(np.nan, np.nan)
+    return replace(
+        first,
+        frame=pace * earlier.frame,
+        frame_sigma=pace * earlier.frame_sigma,
+        seen=False,
+        velocity_before=unknown,
+        velocity_after=unknown,
+    )
 
 
 def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:

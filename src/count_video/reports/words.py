@@ -132,6 +132,8 @@ SENTENCES: Final = {
     "and smooth turns cannot be distinguished",
     Cause.NOT_FREE: "the body does not fly freely in frames {spans}",
     Cause.BEFORE_UNSEEN: "what came before the first impact is not seen: one may be missing",
+    Cause.FIRST_UNSEEN: "no picture shows the first impact; that there was one, about frame "
+    "{:.0f}, follows from the flight after it",
     Cause.TURNS_OPEN: "whether {turns} at the stop may be called impacts is not clear",
     Cause.CUT_AT_STOP: "the clip is cut off where the body is at its stop: one may be missing",
     Cause.TOO_FREQUENT: "the last impacts follow each other faster than the pictures show: some "
