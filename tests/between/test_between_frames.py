@@ -17,7 +17,7 @@ from count_video.motion.seen import seen_collisions
 from count_video.motion.starting import RATE_STEPS, rough_values
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
-from count_video.reasons import Reason
+from count_video.reasons import Cause, Reason
 from count_video.records import Track
 from tiers import rest_slow
 
@@ -51,6 +51,15 @@ def test_collisions_that_no_frame_shows_are_counted() -> None:
     assert filmed().shortest_frames < 1
     assert sum(not collision.seen for collision in between.collisions) > 0
     assert between.count == filmed().count
+
+
+def test_a_ball_that_no_frame_shows_at_rest_lacks_frames() -> None:
+    track = filmed().track
+    found = seen_collisions(track)
+    ball = track.ball.position_px.copy()
+    ball[track.frame < found.collisions[0].frame] = np.nan
+    unseen = replace(track, ball=replace(track.ball, position_px=ball))
+    assert fit_burst(unseen, found, Knowledge(FPS)) == Reason(Cause.MODEL_LACKS_FRAMES)
 
 
 @pytest.mark.parametrize("ratio", [80.0, 125.0])

@@ -103,7 +103,7 @@ def fit_burst(
         Frames left out that the track allows for; their number is in question.
     """
     observed = observe(track, found)
-    before = int((observed.frame < -1).sum())
+    before = int(np.isfinite(observed.ball_px[observed.frame < -1]).sum())
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
         return Reason(Cause.MODEL_LACKS_FRAMES)
     rough = rough_values(observed, found, known)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, pairwise
+from itertools import chain, pairwise, takewhile
 
 import numpy as np
 
@@ -93,15 +93,13 @@ def weighed(
     lost = not dying and _lost(motion, impacts)
     cut = 0 if dying or lost else _ends_at_stop(motion, turns)
     earlier = _before(motion, impacts)
-    before, first = ((earlier.chance,), (earlier.frame,)) if earlier is not None else ((), ())
-    before_unseen = Cause.BEFORE_UNSEEN
-    if earlier is not None and earlier.likely:
-        before_unseen = Cause.FIRST_UNSEEN
-        both = (_inferred(earlier, collisions[0], pace), *collisions)
-        collisions = [replace(one, number=k) for k, one in enumerate(both, 1)]
+    inferred = list(takewhile(lambda one: one.likely, earlier))
+    unsure = earlier[len(inferred) :]
+    both = (*(_inferred(one, collisions[0], pace) for one in inferred[::-1]), *collisions)
     doubts: list[tuple[Cause, Sequence[float], Iterable[float]]] = [
         (Cause.NOT_FREE, (CHANCE_STRAYING,) * len(straying), chain(*straying)),
-        (before_unseen, before, first),
+        (Cause.FIRST_UNSEEN, [e.chance for e in inferred], [e.frame for e in inferred[-1:]]),
+        (Cause.BEFORE_UNSEEN, [one.chance for one in unsure], ()),
         (Cause.TURNS_OPEN, [one.chance for one in unlikely], [one.frame for one in unlikely]),
         (Cause.DIES_OUT, (CHANCE_DYING,) * dying, ()),
         (Cause.TOO_FREQUENT, CHANCES_LOST * lost, ()),
@@ -110,7 +108,7 @@ def weighed(
     chances = [min(impact.chance, CHANCE_CLEAR) for impact in impacts]
     chances += [chance for _, more, _ in doubts for chance in more]
     return SeenImpacts(
-        tuple(collisions),
+        tuple(replace(one, number=number) for number, one in enumerate(both, 1)),
         _shortcomings(motion, impacts, len(straying), contact, pace) or _gains(collisions),
         tuple(Reason(why, tuple(pace * f for f in frames)) for why, more, frames in doubts if more),
         chances_of_sum(chances),
@@ -235,31 +233,38 @@ class _Earlier:
         return self.same_stop and self.chance > 0.5
 
 
-def _before(motion: Motion, impacts: Sequence[Impact]) -> _Earlier | None:
-    """Find an impact before the first one in pictures that do not show the body, if it may be.
+def _before(motion: Motion, impacts: Sequence[Impact]) -> list[_Earlier]:
+    """Find impacts before the first one that may lie in pictures that do not show the body.
 
-    There the flight that ends at the first impact would have to begin, and no sooner. A body that
+    There the flight that ends at the first impact would have to begin, and no sooner; the flights
+    before it are longer, as one impact takes the same share of the speed as the next. A body that
     is seen next on its way away from the stop has most probably been there; surely if it was seen
     before as well, for by that flight it would have come through the stop.
     """
     first, flights = impacts[0], np.diff([impact.frame for impact in impacts])
-    pull = first.side * motion.acceleration
+    pull, kept = first.side * motion.acceleration, min(1.0, -first.after / first.before)
     back = 2 * first.side * first.before / pull if pull > 0 else np.inf
     if len(impacts) > 1 and impacts[1].side == first.side:
-        back = float(flights[0]) * first.before / -first.after
-    begins = first.frame - min(back, FLIGHT_FACTOR * flights.max(initial=0.0) or back)
-    seen = motion.frame[np.isfinite(motion.place_px) & (motion.frame < first.frame)]
-    last, following = np.append(motion.frame[0] - 1.0, seen[:-1]), seen
-    unseen = (following - last > 1.0) & (last <= begins + 1.0) & (begins < following)
-    if begins < motion.frame[0] - 1.0 or not unseen.any():
-        return None
-    until, since = following[unseen][-1], last[unseen][-1]
-    away = until - begins < first.frame - until
-    chance = 1 - CHANCE_UNSEEN if away else CHANCE_UNSEEN
-    if away and since in seen:
-        chance = CHANCE_CLEAR
-    sigma = float(until - since) / math.sqrt(12.0)
-    return _Earlier(float(begins), sigma, chance, bool(np.isfinite(back)))
+        back = float(flights[0]) / kept
+    same_stop = bool(np.isfinite(back))
+    back = min(back, FLIGHT_FACTOR * flights.max(initial=0.0) or back)
+    following = motion.frame[np.isfinite(motion.place_px) & (motion.frame < first.frame)]
+    last = np.append(motion.frame[0] - 1.0, following[:-1])
+    found: list[_Earlier] = []
+    ends = first.frame
+    while (begins := ends - back) >= motion.frame[0] - 1.0:
+        unseen = (following - last > 1.0) & (last <= begins + 1.0) & (begins < following)
+        if not unseen.any():
+            break
+        until, since = following[unseen][-1], last[unseen][-1]
+        away = until - begins < ends - until
+        chance = 1 - CHANCE_UNSEEN if away else CHANCE_UNSEEN
+        if away and since in following:
+            chance = CHANCE_CLEAR
+        sigma = float(until - since) / math.sqrt(12.0)
+        found.append(_Earlier(float(begins), sigma, chance, same_stop))
+        ends, back = begins, back / kept
+    return found
 
 
 def _inferred(earlier: _Earlier, first: Collision, pace: float) -> Collision:
