@@ -25,6 +25,7 @@ from count_video.tracking.layers import (
     apart,
     learn_again,
 )
+from count_video.tracking.learning import Body
 from count_video.tracking.occlusion import unhidden
 from count_video.tracking.paths import Rough, common_direction_deg, line_tilt_deg
 from count_video.tracking.proposals import propose, roughly
@@ -176,17 +177,20 @@ def _learnt_again(
     bodies: list[Followed] = []
     settled: list[bool] = []
     for seen, shape, stays in zip(found, before, as_they_are, strict=True):
-        again: Followed | None = seen
-        if not stays:
-            body = learn_again(few, seen, found)
+        if stays:
+            body: Body | None = seen.body
+        else:
             holds = any(shape.holds(other) and not shape.moves_with(other) for other in before)
-            keeps = not holds and np.isfinite(seen.x_px).mean() > 0.5
-            again = few.as_learnt(body) if body is not None else seen if keeps else None
-        if again is not None:
-            bodies.append(again)
-            change = np.subtract(size_of(shape.box), size_of(again.body.box))
+            body = learn_again(few, seen, found) or (None if holds else _as_before(seen))
+        if body is not None:
+            bodies.append(few.as_learnt(body))
+            change = np.subtract(size_of(shape.box), size_of(body.box))
             settled.append(bool(np.abs(change).max() < SETTLED_PX))
     return few, bodies, settled
+
+
+def _as_before(seen: Followed) -> Body | None:
+    return seen.body if np.isfinite(seen.x_px).mean() > 0.5 else None
 
 
 class _Scene:
