@@ -7,13 +7,13 @@ from dataclasses import replace
 
 from count_video.explanations import Explanation, by_impacts, completed, shown_at_wall
 from count_video.motion.fitted import fit_burst
+from count_video.motion.flight import LAW_SIGMAS
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.parameters import Knowledge
 from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL
 from count_video.motion.struck import struck_ball, with_unseen_heavy
 from count_video.motion.time_base import even
 from count_video.motion.time_hypotheses import with_copies
-from count_video.motion.weighing import STRAY_SIGMAS
 from count_video.reasons import Cause, Reason
 from count_video.records import FootageReport, Track
 from count_video.signals import sigma_of
@@ -84,7 +84,7 @@ def _rests_on_frames(explained: Explanation) -> bool:
     tested = fit.count >= found.burst and 2 * fit.shown >= fit.count and blows >= BLOWS_AT_LEAST
     errors = found.errors[0]
     flights_px = errors.sigma_px if errors else sigma_of(explained.track.ball.position_px)
-    return tested and fit.misfit_px < STRAY_SIGMAS * flights_px
+    return tested and fit.misfit_px < LAW_SIGMAS * flights_px
 
 
 def of_one(

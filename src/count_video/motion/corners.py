@@ -48,6 +48,8 @@ DEGREE_AT_MOST, ROWS_A_DEGREE = 11, 6
 """Polynomials of a path that a hand leads: up to the third one they resemble free flights."""
 RESTITUTION_AT_MOST = 2.0
 """No body leaves a stop faster than it came; few pictures show its velocities to half of them."""
+CERTAIN_LOG_ODDS = 9.0
+"""An impact is as good as certain by its own shape."""
 FLAT = 1e-9
 """Less curved evidence says nothing of the time."""
 LOG_ODDS_AT_LEAST = -500.0

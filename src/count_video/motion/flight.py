@@ -21,6 +21,8 @@ STEP_SHARE = 0.2
 """Step of the differences that give the acceleration, as a share of the time between turns."""
 PULL_SHARE = 0.1
 """An acceleration is known to this share of itself: lenses, slopes, the air."""
+LAW_SIGMAS, LAW_SHARE = 3.0, 0.03
+"""A free flight strays from its law by less than this: noise, or a share of its extent (RMS)."""
 
 
 @dataclass(frozen=True)

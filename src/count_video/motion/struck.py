@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from count_video.motion.beginnings import struck_at_rest
 from count_video.motion.contacts import Kind, Paths, collisions_of, fit_contacts
 from count_video.motion.flight import motion_of
 from count_video.motion.gaps import CLEAR_SIGMAS
@@ -19,7 +20,6 @@ from count_video.motion.impacts import at_stop, find_turns, weigh_turns
 from count_video.motion.priors import NO_BOUNCE
 from count_video.motion.seen import SeenCollisions, marked
 from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
-from count_video.motion.weighing import struck_at_rest
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track, WallSide
 from count_video.signals import NOISE_AT_LEAST_PX

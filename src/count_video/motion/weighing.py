@@ -6,49 +6,41 @@ sum.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, pairwise, takewhile
 
 import numpy as np
 
+from count_video.motion.beginnings import before_first, inferred, struck_at_rest
 from count_video.motion.contacts import BodyErrors
-from count_video.motion.corners import Impact
+from count_video.motion.corners import CERTAIN_LOG_ODDS, Impact
 from count_video.motion.errors_of_places import flight_of
-from count_video.motion.flight import HYSTERESIS_SIGMAS, Motion
+from count_video.motion.flight import HYSTERESIS_SIGMAS, LAW_SHARE, LAW_SIGMAS, Motion
 from count_video.motion.linear import least_squares
 from count_video.motion.priors import (
     CHANCE_CLEAR,
     CHANCE_CUT_OFF,
     CHANCE_DYING,
     CHANCE_STRAYING,
-    CHANCE_UNSEEN,
     CHANCES_LOST,
     FLIGHT_FACTOR,
 )
 from count_video.motion.seen import RESOLVED_FRAMES
 from count_video.reasons import Cause, Reason
-from count_video.records import Collision, Floats, Velocities
+from count_video.records import Collision
 
-CERTAIN_LOG_ODDS, CERTAIN_PICTURES = 9.0, 4
-"""One impact at least is as sure as this by its own shape, with so many pictures on either side."""
+CERTAIN_PICTURES = 4
+"""One impact at least shows itself by so many pictures on either side, as certain as can be."""
 STRAYING_AT_MOST = 0.4
 """Where a larger share of the flights strays, the turns are not those of a body that bounces."""
-STRAY_SIGMAS, STRAY_SHARE = 3.0, 0.03
-"""A free flight strays from its law by less than this: noise, or a share of its extent (RMS)."""
 PARAMETERS = 5
 """Of a free flight: place, velocity, acceleration, swing and friction."""
 CHANCE_AT_LEAST = 0.005
 """Less probable counts, and less probable impacts, are left out."""
-STARTS, FINER = np.arange(-24.0, 1.25, 0.25), np.linspace(-0.25, 0.25, 51)
-"""When a body at rest was set in motion, in pictures from that which first shows it; the best of
-them is sought again in finer steps, for a small error of it looks like a slow blow later on."""
 GAIN_FACTOR, GAIN_SIGMAS = 1.1, 4.0
 """No stop at rest gives a body a higher speed than it had; an oblique view and a lens change a
 speed by less than a tenth from one flight to the next. It is clear from so many sigmas on."""
-PICTURES_AT_LEAST = 4
-"""Fewer at rest, or in motion, show no blow."""
 TAIL_PICTURES = 4.0
 """A flight shorter than this holds too few pictures clear of its ends to show its impacts."""
 FLIGHTS_AT_LEAST = 3
@@ -92,13 +84,13 @@ def weighed(
     dying = dies_out(motion, impacts)
     lost = not dying and _lost(motion, impacts)
     cut = 0 if dying or lost else _ends_at_stop(motion, turns)
-    earlier = _before(motion, impacts)
-    inferred = list(takewhile(lambda one: one.likely, earlier))
-    unsure = earlier[len(inferred) :]
-    both = (*(_inferred(one, collisions[0], pace) for one in inferred[::-1]), *collisions)
+    earlier = before_first(motion, impacts)
+    likely = list(takewhile(lambda one: one.likely, earlier))
+    unsure = earlier[len(likely) :]
+    both = (*(inferred(one, collisions[0], pace) for one in likely[::-1]), *collisions)
     doubts: list[tuple[Cause, Sequence[float], Iterable[float]]] = [
         (Cause.NOT_FREE, (CHANCE_STRAYING,) * len(straying), chain(*straying)),
-        (Cause.FIRST_UNSEEN, [e.chance for e in inferred], [e.frame for e in inferred[-1:]]),
+        (Cause.FIRST_UNSEEN, [e.chance for e in likely], [e.frame for e in likely[-1:]]),
         (Cause.BEFORE_UNSEEN, [one.chance for one in unsure], ()),
         (Cause.TURNS_OPEN, [one.chance for one in unlikely], [one.frame for one in unlikely]),
         (Cause.DIES_OUT, (CHANCE_DYING,) * dying, ()),
@@ -154,130 +146,7 @@ def strays(motion: Motion, span: tuple[float, float], contact: float) -> bool:
     designs = np.stack([np.column_stack([law, one]) for one in friction])
     squares = np.fmin.reduce([*least_squares(designs, place)[2], least_squares(law, place)[2]])
     left = float(np.sqrt(squares / (len(place) - PARAMETERS)))
-    return left > max(STRAY_SIGMAS * motion.sigma_px, STRAY_SHARE * float(np.ptp(place)))
-
-
-@dataclass(frozen=True)
-class Blow:
-    """What sets a body in motion that was at rest."""
-
-    frame: float
-    """Frame coordinate, in pictures."""
-    velocity: float
-    """That it gives the body, in px per picture."""
-
-
-def struck_at_rest(motion: Motion, until: float) -> Blow | None:
-    """Find the blow that sets a body in motion which was at rest when the clip began.
-
-    Let go, or led by a hand, it gathers speed over some pictures; a blow gives it all at once:
-
-        x(t) = p + v s + a s^2 / 2,     s = max(t - t0, 0),     v = 0 without a blow.
-
-    Only what comes before the frame ``until`` is judged. None if there was no such blow: if one is
-    not far likelier, does not describe the start either, as where a hand throws, or takes the body
-    less far than its acceleration does.
-    """
-    rows = np.flatnonzero(np.isfinite(motion.place_px) & (motion.frame < until))
-    if len(rows) < 2 * PICTURES_AT_LEAST:
-        return None
-    rest = np.median(motion.place_px[rows[:PICTURES_AT_LEAST]])
-    away = np.abs(motion.place_px[rows] - rest) > HYSTERESIS_SIGMAS * motion.sigma_px
-    gone = np.lib.stride_tricks.sliding_window_view(away, PICTURES_AT_LEAST).all(axis=1)
-    begin = motion.frame[rows[max(int(np.argmax(gone)) - 1, 0)]]
-    rows = rows[np.abs(motion.frame[rows] - begin) <= -STARTS[0]]
-    time, place = motion.frame[rows] - begin, motion.place_px[rows]
-    if min((time < 0).sum(), (time > 0).sum()) < PICTURES_AT_LEAST:
-        return None
-    (_, _, smooth), (start, velocity, struck) = (_start(time, place, k) for k in (2, 3))
-    noise = motion.sigma_px**2
-    log_ratio = len(time) / 2 * np.log((smooth + noise) / (struck + noise))
-    described = struck / len(time) < max(STRAY_SIGMAS**2 * noise, STRAY_SHARE**2 * np.var(place))
-    way = place[-1] - place[0]
-    sent = velocity * (time[-1] - start) * np.sign(way) > abs(way) / 2
-    if log_ratio < CERTAIN_LOG_ODDS or not (described and sent):
-        return None
-    return Blow(float(begin + start), velocity)
-
-
-def _start(time: Floats, place_px: Floats, columns: int) -> tuple[float, float, float]:
-    """When a body was set in motion, by the first columns of the law.
-
-    The last coefficient and the sum of squares that is left over come with it.
-    """
-    start, last, left_over = 0.0, 0.0, np.inf
-    for starts in (STARTS, FINER):
-        since = np.maximum(time - start - starts[:, None], 0.0)
-        law = np.stack([np.ones_like(since), since**2, since], axis=2)[..., :columns]
-        solution, _, squares = least_squares(law, place_px - place_px[0])
-        best = int(np.argmin(squares))
-        start += float(starts[best])
-        last, left_over = float(solution[best, -1]), float(squares[best])
-    return start, last, left_over
-
-
-@dataclass(frozen=True)
-class _Earlier:
-    """An impact before the first one that is seen, in pictures that do not show the body."""
-
-    frame: float
-    """Frame coordinate at which the flight to the first one that is seen would begin."""
-    frame_sigma: float
-    chance: float
-    same_stop: bool
-    """Whether that flight comes back to the stop at which it begins."""
-
-    @property
-    def likely(self) -> bool:
-        """Whether it is more probable than not, and where it is known."""
-        return self.same_stop and self.chance > 0.5
-
-
-def _before(motion: Motion, impacts: Sequence[Impact]) -> list[_Earlier]:
-    """Find impacts before the first one that may lie in pictures that do not show the body.
-
-    There the flight that ends at the first impact would have to begin, and no sooner; the flights
-    before it are longer, as one impact takes the same share of the speed as the next. A body that
-    is seen next on its way away from the stop has most probably been there; surely if it was seen
-    before as well, for by that flight it would have come through the stop.
-    """
-    first, flights = impacts[0], np.diff([impact.frame for impact in impacts])
-    pull, kept = first.side * motion.acceleration, min(1.0, -first.after / first.before)
-    back = 2 * first.side * first.before / pull if pull > 0 else np.inf
-    if len(impacts) > 1 and impacts[1].side == first.side:
-        back = float(flights[0]) / kept
-    same_stop = bool(np.isfinite(back))
-    back = min(back, FLIGHT_FACTOR * flights.max(initial=0.0) or back)
-    following = motion.frame[np.isfinite(motion.place_px) & (motion.frame < first.frame)]
-    last = np.append(motion.frame[0] - 1.0, following[:-1])
-    found: list[_Earlier] = []
-    ends = first.frame
-    while (begins := ends - back) >= motion.frame[0] - 1.0:
-        unseen = (following - last > 1.0) & (last <= begins + 1.0) & (begins < following)
-        if not unseen.any():
-            break
-        until, since = following[unseen][-1], last[unseen][-1]
-        away = until - begins < ends - until
-        chance = 1 - CHANCE_UNSEEN if away else CHANCE_UNSEEN
-        if away and since in following:
-            chance = CHANCE_CLEAR
-        sigma = float(until - since) / math.sqrt(12.0)
-        found.append(_Earlier(float(begins), sigma, chance, same_stop))
-        ends, back = begins, back / kept
-    return found
-
-
-def _inferred(earlier: _Earlier, first: Collision, pace: float) -> Collision:
-    """Make a collision of an impact that no picture shows, at the stop of the first seen one."""
-    unknown = Velocities(np.nan, np.nan)
-    return replace(
-        first,
-        frame=pace * earlier.frame,
-        frame_sigma=pace * earlier.frame_sigma,
-        seen=False,
-        velocity_before=unknown,
-        velocity_after=unknown,
-    )
+    return left > max(LAW_SIGMAS * motion.sigma_px, LAW_SHARE * float(np.ptp(place)))
 
 
 def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
