@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from free_paths import SIZE_PX, alone, between_stops, bouncing, noisy, pair
@@ -7,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import log_ndtr
 
+from count_video.motion.beginnings import before_first
 from count_video.motion.corners import _log_normal
-from count_video.motion.flight import usual_acceleration
+from count_video.motion.flight import motion_of, usual_acceleration
+from count_video.motion.impacts import find_impacts
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.priors import CHANCE_UNSEEN
 from count_video.motion.weighing import SeenImpacts, chances_of_sum
@@ -182,6 +186,21 @@ def test_a_first_impact_that_no_picture_shows_is_as_likely_as_stated(sign: int) 
     assert found.collisions[0].frame == pytest.approx(impacts[0], abs=1.0)
     assert [doubt.cause for doubt in found.doubts] == [Cause.FIRST_UNSEEN]
     assert found.probability[len(impacts)] == pytest.approx(1 - CHANCE_UNSEEN, abs=0.05)
+
+
+@pytest.mark.parametrize(("before", "after"), [(0.0, 0.0), (3.0, 0.0), (3.0, 6.0), (-3.0, 3.0)])
+def test_velocities_that_are_none_of_an_impact_say_little_of_what_came_before(
+    before: float, after: float
+) -> None:
+    place, _ = bouncing(DYING, PULL, drop=20.3)
+    place[:25] = np.nan
+    motion = motion_of(np.arange(len(place), dtype=float), noisy(place, NOISE_PX))
+    first = replace(find_impacts(motion)[0][0], before=-before, after=-after)
+
+    earlier = before_first(motion, [first])
+
+    assert len(earlier) <= 1
+    assert all(0 <= one.frame < first.frame for one in earlier)
 
 
 def test_bounces_too_frequent_for_the_pictures_are_said_to_be_so() -> None:

@@ -106,8 +106,12 @@ def before_first(motion: Motion, impacts: Sequence[Impact]) -> list[Earlier]:
     before as well, for by that flight it would have come through the stop.
     """
     first, flights = impacts[0], np.diff([impact.frame for impact in impacts])
-    pull, kept = first.side * motion.acceleration, min(1.0, -first.after / first.before)
-    back = 2 * first.side * first.before / pull if pull > 0 else np.inf
+    pull = first.side * motion.acceleration
+    came, left = first.side * first.before, -first.side * first.after
+    if came <= 0:
+        return []
+    kept = min(1.0, left / came) if left > 0 else 1.0
+    back = 2 * came / pull if pull > 0 else np.inf
     if len(impacts) > 1 and impacts[1].side == first.side:
         back = float(flights[0]) / kept
     same_stop = bool(np.isfinite(back))
