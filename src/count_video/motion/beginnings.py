@@ -85,9 +85,11 @@ class Earlier:
     """An impact before the first one that is seen, in pictures that do not show the body."""
 
     frame: float
-    """Frame coordinate at which the flight to the first one that is seen would begin."""
+    """Frame coordinate, in pictures, at which the flight to the next one would begin."""
     frame_sigma: float
+    """Its standard uncertainty: it lies anywhere in the pictures that do not show the body."""
     chance: float
+    """Probability that there was one."""
     same_stop: bool
     """Whether that flight comes back to the stop at which it begins."""
 
@@ -126,22 +128,22 @@ def before_first(motion: Motion, impacts: Sequence[Impact]) -> list[Earlier]:
             break
         until, since = following[unseen][-1], last[unseen][-1]
         away = until - begins < ends - until
-        chance = 1 - CHANCE_UNSEEN if away else CHANCE_UNSEEN
-        if away and since in following:
-            chance = CHANCE_CLEAR
+        chance = CHANCE_UNSEEN
+        if away:
+            chance = CHANCE_CLEAR if since in following else 1 - CHANCE_UNSEEN
         sigma = float(until - since) / math.sqrt(12.0)
         found.append(Earlier(float(begins), sigma, chance, same_stop))
         ends, back = begins, back / kept
     return found
 
 
-def inferred(earlier: Earlier, first: Collision, pace: float) -> Collision:
-    """Make a collision of an impact that no picture shows, at the stop of the first seen one."""
+def inferred(earlier: Earlier, first: Collision) -> Collision:
+    """Make a collision, in pictures, of an impact at the stop of the first one that is seen."""
     unknown = Velocities(np.nan, np.nan)
     return replace(
         first,
-        frame=pace * earlier.frame,
-        frame_sigma=pace * earlier.frame_sigma,
+        frame=earlier.frame,
+        frame_sigma=earlier.frame_sigma,
         seen=False,
         velocity_before=unknown,
         velocity_after=unknown,

@@ -27,6 +27,7 @@ from count_video.motion.priors import (
     FLIGHT_FACTOR,
 )
 from count_video.motion.seen import RESOLVED_FRAMES
+from count_video.motion.time_base import in_frames
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision
 
@@ -87,7 +88,7 @@ def weighed(
     earlier = before_first(motion, impacts)
     likely = list(takewhile(lambda one: one.likely, earlier))
     unsure = earlier[len(likely) :]
-    both = (*(inferred(one, collisions[0], pace) for one in likely[::-1]), *collisions)
+    unseen = [in_frames(inferred(one, collisions[0]), pace) for one in likely[::-1]]
     doubts: list[tuple[Cause, Sequence[float], Iterable[float]]] = [
         (Cause.NOT_FREE, (CHANCE_STRAYING,) * len(straying), chain(*straying)),
         (Cause.FIRST_UNSEEN, [e.chance for e in likely], [e.frame for e in likely[-1:]]),
@@ -100,7 +101,7 @@ def weighed(
     chances = [min(impact.chance, CHANCE_CLEAR) for impact in impacts]
     chances += [chance for _, more, _ in doubts for chance in more]
     return SeenImpacts(
-        tuple(replace(one, number=number) for number, one in enumerate(both, 1)),
+        tuple(replace(one, number=number) for number, one in enumerate([*unseen, *collisions], 1)),
         _shortcomings(motion, impacts, len(straying), contact, pace) or _gains(collisions),
         tuple(Reason(why, tuple(pace * f for f in frames)) for why, more, frames in doubts if more),
         chances_of_sum(chances),
