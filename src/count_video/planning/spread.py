@@ -1,10 +1,8 @@
-"""How counts scatter: from trial to trial by hands, and over other gaps, releases and masses.
+"""How counts scatter from trial to trial, by hands that are never alike.
 
 Trials that are meant to be alike are simulated with the tolerances of hands: their counts make the
-distribution and the table of a plan. A change of the set-up is proposed where nearly all such
-trials give the theory's count. The map has the count at every gap and release, without scatter.
-
-So much is simulated as takes a second at the most: of trials with many collisions there are fewer.
+distribution and the table of a plan. So much is simulated as takes a second at the most: of trials
+with many collisions there are fewer.
 """
 
 from __future__ import annotations
@@ -12,36 +10,20 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from statistics import fmean, pstdev, stdev
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.errors import UsageError
-from count_video.physics.events import Flags
-from count_video.physics.laws import Whole
 from count_video.physics.setup import Setup
-from count_video.physics.simulator import NO_COUNT, ManyBursts, simulate, simulate_many, varied
-from count_video.physics.theory import collision_count
+from count_video.physics.simulator import ManyBursts, simulate_many, varied
 from count_video.planning.request import PlanRequest, most_collisions
 from count_video.records import Floats
 
-RESOLVED_FRAMES = 2.5
-"""Collisions this far apart or farther are shown each by the frames."""
-ENOUGH = 0.95
-"""Share of the trials that is to give the theory's count."""
 LEAST_M = 1e-4
 """Hands that scatter do not hang the ball inside the wall."""
-GAPS_M, RELEASES_M = (0.005, 0.100), (0.020, 0.200)
-"""Ends of the map, and of what is proposed."""
-CLAY_STEP, CLAY_STEPS = 0.01, 10
-"""Clay is added to the cylinder or taken off it in steps of this share, so many at the most."""
 _STREAM_TABLE, _STREAM_SPREAD, _STREAM_GROUPS = range(3)
-
-Change = Literal["gap", "release", "heavy mass"]
 
 
 @dataclass(frozen=True)
@@ -93,54 +75,6 @@ class TrialTable(CountFigures):
     counts: tuple[int, ...]
     """Counts in order; endless trials are left out."""
     theory: int
-
-
-@dataclass(frozen=True)
-class Proposal:
-    """One change that gives the theory's count with a safe margin."""
-
-    change: Change
-    value: float
-    """The new gap or release in metres; of the mass, what is added to it in the unit given."""
-    share: float
-    """Share of simulated trials that then give the theory's count."""
-    rate_needed_fps: float
-    """Rate at which a camera then sees every collision."""
-
-
-CHART_COLUMNS = np.dtype(
-    [(name, "f8") for name in ("gap_m", "release_m", "count", "shortest_s", "rate_needed_fps")]
-)
-"""What the map has for each of its cells, whose centre is at the first two."""
-
-
-def rate_needed_fps(shortest_s: float | Floats) -> Any:
-    """Rate at which collisions this far apart are seen one by one, in steps of ten; at least 10."""
-    return np.maximum(10.0, 10.0 * np.ceil(RESOLVED_FRAMES / np.asarray(shortest_s) / 10))
-
-
-@dataclass(frozen=True)
-class Adjustments:
-    """Counts of the planned bodies with other gaps, releases, and cylinders.
-
-    The swings are linear: counts and times hang on the gap over the release, not on either alone.
-    """
-
-    gap_share: Floats
-    """Gap over release, increasing; that of the plan is among them; shape (n,)."""
-    heavy_share: Floats
-    """Mass of the cylinder over the planned one, which is among them; shape (m,)."""
-    theory: Whole
-    """Exact counts of free bodies without losses, shape (m,)."""
-    count: Whole
-    """Collisions, shape (m, n); ``NO_COUNT`` where bodies come to rest on each other in ever
-    smaller bounces, or the cylinder is the lighter body."""
-    shortest_s: Floats
-    """Shortest time from one collision to the next, shape (m, n); NaN where there is no count, inf
-    where there is one collision alone."""
-
-
-# ---- trials that are meant to be alike -----------------------------------------------------------
 
 
 def restitution_range(request: PlanRequest) -> tuple[float, float]:
@@ -245,115 +179,3 @@ def _drawn(request: PlanRequest, trials: int, seed: Sequence[int]) -> tuple[list
         restitution_wall_sd=off.scatter,
     )
     return setups, rng.integers(2**62, size=trials).tolist()
-
-
-# ---- other gaps, releases and masses -------------------------------------------------------------
-
-
-def chart_of(request: PlanRequest, theory: int) -> NDArray[np.void]:
-    """Simulate every cell of the map: a millimetre of gap by two of release, or larger.
-
-    Returned is a structured array, shape (releases, gaps). NaN stands where the gap is larger than
-    the release, which is not simulated, or where bodies come to rest on each other in ever smaller
-    bounces.
-    """
-    most = (96, 91)
-    share = min(1.0, math.sqrt(1_000_000 / (math.prod(most) * theory)))
-    gaps, releases = (
-        np.linspace(*ends, max(12, round(share * cells)))
-        for ends, cells in zip((GAPS_M, RELEASES_M), most, strict=True)
-    )
-    chart = np.full((len(releases), len(gaps)), math.nan).astype(CHART_COLUMNS)
-    chart["gap_m"], chart["release_m"] = np.meshgrid(gaps, releases)
-    possible = chart["gap_m"] <= chart["release_m"]
-    gap_m, release_m = chart["gap_m"][possible], chart["release_m"][possible]
-    setups = varied(request.setup(), wall_gap_m=gap_m, release_m=release_m)
-    found = simulate_many(setups, most_collisions(theory))
-    chart["count"][possible] = np.where(found.endless, math.nan, found.count)
-    chart["shortest_s"][possible] = found.shortest_s
-    chart["rate_needed_fps"] = rate_needed_fps(chart["shortest_s"])
-    return chart
-
-
-def adjustments_of(request: PlanRequest, theory: int) -> Adjustments:
-    """Simulate what can be changed at the table: place of the ball, release, clay on the cylinder.
-
-    They are the changes that ``proposals`` takes from.
-    """
-    shares = np.array([1.0 + CLAY_STEP * k for k in range(-CLAY_STEPS, CLAY_STEPS + 1)])
-    steps = int(np.clip(1_000_000 // (theory * len(shares)), 12, 240))
-    # Narrow regions lie where the gap is small.
-    scanned = np.geomspace(GAPS_M[0] / RELEASES_M[1], 1.0, steps)
-    gaps = np.union1d(scanned, request.gap_m / request.release_m)
-    share, gap = np.meshgrid(shares, gaps, indexing="ij")
-    ratio, gap_m = request.mass_ratio * share, request.release_m * gap
-    cells = _cells(request, theory, ratio >= 1.0, heavy_mass_kg=ratio, wall_gap_m=gap_m)
-    free = [collision_count(ratio) for ratio in (request.mass_ratio * shares).tolist()]
-    return Adjustments(gaps, shares, np.array(free, np.int64), *cells)
-
-
-def _cells(
-    request: PlanRequest, theory: int, possible: Flags, **columns: Floats
-) -> tuple[Whole, Floats]:
-    """Simulate set-ups with other values of some fields, where they are possible.
-
-    All arrays have one shape, that of the counts and shortest times that are returned: ``NO_COUNT``
-    and NaN where nothing is possible.
-    """
-    count = np.full(possible.shape, NO_COUNT, np.int64)
-    shortest_s = np.full(possible.shape, np.nan)
-    named = {name: values[possible] for name, values in columns.items()}
-    found = simulate_many(varied(request.setup(), **named), most_collisions(theory))
-    count[possible], shortest_s[possible] = found.count, found.shortest_s
-    return count, shortest_s
-
-
-def proposals(request: PlanRequest, theory: int, spread: Spread) -> tuple[Proposal, ...]:
-    """Return the nearest gap, release and mass that help.
-
-    Empty if the set-up gives the count nearly always, or if in most trials bodies come to rest on
-    each other: then no gap or release will help.
-    """
-    if spread.theory_share >= ENOUGH or spread.endless_share > 0.5:
-        return ()
-    steps = [sign * step for step in range(1, CLAY_STEPS + 1) for sign in (1, -1)]
-    choices: dict[Change, list[float]] = {
-        "gap": [millimetres / 1000 for millimetres in range(5, 101)],
-        "release": [millimetres / 1000 for millimetres in range(20, 201, 5)],
-        "heavy mass": [CLAY_STEP * step * float(request.heavy) for step in steps],
-    }
-    found = (_nearest(request, theory, change, values) for change, values in choices.items())
-    return tuple(proposal for proposal in found if proposal is not None)
-
-
-def changed(request: PlanRequest, change: Change, value: float) -> PlanRequest:
-    """Return the request with another gap or release, or with so much added to the heavy mass."""
-    if change == "heavy mass":
-        return replace(request, heavy=float(request.heavy) + value)
-    return replace(request, **{f"{change}_m": value})  # type: ignore[arg-type]
-
-
-def _nearest(
-    request: PlanRequest, theory: int, change: Change, values: Sequence[float]
-) -> Proposal | None:
-    """Return the nearest of some values with which nearly all trials give the theory's count.
-
-    With another mass the theory itself must stay: what a count says about pi hangs on the masses.
-    """
-    now = {"gap": request.gap_m, "release": request.release_m}.get(change, 0.0)
-    possible = []
-    for value in sorted(values, key=lambda value: abs(value - now)):
-        with suppress(UsageError):  # such as a gap larger than the release
-            planned = changed(request, change, value)
-            if collision_count(planned.heavy, planned.light) == theory:
-                possible.append((value, planned))
-    counts = simulate_many([one.setup() for _, one in possible], most_collisions(theory)).count
-    near = [one for one, count in zip(possible, counts, strict=True) if count == theory]
-    near = near[: max(5, 150_000 // (20 * theory))]
-    trials = int(np.clip(150_000 // (theory * max(1, len(near))), 20, 100))
-    shares = shares_of([planned for _, planned in near], theory, trials)
-    for (value, planned), share in zip(near, shares, strict=True):
-        if share >= ENOUGH:
-            rate_fps = float(rate_needed_fps(simulate(planned.setup()).shortest_s))
-            return Proposal(change, value, share, rate_fps)
-    return None
