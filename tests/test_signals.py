@@ -5,7 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from count_video.signals import NOISE_AT_LEAST_PX, low_points, noise_px, sigma_of
+from count_video.signals import (
+    NOISE_AT_LEAST_PX,
+    interpolated,
+    low_points,
+    noise_px,
+    sigma_of,
+)
 
 NAN = float("nan")
 ESTIMATE_SHARE = 0.15
@@ -153,3 +159,8 @@ def test_a_noisy_track_keeps_its_noise() -> None:
     noise = np.random.default_rng(4).normal(0.0, 1.0, 500)
 
     assert sigma_of(noise) == noise_px(noise)
+
+
+def test_what_was_not_seen_lies_on_the_line_between_its_neighbours_and_ends_go_on() -> None:
+    signal = np.array([np.nan, 1.0, np.nan, np.nan, 4.0, 5.0, np.nan])
+    assert np.array_equal(interpolated(signal), [1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0])

@@ -81,6 +81,15 @@ def sigma_of(signal: Floats) -> float:
     return max(noise_px(signal), NOISE_AT_LEAST_PX)
 
 
+def interpolated(signal: Floats) -> Floats:
+    """Fill what was not seen of a signal, shape (n,), in by linear interpolation.
+
+    Before the first value and after the last one these go on; one at least must have been seen.
+    """
+    rows, seen = np.arange(len(signal)), np.isfinite(signal)
+    return np.asarray(np.interp(rows, rows[seen], signal[seen]), np.float64)
+
+
 def integral(time: Floats, values: Floats) -> Floats:
     """Integrate by the trapezoidal rule from the first value on, shape (n,)."""
     means = (values[1:] + values[:-1]) / 2

@@ -28,7 +28,7 @@ from count_video.motion.contact_equations import LAW, Body, Equations, Side
 from count_video.motion.descent import weights_of
 from count_video.motion.errors_of_places import HALF_EXPOSURE, Errors, errors_about
 from count_video.motion.flight import motion_of
-from count_video.motion.priors import STRAY_SIGMAS, TIME_MOVES_FRAMES
+from count_video.motion.priors import CONTACT_STRAY_SHARE, TIME_MOVES_FRAMES
 from count_video.records import Collision, Floats, Velocities
 from count_video.signals import sigma_of, weighted_median
 
@@ -165,7 +165,7 @@ def _held(
     not seen.
     """
     shared: dict[Kind, tuple[float, float]] = {}
-    stray = STRAY_SIGMAS * max(body.sigma_px for body in bodies)
+    stray = CONTACT_STRAY_SHARE * max(body.sigma_px for body in bodies)
     for kind in set(kinds) - ({"bodies"} if len(bodies) == 1 else set()):
         own = [one for one, its in zip(fitted, kinds, strict=True) if its == kind]
         places = np.array([one.touch_px for one in own])

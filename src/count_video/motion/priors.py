@@ -14,7 +14,7 @@ PARALLAX_SIGMA: Final = 0.05
 """Growth of the distance at contact with the place, px per px: cameras some metres away."""
 TIME_MOVES_FRAMES: Final = 1.5
 """A contact lies in one of the steps next to the frame where it is sought."""
-STRAY_SIGMAS: Final = 0.4
+CONTACT_STRAY_SHARE: Final = 0.4
 """Contacts stray from one place by this share of the noise of a frame: outlines are measured a
 little off where they lie unluckily on the pixels (0.02 px on rendered clips, truth known)."""
 CAUCHY_SIGMAS: Final = 3.0

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.signals import interpolated
 from count_video.tracking.background import ROUNDING, Background
 from count_video.tracking.shape import Box, Place
 from count_video.tracking.template import REACH_PX, Pixels, smooth
@@ -92,13 +93,7 @@ class Motion:
     @property
     def everywhere_px(self) -> Floats:
         """Shift with what could not be measured interpolated, shape (n, 2)."""
-        rows = np.arange(len(self.shift_px))
-        known = np.isfinite(self.shift_px)
-        each = (
-            np.interp(rows, rows[seen], shift[seen])
-            for shift, seen in zip(self.shift_px.T, known.T, strict=True)
-        )
-        return np.stack(list(each), axis=1)
+        return np.stack([interpolated(shift) for shift in self.shift_px.T], axis=1)
 
     def turned(self) -> Motion:
         """Swap x and y."""

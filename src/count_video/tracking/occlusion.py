@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
+from count_video.signals import interpolated
 from count_video.tracking.cutting import EDGE_PX
 from count_video.tracking.following import Again, Clip, Followed, follow
 from count_video.tracking.registration import Hides
@@ -65,10 +66,7 @@ def _solid(clip: Clip, seen: Followed) -> _Solid:
     kernel = np.ones((2 * EDGE_PX + 1, 2 * EDGE_PX + 1), np.uint8)
     inner = cv2.erode(held, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0) > 0
     known = np.isfinite(seen.x_px)
-    rows = np.arange(len(known))
-    corners = np.stack(
-        [np.interp(rows, rows[known], place[known]) for place in (seen.x_px, seen.y_px)], axis=1
-    )
+    corners = np.stack([interpolated(place) for place in (seen.x_px, seen.y_px)], axis=1)
     return _Solid(
         held > 0, np.asarray(inner), seen.body.template.appearance, corners + clip.shift_px, known
     )
