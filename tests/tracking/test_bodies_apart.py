@@ -15,7 +15,7 @@ from count_video.tracking.following import Followed
 from count_video.tracking.layers import apart, same_body
 from count_video.tracking.learning import Body, learn
 from count_video.tracking.light import Light
-from count_video.tracking.pairing import has_pair
+from count_video.tracking.pairing import has_pair, ranked_pairs
 from count_video.tracking.paths import Rough
 from count_video.tracking.shape import Shape
 from count_video.tracking.template import Template, make_template, piece_at
@@ -201,3 +201,14 @@ def test_what_passes_over_a_ball_is_no_body_that_collides_with_it() -> None:
 
     assert has_pair([ball_body, heavy, hand])
     assert not has_pair([ball_body, hand])
+
+
+def test_a_mirror_image_stands_for_a_body_that_is_not_followed_and_for_no_other() -> None:
+    frame = np.arange(200.0)
+    ball = followed(20.0 + 1.5 * np.abs((frame + 20.0) % 40.0 - 20.0))
+    heavy = followed(50.0 + SIDE + 0.01 * (frame - 100.0) ** 2)
+    mirrored = replace(heavy, y_px=heavy.y_px + 3.0 * SIDE)
+
+    assert ranked_pairs([mirrored, ball, heavy]) == [(ball, heavy)]
+    assert ranked_pairs([mirrored, ball]) == [(ball, mirrored)]
+    assert not has_pair([mirrored, ball]), "the body itself is still to be sought"

@@ -62,7 +62,7 @@ def pair_tracks(
     """
     if not movers.bodies:
         raise TrackingError("nothing moves along a line as a rigid body does")
-    ranked = sorted(_neighbours(movers.bodies), key=lambda pair: -_score(*pair))
+    ranked = ranked_pairs(movers.bodies)
     if not ranked:
         raise TrackingError("no two bodies move side by side")
     if len(frames) < FRAMES_AT_LEAST:
@@ -74,11 +74,22 @@ def pair_tracks(
     return followed
 
 
+def ranked_pairs(found: Sequence[Followed]) -> list[tuple[Followed, Followed]]:
+    """Pairs of bodies that may collide, the likeliest first, each with the body on the left first.
+
+    Only where no two move on one line, one of them may be the mirror image or the shadow of a body
+    that was not followed: it moves as the body does.
+    """
+    pairs = _neighbours(found)
+    some = list(filter(_on_one_line, pairs)) or pairs
+    return sorted(some, key=lambda pair: -_score(*pair))
+
+
 def has_pair(found: Sequence[Followed]) -> bool:
     """Whether two of the bodies move as ball and heavy body do."""
     return any(
         (left.body.round_ or right.body.round_) and _meet(left, right) and _score(left, right) > 0
-        for left, right in _neighbours(found)
+        for left, right in filter(_on_one_line, _neighbours(found))
     )
 
 
@@ -86,6 +97,14 @@ def _neighbours(found: Sequence[Followed]) -> list[tuple[Followed, Followed]]:
     """Pairs of bodies that move side by side, the one on the left first."""
     pairs = (_ordered(*pair) for pair in combinations(found, 2))
     return [pair for pair in pairs if _side_by_side(*pair)]
+
+
+def _on_one_line(pair: tuple[Followed, Followed]) -> bool:
+    """Whether two bodies overlap across their motion in the pictures that show both."""
+    both = np.isfinite(pair[0].x_px + pair[1].x_px)
+    tops = [float(np.median(one.y_px[both])) for one in pair]
+    heights = [one.body.template.shape[0] for one in pair]
+    return tops[0] <= tops[1] + heights[1] and tops[1] <= tops[0] + heights[0]
 
 
 def _meet(left: Followed, right: Followed) -> bool:
@@ -110,17 +129,13 @@ def _ordered(one: Followed, other: Followed) -> tuple[Followed, Followed]:
 
 
 def _side_by_side(left: Followed, right: Followed) -> bool:
-    """Whether two bodies are neighbours on one line that move each on its own."""
+    """Whether one body stays beside the other, and both move each on its own."""
     if not (was_followed(left.x_px) and was_followed(right.x_px)):
         return False
     a, b = left.edges_px[1], right.edges_px[0]
     both = np.isfinite(a) & np.isfinite(b)
     apart = right.middle_px - left.middle_px
     if np.count_nonzero(both) < 4 or np.mean(apart[both] > 0) < ORDERED_SHARE:
-        return False
-    tops = [float(np.median(one.y_px[both])) for one in (left, right)]
-    heights = [one.body.template.shape[0] for one in (left, right)]
-    if tops[0] > tops[1] + heights[1] or tops[1] > tops[0] + heights[0]:
         return False
     return on_their_own(a[both], b[both])
 
