@@ -29,9 +29,10 @@ Luma = NDArray[np.uint8]
 SURROUNDINGS, ENDS_APART = 0.6, 1.5
 """The surroundings that a wide view shows too, on all sides, as a share of the box's longer side,
 and at both ends also of its height: the other end of a plain body may be so far away."""
-WIDER, BODY_SHARE = 2, 0.5
-"""Corners may all lie at one end of a body: views so many times as wide each are tried, until the
-body ends within one, or they show this share of the picture on all sides."""
+WIDER, WIDEST, BODY_SHARE = 2, 16, 0.5
+"""Corners may all lie at one end of a body: views so many times as wide each are tried, up to so
+many times in all, until the body ends within one, or they show this share of the picture on all
+sides."""
 REDUCED_PX = 72
 """What a body is shows in pictures reduced until it is hardly higher."""
 WIDE_PICTURES = 16
@@ -163,7 +164,7 @@ def _first_seen(source: Source, rough: Rough, stage: Stage) -> _View | None:
     usual = SURROUNDINGS * max(right - left, bottom - top)
     widest = 0.0 if rough.blurred else BODY_SHARE * max(source.background.luma.shape)
     last, wider = _seen(source, rough, stage, align=rough.blurred), 1
-    while wider * usual < widest and not (last and last.whole):
+    while wider < WIDEST and wider * usual < widest and not (last and last.whole):
         wider *= WIDER
         last = _seen(source, rough, stage, wider) or last
     return last
