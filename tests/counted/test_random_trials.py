@@ -1,7 +1,6 @@
 """Trials drawn at random, filmed in many scenes, counted exactly.
 
-One is filmed and counted with every run of the tests; the others of forty take minutes and run with
-``pytest -m slow tests/counted``.
+Forty take minutes and run with ``pytest -m slow tests/counted``.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from counting import answer, assert_counted, truth_of
 from synth_video.film import render_clip
 from synth_video.scene_file import load_scene
 from synth_video.variation import varied
-from tiers import rest_slow
 
 SCENES = (
     *("paper", "black-cloth", "bright-wall", "shelf", "small-ball"),
@@ -22,15 +20,15 @@ SCENES = (
 )
 """Each is filmed otherwise; masses, gaps, losses, side and rate are drawn anew for each trial."""
 FIRST_SEED = 1000
-TRIALS = sorted(range(40), key=lambda number: number != 8)
-"""First a short one, of the masses 16 and 1."""
+TRIALS = range(40)
 
 
 def trial_name(number: int) -> str:
     return f"{SCENES[number % len(SCENES)]}-{FIRST_SEED + number}"
 
 
-@pytest.mark.parametrize("number", rest_slow(TRIALS), ids=trial_name)
+@pytest.mark.slow
+@pytest.mark.parametrize("number", TRIALS, ids=trial_name)
 def test_a_random_resolved_trial_is_counted_exactly(number: int, tmp_path: Path) -> None:
     seed = FIRST_SEED + number
     scene = varied(load_scene(SCENES[number % len(SCENES)]), seed)

@@ -72,6 +72,7 @@ def test_in_a_campaign_too_a_clips_name_is_text(name: str) -> None:
     assert tags(page(name)) == tags(page("plain.mp4"))
 
 
+@pytest.mark.slow
 def test_a_part_of_a_clip_that_moves_up_and_down_has_evidence_of_that_part(tmp_path: Path) -> None:
     turned = tmp_path / "turned.mp4"
     with open_footage(SMALL) as footage:
