@@ -35,9 +35,8 @@ USUAL_CAPTURE_FPS: Final = 350.0
 RATE_SIGMA_UNKNOWN: Final = 0.7
 """The same where the capture rate is not known: it lies between 120 and 1000 frames per second, all
 of them as likely by their logarithm."""
-BALL_RATE_SIGMA: Final = 0.02
-"""Of the logarithm of the ball's rate over the heavy body's: centres that meet at one height hang
-from threads of one length, but for a few hundredths of it."""
+BALL_RATE_SIGMA: Final = 0.05
+"""Of the logarithm of the ball's rate over the heavy body's: both hang from one height."""
 PULL_SHARE: Final = 0.3
 """The heavy body hangs from the ball's rest by about this share of the ball's way to the wall."""
 EXPOSURE: Final = (0.5, 0.3)
