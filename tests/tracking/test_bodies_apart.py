@@ -206,9 +206,11 @@ def test_what_passes_over_a_ball_is_no_body_that_collides_with_it() -> None:
 def test_a_mirror_image_stands_for_a_body_that_is_not_followed_and_for_no_other() -> None:
     frame = np.arange(200.0)
     ball = followed(20.0 + 1.5 * np.abs((frame + 20.0) % 40.0 - 20.0))
+    ball = replace(ball, body=replace(ball.body, round_=True))
     heavy = followed(50.0 + SIDE + 0.01 * (frame - 100.0) ** 2)
     mirrored = replace(heavy, y_px=heavy.y_px + 3.0 * SIDE)
 
     assert ranked_pairs([mirrored, ball, heavy]) == [(ball, heavy)]
     assert ranked_pairs([mirrored, ball]) == [(ball, mirrored)]
+    assert has_pair([mirrored, ball, heavy])
     assert not has_pair([mirrored, ball]), "the body itself is still to be sought"
