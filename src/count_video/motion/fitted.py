@@ -124,11 +124,11 @@ def fit_burst(
 
 
 def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> Floats:
-    """Fit the calm beginning, or the whole burst where it is calm; a start for other counts."""
+    """Fit the calm beginning, and the number seen from there; a start for other counts."""
     if not found.is_whole and rivals.observed.calm < FIRST_COLLISIONS:
         return rough
     grown = rivals.grow(rough)
-    if found.is_whole and found.burst not in rivals.fits:
+    if found.burst not in rivals.fits:
         rivals.add(found.burst, grown.values, led=True)
     if not _is_near(grown):
         return rough
