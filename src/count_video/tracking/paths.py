@@ -11,7 +11,7 @@ import numpy as np
 from count_video.records import Floats
 from count_video.tracking.shape import Box, Place, Shape
 
-PICTURES = 40
+PICTURES = 30
 """A template is learnt from so many: those that show something new of a body. Pictures in which it
 rests, or two move along side by side, are many and show nothing new."""
 PLACE_NOISE_PX, STRAIGHT_SHARE = 1.0, 0.1
@@ -83,9 +83,23 @@ def choose(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) -> 
     frames = sorted(rarity)
     if len(frames) <= PICTURES:
         return frames
-    share = np.cumsum([rarity[frame] for frame in frames])
-    picked = np.searchsorted(share, (np.arange(PICTURES) + 0.5) / PICTURES * share[-1])
-    return [frames[place] for place in np.unique(picked)]
+    share = np.cumsum(_inclusion(np.array([rarity[frame] for frame in frames])))
+    picked = np.searchsorted(share, np.arange(PICTURES) + 0.5)
+    return [frames[place] for place in np.unique(picked.clip(max=len(frames) - 1))]
+
+
+def _inclusion(weight: Floats) -> Floats:
+    """Probability of each picture to be among those chosen: by its weight, but never above 1.
+
+    Where n of them are certain, the others share what is left (Sampford 1967):
+
+        p_k = min(1, (PICTURES - n) w_k / sum of w over the others).
+    """
+    order = np.argsort(-weight, kind="stable")
+    others = np.cumsum(weight[order][::-1])[::-1][:PICTURES]
+    each = (PICTURES - np.arange(PICTURES)) / others
+    certain = int(np.argmax(each * weight[order[:PICTURES]] <= 1))
+    return np.asarray(np.minimum(each[certain] * weight, 1.0))
 
 
 def _rarity(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) -> dict[int, float]:
