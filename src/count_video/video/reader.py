@@ -88,7 +88,8 @@ class Footage:
         if between > 2:
             warnings.append(
                 f"{between} of {tally.pictures} frames repeat the one before them and are set "
-                "aside: the clip was converted to a higher frame rate than it was filmed at"
+                "aside: an encoder left them as they were, or the clip was converted to a higher "
+                "frame rate than it was filmed at"
             )
         return FootageReport(
             frames_decoded=tally.pictures,
