@@ -91,7 +91,8 @@ def choose(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) -> 
 def _inclusion(weight: Floats) -> Floats:
     """Probability of each picture to be among those chosen: by its weight, but never above 1.
 
-    Where n of them are certain, the others share what is left (Sampford 1967):
+    Where n of them are certain, the others share what is left (Sarndal, Swensson and Wretman
+    1992, section 3.6):
 
         p_k = min(1, (PICTURES - n) w_k / sum of w over the others).
     """
