@@ -85,7 +85,7 @@ def choose(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) -> 
         return frames
     share = np.cumsum(_inclusion(np.array([rarity[frame] for frame in frames])))
     picked = np.searchsorted(share, np.arange(PICTURES) + 0.5)
-    return [frames[place] for place in np.unique(picked.clip(max=len(frames) - 1))]
+    return [frames[place] for place in np.unique(picked)]
 
 
 def _inclusion(weight: Floats) -> Floats:
