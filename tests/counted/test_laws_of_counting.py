@@ -18,6 +18,7 @@ import pytest
 from counting import FIXTURES, Answer, answer, assert_counted, burst, truth_of
 from numpy.typing import NDArray
 
+from count_video.motion.descent import CONVERGED
 from count_video.video.reader import open_footage
 from count_video.video.writer import WriteOptions, write_clip
 from tiers import rest_slow
@@ -183,7 +184,10 @@ def test_the_playing_rate_changes_nothing(clip: Path, label: Fraction, tmp_path:
 
 
 FITTED_SHARE = 0.01
-"""Shares of energy from two fits agree to this much, times to this share of their uncertainty."""
+"""Shares of energy from two fits agree to this much."""
+FITTED_SIGMAS = (2 * CONVERGED) ** 0.5
+"""A fit ends where the loss, half a squared standard deviation, would fall by less: its times are
+that many uncertainties from the best ones at most."""
 
 
 @on_each_clip
@@ -205,7 +209,7 @@ def test_the_capture_rate_gives_times_and_changes_nothing_else(clip: Path) -> No
             other[key] for key in ("number", "kind", "seen")
         ]
         assert one["frame"] == pytest.approx(
-            other["frame"], abs=FITTED_SHARE * other["frame_sigma"]
+            other["frame"], abs=FITTED_SIGMAS * other["frame_sigma"]
         )
     assert said["ending"]["kind"] == without["ending"]["kind"]
     assert said["energy_kept"] == pytest.approx(without["energy_kept"], abs=FITTED_SHARE)

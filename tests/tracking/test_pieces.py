@@ -1,12 +1,15 @@
-"""Pieces of pictures keep their brightness, however dark the lamp was."""
+"""Pieces of pictures laid upon each other: their brightness, and whose motion explains them."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from count_video.records import Floats
 from count_video.tracking.background import Background
-from count_video.tracking.composite import STEPS, Source, cut_pieces
+from count_video.tracking.composite import STEPS, Source, cut_pieces, median_of
+from count_video.tracking.cutting import Stage, wide_cut
 from count_video.tracking.light import Light
 
 SIZE = 60, 80
@@ -23,3 +26,58 @@ def test_a_dim_picture_is_brightened_up_to_white_at_most(luma: int) -> None:
 
     brightest = np.iinfo(seen.dtype).max
     assert seen == pytest.approx(min(luma / DIM * STEPS, brightest), abs=1)
+
+
+# ---- two plain bodies that stand beside each other in most pictures ------------------------------
+
+WIDE = 60, 320
+BODY_PX = 20
+TOP_PX = 20
+PICTURES = 15
+OFTEN = 10
+"""In so many of the pictures they are NEAR_PX apart."""
+NEAR_PX = 6
+PATHS = {k: (40.0 + 12 * k, float(TOP_PX)) for k in range(PICTURES)}
+BESIDE = {k: (x + BODY_PX + NEAR_PX + 7 * max(0, k - OFTEN + 1), y) for k, (x, y) in PATHS.items()}
+MARGIN = 20, 50
+
+
+def side_by_side(*neighbours: dict[int, tuple[float, float]]) -> Source:
+    """Two plain squares that move over a scene in which each has left a shadow of itself."""
+    scene = np.random.default_rng(3).integers(80, 120, WIDE).astype(np.uint8)
+    pictures: dict[int, NDArray[np.uint8]] = {}
+    for k in range(PICTURES):
+        pictures[k] = scene.copy()
+        for (x, y), level in ((PATHS[k], 220), (BESIDE[k], 180)):
+            rows, columns = (slice(int(at), int(at) + BODY_PX) for at in (y, x))
+            pictures[k][rows, columns] = level
+    still = Background(scene, {}, {})
+    return Source(pictures, still, (), neighbours)
+
+
+def around(better: Floats, left_px: int) -> float:
+    """Sum over a square and its edges, from where it begins in pieces about the body."""
+    top, left = MARGIN[0], MARGIN[1] + left_px
+    return float(better[top - 3 : top + BODY_PX + 3, left - 3 : left + BODY_PX + 3].sum())
+
+
+def test_what_moves_with_a_neighbour_is_explained_better_by_its_motion() -> None:
+    pieces = cut_pieces(side_by_side(BESIDE), PATHS, ((BODY_PX, BODY_PX), MARGIN))
+
+    (better,) = median_of(pieces).theirs
+
+    assert around(better, 0) < 0 < around(better, BODY_PX + NEAR_PX)
+
+
+def cut_px(source: Source) -> float:
+    stage = Stage(1, (0.0, 0.0), (BODY_PX, BODY_PX), PATHS)
+    found = wide_cut(source, stage, MARGIN, (-np.inf, np.inf))
+    assert found is not None
+    return found[1].right_px - found[1].left_px
+
+
+def test_a_body_ends_where_what_moves_with_its_neighbour_begins() -> None:
+    both_px = 2 * BODY_PX + NEAR_PX
+
+    assert cut_px(side_by_side()) == pytest.approx(both_px, abs=2)
+    assert cut_px(side_by_side(BESIDE)) == pytest.approx(BODY_PX, abs=2)

@@ -22,6 +22,11 @@ Luma = NDArray[np.uint8]
 Levels = NDArray[np.int16]
 """Smoothed brightness in steps of a grey level: half the bytes of floats, and sorted faster."""
 
+Shifts = NDArray[np.intp]
+"""Whole px by y and x, shape (pictures, 2); FAR where they are not known."""
+FAR = 10_000
+"""Px that no picture has."""
+
 STEPS = 64
 """Of a grey level: far below the rounding of the pictures."""
 LAST = np.int16(np.iinfo(np.int16).max)
@@ -56,6 +61,8 @@ class Source:
     background: Background
     known: Sequence[Shape]
     """What hides a body in some pictures."""
+    neighbours: Sequence[Mapping[int, Place]] = ()
+    """Paths of others that move otherwise: frame index -> image x and y of one of their points."""
 
     def reduced(self, scale: int, frames: Sequence[int]) -> Source:
         """Reduce the pictures with these frame indices, and what is known of them."""
@@ -63,7 +70,10 @@ class Source:
             return self
         pictures = {k: reduced(self.pictures[k], scale) for k in frames}
         known = [one.reduced(scale, frames) for one in self.known]
-        return Source(pictures, self.background.reduced(scale, frames), known)
+        paths = [
+            {k: (x / scale, y / scale) for k, (x, y) in path.items()} for path in self.neighbours
+        ]
+        return Source(pictures, self.background.reduced(scale, frames), known, paths)
 
 
 @dataclass(frozen=True)
@@ -79,6 +89,8 @@ class Pieces:
     """Where bodies that are known are."""
     around: tuple[tuple[int, int], tuple[int, int]]
     """Rows above and below, columns before and after, that no picture shows: left out here."""
+    away: Sequence[Shifts]
+    """Where each neighbour is from the body."""
 
     @property
     def least(self) -> float:
@@ -114,7 +126,18 @@ def cut_pieces(
         behind[number] = _levels(back)
         covered[number] = _outside(place, shape, pictures[frame].shape)
         covered[number] |= hidden(boxes, frame, place, shape) > 0
-    return Pieces(seen, behind, covered, others, (rows, columns))
+    away = [_away(places, path) for path in source.neighbours]
+    return Pieces(seen, behind, covered, others, (rows, columns), away)
+
+
+def _away(places: Mapping[int, Place], path: Mapping[int, Place]) -> Shifts:
+    """Where another body is from the usual place of it beside a body."""
+    apart = {k: np.subtract(path[k], place)[::-1] for k, place in places.items() if k in path}
+    if not apart:
+        return np.full((len(places), 2), FAR)
+    usual = np.median(list(apart.values()), axis=0)
+    shifts = [np.rint(apart[k] - usual) if k in apart else (FAR, FAR) for k in places]
+    return np.array(shifts, np.intp)
 
 
 def _levels(piece: Pixels) -> Levels:
@@ -145,6 +168,7 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
     for rows in strips:
         typical[rows] = _quantile(pieces.seen[:, rows], free[:, rows], 0.5)
     most = _largest_mistake(pieces, _levels(typical), free)
+    theirs = [_less_mistaken(pieces, typical, most, away) for away in pieces.away]
     for rows in strips:
         inner = np.abs(pieces.seen[:, rows] - _levels(typical[rows]))
         outer = np.abs(pieces.seen[:, rows] - pieces.behind[:, rows])
@@ -161,7 +185,42 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
         np.pad(variance, pieces.around, constant_values=NOISE_FLOOR),
         np.pad(moving & shown, pieces.around),
         np.pad(behind, pieces.around),
+        [np.pad(one, pieces.around) for one in theirs],
     )
+
+
+def _less_mistaken(pieces: Pieces, typical: Pixels, most: np.int16, away: Shifts) -> Pixels:
+    """By how many grey levels the median of what moves with a neighbour explains pieces better.
+
+    It is that of the pieces moved back by where the neighbour is. Of each pixel those pieces count
+    that both medians explain; where these are few, none does it better.
+    """
+    hidden = pieces.covered | pieces.others
+    laid = _moved(np.where(hidden, LAST, pieces.seen), -away)
+    unknown = laid == LAST
+    mistake = np.minimum(np.abs(laid - _levels(_quantile(laid, unknown, 0.5))), most)
+    few = len(laid) - _count(unknown) <= pieces.least
+    theirs = _moved(np.where(unknown | few, LAST, mistake), away)
+    hidden = theirs == LAST
+    own = np.minimum(np.abs(pieces.seen - _levels(typical)), most)
+    often = len(laid) - _count(hidden) > pieces.least
+    return np.where(often, _mean(own, hidden) - _mean(theirs, hidden), np.float32(0))
+
+
+def _moved(pieces: Levels, shifts: Shifts) -> Levels:
+    """Move pieces by whole px; where they show nothing then, they are LAST."""
+    size = pieces.shape[:0:-1]
+    moved = [
+        cv2.warpAffine(
+            piece,
+            np.array([[1.0, 0.0, x], [0.0, 1.0, y]]),
+            size,
+            flags=cv2.INTER_NEAREST,
+            borderValue=int(LAST),
+        )
+        for piece, (y, x) in zip(pieces, shifts.tolist(), strict=True)
+    ]
+    return np.array(moved, np.int16)
 
 
 def _largest_mistake(pieces: Pieces, typical: Levels, covered: NDArray[np.bool_]) -> np.int16:

@@ -101,7 +101,7 @@ def wide_cut(
 def close_cut(source: Source, wide: Stage, fence: Fence) -> tuple[Stage, Outline] | None:
     """Cut a body out of the pictures as they are, within what a wide view gives of it."""
     margin = CLOSE_PX + wide.unsure_px
-    return _cut(source, wide, (margin, margin), fence)
+    return _cut(replace(source, neighbours=()), wide, (margin, margin), fence)
 
 
 def _cut(
@@ -174,14 +174,24 @@ def _hanging_together(
     held[0] = 0
     if not held.any():
         return None
+    own = [k for k in np.flatnonzero(held) if not _belongs_to_others(mean, labels == k)]
+    held *= np.isin(np.arange(len(held)), own or np.flatnonzero(held))
     parts = np.flatnonzero(held > PART_SHARE * held.max()).tolist()
     if shape[1] <= shape[0]:
         main = labels == np.argmax(held)
         rows, columns = main.any(axis=1), main.any(axis=0)
         beside = np.setdiff1d(labels[rows], np.append(labels[:, columns], 0)).tolist()
-        parts += [k for k in beside if (labels[rows] == k).any(axis=1).mean() > AS_HIGH_SHARE]
-    own = _without_threads(np.isin(labels, parts), mean.appearance, box)
-    return np.asarray((cv2.dilate(own.astype(np.uint8), kernel) > 0) & moving)
+        as_high = [k for k in beside if (labels[rows] == k).any(axis=1).mean() > AS_HIGH_SHARE]
+        parts += [k for k in as_high if not _belongs_to_others(mean, labels == k)]
+    body = _without_threads(np.isin(labels, parts), mean.appearance, box)
+    return np.asarray((cv2.dilate(body.astype(np.uint8), kernel) > 0) & moving)
+
+
+def _belongs_to_others(mean: Mean, part: NDArray[np.bool_]) -> bool:
+    """Whether the motion of a neighbour explains a part and its edges better."""
+    size = 2 * EDGE_PX + 1
+    around = cv2.dilate(part.astype(np.uint8), np.ones((size, size), np.uint8)) > 0
+    return any(float(better[around].sum()) > 0 for better in mean.theirs)
 
 
 def _reduced(width_px: int, scale: int) -> int:

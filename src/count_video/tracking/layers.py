@@ -20,7 +20,7 @@ from count_video.tracking.shape import Shape
 STEADY_AT_LEAST = 6
 MOVES_PX = 2.0
 """A body moves by so much at least."""
-NEIGHBOURS, JUMP_STEPS, JUMP_PX, JUMPS_SHARE = 11, 5.0, 3.0, 0.5
+AROUND, JUMP_STEPS, JUMP_PX, JUMPS_SHARE = 11, 5.0, 3.0, 0.5
 """A step that is so many times as long as the median of so many neighbours, picture by picture, and
 so many px, is a jump; those of a body make up less than this share of its way in between."""
 BLUR_PX = EDGE_PX + BEYOND_OUTLINE_PX
@@ -31,6 +31,8 @@ SAME_BODY_PX = 1.0
 """Two templates whose distance varies by less than this are parts of one body."""
 CLEARER_VARIANCE = 2.0
 """One takes another's place if the variance of its place is so many times less."""
+NEIGHBOURS = 2
+"""So many others have a say in where a body ends, and in which pictures it is learnt from."""
 BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
 """So many bodies are followed that have many corners; others only if these are fewer than two."""
 
@@ -53,9 +55,12 @@ def add_bodies(
             continue
         if any(one.box == rough.box and one.path_px == rough.path_px for one in in_vain):
             continue
-        others = [other.path_px for other in roughs if other is not rough][:2]
-        hide = _hiding(rough, roughs, [clip.shape(other) for other in found])
-        body = learn(clip.pictures, clip.background, rough, others, hide)
+        others = [other.path_px for other in roughs if other is not rough][:NEIGHBOURS]
+        seeds = _seeds_beside(rough, roughs)
+        bodies = [clip.shape(other) for other in found]
+        hide = [*seeds, *(one for one in bodies if rough.blurred or not _holds_seed(one, rough))]
+        paths = [seed.places for seed in seeds]
+        body = learn(clip.pictures, clip.background, rough, others, hide, paths[:NEIGHBOURS])
         if body is None or any(
             _part_of(body, other, clip) and _stands_for_both(other.body, body) for other in found
         ):
@@ -157,8 +162,8 @@ def _jumps(seen: Followed) -> NDArray[np.bool_]:
     if len(steps) == 0:
         return np.zeros(0, np.bool_)
     apart = np.diff(known)
-    around = np.pad(steps / apart, NEIGHBOURS // 2, mode="edge")
-    usual = np.median(np.lib.stride_tricks.sliding_window_view(around, NEIGHBOURS), axis=1)
+    around = np.pad(steps / apart, AROUND // 2, mode="edge")
+    usual = np.median(np.lib.stride_tricks.sliding_window_view(around, AROUND), axis=1)
     return np.asarray(steps > JUMP_STEPS * usual * apart + JUMP_PX)
 
 
@@ -172,21 +177,22 @@ def _moves(seen: Followed) -> bool:
     return way > MOVES_PX and float(jumps.sum()) < JUMPS_SHARE * way
 
 
-def _hiding(rough: Rough, roughs: Sequence[Rough], known: Sequence[Shape]) -> list[Shape]:
-    """List what hides a proposal: others' corners, known bodies that leave its corners free."""
+def _seeds_beside(rough: Rough, roughs: Sequence[Rough]) -> list[Shape]:
+    """Corners of proposals whose paths are exact and not that of this one."""
     own = rough.corners
-    if own is None:
-        return list(known)
     seeds = [other.corners for other in roughs if other.corners is not None and not other.blurred]
-    return [
-        *(seed for seed in seeds if seed is not own and not seed.moves_with(own)),
-        *(shape for shape in known if rough.blurred or not shape.holds(own)),
-    ]
+    return [seed for seed in seeds if own is None or not seed.moves_with(own)]
+
+
+def _holds_seed(body: Shape, rough: Rough) -> bool:
+    """Whether a body that is known holds the corners of a proposal."""
+    return rough.corners is not None and body.holds(rough.corners)
 
 
 def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | None:
     """Learn a body from all samples in which it was found, without what others hide of it."""
     others, own = [other for other in found if other is not seen], few.shape(seen)
+    shapes = [few.shape(other) for other in others]
     sure = replace(seen, x_px=seen.sure_x_px)
     left, top, right, bottom = seen.body.box
     box = left - BLUR_PX, top - BLUR_PX, right + BLUR_PX, bottom + BLUR_PX
@@ -194,8 +200,9 @@ def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | 
         few.pictures,
         few.background,
         Rough(few.sightings(sure), box, (-np.inf, np.inf)),
-        [few.sightings(other) for other in others][:2],
-        [shape for shape in (few.shape(other) for other in others) if not shape.holds(own)],
+        [shape.places for shape in shapes][:NEIGHBOURS],
+        [shape for shape in shapes if not shape.holds(own)],
+        [shape.places for shape in shapes if not shape.moves_with(own)][:NEIGHBOURS],
     )
 
 

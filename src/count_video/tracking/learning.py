@@ -100,6 +100,7 @@ def learn(
     rough: Rough,
     others: Sequence[Mapping[int, Place]],
     known: Sequence[Shape] = (),
+    neighbours: Sequence[Mapping[int, Place]] = (),
 ) -> Body | None:
     """Learn the template of a body that is roughly known.
 
@@ -121,7 +122,7 @@ def learn(
     Body or None
         None where the pieces show no outline, or too few agree with their median.
     """
-    source = Source(pictures, background, known)
+    source = Source(pictures, background, known, neighbours)
     chosen = choose(rough.path_px, others)
     wide = _wide(source, rough, chosen)
     found = None if wide is None else close_cut(source, wide, rough.fence)

@@ -8,6 +8,7 @@ gives the outline and the weights without a word on shape, colour or brightness.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -52,6 +53,8 @@ class Mean:
     """Where the pictures agree with each other better than with the background."""
     behind: Pixels
     """What lies behind the body."""
+    theirs: Sequence[Pixels] = ()
+    """By how many grey levels the motion of each neighbour explains the pictures better."""
 
 
 @dataclass(frozen=True)
