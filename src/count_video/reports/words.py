@@ -126,7 +126,8 @@ SENTENCES: Final = {
     Cause.FRAMES_MISSING: "{:.0f} frames are missing, in which collisions may have happened; copy "
     "the file again if it was cut off",
     Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at all, "
-    "and jumps nowhere",
+    "and jumps nowhere; if it is the heavy body of a trial, its ball could not be followed: film "
+    "from nearer, with more light or before a plainer background",
     Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to be called impacts",
     Cause.NO_FLIGHTS: "the body's path between its turns is not that of one that bounces: impacts "
     "and smooth turns cannot be distinguished",
