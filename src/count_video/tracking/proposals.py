@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.tracking.corners import Trajectories
 from count_video.tracking.paths import Rough
-from count_video.tracking.regions import Regions, moving_regions, region_of
+from count_video.tracking.regions import Regions, moving_regions
 from count_video.tracking.rigid import RigidGroup, rigid_groups
 from count_video.tracking.sequences import Cut
 from count_video.tracking.shape import Box, Shape
@@ -19,10 +19,6 @@ from count_video.tracking.shape import Box, Shape
 OUTER_CORNERS = (0.03, 0.08)
 """So many corners on each side, by x and by y, are left out of a body's box: a thread that moves
 with it has some as well."""
-PATTERNED_CORNERS = 20
-"""Bodies with so many corners have some near all their edges."""
-BEYOND_CORNERS_AT_MOST = 0.5
-"""A plain body's region reaches beyond its corners by up to this share of their height."""
 BEYOND_CORNERS = 0.2
 CORNER_MARGIN_PX = 4.0
 """The outline lies within this share of the height of the corners, and so many px, beyond them."""
@@ -63,9 +59,9 @@ def propose(
     few = [group for group in groups if len(group.corners_px) < NEIGHBOUR_CORNERS]
     linked = moving_regions(regions)[:REGIONS_AT_MOST]
     proposed = [
-        *(_with_box(one, region_of(one, _without(many, one), regions)) for one in many),
-        *(replace(_with_box(group, None), blurred=True) for group in linked),
-        *(_with_box(one, region_of(one, many, regions)) for one in few),
+        *map(_with_box, many),
+        *(replace(_with_box(group), blurred=True) for group in linked),
+        *map(_with_box, few),
     ]
     changes = [regions.change(one.path_px, one.box_px) for one in proposed]
     clear = [k for k, change in enumerate(changes) if change > CHANGE_SHARE * all_change]
@@ -73,20 +69,12 @@ def propose(
     return [proposed[k] for k in order]
 
 
-def _without(groups: Sequence[RigidGroup], one: RigidGroup) -> list[RigidGroup]:
-    return [group for group in groups if group is not one]
-
-
-def _with_box(group: RigidGroup, region: Floats | None) -> Proposal:
-    """Box of a group: that of most of its corners, moved to that of its region where it is near."""
+def _with_box(group: RigidGroup) -> Proposal:
+    """Propose a group, in a box around most of its corners."""
     low, high = (
         np.array([np.quantile(group.corners_px[:, k], part) for k, part in enumerate(parts)])
         for parts in (OUTER_CORNERS, [1 - part for part in OUTER_CORNERS])
     )
-    if region is not None:
-        plain = len(group.corners_px) < PATTERNED_CORNERS
-        reach = BEYOND_CORNERS_AT_MOST * float(high[1] - low[1]) if plain else 0.0
-        low, high = np.maximum(region[:2], low - reach), np.minimum(region[2:], high + reach)
     margin = BEYOND_CORNERS * float(high[1] - low[1]) + CORNER_MARGIN_PX
     box = (*(low - margin).tolist(), *(high + margin).tolist())
     return Proposal(group.path_px, group.corners_px, box)

@@ -41,9 +41,6 @@ SIZE_RATIO = 1.6
 REACH_SIZES = 1.5
 """A region moves by less than this share of its size from sample to sample."""
 SAMPLES_AT_LEAST = 6
-HELD_SHARE = 0.6
-"""A region that holds this share of a group's corners shows the group's body."""
-INNER_QUANTILE = 0.3
 TRAVEL_SIZES = 0.15
 """A path shorter than this share of the region's size is no motion."""
 
@@ -145,34 +142,6 @@ def moving_regions(regions: Regions) -> list[RigidGroup]:
     moving = [path for path in (*closed, *open_paths) if _moves(path)]
     moving.sort(key=lambda path: -len(path.samples))
     return [_group(path, len(regions.boxes)) for path in moving]
-
-
-def region_of(group: RigidGroup, others: Sequence[RigidGroup], regions: Regions) -> Floats | None:
-    """Box of the region that a group of corners lies in, from its path: left, top, right, bottom.
-
-    Where bodies touch, their regions merge: a region that holds the middle of another group does
-    not count, and each side is where it lies furthest in in some of the samples. None where too few
-    samples show a region.
-    """
-    sides = []
-    middles = [other.path_px + other.corners_px.mean(axis=0) for other in others]
-    for sample, (place, boxes) in enumerate(zip(group.path_px, regions.boxes, strict=True)):
-        if not np.isfinite(place[0]) or not len(boxes):
-            continue
-        corners = group.corners_px + place
-        lows, highs = boxes[:, None, :2], boxes[:, None, :2] + boxes[:, None, 2:]
-        held = ((corners >= lows) & (corners <= highs)).all(axis=2).sum(axis=1)
-        best = int(np.argmax(held))
-        low, high = lows[best, 0], highs[best, 0]
-        merged = any(((m[sample] > low) & (m[sample] < high)).all() for m in middles)
-        if held[best] >= HELD_SHARE * len(corners) and not merged:
-            sides.append(np.concatenate([low - place, high - place]))
-    if len(sides) < SAMPLES_AT_LEAST:
-        return None
-    inner, outer = INNER_QUANTILE, 1 - INNER_QUANTILE
-    left, top = np.quantile(np.array(sides)[:, :2], outer, axis=0)
-    right, bottom = np.quantile(np.array(sides)[:, 2:], inner, axis=0)
-    return np.array([left, top, right, bottom]) if right > left and bottom > top else None
 
 
 def _mask(changes: Luma) -> Luma:
