@@ -158,7 +158,10 @@ def _connected(mean: Mean, stage: Stage, margin: tuple[int, int]) -> NDArray[np.
 def _hanging_together(
     mean: Mean, stage: Stage, margin: tuple[int, int]
 ) -> NDArray[np.bool_] | None:
-    """Part of what moves with a body that hangs together with its box, without threads."""
+    """Part of what moves with a body that hangs together with its box.
+
+    Threads are no part of it, nor is what a neighbour's motion explains better.
+    """
     moving = mean.moving
     shape, scale = stage.shape, stage.scale
     side = scale * min(shape)

@@ -116,6 +116,8 @@ def learn(
         Paths of the other bodies, by which pictures are known to be alike.
     known
         What hides the body in some pictures.
+    neighbours
+        Paths of other bodies that move otherwise: what they explain better is not the body's.
 
     Returns
     -------
