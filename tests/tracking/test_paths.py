@@ -1,3 +1,5 @@
+"""Which pictures a template is learnt from."""
+
 from __future__ import annotations
 
 import pytest

@@ -43,7 +43,7 @@ MARGIN = 20, 50
 
 
 def side_by_side(*neighbours: dict[int, tuple[float, float]]) -> Source:
-    """Two plain squares that move over a scene in which each has left a shadow of itself."""
+    """Two plain squares that move over a scene, at one distance in most pictures."""
     scene = np.random.default_rng(3).integers(80, 120, WIDE).astype(np.uint8)
     pictures: dict[int, NDArray[np.uint8]] = {}
     for k in range(PICTURES):

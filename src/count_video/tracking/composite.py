@@ -90,7 +90,7 @@ class Pieces:
     around: tuple[tuple[int, int], tuple[int, int]]
     """Rows above and below, columns before and after, that no picture shows: left out here."""
     away: Sequence[Shifts]
-    """Where each neighbour is from the body."""
+    """How far each neighbour is from its usual place beside the body."""
 
     @property
     def least(self) -> float:
@@ -131,7 +131,7 @@ def cut_pieces(
 
 
 def _away(places: Mapping[int, Place], path: Mapping[int, Place]) -> Shifts:
-    """Where another body is from the usual place of it beside a body."""
+    """How far another body is from its usual place beside a body."""
     apart = {k: np.subtract(path[k], place)[::-1] for k, place in places.items() if k in path}
     if not apart:
         return np.full((len(places), 2), FAR)

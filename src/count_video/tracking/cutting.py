@@ -192,6 +192,8 @@ def _hanging_together(
 
 def _belongs_to_others(mean: Mean, part: NDArray[np.bool_]) -> bool:
     """Whether the motion of a neighbour explains a part and its edges better."""
+    if not mean.theirs:
+        return False
     size = 2 * EDGE_PX + 1
     around = cv2.dilate(part.astype(np.uint8), np.ones((size, size), np.uint8)) > 0
     return any(float(better[around].sum()) > 0 for better in mean.theirs)

@@ -181,7 +181,7 @@ def _seeds_beside(rough: Rough, roughs: Sequence[Rough]) -> list[Shape]:
     """Corners of proposals whose paths are exact and not that of this one."""
     own = rough.corners
     seeds = [other.corners for other in roughs if other.corners is not None and not other.blurred]
-    return [seed for seed in seeds if own is None or not seed.moves_with(own)]
+    return [seed for seed in seeds if own is not None and not seed.moves_with(own)]
 
 
 def _holds_seed(body: Shape, rough: Rough) -> bool:
