@@ -26,7 +26,7 @@ def values(count: int, seed: int = 3) -> Floats:
     base[Column.SWING], base[Column.BALL_SWING] = np.log(0.013), 0.02
     base[Column.WALL], base[Column.CONTACT], base[Column.EXPOSURE] = 140.0, 0.1, 0.4
     base[Column.LIGHTNESS], base[Column.PARALLAX] = -np.log(80.0), 0.01
-    base[Column.BODIES], base[Column.BOUNCE] = 0.97, 0.96
+    base[Column.BODIES], base[Column.BOUNCE], base[Column.DAMPING] = 0.97, 0.96, -4.5
     return np.concatenate([base, rng.normal(0.0, 0.003, count)])
 
 
@@ -69,8 +69,10 @@ def test_velocities_before_a_collision_change_as_those_of_the_motion(column: int
     above, below = (motion(at + side * step).before[[1, 3], 0, 1:] for side in (1, -1))
     tangents, paths = tangents_of(motion(at), at), motion(at)
     heavy, _, ball, _ = paths.before[:, 0, 1:]
-    rate, rest, ball_rate, ball_rest = paths.laws[:, 0]
-    pulls = [rate**2 * (rest - heavy), ball_rate**2 * (ball_rest - ball)]
+    rate, rest, ball_rate, decay, ball_rest = paths.laws[:, 0]
+    ball_velocity = paths.before[3, 0, 1:]
+    slowing = 2 * decay * ball_velocity - decay**2 * (ball_rest - ball)
+    pulls = [rate**2 * (rest - heavy), ball_rate**2 * (ball_rest - ball) - slowing]
     # A tangent is taken at a fixed time; the collision moves, and the pull acts for longer.
     exact = tangents.arriving[:, [1, 3], column].T + pulls * tangents.time[:, column]
     difference = (above - below) / (2 * step[column])

@@ -10,40 +10,55 @@ moving ends of the pieces do not matter.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from count_video.motion.parameters import Column
-from count_video.motion.pendulums import STEP, Paths, Tangents, swung
+from count_video.motion.pendulums import STEP, Paths, Tangents, slowed, swung
 from count_video.records import Floats
 
 BLUR_MOMENTS = 16
-HEAVY, BALL = slice(0, 2), slice(2, 4)
-"""Rows of the bodies in states and laws."""
+
+
+class Body(NamedTuple):
+    """Where a body's numbers stand, and how it moves by them."""
+
+    laws: slice
+    states: slice
+    moved: Callable[..., Any]
+    """Gives place and velocity, for its laws, its state and a time."""
+
+
+HEAVY, BALL = Body(slice(0, 2), slice(0, 2), swung), Body(slice(2, 5), slice(2, 4), slowed)
 
 
 @dataclass(frozen=True)
 class Flown:
     """A body at some times, in the pieces of its path that hold them; shape (sets, times)."""
 
+    body: Body
     piece: np.ndarray
-    rate: Floats
-    """Shape (sets, 1), as the rest."""
-    state: tuple[Floats, Floats, Floats]
-    """The rest, and place and velocity at the start of the piece."""
+    laws: tuple[Floats, ...]
+    """Shape (sets, 1) each; the last one is the rest."""
+    state: tuple[Floats, Floats]
+    """Place and velocity at the start of the piece."""
     since: Floats
     """Time since then."""
 
     def place(self) -> Floats:
         """Where it is then."""
-        return np.asarray(_place(self.rate, *self.state, self.since))
+        return np.asarray(self.body.moved(self.laws, *self.state, self.since)[0])
+
+    def velocity(self) -> Floats:
+        """How fast it moves then."""
+        return np.asarray(self.body.moved(self.laws, *self.state, self.since)[1])
 
     def swept(self) -> Floats:
-        """Integral of its place over the time since the start of the piece."""
-        return np.asarray(_swept(self.rate, *self.state, self.since))
+        """Integral of the ball's place over the time since the start of the piece."""
+        return np.asarray(_swept(self.laws, *self.state, self.since))
 
 
 @dataclass(frozen=True)
@@ -88,7 +103,7 @@ def blur_of(paths: Paths, values: Floats, frame: Floats) -> Floats:
     return np.asarray(places.reshape(times.shape).std(axis=1))
 
 
-def flown(paths: Paths, body: slice, time: Floats) -> Flown:
+def flown(paths: Paths, body: Body, time: Floats) -> Flown:
     """Find the pieces that hold times, shape (sets, times)."""
     rows = zip(paths.time, time, strict=True)
     piece = np.stack([np.searchsorted(row, when, side="right") for row, when in rows])
@@ -102,10 +117,9 @@ def _pieces(paths: Paths) -> Flown:
     return _within(paths, BALL, piece, np.where(np.isfinite(length), length, 0.0))
 
 
-def _within(paths: Paths, body: slice, piece: np.ndarray, since: Floats) -> Flown:
-    rate, rest = paths.laws[body, :, None]
-    place, velocity = (_taken(one, piece) for one in paths.states[body])
-    return Flown(piece, rate, (rest, place, velocity), since)
+def _within(paths: Paths, body: Body, piece: np.ndarray, since: Floats) -> Flown:
+    place, velocity = (_taken(one, piece) for one in paths.states[body.states])
+    return Flown(body, piece, tuple(paths.laws[body.laws, :, None]), (place, velocity), since)
 
 
 def _taken(values: Floats, piece: np.ndarray) -> Floats:
@@ -117,15 +131,17 @@ def _before(pieces: Floats) -> Floats:
     return np.concatenate([np.zeros_like(pieces[:, :1]), np.cumsum(pieces, axis=1)], axis=1)
 
 
-def _place(rate: Any, rest: Any, place: Any, velocity: Any, since: Any) -> Any:
-    return swung(rate, rest, place, velocity, since)[0]
-
-
-def _swept(rate: Any, rest: Any, place: Any, velocity: Any, since: Any) -> Any:
-    angle = rate * since
-    # 1 - cos would lose its digits at small angles; twice the squared sine of half keeps them.
-    risen = 2 * np.sin(angle / 2) ** 2 / rate**2
-    return rest * since + (place - rest) * np.sin(angle) / rate + velocity * risen
+def _swept(laws: Sequence[Any], place: Any, velocity: Any, since: Any) -> Any:
+    """Integrate exp(-c t) (a cos(w t) + b sin(w t)), which the ball's distance from its rest is."""
+    rate, decay, rest = laws
+    angle, kept, squares = rate * since, np.exp(-decay * since), rate**2 + decay**2
+    # 1 - exp(-c t) cos(w t) would lose its digits at small angles; these terms of it keep them.
+    gone = 2 * kept * np.sin(angle / 2) ** 2 - np.expm1(-decay * since)
+    sine = kept * np.sin(angle)
+    offset = place - rest
+    swept = offset * (decay * gone + rate * sine)
+    swept += (velocity + decay * offset) / rate * (rate * gone - decay * sine)
+    return rest * since + swept / squares
 
 
 def sampled_tangents(sampled: Sampled, tangents: Tangents, values: Floats) -> tuple[Floats, Floats]:
@@ -134,17 +150,17 @@ def sampled_tangents(sampled: Sampled, tangents: Tangents, values: Floats) -> tu
     Both results have shape (frames, columns); in ``SKIP`` is the velocity of all frames.
     """
     exposure, parallax = float(values[Column.EXPOSURE]), float(values[Column.PARALLAX])
-    whole = _before(_by_parameters(_swept, BALL, sampled.pieces, tangents)[None])[0]
+    whole = _before(_by_parameters(_swept, sampled.pieces, tangents)[None])[0]
     first, last = (
-        whole[end.piece[0]] + _by_parameters(_swept, BALL, end, tangents) for end in sampled.ends
+        whole[end.piece[0]] + _by_parameters(_swept, end, tangents) for end in sampled.ends
     )
     begun, ended = (end.place()[0] for end in sampled.ends)
     ball = (last - first) / exposure
     ball[:, Column.EXPOSURE] += ((begun + ended) / 2 - sampled.ball[0]) / exposure
     ball[:, Column.SKIP] = (ended - begun) / exposure
     middle = sampled.middle
-    heavy = _by_parameters(_place, HEAVY, middle, tangents)
-    heavy[:, Column.SKIP] = swung(middle.rate, *middle.state, middle.since)[1][0]
+    heavy = _by_parameters(_place, middle, tangents)
+    heavy[:, Column.SKIP] = middle.velocity()[0]
     heavy *= 1 + parallax
     heavy[:, Column.BALL_REST] -= parallax
     heavy[:, Column.CONTACT] += 1.0
@@ -153,12 +169,21 @@ def sampled_tangents(sampled: Sampled, tangents: Tangents, values: Floats) -> tu
     return ball, heavy
 
 
-def _by_parameters(path: Callable[..., Any], body: slice, at: Flown, tangents: Tangents) -> Floats:
+def _by_parameters(path: Callable[..., Any], at: Flown, tangents: Tangents) -> Floats:
     """Differentiate a path of the first motion at some times, shape (times, columns)."""
-    rate, state, since = at.rate[0], [one[0] for one in at.state], at.since[0]
-    by_rate = path(rate + 1j * STEP, *state, since).imag / STEP
+    *laws, rest = (one[0] for one in at.laws)
+    (place, velocity), since = (one[0] for one in at.state), at.since[0]
+    slopes = []
+    for number, law in enumerate(laws):
+        others = [*laws[:number], law + 1j * STEP, *laws[number + 1 :], rest]
+        slopes.append(path(others, place, velocity, since).imag / STEP)
     # It is linear in the others: the factor of each is what it gives where that one is 1 alone.
-    by_rest, by_place, by_velocity = path(rate, *np.eye(3)[:, :, None], since)
+    rest, place, velocity = np.eye(3)[:, :, None]
+    by_rest, by_place, by_velocity = path([*laws, rest], place, velocity, since)
+    by_laws = np.stack([*slopes, by_rest], axis=1) @ tangents.laws[at.body.laws]
     by_state = np.stack([by_place, by_velocity], axis=1)[:, None]
-    moved = (by_state @ tangents.states[at.piece[0], body])[:, 0]
-    return np.asarray(np.stack([by_rate, by_rest], axis=1) @ tangents.laws[body] + moved)
+    return np.asarray(by_laws + (by_state @ tangents.states[at.piece[0], at.body.states])[:, 0])
+
+
+def _place(laws: Sequence[Any], place: Any, velocity: Any, since: Any) -> Any:
+    return swung(laws, place, velocity, since)[0]

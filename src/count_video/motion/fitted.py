@@ -130,6 +130,9 @@ def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> Floats:
     grown = rivals.grow(rough)
     if found.burst not in rivals.fits:
         rivals.add(found.burst, grown.values, led=True)
+    if not found.is_whole:
+        # The last one is often slow and easily missed; fits without it are far from those with it.
+        rivals.add(found.burst + 1, grown.values)
     if not _is_near(grown):
         return rough
     start = grown.values[:FIRST_DEVIATION].copy()

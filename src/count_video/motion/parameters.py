@@ -21,6 +21,7 @@ import numpy as np
 
 from count_video.motion.priors import (
     BALL_RATE_SIGMA,
+    DAMPING,
     DRIFT_SIGMA_PX,
     EXPOSURE,
     LIGHTNESS,
@@ -71,6 +72,8 @@ class Column(IntEnum):
     sees the face's rim and the ball under changing angles."""
     SKIP = 13
     """Time that passes at the place where frames may be left out, beyond that between frames."""
+    DAMPING = 14
+    """Logarithm of the ball's damping ratio in air: its swing's decay, per frame, over its rate."""
 
 
 FIRST_DRIFT = len(Column)
@@ -130,15 +133,17 @@ class Knowledge:
 
 
 def prior_of(rough: Floats, known: Knowledge, *, shows_heavy: bool) -> Prior:
-    """State what is known before the fit about the parameters without deviations.
+    """State what is known before a coarse fit about the parameters without deviations.
 
-    Of a heavy body that is not seen there are no outlines.
+    How strongly the air damps the ball is left to a fine one. Of a heavy body that is not seen
+    there are no outlines.
     """
     way, (rate, sigma) = rough[Column.BALL_REST] - rough[Column.WALL], known.rate
     normal = {
         Column.HEAVY_PULL: (0.0, PULL_SHARE * np.exp(2 * rough[Column.SWING]) * way),
         Column.SWING: (np.log(rate), sigma),
         Column.BALL_SWING: (0.0, BALL_RATE_SIGMA),
+        Column.DAMPING: (DAMPING[0], 0.0),
         Column.EXPOSURE: EXPOSURE,
         Column.PARALLAX: (0.0, PARALLAX_SIGMA),
         Column.SKIP: (0.0, 0.0),
@@ -174,6 +179,7 @@ LIMITS = {
     Column.BODIES: (0.3, 1.005),
     Column.BOUNCE: (0.3, 1.005),
     Column.SKIP: (-500.0, 500.0),
+    Column.DAMPING: (np.log(1e-6), np.log(0.5)),
 }
 """Where the model is defined. A restitution a little above 1 is allowed: a limit right where
 perfect bodies lie would bias their fit."""

@@ -2,9 +2,10 @@
 
 `physics.simulator` follows one trial to rounding and through every oddity. A fit needs the same
 motion a few thousand times over, with slightly different parameters, and knows what happens next:
-bodies, wall, bodies, wall ... So each flight is solved in closed form where the threads are equal
-and with Newton steps from there where they are not. The laws are those of the simulator:
-x'' = -w^2 (x - x0) for each body, and (1 + e) of the relative velocity at a contact.
+bodies, wall, bodies, wall ... So each flight is solved in closed form for equal threads without
+air, and with Newton steps from there. The laws are those of the simulator, x'' = -w^2 (x - x0) for
+each body and (1 + e) of the relative velocity at a contact; and the air slows the light ball, so
+that its swing decays as exp(-c t).
 
 An array operation takes a microsecond however short the array is; a plain number takes a
 twentieth of it. So the functions work on either: a scan over thousands of sets has arrays, a fit
@@ -18,7 +19,7 @@ the chain of these maps gives the whole motion's derivatives.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,6 +33,8 @@ Number = Any
 """A float, or an array of shape (sets,)."""
 State = tuple[Number, Number, Number, Number]
 """Heavy body's place and velocity, then the ball's."""
+Laws = tuple[Number, Number, Number, Number, Number]
+"""Rate and rest of the heavy body, then rate, decay and rest of the ball."""
 
 
 class Numbers:
@@ -62,7 +65,9 @@ class Numbers:
 
 
 NEWTON_STEPS = 2
-"""From the closed form for equal threads; each squares the error."""
+"""From the closed form for equal threads without air; each squares the error."""
+NEAR_SHARE = 0.05
+"""By a larger share of the flight the last step does not change its time, if the gap closes."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,7 @@ class Paths:
     """Motions of all sets; piece k lasts from event k to event k + 1, piece 0 is the start."""
 
     laws: Floats
-    """Rate and rest of the heavy body, then of the ball; shape (4, sets)."""
+    """Rate and rest of the heavy body, then rate, decay and rest of the ball; shape (5, sets)."""
     time: Floats
     """Shape (sets, events + 1): the start of each piece; inf for what never happens."""
     states: Floats
@@ -105,7 +110,7 @@ def follow(sets: Floats, count: int, first_time: float) -> Paths:
             states.append(left)
     time = _padded(times, count + 1)[0]
     return Paths(
-        np.array(laws).reshape(4, -1),
+        np.array(laws).reshape(len(laws), -1),
         np.where(np.isnan(time), np.inf, time),
         _padded(states, count + 1),
         _padded(before, count + 1),
@@ -120,23 +125,24 @@ def _padded(rows: Sequence[Number | State], length: int) -> Floats:
     return np.moveaxis(padded.reshape(length, 4 if isinstance(rows[0], tuple) else 1, -1), 0, 2)
 
 
-def laws_of(columns: Sequence[Number], on: Any) -> State:
-    """Rate and rest of the heavy body, then of the ball."""
+def laws_of(columns: Sequence[Number], on: Any) -> Laws:
+    """Laws of one motion, or of many."""
     rate = on.exp(columns[Column.SWING])
     heavy_rest = columns[Column.HEAVY] + columns[Column.HEAVY_PULL] / (rate * rate)
     ball_rate = rate * on.exp(columns[Column.BALL_SWING])
-    return rate, heavy_rest, ball_rate, columns[Column.BALL_REST]
+    decay = ball_rate * on.exp(columns[Column.DAMPING])
+    return rate, heavy_rest, ball_rate, decay, columns[Column.BALL_REST]
 
 
-def _start(columns: Sequence[Number], laws: State, time: float, on: Any) -> State:
+def _start(columns: Sequence[Number], laws: Laws, time: float, on: Any) -> State:
     """State at the first time: the heavy body on its free path, the ball at rest."""
     velocity = columns[Column.HEAVY_RATE]
-    heavy = swung(laws[0], laws[1], columns[Column.HEAVY], velocity, time, on)
+    heavy = swung(laws[:2], columns[Column.HEAVY], velocity, time, on)
     return *heavy, columns[Column.BALL_REST], 0.0 * velocity
 
 
 def _events(
-    columns: Sequence[Number], laws: State, begin: tuple[State, int], on: Any
+    columns: Sequence[Number], laws: Laws, begin: tuple[State, int], on: Any
 ) -> Iterator[tuple[Number, State, State]]:
     """Yield flight, state on arrival and state after it for each event, while there are any."""
     state, count = begin
@@ -161,38 +167,73 @@ def _events(
 
 def _advance(laws: Sequence[Number], state: Sequence[Number], time: Number, on: Any) -> State:
     """Carry a state over a flight."""
-    heavy = swung(laws[0], laws[1], state[0], state[1], time, on)
-    return *heavy, *swung(laws[2], laws[3], state[2], state[3], time, on)
+    heavy = swung(laws[:2], state[0], state[1], time, on)
+    return *heavy, *slowed(laws[2:], state[2], state[3], time, on)
 
 
 def swung(
-    rate: Number, rest: Number, place: Number, velocity: Number, time: Number, on: Any = np
+    laws: Sequence[Number], place: Number, velocity: Number, time: Number, on: Any = np
 ) -> tuple[Number, Number]:
-    """Place and velocity of a body after a time."""
+    """Place and velocity, after a time, of a body of some rate and rest."""
+    rate, rest = laws
     angle = rate * time
     sine, cosine = on.sin(angle), on.cos(angle)
     offset = place - rest
     return rest + offset * cosine + velocity / rate * sine, velocity * cosine - offset * rate * sine
 
 
-def _wall_flight(laws: State, state: State, wall: Number, on: Any) -> Number:
+def slowed(
+    laws: Sequence[Number], place: Number, velocity: Number, time: Number, on: Any = np
+) -> tuple[Number, Number]:
+    """Place and velocity, after a time, of a body of some rate, decay and rest.
+
+    Without its decay, exp(-c t), its distance from the rest is a swing of the same rate.
+    """
+    rate, decay, rest = laws
+    offset = place - rest
+    undecayed, change = swung((rate, 0.0), offset, velocity + decay * offset, time, on)
+    kept = on.exp(-decay * time)
+    return rest + kept * undecayed, kept * (change - decay * undecayed)
+
+
+def _wall_flight(laws: Laws, state: State, wall: Number, on: Any) -> Number:
     """Time of the ball to the wall; NaN if it never comes there."""
-    return _reaches(laws[2], laws[3] - wall, state[2] - wall, state[3], on)
+    time = _reaches(laws[2], laws[4] - wall, state[2] - wall, state[3], on)
+
+    def gap(time: Number) -> tuple[Number, Number]:
+        ball, velocity = slowed(laws[2:], state[2], state[3], time, on)
+        return ball - wall, velocity
+
+    return _refined(time, gap, on)
 
 
-def _bodies_flight(laws: State, state: State, on: Any) -> Number:
+def _bodies_flight(laws: Laws, state: State, on: Any) -> Number:
     """Time until the bodies meet; NaN if they never do."""
     heavy, heavy_velocity, ball, ball_velocity = state
     opening = heavy_velocity - ball_velocity
-    time = _reaches(laws[0], laws[1] - laws[3], heavy - ball, opening, on)
+    time = _reaches(laws[0], laws[1] - laws[4], heavy - ball, opening, on)
+
+    def gap(time: Number) -> tuple[Number, Number]:
+        heavy, heavy_velocity, ball, ball_velocity = _advance(laws, state, time, on)
+        return heavy - ball, heavy_velocity - ball_velocity
+
+    return _refined(time, gap, on)
+
+
+def _refined(time: Number, gap: Callable[[Number], tuple[Number, Number]], on: Any) -> Number:
+    """Bring a time near that at which a gap closes to it; NaN if it does not close near there.
+
+    ``gap`` gives the gap and its rate of change at a time.
+    """
+    missing = 0.0 * time
     for _ in range(NEWTON_STEPS):
         if not on.any(on.isfinite(time)):
             return time
-        there = _advance(laws, state, time, on)
-        closing = there[1] - there[3]
-        missing = on.divide(there[0] - there[2], closing)
-        time = time - on.where(closing < 0, missing, 0.0 * closing)
-    return on.where(time >= 0, time, time * np.nan)
+        left, opening = gap(time)
+        missing = on.where(opening < 0, on.divide(left, opening), math.nan)
+        time = time - missing
+    closes = (time >= 0) & (abs(missing) <= NEAR_SHARE * time)
+    return on.where(closes, time, time * math.nan)
 
 
 def _reaches(rate: Number, rest: Number, gap: Number, opening: Number, on: Any) -> Number:
@@ -232,15 +273,15 @@ class Tangents:
 
     inputs: Floats
     """Of what each event depends on: the state at the start of the flight, the laws, the wall, the
-    lightness and the restitution; shape (pieces, 11, columns)."""
+    lightness and the restitution; shape (pieces, 12, columns)."""
     by_inputs: Floats
     """Of the state after each event, of that before it and of its time, by what it depends on;
-    shape (events, 9, 11)."""
+    shape (events, 9, 12)."""
 
     @property
     def laws(self) -> Floats:
-        """Of the rate and the rest of the heavy body, then of the ball; shape (4, columns)."""
-        return self.inputs[0, 4:8]
+        """Of the laws, shape (5, columns)."""
+        return self.inputs[0, 4:9]
 
     @property
     def states(self) -> Floats:
@@ -273,17 +314,17 @@ def tangents_of(paths: Paths, values: Floats) -> Tangents:
     """Differentiate the first motion of ``paths``, whose parameters are ``values``."""
     columns = list(stepped(values))
     laws = laws_of(columns, np)
-    inputs = np.zeros((paths.time.shape[1], 11, len(values)))
+    inputs = np.zeros((paths.time.shape[1], 12, len(values)))
     inputs[0, :4] = slopes(_start(columns, laws, paths.time[0, 0], np))
-    inputs[:, 4:8] = slopes(laws)
-    inputs[:, 8, Column.WALL] = 1.0
-    inputs[:, 9] = slopes([np.exp(columns[Column.LIGHTNESS])])
+    inputs[:, 4:9] = slopes(laws)
+    inputs[:, 9, Column.WALL] = 1.0
+    inputs[:, 10] = slopes([np.exp(columns[Column.LIGHTNESS])])
     event = np.arange(len(inputs) - 1)
     places = [np.where(event % 2 == 1, Column.BOUNCE, Column.BODIES)]
     if len(values) > FIRST_DEVIATION:
         places.append(FIRST_DEVIATION + deviation_places(len(event)))
     for place in places:
-        inputs[event, 10, place] = 1.0
+        inputs[event, 11, place] = 1.0
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         by_inputs = _event_slopes(
             paths, values, np.sum([values[place] for place in places], axis=0)
@@ -298,17 +339,17 @@ def _event_slopes(paths: Paths, values: Floats, restitution: Floats) -> Floats:
     flights = np.diff(paths.time[0])
     known = (*paths.laws[:, 0], values[Column.WALL], np.exp(values[Column.LIGHTNESS]))
     at = np.vstack([paths.states[:, 0, :-1], np.tile(known, (len(flights), 1)).T, restitution])
-    found = np.empty((len(flights), 9, 11))
+    found = np.empty((len(flights), 9, 12))
     for first, off in enumerate((_off_body, _off_wall)):
         own = slice(first, None, 2)
         inputs = list(stepped(at[:, own]))
-        laws = inputs[4:8]
+        laws = inputs[4:9]
         arrived = _advance(laws, inputs[:4], flights[own], np)
         heavy, heavy_velocity, ball, ball_velocity = arrived
-        gap = (heavy - ball, ball - inputs[8])[first]
+        gap = (heavy - ball, ball - inputs[9])[first]
         closing = (heavy_velocity - ball_velocity, ball_velocity)[first]
         later = -1j * gap.imag / closing.real
-        left = off(_moved(laws, arrived, later), inputs[10], inputs[9])
+        left = off(_moved(laws, arrived, later), inputs[11], inputs[10])
         results = (*_moved(laws, left, -later), *arrived, later)
         found[own] = slopes(results).transpose(2, 0, 1)
     return found
@@ -316,11 +357,12 @@ def _event_slopes(paths: Paths, values: Floats, restitution: Floats) -> Floats:
 
 def _moved(laws: Sequence[Number], state: Sequence[Number], time: Number) -> State:
     """Carry a state over a time so short that its square is none."""
-    rate, rest, ball_rate, ball_rest = laws
+    rate, rest, ball_rate, decay, ball_rest = laws
     heavy, heavy_velocity, ball, ball_velocity = state
+    ball_pull = (ball_rate**2 + decay**2) * (ball_rest - ball) - 2 * decay * ball_velocity
     return (
         heavy + time * heavy_velocity,
         heavy_velocity + time * rate**2 * (rest - heavy),
         ball + time * ball_velocity,
-        ball_velocity + time * ball_rate**2 * (ball_rest - ball),
+        ball_velocity + time * ball_pull,
     )

@@ -79,7 +79,7 @@ def end_chances(fit: Fit) -> dict[int, float]:
     paths = follow(within_limits(drawn), count + FOLLOWED_AT_MOST, observed.start)
     late = (paths.states[1, :, count - 1] > 0) & (paths.before[1, :, count] < 0)
     more, going = np.where(late, -1, 0), ~late
-    rate, rest, _, _ = paths.laws
+    rate, rest = paths.laws[:2]
     end = observed.end + fit.values[Column.SKIP]
     for last in range(count, count + FOLLOWED_AT_MOST):
         heavy, velocity = paths.states[:2, :, last]
@@ -147,7 +147,7 @@ def energy_kept(fit: Fit) -> Floats:
 
 
 def _energy(paths: Paths, values: Floats, states: Floats) -> Floats:
-    rate, rest, ball_rate, ball_rest = paths.laws[:, 0]
+    rate, rest, ball_rate, _, ball_rest = paths.laws[:, 0]
     heavy, heavy_velocity, ball, ball_velocity = states
     swung, ball_swung = rate * (heavy - rest), ball_rate * (ball - ball_rest)
     light = np.exp(values[Column.LIGHTNESS]) * (ball_velocity**2 + ball_swung**2)

@@ -27,7 +27,7 @@ from count_video.motion.parameters import (
     Prior,
     within_limits,
 )
-from count_video.motion.priors import CLEAR_FRAMES, SCATTERS
+from count_video.motion.priors import CLEAR_FRAMES, DAMPING, SCATTERS
 from count_video.motion.solving import (
     Fit,
     Noise,
@@ -209,7 +209,8 @@ def residual_noise(observed: Observations, fit: Fit) -> tuple[Fit, Noise]:
     The restitution may scatter as much as it ever does, or its scatter would be taken for noise.
     """
     noise = noise_of(observed, fit.values, fit.count)
-    question = Question(observed, noise, fit.question.known, fit.count, SCATTERS[-1])
+    known = fit.question.known.with_value(Column.DAMPING, *DAMPING)
+    question = Question(observed, noise, known, fit.count, SCATTERS[-1])
     fit = solve(question, fit.values, enough=NEARLY)
     noise = noise_of(observed, fit.values, fit.count)
     ball, heavy = np.split(fit.left_px, 2)

@@ -29,7 +29,7 @@ from count_video.motion.parameters import (
     within_limits,
 )
 from count_video.motion.pendulums import follow
-from count_video.motion.priors import CLEAR_FRAMES, EXPOSURE, PULL_SHARE, RESTITUTION
+from count_video.motion.priors import CLEAR_FRAMES, DAMPING, EXPOSURE, PULL_SHARE, RESTITUTION
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.swing import Swing
 from count_video.records import Floats
@@ -53,6 +53,7 @@ def rough_values(observed: Observations, found: SeenCollisions, known: Knowledge
     values[Column.BALL_REST] = values[Column.HEAVY] = rest
     values[Column.WALL] = wall
     values[Column.EXPOSURE] = EXPOSURE[0]
+    values[Column.DAMPING] = DAMPING[0]
     values[[Column.BODIES, Column.BOUNCE]] = RESTITUTION[0]
     if observed.shows_heavy:
         rate, place, velocity = _swinging(observed, rest, way, known, found.swing)
