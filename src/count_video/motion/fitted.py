@@ -109,11 +109,11 @@ def fit_burst(
     rough = rough_values(observed, found, known)
     most = MOST_OVER_SEEN * found.burst if found.is_whole else MOST_COLLISIONS
     rivals = Rivals(observed, prior_of(rough, known, shows_heavy=observed.shows_heavy), most)
-    start = _begun(rivals, rough, found)
+    begun = _begun(rivals, rough, found)
     seen = _count_seen(track, found, rivals) if found.is_whole else None
     if isinstance(seen, Between):
         return seen
-    other = _any_count(track, found, rivals, (start, gap))
+    other = _any_count(track, found, rivals, begun, gap)
     if seen is None:
         return other
     # As many collisions as were seen must be likelier than not, or more that those are among.
@@ -123,23 +123,23 @@ def fit_burst(
     return other if agrees else seen
 
 
-def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> Floats:
-    """Fit the calm beginning, and the number seen from there; a start for other counts."""
+def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> tuple[Floats, Floats | None]:
+    """Fit the calm beginning, and the number seen from there.
+
+    Returns a start for other counts, and the beginning as it was fitted, if that is near.
+    """
     if not found.is_whole and rivals.observed.calm < FIRST_COLLISIONS:
-        return rough
+        return rough, None
     grown = rivals.grow(rough)
     if found.burst not in rivals.fits:
         rivals.add(found.burst, grown.values, led=True)
-    if not found.is_whole:
-        # The last one is often slow and easily missed; fits without it are far from those with it.
-        rivals.add(found.burst + 1, grown.values)
     if not _is_near(grown):
-        return rough
+        return rough, None
     start = grown.values[:FIRST_DEVIATION].copy()
     if rivals.observed.shows_heavy:
         # What its whole path shows, a few collisions at its beginning do not.
         start[[Column.LIGHTNESS, Column.SWING]] = rough[[Column.LIGHTNESS, Column.SWING]]
-    return start
+    return start, grown.values
 
 
 def _is_near(fit: Fit) -> bool:
@@ -173,16 +173,17 @@ def _count_seen(track: Track, found: SeenCollisions, coarse: Rivals) -> Between 
 
 
 def _any_count(
-    track: Track, found: SeenCollisions, coarse: Rivals, start: tuple[Floats, LeftOut | None]
+    track: Track,
+    found: SeenCollisions,
+    coarse: Rivals,
+    begun: tuple[Floats, Floats | None],
+    gap: LeftOut | None,
 ) -> Between | Reason:
-    """Fit every count that comes into question, with frames left out where that is likelier.
-
-    It starts from rough values, and frames left out.
-    """
-    values, gap = start
+    """Fit every count that comes into question, with frames left out where that is likelier."""
+    values, calm = begun
     if not coarse.fits or not _is_near(coarse.best):
         coarse.scan(values)
-    coarse.climb()
+    coarse.climb(calm)
     if gap is None and _is_far(coarse.best):
         return Reason(Cause.MODEL_FITS_NOTHING)
     coarse = with_frames_left_out(coarse, gap, values)

@@ -116,11 +116,12 @@ class Rivals:
         """Fit the count that a scan from a start, shape (columns, ...), likes best."""
         self.add(*scan(self.observed, start[:FIRST_DEVIATION], self.prior, self.most))
 
-    def climb(self) -> None:
+    def climb(self, calm: Floats | None = None) -> None:
         """Fit the neighbours of the best count while one is better, each time twice as far away.
 
         It is better by more than fits are brought down to. A neighbour that was fitted from
-        elsewhere to no avail is fitted again from the best.
+        elsewhere to no avail is fitted again from the best. One collision more or fewer at the end
+        makes the motion there another one: such a neighbour is also fitted from the calm beginning.
         """
         step, side = PAIR, -1
         while step:
@@ -130,6 +131,8 @@ class Rivals:
                 known = self.fits.get(count)
                 if 0 < count <= self.most and (not known or known.loss > self.bearable):
                     self.add(count, neighbouring(before, count))
+                    if step % PAIR and calm is not None:
+                        self.add(count, calm)
                 if self.best.loss < before.loss - BETTER:
                     side = turned
                     step = max(min(2 * step, _whole_pairs(before.count // LONGEST_STEP)), PAIR)
