@@ -41,9 +41,6 @@ AROUND_PX = (3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)
 """Blocks that a tremble moves further than the steps lead are sought so far around."""
 STEPS, SETTLED_PX = 8, 0.005
 TINY = 1e-9
-TUKEY, STEADY_PX = 4.685, 0.1
-"""Blocks that lie elsewhere by so many standard deviations have no weight (Tukey's constant), but
-not those that encoders move by so little."""
 STRAY_PX = 0.5
 """Blocks that show most of a picture's place lie no further from where it puts them."""
 UNSURE_FACTOR, SEEN_AT_LEAST = 4.0, 0.5
