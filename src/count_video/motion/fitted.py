@@ -19,6 +19,7 @@ from count_video.motion.posterior import (
     end_chances,
     ending_of,
     energy_kept,
+    goes_on,
     left_out_of,
     setup_estimates,
     shares_of,
@@ -167,7 +168,7 @@ def _count_seen(track: Track, found: SeenCollisions, coarse: Rivals) -> Between 
         answer = _answer(found, [fine])
         if isinstance(answer, Reason):
             return answer
-        if _confirms(answer, found) and answer.count == found.burst:
+        if _confirms(answer, found) and answer.count == found.burst and not goes_on(fine):
             return answer
     return Reason(Cause.MODEL_DIFFERS)
 

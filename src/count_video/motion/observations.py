@@ -21,7 +21,8 @@ from count_video.signals import sigma_of
 APART_FRAMES = 1.0
 """The path is not used nearer than this to a collision after the burst."""
 BURSTS_BEYOND = 2.0
-"""The last collision may follow the one before it only after so many times the burst until then."""
+"""So many times the burst after its last collision frames are kept as close to it: the last one
+often follows late. Later ones, until what follows the burst, show one that is later still."""
 FRAMES_A_FLIGHT, FRAMES_BUSY = 16, 500
 """A long flight between two collisions is thinned out to so many frames: neighbouring ones say the
 same. Before and after the burst, and where its collisions lie close together, more are kept."""
@@ -142,11 +143,10 @@ def calm_beginning(burst: Sequence[Collision]) -> int:
 def _chosen(gaps: Gaps, burst: Sequence[float], following: float) -> NDArray[np.intp]:
     """Rows to explain, thinned out where nothing happens for long.
 
-    They lie around the collisions of a burst, and before the frame of what is ``following``.
+    They lie around the collisions of a burst, until the frame of what is ``following``.
     """
     stop = burst[-1] + max(FRAMES_BEYOND, BURSTS_BEYOND * (burst[-1] - burst[0]))
-    stop = min(stop, following)
-    bounds = [burst[0] - FRAMES_BEYOND, *burst, stop]
+    bounds = [burst[0] - FRAMES_BEYOND, *burst, min(stop, following), following]
     short = np.flatnonzero(np.diff(burst) < FRAMES_A_FLIGHT) + 1
     if len(short):
         # Where collisions lie close together others may hide: all from there to there is one.
@@ -154,7 +154,7 @@ def _chosen(gaps: Gaps, burst: Sequence[float], following: float) -> NDArray[np.
     chosen = []
     for place, (low, high) in enumerate(pairwise(bounds)):
         inside = np.flatnonzero((gaps.frame > low) & (gaps.frame <= high))
-        whole = place in (0, len(bounds) - 2) or (len(short) and place == short[0])
+        whole = place in (0, len(bounds) - 3) or (len(short) and place == short[0])
         chosen.append(inside[thinned(len(inside), FRAMES_BUSY if whole else FRAMES_A_FLIGHT)])
     return np.concatenate(chosen)
 

@@ -79,16 +79,28 @@ def end_chances(fit: Fit) -> dict[int, float]:
     paths = follow(within_limits(drawn), count + FOLLOWED_AT_MOST, observed.start)
     late = (paths.states[1, :, count - 1] > 0) & (paths.before[1, :, count] < 0)
     more, going = np.where(late, -1, 0), ~late
-    rate, rest = paths.laws[:2]
     end = observed.end + fit.values[Column.SKIP]
     for last in range(count, count + FOLLOWED_AT_MOST):
-        heavy, velocity = paths.states[:2, :, last]
-        # It turns toward the wall where it is farthest from it, not where it is nearest.
-        phase = np.arctan2(velocity, rate * (heavy - rest)) % (2 * np.pi)
         following = paths.time[:, last + 1]
-        going &= (following > end) & (following < paths.time[:, last] + phase / rate)
+        going &= (following > end) & (following < _turns(paths, last))
         more += going
     return {number: float(np.mean(more == number)) for number in sorted(set(more.tolist()))}
+
+
+def goes_on(fit: Fit) -> bool:
+    """Whether by the fitted motion one more collision of the burst comes before the clip's end."""
+    paths = follow(within_limits(fit.values[None]), fit.count + 1, fit.observed.start)
+    end = fit.observed.end + fit.values[Column.SKIP]
+    return bool(paths.time[0, -1] < min(end, _turns(paths, fit.count)[0]))
+
+
+def _turns(paths: Paths, last: int) -> Floats:
+    """Give the times of the heavy body's turn to the wall after a collision, shape (sets,)."""
+    rate, rest = paths.laws[:2]
+    heavy, velocity = paths.states[:2, :, last]
+    # It turns toward the wall where it is farthest from it, not where it is nearest.
+    phase = np.arctan2(velocity, rate * (heavy - rest)) % (2 * np.pi)
+    return np.asarray(paths.time[:, last] + phase / rate)
 
 
 # ---- the set-up and the energies -----------------------------------------------------------------

@@ -1,0 +1,69 @@
+"""The last collision of a burst is often slow, and comes long after all the others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import pytest
+from filmed_trials import RESOLVED_FRAMES, FilmedTrial, Filming, film_motion, part, resolving_fps
+
+from count_video.motion.fitted import Between, fit_burst
+from count_video.motion.seen import SeenCollisions, seen_collisions
+from count_video.physics.setup import Setup
+from count_video.physics.simulator import simulate
+
+SETUPS = (
+    (10, 0.015, 0.99),
+    (36, 0.005, 0.98),
+    (49, 0.007, 0.98),
+    (80, 0.01, 1.0),
+    (100, 0.03, 0.99),
+)
+"""Mass ratios, gaps in metres and restitutions by which the last flight is longer than twice all
+those before it."""
+CUT_FRAMES = 20
+"""So long before its last collision a clip ends that does not show it."""
+LIKELY = 0.5
+
+
+@cache
+def filmed(ratio: float, gap_m: float, restitution: float) -> FilmedTrial:
+    setup = Setup(
+        ratio * 0.002,
+        0.002,
+        wall_gap_m=gap_m,
+        restitution_bodies=restitution,
+        restitution_wall=restitution,
+    )
+    motion = simulate(setup)
+    trial = film_motion(motion, Filming(resolving_fps(motion, RESOLVED_FRAMES)), 1)
+    flights = trial.frames[-1] - trial.frames[-2], trial.frames[-2] - trial.frames[0]
+    assert flights[0] > 2 * flights[1]
+    return trial
+
+
+def without_last(trial: FilmedTrial) -> SeenCollisions:
+    """What is seen of a trial, but for the last collision."""
+    found, before = seen_collisions(trial.track), len(trial.frames) - 1
+    return replace(found, collisions=found.collisions[:before], burst=before)
+
+
+@pytest.mark.parametrize("setup", SETUPS)
+def test_a_late_last_collision_that_was_missed_is_counted(setup: tuple[float, ...]) -> None:
+    trial = filmed(*setup)
+    fit = fit_burst(trial.track, without_last(trial))
+    assert isinstance(fit, Between)
+    assert fit.count == len(trial.frames)
+    late = fit.collisions[-1]
+    assert abs(late.frame - trial.frames[-1]) < 4 * late.frame_sigma
+
+
+@pytest.mark.parametrize("setup", SETUPS)
+def test_one_after_the_end_of_the_clip_is_foreseen(setup: tuple[float, ...]) -> None:
+    trial = filmed(*setup)
+    shown = part(trial.track, 0, int(trial.frames[-1]) - CUT_FRAMES)
+    fit = fit_burst(shown, without_last(trial))
+    assert isinstance(fit, Between)
+    assert fit.count == len(trial.frames) - 1
+    assert fit.following.get(1, 0.0) > LIKELY
