@@ -133,7 +133,9 @@ def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> tuple[Floats
         return rough, None
     grown = rivals.grow(rough)
     if found.burst not in rivals.fits:
-        rivals.add(found.burst, grown.values, led=True)
+        # By this number none is hidden among those seen: then all their times may lead.
+        for led in sorted({rivals.observed.calm, found.burst}, reverse=True):
+            rivals.add(found.burst, grown.values, led=led)
     if not _is_near(grown):
         return rough, None
     start = grown.values[:FIRST_DEVIATION].copy()

@@ -102,9 +102,9 @@ class Rivals:
         count = min(FIRST_COLLISIONS, calm)
         while True:
             if count == len(observed.burst):
-                return self.add(count, start, led=True)
+                return self.add(count, start, led=calm)
             some = observed.at(observed.frame < observed.burst[count] - CLEAR_FRAMES)
-            asked = replace(self._asked(some, count, led=True), known=known)
+            asked = replace(self._asked(some, count, led=calm), known=known)
             for floor_px in FLOORS_PX:
                 fit = self._within(floor_px, asked, start)
                 start = fit.values
@@ -141,7 +141,7 @@ class Rivals:
                 # A quarter as far, in whole pairs; at last a single one.
                 step = max(PAIR, _whole_pairs(step // 4)) if step > PAIR else step - 1
 
-    def add(self, count: int, start: Floats, *, led: bool = False) -> Fit:
+    def add(self, count: int, start: Floats, *, led: int = 0) -> Fit:
         """Fit a count from a start, shape (columns, ...), first coarsely; see ``_asked``."""
         asked = self._asked(self.observed, count, led=led)
         for floor_px in FLOORS_PX:
@@ -150,12 +150,13 @@ class Rivals:
         self.fits[count] = min(fit, self.fits.get(count, fit), key=loss_of)
         return fit
 
-    def _asked(self, observed: Observations, count: int, *, led: bool) -> Question:
+    def _asked(self, observed: Observations, count: int, *, led: int) -> Question:
         """Ask for a count.
 
-        Calm collisions may be led by their times, and then their restitution scatters; of rivals it
-        does not, for with it long bursts resemble each other.
+        It may be ``led`` by the times of so many first collisions, and then their restitution
+        scatters; of rivals it does not, for with it long bursts resemble each other.
         """
+        observed = replace(observed, calm=led)
         noise = coarse_noise(observed, FLOORS_PX[-1], TIME_SIGMA if led else np.inf)
         return Question(observed, noise, self.prior, count, SCATTERS[-2] if led else 0.0)
 
