@@ -120,16 +120,16 @@ class Rivals:
         """Fit the neighbours of the best count while one is better, each time twice as far away.
 
         It is better by more than fits are brought down to. A neighbour that was fitted from
-        elsewhere to no avail is fitted again from the best. One collision more or fewer at the end
+        elsewhere is fitted again from the best. One collision more or fewer at the end
         makes the motion there another one: such a neighbour is also fitted from the calm beginning.
         """
-        step, side = PAIR, -1
+        step, side, tried = PAIR, -1, set()
         while step:
             before = self.best
             for turned in (side, -side):
                 count = before.count + turned * step
-                known = self.fits.get(count)
-                if 0 < count <= self.most and (not known or known.loss > self.bearable):
+                if 0 < count <= self.most and (before.count, count) not in tried:
+                    tried.add((before.count, count))
                     self.add(count, neighbouring(before, count))
                     if step % PAIR and calm is not None:
                         self.add(count, calm)
