@@ -132,10 +132,12 @@ def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> tuple[Floats
     if not found.is_whole and rivals.observed.calm < FIRST_COLLISIONS:
         return rough, None
     grown = rivals.grow(rough)
-    if found.burst not in rivals.fits:
-        # By this number none is hidden among those seen: then all their times may lead.
-        for led in sorted({rivals.observed.calm, found.burst}, reverse=True):
-            rivals.add(found.burst, grown.values, led=led)
+    # If none is hidden among those seen, all their times lead to a fit that is near.
+    if found.burst not in rivals.fits and not _is_near(
+        rivals.add(found.burst, grown.values, led=found.burst)
+    ):
+        del rivals.fits[found.burst]
+        rivals.add(found.burst, grown.values, led=rivals.observed.calm)
     if not _is_near(grown):
         return rough, None
     start = grown.values[:FIRST_DEVIATION].copy()
