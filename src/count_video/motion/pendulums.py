@@ -66,7 +66,7 @@ class Numbers:
 
 NEWTON_STEPS = 2
 """From the closed form for equal threads without air; each squares the error."""
-NEAR_SHARE = 0.05
+LAST_STEP_SHARE = 0.05
 """By a larger share of the flight the last step does not change its time, if the gap closes."""
 
 
@@ -232,7 +232,7 @@ def _refined(time: Number, gap: Callable[[Number], tuple[Number, Number]], on: A
         left, opening = gap(time)
         missing = on.where(opening < 0, on.divide(left, opening), math.nan)
         time = time - missing
-    closes = (time >= 0) & (abs(missing) <= NEAR_SHARE * time)
+    closes = (time >= 0) & (abs(missing) <= LAST_STEP_SHARE * time)
     return on.where(closes, time, time * math.nan)
 
 
