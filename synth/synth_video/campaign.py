@@ -141,8 +141,9 @@ PHONE_SHARE = 0.2
 HIGH_SPEED_RATES = (1000.0, 1500.0, 2000.0, 3000.0, 4000.0, 6000.0, 8000.0)
 APART_FRAMES = 3.0
 """A high-speed camera is set to its lowest rate at which collisions lie so far apart."""
-LEAD_S, TAIL_S = 0.015, 0.06
-"""Real time that a clip shows before the first collision and after the last of the burst."""
+LEAD_S, TAIL_S = 0.015, 0.12
+"""Real time that a clip shows before the first collision and after the last of the burst: until the
+motion shows that none follows, even if air slows the ball."""
 _CAMERA = 1_000_003
 """Stream of chance for the cameras, apart from that of the hands."""
 

@@ -38,9 +38,9 @@ of them as likely by their logarithm."""
 BALL_RATE_SIGMA: Final = 0.05
 """Of the logarithm of the ball's rate over the heavy body's: both hang from one height."""
 DAMPING: Final = (-6.0, 1.0)
-"""Mean and standard deviation of the logarithm of the ball's damping ratio: the drag of air, 0.45
-of the stagnation pressure on its section, gives 10 g and 40 mm at 0.1 to 1 m/s on threads of 1 m
-0.001 to 0.006."""
+"""Mean and standard deviation of the logarithm of the ball's damping ratio: 4 k V / (3 pi m w) for
+drag k v^2 at the speed V, with k 0.45 of half the air's density times the section. That gives 10 g
+and 40 mm on threads of 1 m 0.001 to 0.007 at 0.2 to 1.5 m/s."""
 PULL_SHARE: Final = 0.3
 """The heavy body hangs from the ball's rest by about this share of the ball's way to the wall."""
 EXPOSURE: Final = (0.5, 0.3)
