@@ -185,9 +185,10 @@ def test_the_playing_rate_changes_nothing(clip: Path, label: Fraction, tmp_path:
 
 FITTED_SHARE = 0.01
 """Shares of energy from two fits agree to this much."""
-FITTED_SIGMAS = (2 * CONVERGED) ** 0.5
+FITTED_SIGMAS = 2 * (2 * CONVERGED) ** 0.5
 """A fit ends where the loss, half a squared standard deviation, would fall by less: its times are
-that many uncertainties from the best ones at most."""
+the root of twice that many uncertainties from the best ones at most, and two fits differ by twice
+as much."""
 
 
 @on_each_clip
