@@ -32,16 +32,19 @@ CUT_FRAMES = 20
 LIKELY = 0.5
 
 
-@cache
-def filmed(ratio: float, gap_m: float, restitution: float) -> FilmedTrial:
-    setup = Setup(
+def set_up(ratio: float, gap_m: float, bodies: float, wall: float) -> Setup:
+    return Setup(
         ratio * 0.002,
         0.002,
         wall_gap_m=gap_m,
-        restitution_bodies=restitution,
-        restitution_wall=restitution,
+        restitution_bodies=bodies,
+        restitution_wall=wall,
     )
-    motion = simulate(setup)
+
+
+@cache
+def filmed(ratio: float, gap_m: float, restitution: float) -> FilmedTrial:
+    motion = simulate(set_up(ratio, gap_m, restitution, restitution))
     trial = film_motion(motion, Filming(resolving_fps(motion, RESOLVED_FRAMES)), 1)
     flights = trial.frames[-1] - trial.frames[-2], trial.frames[-2] - trial.frames[0]
     assert flights[0] > 2 * flights[1]
@@ -78,14 +81,7 @@ def drawn(seed: int) -> FilmedTrial:
     rng = np.random.default_rng(seed)
     ratio, gap_m = float(rng.choice(RATIOS)), rng.uniform(0.005, 0.03)
     bodies, wall = rng.uniform(0.97, 1.0), rng.uniform(0.97, 1.0)
-    setup = Setup(
-        ratio * 0.002,
-        0.002,
-        wall_gap_m=gap_m,
-        restitution_bodies=bodies,
-        restitution_wall=wall,
-    )
-    motion = simulate(setup)
+    motion = simulate(set_up(ratio, gap_m, bodies, wall))
     fps = resolving_fps(motion, rng.choice([1.0, 2.5, 4.0]))
     return film_motion(motion, Filming(fps, rng.choice([0.03, 0.1])), seed)
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from count_video.motion.parameters import Column
-from count_video.motion.pendulums import STEP, Paths, Tangents, slowed, swung
+from count_video.motion.pendulums import Paths, Tangents, slopes, slowed, stepped, swung
 from count_video.records import Floats
 
 BLUR_MOMENTS = 16
@@ -173,14 +173,11 @@ def _by_parameters(path: Callable[..., Any], at: Flown, tangents: Tangents) -> F
     """Differentiate a path of the first motion at some times, shape (times, columns)."""
     *laws, rest = (one[0] for one in at.laws)
     (place, velocity), since = (one[0] for one in at.state), at.since[0]
-    slopes = []
-    for number, law in enumerate(laws):
-        others = [*laws[:number], law + 1j * STEP, *laws[number + 1 :], rest]
-        slopes.append(path(others, place, velocity, since).imag / STEP)
+    by_steps = slopes([path([*stepped(np.array(laws)), rest], place, velocity, since)])[0]
     # It is linear in the others: the factor of each is what it gives where that one is 1 alone.
     rest, place, velocity = np.eye(3)[:, :, None]
     by_rest, by_place, by_velocity = path([*laws, rest], place, velocity, since)
-    by_laws = np.stack([*slopes, by_rest], axis=1) @ tangents.laws[at.body.laws]
+    by_laws = np.stack([*by_steps, by_rest], axis=1) @ tangents.laws[at.body.laws]
     by_state = np.stack([by_place, by_velocity], axis=1)[:, None]
     return np.asarray(by_laws + (by_state @ tangents.states[at.piece[0], at.body.states])[:, 0])
 
