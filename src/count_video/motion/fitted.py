@@ -25,7 +25,14 @@ from count_video.motion.posterior import (
     shares_of,
     with_more,
 )
-from count_video.motion.rivals import FIRST_COLLISIONS, UNLIKELY, Rivals, residual_noise, weigh
+from count_video.motion.rivals import (
+    FIRST_COLLISIONS,
+    PAIR,
+    UNLIKELY,
+    Rivals,
+    residual_noise,
+    weigh,
+)
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.skips import lacks_frames, with_frames_left_out
 from count_video.motion.solving import Fit, with_likeliest_scatter
@@ -148,8 +155,13 @@ def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> tuple[Floats
 
 
 def _is_near(fit: Fit) -> bool:
-    """Whether noise alone may explain what is left over: of two bodies in n frames it loses n."""
-    return fit.loss < len(fit.observed.frame)
+    """Whether noise as large as is allowed may explain what is left over.
+
+    Of two bodies in n frames it loses n, but it is smaller as a rule: half of that is too much. Of
+    the times that lead the fit it may lose one each.
+    """
+    led = fit.off[:-1]
+    return fit.loss < 0.5 * len(fit.observed.frame) and 0.5 * float(led @ led) <= len(led)
 
 
 def _is_far(fit: Fit) -> bool:
@@ -157,12 +169,19 @@ def _is_far(fit: Fit) -> bool:
 
 
 def _confirms(fit: Between, found: SeenCollisions) -> bool:
-    """Whether all collisions that the frames show are among the fitted ones."""
-    return fit.shown >= found.shown
+    """Whether all collisions that the frames show are among the fitted ones.
+
+    Where a pair was missed, one may have been seen midway between two of its kind.
+    """
+    pairs = max(fit.count - found.burst, 0) // PAIR
+    return fit.shown >= found.shown - pairs
 
 
 def _count_seen(track: Track, found: SeenCollisions, coarse: Rivals) -> Between | Reason:
     """Confirm the number seen; else say why the model does not describe the track by it."""
+    if not _is_near(coarse.best):
+        strayed = _strayed(_misfit_px(coarse.best), coarse.observed, track)
+        return strayed or Reason(Cause.MODEL_DIFFERS)
     fit, noise = residual_noise(coarse.observed, coarse.best)
     strayed = _strayed(_misfit_px(fit), coarse.observed, track)
     if strayed is not None:

@@ -37,7 +37,7 @@ from count_video.motion.solving import (
     solve,
     with_likeliest_scatter,
 )
-from count_video.motion.starting import MOST_COLLISIONS, scan
+from count_video.motion.starting import LONGEST_STEP, MOST_COLLISIONS, scan
 from count_video.records import Floats
 
 FLOORS_PX = (6.0, 0.6)
@@ -57,8 +57,6 @@ BETTER = 0.25
 """Fall of the loss by which a neighbour is better: coarse fits come down to about as much."""
 PAIR = 2
 """A pair more or less changes little of how the burst ends; single ones come last."""
-LONGEST_STEP = 4
-"""No neighbour is farther away than this part of the count."""
 IMPROBABLE = 10.0
 """Counts more than a pair from those whose evidence is smaller by less than this, as a logarithm,
 are none."""
@@ -113,17 +111,29 @@ class Rivals:
             count = min(2 * count, calm)
 
     def scan(self, start: Floats) -> None:
-        """Fit the count that a scan from a start, shape (columns, ...), likes best."""
-        self.add(*scan(self.observed, start[:FIRST_DEVIATION], self.prior, self.most))
+        """Fit the counts that a scan from a start, shape (columns, ...), likes best."""
+        for count, values in scan(self.observed, start[:FIRST_DEVIATION], self.prior, self.most):
+            self.add(count, values)
 
     def climb(self, calm: Floats | None = None) -> None:
-        """Fit the neighbours of the best count while one is better, each time twice as far away.
+        """Fit the neighbours of the best count while one is better, those far away before pairs.
 
-        It is better by more than fits are brought down to. A neighbour that was fitted from
-        elsewhere is fitted again from the best. One collision more or fewer at the end
-        makes the motion there another one: such a neighbour is also fitted from the calm beginning.
+        Better is one by more than fits are brought down to: from one pair to the next the loss may
+        fall by less where no frame shows the burst, and over many pairs by much. One collision more
+        or fewer at the end makes the motion there another one: such a neighbour is also fitted from
+        the ``calm`` beginning, and before others where that was fitted well.
         """
-        step, side, tried = PAIR, -1, set()
+        tried: set[tuple[int, int]] = set()
+        if calm is not None:
+            self._step(1, calm, tried)
+        self._step(_longest_step(self.best.count), calm, tried)
+
+    def _step(self, step: int, calm: Floats | None, tried: set[tuple[int, int]]) -> None:
+        """Fit neighbours that are so far away, or farther where one is better, or else nearer.
+
+        Each is fitted from the best, also if it was ``tried`` from another count before.
+        """
+        side = -1
         while step:
             before = self.best
             for turned in (side, -side):
@@ -135,7 +145,7 @@ class Rivals:
                         self.add(count, calm)
                 if self.best.loss < before.loss - BETTER:
                     side = turned
-                    step = max(min(2 * step, _whole_pairs(before.count // LONGEST_STEP)), PAIR)
+                    step = min(2 * step, _longest_step(before.count))
                     break
             else:
                 # A quarter as far, in whole pairs; at last a single one.
@@ -182,6 +192,11 @@ class Rivals:
 def loss_of(fit: Fit) -> float:
     """Key by which fits of one noise are compared."""
     return fit.loss
+
+
+def _longest_step(count: int) -> int:
+    """Between neighbours, in whole pairs."""
+    return max(_whole_pairs(count // LONGEST_STEP), PAIR)
 
 
 def _whole_pairs(count: int) -> int:

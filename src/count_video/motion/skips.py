@@ -50,14 +50,20 @@ def with_frames_left_out(even: Rivals, gap: LeftOut | None, rough: Floats) -> Ri
         return there if other.loss + dearer < fit.loss + price else even
     best, fit = even, _with_scatter(even)
     for _ in range(ROUNDS):
-        suspect = _suspected(fit)
+        suspect = _most_suspected(best, fit)
         if suspect is None:
             break
-        frame, skip = suspect
-        some = _skipping(best, even.observed.left_out_after(frame), skip)
-        beside = _skipping(some, _placed(some), float(some.best.values[Column.SKIP]))
+        one, frame, skip = suspect
+        some = _skipping(best, one, even.observed.left_out_after(frame), skip)
+        beside = _skipping(some, some.best, _placed(some), float(some.best.values[Column.SKIP]))
         some = min(some, beside, key=lambda one: one.best.loss)
         other, dearer = _with_scatter(some), price if best is even else 0.0
+        if best is even and not other.values[Column.SKIP] and other.loss < fit.loss:
+            # The search found what the one without frames left out had missed, and lacks none.
+            even.add(other.count, other.values)
+            even.climb()
+            fit = _with_scatter(even)
+            continue
         if not (other.values[Column.SKIP] > 0 and other.loss + dearer < fit.loss):
             break
         best, fit = some, other
@@ -70,12 +76,26 @@ def _free(even: Rivals, observed: Observations) -> Rivals:
     return replace(even, observed=observed, prior=free, fits={})
 
 
-def _skipping(even: Rivals, observed: Observations, skip: float) -> Rivals:
-    """Fit with frames left out, from the best count and so many of them on."""
-    values = even.best.values.copy()
+def _most_suspected(rivals: Rivals, fit: Fit) -> tuple[Fit, float, float] | None:
+    """Find the fit in which time seems to be missing most clearly, after which frame and how much.
+
+    It is the best one, or that of another count which frames left out might make the best.
+    """
+    price, least = _price(fit.observed), rivals.best.loss
+    others = [other for other in rivals.fits.values() if 0 < other.loss - least < price]
+    found = [(*suspect, one) for one in (fit, *others) if (suspect := _suspected(one)) is not None]
+    if not found:
+        return None
+    _, frame, skip, one = max(found, key=lambda suspect: suspect[0])
+    return one, frame, skip
+
+
+def _skipping(even: Rivals, fit: Fit, observed: Observations, skip: float) -> Rivals:
+    """Fit with frames left out, from a fit and so many of them on."""
+    values = fit.values.copy()
     values[Column.SKIP] = skip
     rivals = _free(even, observed)
-    rivals.add(even.best.count, values)
+    rivals.add(fit.count, values)
     rivals.climb()
     return rivals
 
@@ -108,13 +128,14 @@ def _price(observed: Observations) -> float:
     return float(np.log(len(observed.frame) * MOST_FRAMES / LEFT_OUT))
 
 
-def _suspected(fit: Fit) -> tuple[float, float] | None:
-    """Frame after which time seems to be missing most clearly, and how much; None if it is not."""
+def _suspected(fit: Fit) -> tuple[float, float, float] | None:
+    """Fall of the loss, frame after which time seems to be missing, and how much; None if none."""
     skip, gain = _scores(fit)
     row = int(np.argmax(np.where(skip > 0, gain, 0.0)))
     if gain[row] < _price(fit.observed) or not skip[row] > 0:
         return None
-    return float(fit.observed.origin + fit.observed.frame[row]), float(skip[row])
+    frame = fit.observed.origin + fit.observed.frame[row]
+    return float(gain[row]), float(frame), float(skip[row])
 
 
 def _scores(fit: Fit) -> tuple[Floats, Floats]:

@@ -3,7 +3,8 @@
 Least squares with a Cauchy loss (see ``descent``) and exact derivatives. One fit holds for every
 scatter of the restitution from collision to collision: about its solution the loss is a parabola,
 and another scatter changes that by the prior of the deviations alone. So solution, covariance and
-evidence (Laplace's approximation) for each scatter are linear algebra.
+evidence (Laplace's approximation) for each scatter are linear algebra; only the loss is that of the
+model itself there.
 """
 
 from __future__ import annotations
@@ -253,12 +254,16 @@ class Fit:
         unit += LEAST_DAMPING * np.eye(len(free))
         covariance = np.zeros_like(hessian)
         covariance[np.ix_(free, free)] = np.linalg.inv(unit) * scale[:, None] * scale
-        moved = -covariance @ slope
-        loss = self.loss + (slope @ self.values + slope @ moved) / 2
+        values, loss = self.values, self.loss + float(slope @ self.values) / 2
+        if slope.any():
+            # So far away the parabola may not hold, and foresee a loss that there is none of.
+            there = Fit(replace(self.question, scatter=scatter), values - covariance @ slope)
+            if there.loss < loss:
+                values, loss = there.values, there.loss
         volume = np.linalg.slogdet(unit)[1] - 2 * np.log(scale).sum()
         spread = np.log(ratio * sigma[FIRST_DEVIATION:]).sum()
         evidence = float(-loss - 0.5 * volume - spread) if np.isfinite(loss) else -np.inf
-        return Scattered(scatter, evidence, self.values + moved, covariance)
+        return Scattered(scatter, evidence, values, covariance)
 
     @cached_property
     def evidence(self) -> float:

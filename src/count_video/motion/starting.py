@@ -157,6 +157,10 @@ MOST_COLLISIONS = 600
 """More are not sought: no track distinguishes them."""
 LONG_BURST = 60
 """With more collisions the same loss of energy is a smaller one at each: the steps shrink."""
+LONGEST_STEP = 4
+"""Two numbers of collisions that differ by less than this part of them are neighbours."""
+SCANNED = 3
+"""So many of a scan are fitted, none the neighbour of another one."""
 SCAN_FRAMES = 60
 SCAN_FLOOR_PX = 2.0
 """At first anything nearer than this is as good, ..."""
@@ -164,10 +168,13 @@ SCAN_FLOOR_FRAMES = 1.0
 """... and any time of a calm collision."""
 
 
-def scan(observed: Observations, rough: Floats, prior: Prior, most: int) -> tuple[int, Floats]:
-    """Scan lightness and restitution; the count, up to the most, with the least loss, and its set.
+def scan(
+    observed: Observations, rough: Floats, prior: Prior, most: int
+) -> list[tuple[int, Floats]]:
+    """Scan lightness and restitution for counts up to the most; those with the least losses.
 
-    That has shape (columns,).
+    Each comes with its set, shape (columns,), the best one first. None is another's neighbour: far
+    from the solution the losses of neighbours are alike, and one of them is enough to search from.
     """
     steps = _lightness_steps(rough, prior)
     finer = min(1.0, LONG_BURST / expected_count(float(np.median(steps))))
@@ -182,8 +189,14 @@ def scan(observed: Observations, rough: Floats, prior: Prior, most: int) -> tupl
     longest = max(observed.calm, round(1.5 * expected_count(float(steps.min()))) + 4)
     thin = observed.at(thinned(len(observed.frame), SCAN_FRAMES))
     counts, losses = _scanned(thin, sets, longest)
-    best = int(np.argmin(np.where((counts > 0) & (counts <= most), losses, np.inf)))
-    return min(max(int(counts[best]), 1), most), sets[best]
+    losses[(counts < 1) | (counts > most)] = np.inf
+    found: list[tuple[int, Floats]] = []
+    while len(found) < SCANNED and np.isfinite(losses).any():
+        best = int(np.argmin(losses))
+        count = int(counts[best])
+        found.append((count, sets[best]))
+        losses[np.abs(counts - count) * LONGEST_STEP <= count] = np.inf
+    return found or [(1, sets[0])]
 
 
 def expected_count(lightness: float) -> float:
