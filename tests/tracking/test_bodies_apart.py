@@ -203,6 +203,17 @@ def test_what_passes_over_a_ball_is_no_body_that_collides_with_it() -> None:
     assert not has_pair([ball_body, hand])
 
 
+def test_two_that_exchange_momentum_are_a_pair_whatever_their_outlines() -> None:
+    frame = np.arange(200.0)
+    ball = followed(20.0 + 1.5 * np.abs((frame + 20.0) % 40.0 - 20.0))
+    since = (frame - 20.0) % 40.0
+    bounces = followed(50.0 + SIDE + 0.01 * since * (40.0 - since))
+    pushes = followed(50.0 + SIDE - 0.01 * since * (40.0 - since) + 4.0)
+
+    assert has_pair([ball, bounces])
+    assert not has_pair([ball, pushes]), "both velocities jump in one direction"
+
+
 def test_a_mirror_image_stands_for_a_body_that_is_not_followed_and_for_no_other() -> None:
     frame = np.arange(200.0)
     ball = followed(20.0 + 1.5 * np.abs((frame + 20.0) % 40.0 - 20.0))

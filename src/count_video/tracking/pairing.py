@@ -24,6 +24,8 @@ PAIRS_AT_MOST = 3
 OPPOSITE_AT_LEAST = 0.05
 """Where contacts follow each other faster than the frames, opposite jumps do not show: pairs are
 then ranked by what else they do, behind most that show some."""
+EXCHANGED = 0.5
+"""Two bodies exchange momentum if the correlation of their jumps is farther below 0 than this."""
 ORDERED_SHARE = 0.75
 """Share of the common sightings in which the order of two neighbours holds."""
 MIRROR_SHARE = 0.05
@@ -86,11 +88,27 @@ def ranked_pairs(found: Sequence[Followed]) -> list[tuple[Followed, Followed]]:
 
 
 def has_pair(found: Sequence[Followed]) -> bool:
-    """Whether two of the bodies move as ball and heavy body do."""
+    """Whether two of the bodies move as ball and heavy body do.
+
+    One is a ball by its outline, or momentum goes from one to the other at each of their contacts.
+    """
     return any(
-        (left.body.round_ or right.body.round_) and _meet(left, right) and _score(left, right) > 0
+        _meet(left, right)
+        and _score(left, right) > 0
+        and (left.body.round_ or right.body.round_ or _exchange_momentum(left, right))
         for left, right in filter(_on_one_line, _neighbours(found))
     )
+
+
+def _exchange_momentum(left: Followed, right: Followed) -> bool:
+    """Whether velocities jump in opposite directions where the bodies are nearest."""
+    return _opposite(left.x_px, right.x_px, _contacts(left, right)) > EXCHANGED
+
+
+def _contacts(left: Followed, right: Followed) -> NDArray[np.intp]:
+    """Rows of the pictures in which the gap between two bodies is the least."""
+    gap = right.edges_px[0] - left.edges_px[1]
+    return low_points(gap, 6.0 * sigma_of(gap))
 
 
 def _neighbours(found: Sequence[Followed]) -> list[tuple[Followed, Followed]]:
@@ -152,8 +170,7 @@ def _score(left: Followed, right: Followed) -> float:
     They repel each other, always at the same distance, and one of them bounces off something on
     its far side.
     """
-    gap = right.edges_px[0] - left.edges_px[1]
-    lows = low_points(gap, 6.0 * sigma_of(gap))
+    gap, lows = right.edges_px[0] - left.edges_px[1], _contacts(left, right)
     spread = float(np.median(np.abs(gap[lows] - np.median(gap[lows])))) if len(lows) else 0.0
     walls = max(far_side_jump(left.edges_px[0]), far_side_jump(-right.edges_px[1]))
     size = _least_size_px(left, right)
