@@ -114,6 +114,8 @@ class Scattered:
     scatter: float
     evidence: float
     """Logarithm of the likelihood integrated over all parameters."""
+    losses: tuple[float, float]
+    """Where the parabola is lowest, and at the values of the fit."""
     values: Floats
     """Shape (columns,)."""
     covariance: Floats
@@ -254,16 +256,30 @@ class Fit:
         unit += LEAST_DAMPING * np.eye(len(free))
         covariance = np.zeros_like(hessian)
         covariance[np.ix_(free, free)] = np.linalg.inv(unit) * scale[:, None] * scale
-        values, loss = self.values, self.loss + float(slope @ self.values) / 2
-        if slope.any():
-            # So far away the parabola may not hold, and foresee a loss that there is none of.
-            there = Fit(replace(self.question, scatter=scatter), values - covariance @ slope)
-            if there.loss < loss:
-                values, loss = there.values, there.loss
+        moved = -covariance @ slope
+        stays = self.loss + float(slope @ self.values) / 2
+        loss = stays + float(slope @ moved) / 2
         volume = np.linalg.slogdet(unit)[1] - 2 * np.log(scale).sum()
         spread = np.log(ratio * sigma[FIRST_DEVIATION:]).sum()
         evidence = float(-loss - 0.5 * volume - spread) if np.isfinite(loss) else -np.inf
-        return Scattered(scatter, evidence, values, covariance)
+        return Scattered(scatter, evidence, (loss, stays), self.values + moved, covariance)
+
+    @cached_property
+    def checked(self) -> list[Scattered]:
+        """The same with the losses that the model has where the parabola leads.
+
+        So far away that may not hold, and foresee a loss that there is none of.
+        """
+        return [self._checked(one) for one in self.scattered]
+
+    def _checked(self, one: Scattered) -> Scattered:
+        foreseen, stays = one.losses
+        if one.scatter == self.question.scatter or not np.isfinite(foreseen):
+            return one
+        there = Fit(replace(self.question, scatter=one.scatter), one.values)
+        values = one.values if there.loss < stays else self.values
+        evidence = one.evidence + foreseen - min(there.loss, stays)
+        return replace(one, evidence=evidence, values=values)
 
     @cached_property
     def evidence(self) -> float:
@@ -271,7 +287,7 @@ class Fit:
 
         Its mean is over the scatters, so that a count that needs an unlikely one pays for it.
         """
-        return float(np.logaddexp.reduce([one.evidence for one in self.scattered]))
+        return float(np.logaddexp.reduce([one.evidence for one in self.checked]))
 
     @cached_property
     def covariance(self) -> Floats:
@@ -282,9 +298,9 @@ class Fit:
         """
         jacobian = self.linearised.jacobian * (self.question.prior.sigma > 0)
         lasting = jacobian.T @ (self._correlated(jacobian) - jacobian)
-        moved = np.array([one.values - self.values for one in self.scattered])
-        white = np.array([one.covariance for one in self.scattered])
-        evidence = np.array([one.evidence for one in self.scattered])
+        moved = np.array([one.values - self.values for one in self.checked])
+        white = np.array([one.covariance for one in self.checked])
+        evidence = np.array([one.evidence for one in self.checked])
         each = white + white @ lasting @ white + moved[:, :, None] * moved[:, None]
         return np.asarray(np.tensordot(self.shares(evidence, moved @ jacobian.T), each, 1))
 
