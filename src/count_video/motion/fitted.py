@@ -47,6 +47,9 @@ MISFIT_SIGMAS = 8.0
 MISFIT_SHARE, MISFIT_AT_MOST = 0.01, 0.5
 """... or by the first share of the ball's diameter, as a root mean square; but never by its radius,
 however unsteady the track."""
+NEAR_LOSS = 0.5
+"""Loss in each frame below which noise may explain what a fit leaves over: as large as is allowed,
+it loses 1 of two bodies, but it is smaller as a rule."""
 LOST_A_FRAME = 4.0
 """A fit that loses so much in each frame, as if all of them strayed by four standard deviations,
 is near none that describes the track: the search from there takes minutes."""
@@ -155,13 +158,13 @@ def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> tuple[Floats
 
 
 def _is_near(fit: Fit) -> bool:
-    """Whether noise as large as is allowed may explain what is left over.
+    """Whether noise may explain what is left over of the places, and of the times that lead it.
 
-    Of two bodies in n frames it loses n, but it is smaller as a rule: half of that is too much. Of
-    the times that lead the fit it may lose one each.
+    Those may lose 1 each, twice as much as by their standard deviation.
     """
     led = fit.off[:-1]
-    return fit.loss < 0.5 * len(fit.observed.frame) and 0.5 * float(led @ led) <= len(led)
+    near = fit.loss < NEAR_LOSS * len(fit.observed.frame)
+    return near and 0.5 * float(led @ led) <= len(led)
 
 
 def _is_far(fit: Fit) -> bool:

@@ -56,7 +56,8 @@ HOPELESS = 150.0
 BETTER = 0.25
 """Fall of the loss by which a neighbour is better: coarse fits come down to about as much."""
 LESS_LOST = 0.75
-"""Share of the losses at collisions with which a last one is sought that did not come about."""
+"""Share of the energy lost at each collision with which a fit begins again whose last one did not
+come about."""
 PAIR = 2
 """A pair more or less changes little of how the burst ends; single ones come last."""
 IMPROBABLE = 10.0
@@ -167,6 +168,7 @@ class Rivals:
         return fit
 
     def _fitted(self, count: int, start: Floats, led: int) -> Fit:
+        """Fit a count with each of the floors, the larger first."""
         asked = self._asked(self.observed, count, led=led)
         for floor_px in FLOORS_PX:
             fit = self._within(floor_px, asked, start)
