@@ -40,10 +40,10 @@ def with_frames_left_out(even: Rivals, gap: LeftOut | None, rough: Floats) -> Ri
     """
     price = _price(even.observed)
     if gap is not None and (later := even.observed.left_out_after(gap.after)).after.any():
-        start = rough.copy()
-        start[Column.SKIP] = -gap.frames
+        values = rough.copy()
+        values[Column.SKIP] = -gap.frames
         there = _free(even, later)
-        there.scan(start)
+        there.scan(values)
         there.climb()
         other, fit = _with_scatter(there), _with_scatter(even)
         dearer = price if other.values[Column.SKIP] != -gap.frames else 0.0
@@ -53,8 +53,8 @@ def with_frames_left_out(even: Rivals, gap: LeftOut | None, rough: Floats) -> Ri
         suspect = _most_suspected(best, fit)
         if suspect is None:
             break
-        one, frame, skip = suspect
-        some = _skipping(best, one, even.observed.left_out_after(frame), skip)
+        start, frame, skip = suspect
+        some = _skipping(best, start, even.observed.left_out_after(frame), skip)
         beside = _skipping(some, some.best, _placed(some), float(some.best.values[Column.SKIP]))
         some = min(some, beside, key=lambda one: one.best.loss)
         other, dearer = _with_scatter(some), price if best is even else 0.0
