@@ -64,7 +64,7 @@ def around(better: Floats, left_px: int) -> float:
 def test_what_moves_with_a_neighbour_is_explained_better_by_its_motion() -> None:
     pieces = cut_pieces(side_by_side(BESIDE), PATHS, ((BODY_PX, BODY_PX), MARGIN))
 
-    (better,) = median_of(pieces).theirs
+    (better,) = (one() for one in median_of(pieces).theirs)
 
     assert around(better, 0) < 0 < around(better, BODY_PX + NEAR_PX)
 

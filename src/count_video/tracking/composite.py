@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 
 import cv2
 import numpy as np
@@ -168,7 +168,7 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
     for rows in strips:
         typical[rows] = _quantile(pieces.seen[:, rows], free[:, rows], 0.5)
     most = _largest_mistake(pieces, _levels(typical), free)
-    theirs = [_less_mistaken(pieces, typical, most, away) for away in pieces.away]
+    theirs = [cache(partial(_less_mistaken, pieces, typical, most, away)) for away in pieces.away]
     for rows in strips:
         inner = np.abs(pieces.seen[:, rows] - _levels(typical[rows]))
         outer = np.abs(pieces.seen[:, rows] - pieces.behind[:, rows])
@@ -185,7 +185,7 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
         np.pad(variance, pieces.around, constant_values=NOISE_FLOOR),
         np.pad(moving & shown, pieces.around),
         np.pad(behind, pieces.around),
-        [np.pad(one, pieces.around) for one in theirs],
+        theirs,
     )
 
 
@@ -204,7 +204,8 @@ def _less_mistaken(pieces: Pieces, typical: Pixels, most: np.int16, away: Shifts
     hidden = theirs == LAST
     own = np.minimum(np.abs(pieces.seen - _levels(typical)), most)
     often = len(laid) - _count(hidden) > pieces.least
-    return np.where(often, _mean(own, hidden) - _mean(theirs, hidden), np.float32(0))
+    better = np.where(often, _mean(own, hidden) - _mean(theirs, hidden), np.float32(0))
+    return np.pad(better, pieces.around)
 
 
 def _moved(pieces: Levels, shifts: Shifts) -> Levels:

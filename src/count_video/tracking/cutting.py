@@ -177,8 +177,9 @@ def _hanging_together(
     held[0] = 0
     if not held.any():
         return None
-    own = [k for k in np.flatnonzero(held) if not _belongs_to_others(mean, labels == k)]
-    held *= np.isin(np.arange(len(held)), own or np.flatnonzero(held))
+    if np.count_nonzero(held) > 1:
+        own = [k for k in np.flatnonzero(held) if not _belongs_to_others(mean, labels == k)]
+        held *= np.isin(np.arange(len(held)), own or np.flatnonzero(held))
     parts = np.flatnonzero(held > PART_SHARE * held.max()).tolist()
     if shape[1] <= shape[0]:
         main = labels == np.argmax(held)
@@ -196,7 +197,7 @@ def _belongs_to_others(mean: Mean, part: NDArray[np.bool_]) -> bool:
         return False
     size = 2 * EDGE_PX + 1
     around = cv2.dilate(part.astype(np.uint8), np.ones((size, size), np.uint8)) > 0
-    return any(float(better[around].sum()) > 0 for better in mean.theirs)
+    return any(float(better()[around].sum()) > 0 for better in mean.theirs)
 
 
 def _reduced(width_px: int, scale: int) -> int:

@@ -8,7 +8,7 @@ gives the outline and the weights without a word on shape, colour or brightness.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -53,8 +53,9 @@ class Mean:
     """Where the pictures agree with each other better than with the background."""
     behind: Pixels
     """What lies behind the body."""
-    theirs: Sequence[Pixels] = ()
-    """By how many grey levels the motion of each neighbour explains the pictures better."""
+    theirs: Sequence[Callable[[], Pixels]] = ()
+    """By how many grey levels the motion of each neighbour explains the pictures better: worked out
+    where it is asked for, as few bodies hang together with others."""
 
 
 @dataclass(frozen=True)

@@ -255,9 +255,10 @@ def _change(one: Luma, other: Luma) -> NDArray[np.float32]:
 
 def _walk(level: Sequence[Luma], noise: Floats, largest: Floats, share: float) -> list[int]:
     """Take a picture whenever a block has changed by a share of its largest change."""
-    chosen = [0]
+    chosen, last = [0], level[0]
     for place in range(1, len(level)):
-        change = (_change(level[place], level[chosen[-1]]) - noise) / largest
+        change = (_change(level[place], last) - noise) / largest
         if float(change.max()) > share:
             chosen.append(max(place - 1, chosen[-1] + 1))
+            last = level[chosen[-1]]
     return chosen

@@ -25,6 +25,9 @@ MEMORY_BYTES = 48_000_000
 """Pictures up to so many bytes stay in memory as they are."""
 CHUNK_BYTES = 12_000_000
 """Pictures that are written together, in one box."""
+LIGHT_STEPS = 256
+"""Steps of the light, as parts of that of the first picture: one of them changes no pixel by more
+than a grey level, and pictures in the same light share what is not stored."""
 
 
 @dataclass(frozen=True)
@@ -172,6 +175,7 @@ def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, NDArray[
         smooth = _smooth(one)
         if bright.any():
             light[number] = np.median(smooth[some][bright] / first[some][bright])
+            light[number] = round(light[number] * LIGHT_STEPS) / LIGHT_STEPS
         cv2.accumulateSquare(smooth - np.float32(light[number]) * first, squares)
     away = np.sqrt(squares / len(thumbnails))
     # What differs by 4 times as much as most of the picture does is more than noise, for the first
