@@ -112,6 +112,17 @@ def test_an_impact_that_no_picture_shows_is_where_the_flights_meet(hidden: int) 
     assert strays.max() < FOUR_SIGMAS
 
 
+@pytest.mark.parametrize("around", [1, 3])
+def test_two_impacts_that_no_picture_shows_are_not_taken_for_one(around: int) -> None:
+    place, impacts = bouncing([16.0, 14.4, 13.0, 11.7, 10.5], PULL, drop=14.0)
+    place[int(impacts[1]) - around : int(impacts[2]) + around] = np.nan
+
+    found = seen_impacts(alone(noisy(place, NOISE_PX)))
+
+    fewer = sum(share for number, share in found.probability.items() if number < len(impacts) - 1)
+    assert fewer < 0.5
+
+
 def test_one_misplaced_picture_is_no_impact() -> None:
     place, impacts = bouncing(DYING, PULL, drop=20.3)
     place = noisy(place, NOISE_PX)

@@ -151,18 +151,29 @@ def strays(motion: Motion, span: tuple[float, float], contact: float) -> bool:
 
 
 def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
-    """Whether impacts follow each other too fast, or the body came back unseen after the last one.
+    """Whether impacts follow each other too fast, or the body came back to its stop unseen.
 
-    Flights last as long as they begin fast, or longer: the one before says how long.
+    It does if a flight to the same stop, or the time that is left after the last impact, is longer
+    than one lasts. Flights last as long as they begin fast, or longer: the one before the last says
+    how long that is, and for the others their median does, if it is not less.
     """
     if len(impacts) < 2:
         return False
-    before, last = impacts[-2:]
     if min(b.frame - a.frame for a, b in pairwise(impacts)) < RESOLVED_FRAMES:
         return True
-    back = (last.frame - before.frame) * last.after / before.after
-    falls = before.side == last.side and last.side * motion.acceleration > 0
-    return bool(falls and last.frame + FLIGHT_FACTOR * back < motion.frame[-1])
+    side = np.array([impact.side for impact in impacts])
+    falls = (side == np.append(side[1:], side[-2])) & (side * motion.acceleration > 0)
+    inner = np.flatnonzero(falls[:-1])
+    if len(inner) == 0:
+        return False
+    speed = np.abs([impact.after for impact in impacts]) + motion.sigma_px
+    flights = np.diff([*(impact.frame for impact in impacts), float(motion.frame[-1])])
+    usual, by_speed = (
+        np.quantile(one[inner], 0.5, method="lower") for one in (flights, flights / speed)
+    )
+    lasts = np.maximum(usual, by_speed * speed)
+    lasts[-1] = flights[-2] * speed[-1] / speed[-2]
+    return bool((falls & (flights > FLIGHT_FACTOR * lasts)).any())
 
 
 def dies_out(motion: Motion, impacts: Sequence[Impact]) -> bool:
