@@ -62,7 +62,7 @@ def may_be_bodies(pair: Explanation) -> bool:
 def stands_before(pair: Explanation, alone: Explanation, moving: int) -> bool:
     """Whether the explanation by two bodies comes before that by one body alone.
 
-    It does if one alone gives no count, or at a wall one of a few impacts; or if a ball was seen to
+    It does if it alone counts, or at a wall one alone gives a few impacts; or if a ball was seen to
     strike both wall and heavy body, and the heavy body's path shows it, where more bodies move on
     their own: the path of a body and its shadow may fit a few collisions. Parts of bodies come
     first only if there is no count of one alone, or a few impacts where they collide more often.
@@ -75,6 +75,6 @@ def stands_before(pair: Explanation, alone: Explanation, moving: int) -> bool:
             return True
         return not alone.counts and not (alone.count and not pair.counts)
     if not alone.counts:
-        return True
+        return pair.counts or pair.count > 0 or not alone.count
     both = len({collision.kind for collision in pair.collisions}) > 1
     return few or (pair.path_shows and both and moving > 1)

@@ -34,7 +34,7 @@ WIDE = 60, 320
 BODY_PX = 20
 TOP_PX = 20
 PICTURES = 15
-OFTEN = 10
+OFTEN = 13
 """In so many of the pictures they are NEAR_PX apart."""
 NEAR_PX = 6
 PATHS = {k: (40.0 + 12 * k, float(TOP_PX)) for k in range(PICTURES)}
@@ -81,3 +81,50 @@ def test_a_body_ends_where_what_moves_with_its_neighbour_begins() -> None:
 
     assert cut_px(side_by_side()) == pytest.approx(both_px, abs=2)
     assert cut_px(side_by_side(BESIDE)) == pytest.approx(BODY_PX, abs=2)
+
+
+# ---- a plain body on two threads, which also hangs in the background -----------------------------
+
+HANGING = {k: (100.0 + 2 * k, 60.0) for k in range(PICTURES)}
+WIDE_PX, HIGH_PX = 60, 40
+THREADS_PX = 15, 45
+STUB_PX = 20
+"""Of threads that are 60 px long so much may stay: the reach of blurred edges and of an opening."""
+
+
+def hung(scene: NDArray[np.uint8], left: int, contrast: int) -> NDArray[np.uint8]:
+    """Hang a body on two threads of 2 px that go up to the border."""
+    picture = scene.copy()
+    for at in THREADS_PX:
+        picture[:60, left + at : left + at + 2] = 100 + contrast
+    picture[60 : 60 + HIGH_PX, left : left + WIDE_PX] = 100 + contrast
+    return picture
+
+
+@pytest.mark.parametrize("contrast", [40, -40])
+def test_two_threads_are_no_part_of_a_body(contrast: int) -> None:
+    scene = np.full((140, 320), 100, np.uint8)
+    pictures = {k: hung(scene, int(x), contrast) for k, (x, _) in HANGING.items()}
+    still = Background(hung(scene, 114, contrast), {}, {})
+    stage = Stage(1, (0.0, 0.0), (HIGH_PX, WIDE_PX), HANGING)
+
+    found = wide_cut(Source(pictures, still, ()), stage, (60, 60), (-np.inf, np.inf))
+
+    assert found is not None
+    assert HIGH_PX <= found[0].shape[0] < HIGH_PX + STUB_PX
+
+
+# ---- a change of light beside a body -------------------------------------------------------------
+
+FAINT_LEVELS = 2
+"""A fifth of the largest difference that counts as one, which is that of ten grey levels."""
+
+
+def test_a_change_of_light_is_no_part_of_a_body() -> None:
+    scene = np.full(WIDE, 100, np.uint8)
+    brighter = scene + np.uint8(FAINT_LEVELS)
+    pictures = {k: brighter.copy() for k in range(PICTURES)}
+    for k, (x, y) in PATHS.items():
+        pictures[k][int(y) : int(y) + BODY_PX, int(x) : int(x) + BODY_PX] = 220
+
+    assert cut_px(Source(pictures, Background(scene, {}, {}), ())) == pytest.approx(BODY_PX, abs=2)

@@ -168,9 +168,8 @@ def _learnt_again(
     """Learn the background without the bodies, and those anew that do not stay as they are.
 
     What an outline does not cover yet is in the background, and what it covers too much is not: the
-    outlines are learnt until they stay as they are, and which do is returned as well. A body that
-    most samples show keeps the outline it had if it shows none now, unless that holds another body
-    that moves on its own, for bodies are solid.
+    outlines are learnt until they stay as they are, and which do is returned as well. What shows no
+    outline now was none: a place where the background held a body, or part of two.
     """
     before = [few.shape(seen) for seen in found]
     few = replace(few, background=scene.background(few.pictures, before))
@@ -180,17 +179,12 @@ def _learnt_again(
         if stays:
             body: Body | None = seen.body
         else:
-            holds = any(shape.holds(other) and not shape.moves_with(other) for other in before)
-            body = learn_again(few, seen, found) or (None if holds else _as_before(seen))
+            body = learn_again(few, seen, found)
         if body is not None:
             bodies.append(few.as_learnt(body))
             change = np.subtract(size_of(shape.box), size_of(body.box))
             settled.append(bool(np.abs(change).max() < SETTLED_PX))
     return few, bodies, settled
-
-
-def _as_before(seen: Followed) -> Body | None:
-    return seen.body if np.isfinite(seen.x_px).mean() > 0.5 else None
 
 
 class _Scene:

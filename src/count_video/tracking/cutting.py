@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from count_video.tracking.composite import NEIGHBOURHOOD_PX, Source, cut_pieces, median_of
 from count_video.tracking.outline import Mean, Outline, find_outline, widths_of
 from count_video.tracking.shape import Place
-from count_video.tracking.template import Pixels
 
+FAINT_SHARE = 0.2
+"""What moves so much less clearly than most of a body is a change of light or a weak shadow."""
 EDGE_PX = 3
 """So far around what moves with a body its blurred edges reach."""
 CLOSE_PX = 2 * EDGE_PX + 1
@@ -28,6 +29,9 @@ twentieth of its height at the top and at the bottom. Threads are narrower."""
 THREAD_SHARE, THREAD_PX = 0.1, NEIGHBOURHOOD_PX + 4
 """What is narrower than this share of a body's shorter side, and than so many px, is no part of it,
 but a thread."""
+FULL_ROWS, LINE_RATIO = 0.9, 2.0
+"""Rows with threads are less wide than this share of the widest one, and the contrast of lines in
+them is so many times that of the rest."""
 GAP_SHARES = 0.1, 0.15
 """Where a body is as bright as what lies behind it, gaps of these shares of its shorter side, from
 row to row and from column to column, are its own."""
@@ -119,8 +123,9 @@ def _cut(
     part = slice(top, int(rows[-1]) + edge + 1), slice(left, int(columns[-1]) + edge + 1)
     begin = left - margin[1]
     ends = [side / stage.scale - stage.corner[0] - begin for side in fence]
+    clearer = np.where(own, mean.clearer, np.float32(0))
     outline = find_outline(
-        Mean(mean.appearance[part], mean.variance[part], own[part], mean.behind[part]),
+        Mean(mean.appearance[part], mean.variance[part], clearer[part], mean.behind[part]),
         (ends[0], ends[1]),
     )
     if outline is None:
@@ -162,8 +167,10 @@ def _hanging_together(
 
     Threads are no part of it, nor is what a neighbour's motion explains better.
     """
-    moving = mean.moving
     shape, scale = stage.shape, stage.scale
+    box = tuple(slice(begin, begin + size) for begin, size in zip(margin, shape, strict=True))
+    usual = mean.clearer[box][mean.moving[box]]
+    moving = mean.clearer > (FAINT_SHARE * np.median(usual) if len(usual) else 0.0)
     side = scale * min(shape)
     width = _reduced(max(THREAD_PX, round(THREAD_SHARE * side)), scale)
     kernel = np.ones((width, width), np.uint8)
@@ -171,7 +178,6 @@ def _hanging_together(
     whole = cv2.morphologyEx(moving.astype(np.uint8), cv2.MORPH_CLOSE, gap)
     opened = cv2.morphologyEx(whole, cv2.MORPH_OPEN, kernel)
     _, labels = cv2.connectedComponents(opened)
-    box = tuple(slice(begin, begin + size) for begin, size in zip(margin, shape, strict=True))
     inner = labels[box]
     held = np.bincount(inner.ravel(), minlength=max(2, int(labels.max()) + 1))
     held[0] = 0
@@ -187,7 +193,7 @@ def _hanging_together(
         beside = np.setdiff1d(labels[rows], np.append(labels[:, columns], 0)).tolist()
         as_high = [k for k in beside if (labels[rows] == k).any(axis=1).mean() > AS_HIGH_SHARE]
         parts += [k for k in as_high if not _belongs_to_others(mean, labels == k)]
-    body = _without_threads(np.isin(labels, parts), mean.appearance, box)
+    body = _without_threads(np.isin(labels, parts), mean, box, width)
     return np.asarray((cv2.dilate(body.astype(np.uint8), kernel) > 0) & moving)
 
 
@@ -206,18 +212,36 @@ def _reduced(width_px: int, scale: int) -> int:
 
 
 def _without_threads(
-    own: NDArray[np.bool_], appearance: Pixels, box: tuple[slice, ...]
+    own: NDArray[np.bool_], mean: Mean, box: tuple[slice, ...], width: int
 ) -> NDArray[np.bool_]:
     """Keep rows one below the other that are nearly as wide as the widest one of the box.
 
+    Threads span much of a row as well, but lines of less than a ``width`` are all that is in it.
     Where there are several such rows, with narrow ones in between, those with the sharpest edges
     are kept: the edges of a shadow are soft. Only slopes along the motion count, for lines along it
     of what lies behind the body are sharp as well.
     """
     wide = widths_of(own)
-    broad = wide >= WIDE_ROWS * max(1, wide[box[0]].max())
+    widest = max(1, wide[box[0]].max())
+    broad = wide >= WIDE_ROWS * widest
+    broad &= (wide >= FULL_ROWS * widest) | ~_lines_only(own, mean, width)
     runs = np.cumsum(np.diff(broad, prepend=False)) * broad
-    sharp = np.where(own, np.gradient(appearance, axis=1) ** 2, 0)[box].sum(axis=1)
+    sharp = np.where(own, np.gradient(mean.appearance, axis=1) ** 2, 0)[box].sum(axis=1)
     worth = np.bincount(runs[box[0]], weights=sharp, minlength=2)
     worth[0] = -1.0  # the narrow rows
     return np.asarray(own & (runs == np.argmax(worth))[:, None])
+
+
+def _lines_only(own: NDArray[np.bool_], mean: Mean, width: int) -> NDArray[np.bool_]:
+    """Which rows differ from what lies behind them by lines and hardly else, shape (rows,).
+
+    A line is what an opening or closing along the row, by a ``width``, removes.
+    """
+    along = np.ones((1, width), np.uint8)
+    opened = cv2.morphologyEx(mean.appearance, cv2.MORPH_OPEN, along)
+    without = cv2.morphologyEx(opened, cv2.MORPH_CLOSE, along)
+    lines, rest = (
+        np.sqrt(np.where(own, (one - other) ** 2, 0).sum(axis=1))
+        for one, other in ((mean.appearance, without), (without, mean.behind))
+    )
+    return np.asarray(lines > LINE_RATIO * rest)
