@@ -171,6 +171,18 @@ def test_of_two_templates_of_a_body_the_one_that_was_followed_is_kept() -> None:
     np.testing.assert_array_equal(kept.x_px, path)
 
 
+def test_two_templates_of_a_smeared_ball_make_one_path() -> None:
+    frame = np.arange(120.0)
+    fast_px, smeared_px = 20.0, 1.5
+    path = 50.0 + fast_px * np.abs((frame + 10.0) % 20.0 - 10.0)
+    late = np.where(frame > 15, path, np.nan)
+    early = np.where(frame < 100, path + 7.0 + smeared_px * (-1) ** frame, np.nan)
+
+    (ball,) = apart([followed(late), followed(early)])
+
+    np.testing.assert_allclose(ball.x_px, path, atol=2 * smeared_px)
+
+
 def test_bodies_that_move_across_the_pictures_are_not_one_body() -> None:
     still = followed(np.full(60, 40.0))
     up = np.linspace(0.0, 30.0, 60)

@@ -27,8 +27,9 @@ BLUR_PX = EDGE_PX + BEYOND_OUTLINE_PX
 """So far beyond its outline a body is cut out."""
 MOST = 0.05, 0.95
 """Between these quantiles of its places a template moves: a few may be misplaced."""
-SAME_BODY_PX = 1.0
-"""Two templates whose distance varies by less than this are parts of one body."""
+SAME_BODY_PX, SMEARED_SHARE = 1.0, 0.1
+"""Two templates whose distance varies by less than this are parts of one body, and by this share of
+its way from one picture to the next."""
 CLEARER_VARIANCE = 2.0
 """One takes another's place if the variance of its place is so many times less."""
 NEIGHBOURS = 2
@@ -91,12 +92,34 @@ def _travel_px(seen: Followed) -> float:
 
 
 def apart(followed: Sequence[Followed]) -> list[Followed]:
-    """Bodies that move, each only once and each in a place of its own."""
-    once: list[Followed] = []
-    for seen in sorted(followed, key=lambda one: not _moves(one)):
-        if _moves_on(seen) and not any(same_body(seen, other) for other in once):
-            once.append(seen)
-    once = [seen for seen in followed if any(seen is one for one in once)]
+    """Bodies that move, each only once and each in a place of its own.
+
+    Of two templates of one body, as it is and smeared by its motion, the second fills gaps of the
+    first.
+    """
+    once: dict[int, Followed] = {}
+    for number, seen in sorted(enumerate(followed), key=lambda one: not _moves(one[1])):
+        if _moves_on(seen):
+            alike = (k for k, other in once.items() if same_body(seen, other))
+            first = next(alike, number)
+            once[first] = _filled(once[first], seen) if first in once else seen
+    return _in_places_of_their_own([once[number] for number in sorted(once)])
+
+
+def _filled(one: Followed, other: Followed) -> Followed:
+    """Fill gaps of a path by another one of the same body."""
+    gaps = np.isnan(one.x_px)
+    x, y = (other.xy_px + np.nanmedian(one.xy_px - other.xy_px, axis=0)).T
+    return replace(
+        one,
+        x_px=np.where(gaps, x, one.x_px),
+        y_px=np.where(gaps, y, one.y_px),
+        sigma_px=np.where(gaps, other.sigma_px, one.sigma_px),
+    )
+
+
+def _in_places_of_their_own(once: Sequence[Followed]) -> list[Followed]:
+    """Leave out where the middle of a body lies in another that is followed for longer there."""
     paths = [_unbroken(seen) for seen in once]
     lost = [np.zeros(len(path), np.bool_) for path in paths]
     for one, other in permutations(range(len(once)), 2):
@@ -232,18 +255,14 @@ def same_body(one: Followed, other: Followed) -> bool:
 def _together(one_px: Floats, other_px: Floats) -> bool:
     """Whether two paths, shape (n, 2), keep their distance by x, or by y if they move more by it.
 
-    Across their motion all bodies of an experiment keep it.
+    Across their motion all bodies of an experiment keep it. Two templates place a body that is
+    smeared by its motion differently, by a share of its way from one picture to the next.
     """
-    seen = np.isfinite(one_px[:, 0]) & np.isfinite(other_px[:, 0])
-    if not seen.any():
+    seen = np.flatnonzero(np.isfinite(one_px[:, 0]) & np.isfinite(other_px[:, 0]))
+    if len(seen) < STEADY_AT_LEAST:
         return False
     axis = int(np.argmax(_way_px(one_px[seen]) + _way_px(other_px[seen])))
-    return _steady(one_px[:, axis] - other_px[:, axis])
-
-
-def _steady(apart_px: Floats) -> bool:
-    """Whether a distance hardly varies."""
-    known = apart_px[np.isfinite(apart_px)]
-    if len(known) < STEADY_AT_LEAST:
-        return False
-    return float(np.quantile(np.abs(known - np.median(known)), 0.9)) < SAME_BODY_PX
+    place, other = one_px[seen, axis], other_px[seen, axis]
+    smeared = SMEARED_SHARE * np.abs(np.gradient(place, seen))
+    varies = np.abs(place - other - np.median(place - other)) - smeared
+    return float(np.quantile(varies, 0.9)) < SAME_BODY_PX
