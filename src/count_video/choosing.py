@@ -62,10 +62,11 @@ def may_be_bodies(pair: Explanation) -> bool:
 def stands_before(pair: Explanation, alone: Explanation, moving: int) -> bool:
     """Whether the explanation by two bodies comes before that by one body alone.
 
-    It does if it alone counts, or at a wall one alone gives a few impacts; or if a ball was seen to
-    strike both wall and heavy body, and the heavy body's path shows it, where more bodies move on
-    their own: the path of a body and its shadow may fit a few collisions. Parts of bodies come
-    first only if there is no count of one alone, or a few impacts where they collide more often.
+    It does if one alone gives no count, but for impacts where two have none, or at a wall a count
+    of a few impacts; or if a ball was seen to strike both wall and heavy body, and the heavy body's
+    path shows it, where more bodies move on their own: the path of a body and its shadow may fit a
+    few collisions. Parts of bodies come first only if there is no count of one alone, or a few
+    impacts where they collide more often.
 
     ``moving`` is the number of bodies that move on their own.
     """

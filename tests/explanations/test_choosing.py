@@ -58,6 +58,15 @@ def met(count: int) -> Explanation:
     return Explanation(track(wall_seen=False), "bodies", shown, count, {count: 0.9})
 
 
+def test_impacts_in_doubt_come_before_two_that_never_collide() -> None:
+    never = replace(met(0), against=(Reason(Cause.NO_IMPACT),))
+    doubtful = replace(bouncing(9), against=(Reason(Cause.TURNS_OPEN),))
+
+    assert not stands_before(never, doubtful, 2)
+    assert stands_before(never, bouncing(None), 2)
+    assert stands_before(replace(met(2), against=(Reason(Cause.STRAYS),)), doubtful, 2)
+
+
 def test_only_a_wall_or_few_impacts_settle_a_count() -> None:
     assert is_settled(at_a_wall(path_shows=True, counts=True))
     assert is_settled(met(1))
