@@ -128,3 +128,25 @@ def test_a_change_of_light_is_no_part_of_a_body() -> None:
         pictures[k][int(y) : int(y) + BODY_PX, int(x) : int(x) + BODY_PX] = 220
 
     assert cut_px(Source(pictures, Background(scene, {}, {}), ())) == pytest.approx(BODY_PX, abs=2)
+
+
+def test_thin_lines_within_a_body_are_its_own() -> None:
+    scene = np.full((140, 320), 100, np.uint8)
+    ends, struts = (0, WIDE_PX - 4), THREADS_PX
+    pictures = {}
+    for k, (x, y) in HANGING.items():
+        pictures[k] = scene.copy()
+        left, top = int(x), int(y)
+        for at in ends:
+            pictures[k][top : top + HIGH_PX // 2, left + at : left + at + 4] = 180
+        pictures[k][top : top + HIGH_PX // 2, left + 4 : left + WIDE_PX - 4] = 150
+        for at in struts:  # below, it is all struts
+            pictures[k][top + HIGH_PX // 2 : top + HIGH_PX, left + at : left + at + 6] = 200
+    stage = Stage(1, (0.0, 0.0), (HIGH_PX, WIDE_PX), HANGING)
+
+    found = wide_cut(
+        Source(pictures, Background(scene, {}, {}), ()), stage, (40, 60), (-np.inf, np.inf)
+    )
+
+    assert found is not None
+    assert found[0].shape[0] >= HIGH_PX

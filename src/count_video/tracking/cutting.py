@@ -216,15 +216,20 @@ def _without_threads(
 ) -> NDArray[np.bool_]:
     """Keep rows one below the other that are nearly as wide as the widest one of the box.
 
-    Threads span much of a row as well, but lines of less than a ``width`` are all that is in it.
-    Where there are several such rows, with narrow ones in between, those with the sharpest edges
-    are kept: the edges of a shadow are soft. Only slopes along the motion count, for lines along it
-    of what lies behind the body are sharp as well.
+    Threads span much of a row as well, but go on to the border of what is shown, and lines of less
+    than a ``width`` are all that is in their rows. Where there are several broad rows, with narrow
+    ones in between, those with the sharpest edges are kept: the edges of a shadow are soft. Only
+    slopes along the motion count, for lines along it of what lies behind the body are sharp as
+    well.
     """
     wide = widths_of(own)
     widest = max(1, wide[box[0]].max())
     broad = wide >= WIDE_ROWS * widest
-    broad &= (wide >= FULL_ROWS * widest) | ~_lines_only(own, mean, width)
+    solid = broad & ((wide >= FULL_ROWS * widest) | ~_lines_only(own, mean, width))
+    for rows in (slice(None), slice(None, None, -1)):
+        shown = mean.appearance[rows].any(axis=1)
+        if wide[rows][np.argmax(shown)] > 0:
+            broad[rows][: np.argmax(solid[rows])] = False
     runs = np.cumsum(np.diff(broad, prepend=False)) * broad
     sharp = np.where(own, np.gradient(mean.appearance, axis=1) ** 2, 0)[box].sum(axis=1)
     worth = np.bincount(runs[box[0]], weights=sharp, minlength=2)
