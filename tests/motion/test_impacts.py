@@ -123,6 +123,17 @@ def test_two_impacts_that_no_picture_shows_are_not_taken_for_one(around: int) ->
     assert fewer < 0.5
 
 
+def test_a_last_impact_that_is_due_when_no_picture_shows_the_body_leaves_a_doubt() -> None:
+    place, impacts = bouncing([16.0, 14.4, 13.0, 11.7], PULL, drop=14.0)
+    place = place[: int(impacts[-1]) + 4]
+    place[-6:] = np.nan
+
+    found = seen_impacts(alone(noisy(place, NOISE_PX)))
+
+    assert len(found.collisions) == len(impacts) - 1
+    assert found.probability[len(impacts) - 1] < 0.5
+
+
 def test_one_misplaced_picture_is_no_impact() -> None:
     place, impacts = bouncing(DYING, PULL, drop=20.3)
     place = noisy(place, NOISE_PX)

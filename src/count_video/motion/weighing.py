@@ -16,7 +16,13 @@ from count_video.motion.beginnings import before_first, inferred, struck_at_rest
 from count_video.motion.contacts import BodyErrors
 from count_video.motion.corners import CERTAIN_LOG_ODDS, Impact
 from count_video.motion.errors_of_places import flight_of
-from count_video.motion.flight import HYSTERESIS_SIGMAS, LAW_SHARE, LAW_SIGMAS, Motion
+from count_video.motion.flight import (
+    HYSTERESIS_SIGMAS,
+    LAW_SHARE,
+    LAW_SIGMAS,
+    PULL_SHARE,
+    Motion,
+)
 from count_video.motion.linear import least_squares
 from count_video.motion.priors import (
     CHANCE_CLEAR,
@@ -155,7 +161,8 @@ def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
 
     It does if a flight to the same stop, or the time that is left after the last impact, is longer
     than one lasts. Flights last as long as they begin fast, or longer: the one before the last says
-    how long that is, and for the others their median does, if it is not less.
+    how long that is, and for the others their median does, if it is not less. A body that pictures
+    show no more when it is due has come back.
     """
     if len(impacts) < 2:
         return False
@@ -173,6 +180,9 @@ def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
     )
     lasts = np.maximum(usual, by_speed * speed)
     lasts[-1] = flights[-2] * speed[-1] / speed[-2]
+    seen = motion.frame[np.isfinite(motion.place_px)]
+    if seen[-1] < impacts[-1].frame + lasts[-1]:  # no picture shows the body come back
+        lasts[-1] *= (1 + PULL_SHARE) / FLIGHT_FACTOR
     return bool((falls & (flights > FLIGHT_FACTOR * lasts)).any())
 
 
