@@ -114,22 +114,6 @@ def test_two_threads_are_no_part_of_a_body(contrast: int) -> None:
     assert HIGH_PX <= found[0].shape[0] < HIGH_PX + STUB_PX
 
 
-# ---- a change of light beside a body -------------------------------------------------------------
-
-FAINT_LEVELS = 2
-"""A fifth of the largest difference that counts as one, which is that of ten grey levels."""
-
-
-def test_a_change_of_light_is_no_part_of_a_body() -> None:
-    scene = np.full(WIDE, 100, np.uint8)
-    brighter = scene + np.uint8(FAINT_LEVELS)
-    pictures = {k: brighter.copy() for k in range(PICTURES)}
-    for k, (x, y) in PATHS.items():
-        pictures[k][int(y) : int(y) + BODY_PX, int(x) : int(x) + BODY_PX] = 220
-
-    assert cut_px(Source(pictures, Background(scene, {}, {}), ())) == pytest.approx(BODY_PX, abs=2)
-
-
 def test_thin_lines_within_a_body_are_its_own() -> None:
     scene = np.full((140, 320), 100, np.uint8)
     ends, struts = (0, WIDE_PX - 4), THREADS_PX

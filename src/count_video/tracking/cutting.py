@@ -17,9 +17,6 @@ from count_video.tracking.composite import NEIGHBOURHOOD_PX, Source, cut_pieces,
 from count_video.tracking.outline import Mean, Outline, find_outline, widths_of
 from count_video.tracking.shape import Place
 
-FAINT_SHARE = 0.2
-"""What moves so much less clearly than most of a body, and goes on to the border of what is shown,
-is a change of light."""
 EDGE_PX = 3
 """So far around what moves with a body its blurred edges reach."""
 CLOSE_PX = 2 * EDGE_PX + 1
@@ -170,7 +167,7 @@ def _hanging_together(
     """
     shape, scale = stage.shape, stage.scale
     box = tuple(slice(begin, begin + size) for begin, size in zip(margin, shape, strict=True))
-    moving = mean.moving & ~_changed_light(mean, box)
+    moving = mean.moving
     side = scale * min(shape)
     width = _reduced(max(THREAD_PX, round(THREAD_SHARE * side)), scale)
     kernel = np.ones((width, width), np.uint8)
@@ -195,19 +192,6 @@ def _hanging_together(
         parts += [k for k in as_high if not _belongs_to_others(mean, labels == k)]
     body = _without_threads(np.isin(labels, parts), mean, box, width)
     return np.asarray((cv2.dilate(body.astype(np.uint8), kernel) > 0) & moving)
-
-
-def _changed_light(mean: Mean, box: tuple[slice, ...]) -> NDArray[np.bool_]:
-    """Mark what moves less clearly than most of a box and reaches the border of what is shown."""
-    moving = mean.moving
-    usual = mean.clearer[box][moving[box]]
-    rows, columns = (np.flatnonzero(mean.appearance.any(axis=axis)) for axis in (1, 0))
-    if len(usual) == 0 or len(rows) == 0:
-        return np.zeros_like(moving)
-    faint = moving & (mean.clearer < FAINT_SHARE * np.median(usual))
-    _, labels = cv2.connectedComponents(faint.astype(np.uint8))
-    border = labels[rows[[0, -1]]], labels[:, columns[[0, -1]]]
-    return np.asarray(faint & np.isin(labels, np.concatenate([one.ravel() for one in border])))
 
 
 def _belongs_to_others(mean: Mean, part: NDArray[np.bool_]) -> bool:
