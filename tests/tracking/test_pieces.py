@@ -34,7 +34,7 @@ WIDE = 60, 320
 BODY_PX = 20
 TOP_PX = 20
 PICTURES = 15
-OFTEN = 13
+OFTEN = 10
 """In so many of the pictures they are NEAR_PX apart."""
 NEAR_PX = 6
 PATHS = {k: (40.0 + 12 * k, float(TOP_PX)) for k in range(PICTURES)}

@@ -177,13 +177,13 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
         )
         variance[rows] = (_quantile(inner, free[:, rows], MOST) / MOST_SIGMAS) ** 2 + NOISE_FLOOR
     size = round(NEIGHBOURHOOD_PX / scale) | 1, round(NEIGHBOURHOOD_PX / scale) | 1
-    clearer = cv2.blur(still, size) - COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
+    moving = cv2.blur(still, size) > COVERED_RATIO * (cv2.blur(own, size) + ROUNDING)
     shown = len(pieces.seen) - _count(pieces.covered) > pieces.least
     behind = np.asarray(pieces.behind.mean(axis=0, dtype=np.float32) / STEPS, np.float32)
     return Mean(
         np.pad(typical, pieces.around),
         np.pad(variance, pieces.around, constant_values=NOISE_FLOOR),
-        np.pad(np.where(shown, clearer, np.float32(0)), pieces.around),
+        np.pad(moving & shown, pieces.around),
         np.pad(behind, pieces.around),
         theirs,
     )

@@ -121,9 +121,8 @@ def _cut(
     part = slice(top, int(rows[-1]) + edge + 1), slice(left, int(columns[-1]) + edge + 1)
     begin = left - margin[1]
     ends = [side / stage.scale - stage.corner[0] - begin for side in fence]
-    clearer = np.where(own, mean.clearer, np.float32(0))
     outline = find_outline(
-        Mean(mean.appearance[part], mean.variance[part], clearer[part], mean.behind[part]),
+        Mean(mean.appearance[part], mean.variance[part], own[part], mean.behind[part]),
         (ends[0], ends[1]),
     )
     if outline is None:

@@ -49,19 +49,13 @@ class Mean:
 
     appearance: Pixels
     variance: Pixels
-    clearer: Pixels
-    """By how many grey levels the pictures agree better with each other than with what lies behind
-    the body; 0 or less where they do not."""
+    moving: NDArray[np.bool_]
+    """Where the pictures agree with each other better than with the background."""
     behind: Pixels
     """What lies behind the body."""
     theirs: Sequence[Callable[[], Pixels]] = ()
     """By how many grey levels the motion of each neighbour explains the pictures better: worked out
     where it is asked for, as few bodies hang together with others."""
-
-    @property
-    def moving(self) -> NDArray[np.bool_]:
-        """Where something moves with the body."""
-        return self.clearer > 0
 
 
 @dataclass(frozen=True)

@@ -174,8 +174,8 @@ def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, NDArray[
     for number, one in enumerate(thumbnails):
         smooth = _smooth(one)
         if bright.any():
-            light[number] = np.median(smooth[some][bright] / first[some][bright])
-            light[number] = round(light[number] * LIGHT_STEPS) / LIGHT_STEPS
+            over_first = np.median(smooth[some][bright] / first[some][bright])
+            light[number] = round(over_first * LIGHT_STEPS) / LIGHT_STEPS
         cv2.accumulateSquare(smooth - np.float32(light[number]) * first, squares)
     away = np.sqrt(squares / len(thumbnails))
     # What differs by 4 times as much as most of the picture does is more than noise, for the first
