@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -27,12 +26,6 @@ from count_video.tracking.pairing import contradiction
 
 RELATIVE_SIGMA_AT_MOST = 0.1
 """A measured mass ratio is given only if it is known to this share."""
-WEIGHED_SHARE = 0.01
-"""Standard uncertainty of a mass ratio that somebody gives: kitchen scales, tape on the ball."""
-CONTRADICTING_SIGMAS = 4.0
-"""Given masses contradict the motion beyond this many standard uncertainties of both."""
-MASS_RELATIVE_SIGMA = 0.002
-"""Standard uncertainty of a given mass ratio in the fit: kitchen scales and a ring of thread."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +46,7 @@ class Followed:
 
 def knowledge(info: FootageInfo, masses: tuple[Fraction, Fraction] | None) -> Knowledge:
     """Give a fit what is known besides the track."""
-    if masses is None:
-        return Knowledge(info.capture_fps)
-    ratio = float(masses[0] / masses[1])
-    return Knowledge(info.capture_fps, ratio, MASS_RELATIVE_SIGMA * ratio)
+    return Knowledge(info.capture_fps, float(masses[0] / masses[1]) if masses else None)
 
 
 def nothing_to_count(info: FootageInfo, report: FootageReport, reason: str) -> TrialResult:
@@ -116,7 +106,10 @@ def answer(
             ending=fit.ending if counts else None,
             setup=fit.setup,
         )
-    return weighed(result, measured_ratios(explained), settings.masses)
+    if not at_wall:
+        return result
+    measured = measured_ratios(explained, given=settings.masses is not None)
+    return weighed(result, measured, settings.masses)
 
 
 def pendulum_of(explained: Explanation) -> Pendulum | None:
@@ -129,10 +122,13 @@ def _swing_of(explained: Explanation) -> Swing | None:
     return explained.found.swing if explained.found is not None else None
 
 
-def measured_ratios(explained: Explanation) -> list[Estimate]:
-    """Mass ratios that the motion gives, as far as it determines them: the fit's, the swing's."""
+def measured_ratios(explained: Explanation, *, given: bool) -> list[Estimate]:
+    """Mass ratios that the motion gives, as far as it determines them: the fit's, the swing's.
+
+    Where masses are ``given`` the fit knows them; then it is what the places say by themselves.
+    """
     swing, fit = _swing_of(explained), explained.fit
-    ratios = [] if fit is None else [fit.mass_ratio]
+    ratios = [] if fit is None else [fit.ratio_by_places if given else fit.mass_ratio]
     if swing is not None:
         ratio = float(swing.mass_ratio)
         ratios.append(Estimate(ratio, ratio * swing.mass_ratio_relative_sigma))
@@ -148,11 +144,10 @@ def weighed(
     """
     heavy: Fraction | float
     light: Fraction | float
-    sigma, warnings = None, list(result.warnings)
+    sigma, warnings = None, result.warnings
     if masses is not None:
         heavy, light = masses
-        # The fit knows what was given; the swing, which comes last, does not.
-        warnings += [_other_masses(float(heavy / light), shown) for shown in measured[-1:]]
+        warnings += _other_masses(float(heavy / light), measured[:1])
     elif measured:
         heavy, light, sigma = measured[0].value, 1.0, measured[0].sigma
     else:
@@ -160,7 +155,7 @@ def weighed(
     pi = pi_bounds(result.count, heavy, light) if result.count else None
     return replace(
         result,
-        warnings=tuple(filter(None, warnings)),
+        warnings=warnings,
         mass_ratio=float(heavy / light),
         mass_ratio_sigma=sigma,
         pi_low=pi.low if pi else None,
@@ -168,9 +163,10 @@ def weighed(
     )
 
 
-def _other_masses(given: float, shown: Estimate) -> str:
-    """Say that a given mass ratio contradicts what the motion shows; empty if it does not."""
-    allowed = CONTRADICTING_SIGMAS * math.hypot(WEIGHED_SHARE * given, shown.sigma)
-    if abs(given - shown.value) <= allowed:
-        return ""
-    return sentence(Reason(Cause.MASSES_CONTRADICT, (given, shown.value, shown.sigma)))
+def _other_masses(given: float, measured: list[Estimate]) -> tuple[str, ...]:
+    """Say that a given mass ratio contradicts what the motion shows."""
+    return tuple(
+        sentence(Reason(Cause.MASSES_CONTRADICT, (given, shown.value, shown.sigma)))
+        for shown in measured
+        if Knowledge(mass_ratio=given).contradicts(shown)
+    )

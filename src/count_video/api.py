@@ -48,8 +48,10 @@ def count(  # noqa: PLR0913 - what a clip may need is many things, each by its n
     path
         The video file.
     masses
-        Heavy and light mass in any one unit, for the bounds on pi; measured from the motion where
-        they are not given. A float is taken at the decimal number it is written as.
+        Heavy and light mass in any one unit, for the bounds on pi, and to narrow the count down
+        where collisions lie between the frames, unless the motion contradicts them; measured from
+        the motion where they are not given. A float is taken at the decimal number it is written
+        as.
     capture_fps
         Rate of the camera in frames per second of real time; None: what the clip's metadata say.
     region

@@ -166,7 +166,8 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
     if fit.probability[count] < PROBABILITY_AT_LEAST:
         doubts = (*shown.against, *others)
         return replace(shown, against=(), doubts=doubts, probability=fit.probability)
-    after = shown.collisions[min(count, seen) :]
+    ends = fit.collisions[-1].frame
+    after = (one for one in shown.collisions[min(count, seen) :] if one.frame > ends)
     later = tuple(replace(one, number=number) for number, one in enumerate(after, count + 1))
     probability, doubts = fit.probability, others
     more = 1.0 - fit.following.get(0, 0.0)

@@ -17,7 +17,6 @@ from itertools import pairwise
 import numpy as np
 from synthetic_tracks import FilmedTrial, random_long_trial, random_trial
 
-from count_video.answers import MASS_RELATIVE_SIGMA
 from count_video.explanations import PROBABILITY_AT_LEAST, leaves_doubt
 from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.parameters import Knowledge
@@ -112,9 +111,8 @@ def _long_row(rate: float, masses: bool, drawn: Sequence[FilmedTrial]) -> str:
     chances = []
     for trial in drawn:
         ratio = trial.motion.setup.heavy_mass_kg / trial.motion.setup.light_mass_kg
-        given = (ratio, MASS_RELATIVE_SIGMA * ratio) if masses else ()
         found = seen_collisions(trial.track)
-        fitted = fit_burst(trial.track, found, Knowledge(rate, *given))
+        fitted = fit_burst(trial.track, found, Knowledge(rate, ratio if masses else None))
         sure = isinstance(fitted, Between)
         sure = sure and fitted.probability[fitted.count] >= PROBABILITY_AT_LEAST
         silent += not sure

@@ -30,7 +30,6 @@ SETUP = Setup(
     restitution_wall=0.996,
 )
 RATIO = SETUP.heavy_mass_kg / SETUP.light_mass_kg
-RATIO_SIGMA = 0.002 * RATIO
 PROBABILITIES_OF = {301: 0.01, 303: 0.05, 305: 0.35, 307: 0.3, 309: 0.28, 311: 0.01}
 
 
@@ -42,7 +41,7 @@ def filmed() -> FilmedTrial:
 @cache
 def fitted() -> Between:
     track = filmed().track
-    known = Knowledge(FPS, RATIO, RATIO_SIGMA)
+    known = Knowledge(FPS, RATIO)
     between = fit_burst(track, seen_collisions(track), known)
     assert isinstance(between, Between)
     return between

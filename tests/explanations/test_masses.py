@@ -49,7 +49,7 @@ def test_a_ratio_that_is_hardly_measured_is_left_out() -> None:
 
     for swing, known in ((vague, []), (sharp, [Estimate(100.0, 1.0)])):
         found: Any = SimpleNamespace(path_fits=True, swing=swing)
-        assert measured_ratios(replace(trial, found=found)) == known
+        assert measured_ratios(replace(trial, found=found), given=False) == known
     assert stated(weighed(COUNTED, [], None)) == (None, None)
 
 

@@ -54,6 +54,7 @@ def test_a_fit_with_fewer_collisions_has_a_place_for_most_that_the_frames_show(
         probability=doubted({7: 1.0}),
         collisions=tuple(burst),
         mass_ratio=unknown,
+        ratio_by_places=unknown,
         restitution_bodies=unknown,
         restitution_wall=unknown,
         energy_kept=(),

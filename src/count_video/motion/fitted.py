@@ -21,6 +21,7 @@ from count_video.motion.posterior import (
     energy_kept,
     goes_on,
     left_out_of,
+    ratio_by_places,
     setup_estimates,
     shares_of,
     with_more,
@@ -72,6 +73,8 @@ class Between:
     collisions: tuple[Collision, ...]
     """The burst, numbered from 1; real times are not filled in."""
     mass_ratio: Estimate
+    ratio_by_places: Estimate
+    """The same by the places alone, whatever masses are given; NaN where they do not show it."""
     restitution_bodies: Estimate
     restitution_wall: Estimate
     energy_kept: tuple[float, ...]
@@ -100,7 +103,8 @@ def fit_burst(
     """Fit the model to a track and count the collisions of its burst.
 
     Where the frames show the whole burst, the number seen is fitted first. Others are tried only
-    if by that number the model does not describe the track, or only with frames left out.
+    if by that number the model does not describe the track, or only with frames left out. Masses
+    that the motion contradicts are left out of account where collisions are inferred.
 
     Parameters
     ----------
@@ -113,6 +117,21 @@ def fit_burst(
     gap
         Frames left out that the track allows for; their number is in question.
     """
+    fit = _fitted(track, found, known, gap)
+    if known.mass_ratio is None or (isinstance(fit, Between) and fit.shown == fit.count):
+        return fit
+    # Wrong masses may give a wrong count that fits as well: the motion alone shows whether they do.
+    free = _fitted(track, found, replace(known, mass_ratio=None), gap)
+    if isinstance(fit, Reason) or isinstance(free, Reason):
+        return free if isinstance(fit, Reason) else fit
+    shown = free.mass_ratio, fit.ratio_by_places
+    return free if any(map(known.contradicts, shown)) else fit
+
+
+def _fitted(
+    track: Track, found: SeenCollisions, known: Knowledge, gap: LeftOut | None
+) -> Between | Reason:
+    """Fit the model to a track by what is known."""
     observed = observe(track, found)
     before = int(np.isfinite(observed.ball_px[observed.frame < -1]).sum())
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
@@ -277,6 +296,7 @@ def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Reason:
         probability=doubted(chances),
         collisions=collisions_of(best, found, count),
         mass_ratio=mass_ratio,
+        ratio_by_places=ratio_by_places(fits),
         restitution_bodies=bodies,
         restitution_wall=wall,
         energy_kept=tuple(energy_kept(best)[:count].tolist()),

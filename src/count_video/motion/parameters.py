@@ -13,6 +13,7 @@ straight between knots, of which it knows beforehand that each rise is small.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
@@ -24,16 +25,21 @@ from count_video.motion.priors import (
     DAMPING,
     DRIFT_SIGMA_PX,
     EXPOSURE,
+    GIVEN_RATIO_SHARE,
     LIGHTNESS,
     PARALLAX_SIGMA,
     PULL_SHARE,
     RATE_SIGMA,
     RATE_SIGMA_UNKNOWN,
     RESTITUTION,
+    SHOWN_RATIO_SHARE,
     USUAL_CAPTURE_FPS,
     USUAL_RATE_PER_S,
 )
-from count_video.records import Floats
+from count_video.records import Estimate, Floats
+
+CONTRADICTING_SIGMAS = 4.0
+"""Given masses contradict the motion beyond so many standard uncertainties."""
 
 
 class Column(IntEnum):
@@ -121,8 +127,13 @@ class Knowledge:
     """The camera's rate; None if unknown."""
     mass_ratio: float | None = None
     """Heavy over light; None to let the fit measure it."""
-    mass_ratio_sigma: float = 0.0
-    """Its standard uncertainty."""
+
+    def contradicts(self, shown: Estimate) -> bool:
+        """Whether a mass ratio that the motion shows contradicts the one that is given."""
+        if self.mass_ratio is None:
+            return False
+        sigma = math.hypot(SHOWN_RATIO_SHARE * shown.value, shown.sigma)
+        return abs(self.mass_ratio - shown.value) > CONTRADICTING_SIGMAS * sigma
 
     @property
     def rate(self) -> tuple[float, float]:
@@ -154,8 +165,7 @@ def prior_of(rough: Floats, known: Knowledge, *, shows_heavy: bool) -> Prior:
         normal[Column.CONTACT] = 0.0, 0.0
         normal[Column.LIGHTNESS] = LIGHTNESS
     if known.mass_ratio is not None:
-        relative = max(known.mass_ratio_sigma / known.mass_ratio, 1e-4)
-        normal[Column.LIGHTNESS] = -np.log(known.mass_ratio), relative
+        normal[Column.LIGHTNESS] = -np.log(known.mass_ratio), GIVEN_RATIO_SHARE
     mean, sigmas = rough.copy(), np.full(FIRST_DEVIATION, np.inf)
     mean[list(normal)], sigmas[list(normal)] = np.transpose(list(normal.values()))
     sigmas[FIRST_DRIFT:] = DRIFT_SIGMA_PX

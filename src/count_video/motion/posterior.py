@@ -125,6 +125,14 @@ def setup_estimates(fits: Sequence[Fit]) -> list[Estimate]:
     return [Estimate(float(mean), float(sigma)) for mean, sigma in estimates]
 
 
+def ratio_by_places(fits: Sequence[Fit]) -> Estimate:
+    """Mass ratio by the places alone, whatever was given; of the fit with the most evidence."""
+    best = max(fits, key=lambda fit: fit.evidence)
+    lightness, sigma = best.by_places(Column.LIGHTNESS)
+    ratio = float(np.exp(-lightness))
+    return Estimate(ratio, ratio * sigma)
+
+
 def _arranged(values: Any) -> list[Any]:
     """Derive what is stated of a trial from parameters, shape (columns, ...)."""
     rate = np.exp(values[Column.SWING])

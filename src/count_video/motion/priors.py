@@ -48,6 +48,10 @@ EXPOSURE: Final = (0.5, 0.3)
 LIGHTNESS: Final = (-3.5, 1.75)
 """Mean and standard deviation of the logarithm of the ball's mass over a heavy body's that is not
 seen: set-ups from 1:1 to 1:1000 lie within two of them, 1:100 in the middle of the usual ones."""
+GIVEN_RATIO_SHARE: Final = 0.002
+"""Standard uncertainty of a mass ratio that is given, as a share: scales, and a ring of thread."""
+SHOWN_RATIO_SHARE: Final = 0.01
+"""That of a mass ratio which the motion shows, besides its own: what the model does not know."""
 RESTITUTION: Final = (0.95, 0.1)
 """Mean and standard deviation of hard bodies' restitution."""
 SCATTERS: Final = (0.0002, 0.001, 0.005, 0.02)

@@ -9,6 +9,7 @@ model itself there.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -303,6 +304,31 @@ class Fit:
         evidence = np.array([one.evidence for one in self.checked])
         each = white + white @ lasting @ white + moved[:, :, None] * moved[:, None]
         return np.asarray(np.tensordot(self.shares(evidence, moved @ jacobian.T), each, 1))
+
+    def by_places(self, column: Column) -> tuple[float, float]:
+        """Estimate a column by the places alone, without what was known of it before.
+
+        Returns value and standard uncertainty for all scatters, in first order; infinite where the
+        places say nothing. The other columns follow as the normal equations have it.
+        """
+        found = np.array([self._by_places(column, one) for one in self.checked])
+        evidence = np.array([one.evidence for one in self.checked])
+        moved = np.array([one.values - self.values for one in self.checked])
+        shares = self.shares(evidence, moved @ self.linearised.jacobian.T)
+        mean = float(shares @ found[:, 0])
+        return mean, math.sqrt(float(shares @ (found[:, 1] + (found[:, 0] - mean) ** 2)))
+
+    def _by_places(self, column: Column, one: Scattered) -> tuple[float, float]:
+        """Value and variance with one scatter."""
+        mean, known = float(self.question.prior.mean[column]), self.question.weight[column] ** 2
+        variance = float(one.covariance[column, column])
+        says = 1 / variance - known if variance > 0 else 0.0
+        if says <= 0:
+            return mean, math.inf
+        away = (float(one.values[column]) - mean) / variance / says
+        moved = self.linearised.jacobian @ (one.covariance[:, column] / variance)
+        lasting = max(float(moved @ (self._correlated(moved) - moved)), 0.0)
+        return mean + away, (says + lasting) / says**2
 
     def shares(self, evidence: Floats, data: Floats) -> Floats:
         """Probabilities of some explanations of these places, shape (explanations,).
