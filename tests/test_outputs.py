@@ -11,6 +11,7 @@ import sys
 import threading
 import unicodedata
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from hypothesis import example, given
@@ -31,7 +32,11 @@ from count_video.outputs import (
     write_whole,
 )
 from count_video.pipeline import TrialSettings
+from count_video.reports.panels import PANELS
+from count_video.settings import PictureFormat
 
+FILE_NAME_BYTES = 255
+"""What file systems take."""
 ANY_NAME = st.text(st.characters(exclude_characters="/\0"), min_size=1, max_size=300)
 PATIENCE_S = 60
 """To open a file takes milliseconds; a pipe is waited for without end."""
@@ -192,7 +197,13 @@ def test_a_name_fits_every_table_link_and_file_system(wish: str) -> None:
     assert output_name(name) == name
 
 
-@pytest.mark.parametrize("name", ["trial 7", "a.b.c", "é😀", "100:1 (2)", "a'b\"c", "n" * 240])
+def test_the_longest_ending_of_a_result_fits_as_well() -> None:
+    endings = [f".{panel}.{kind}" for panel in PANELS for kind in get_args(PictureFormat)]
+    endings += [".collisions.csv", ".presenter.mp4", ".annotated.mp4"]
+    assert LONGEST_NAME_BYTES + max(map(len, endings)) == FILE_NAME_BYTES
+
+
+@pytest.mark.parametrize("name", ["trial 7", "a.b.c", "é😀", "100:1 (2)", "a'b\"c", "n" * 238])
 def test_an_ordinary_name_stays_as_it_is(name: str) -> None:
     assert output_name(name) == name
 

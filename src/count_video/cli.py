@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from count_video.errors import CountVideoError, MachineError, UsageError
+from count_video.errors import CountVideoError, MachineError, UsageError, reason_of
 from count_video.options import complete_options, is_campaign, plan_values, read_options
 from count_video.process import (
     DRAWING_BYTES,
@@ -136,6 +136,8 @@ def _answer_campaign(options: argparse.Namespace) -> int:
             rows.append(row)
             with progress.aside() if isinstance(progress, TerminalBar) else nullcontext():
                 print(json_line(row.result) if options.json else trial_line(row), flush=True)
+                if row.count is None and not (_is_seen() and not options.json):
+                    _complain(f"{row.result.clip}: {row.result.reason or 'not counted'}")
         summary = summarise(rows)
         if not options.json:
             print(f"\n{campaign_text(rows, summary, _columns())}", flush=True)
@@ -177,9 +179,9 @@ def _answer_clips(options: argparse.Namespace) -> int:
     code, gap = EXIT_COUNTED, ""
     progress = _progress()
     for path in options.clips:
-        kept: list[Path] = []
+        kept, unwritten = list[Path](), ""
         try:
-            result, kept = _count(path, options, plan, progress)
+            result, kept, unwritten = _count(path, options, plan, progress)
         except (CountVideoError, OSError) as error:
             result = refused(path, error)
         finally:
@@ -189,15 +191,21 @@ def _answer_clips(options: argparse.Namespace) -> int:
         if result.count is None:
             wrong = isinstance(result.error, UsageError)
             code = max(code, EXIT_USAGE if wrong else EXIT_NOT_COUNTED)
-        if replaces and result.error is None:
+        if unwritten:
+            _complain(f"{result.clip}: {unwritten}")
+            code = max(code, EXIT_NOT_COUNTED)
+        elif replaces and result.error is None:
             _complain(f"{result.clip}: replaced the evidence of another clip of this name")
     return code
 
 
 def _count(
     path: Path, options: argparse.Namespace, plan: PlanRequest | None, progress: Progress
-) -> tuple[Result, list[Path]]:
-    """Count a clip, lay over it what was asked for, and write the files that show it."""
+) -> tuple[Result, list[Path], str]:
+    """Count a clip, lay over it what was asked for, and write the files that show it.
+
+    Returns the result, these files and why they could not be written, if so: the count stands.
+    """
     from count_video.api import count_with
 
     if options.output is not None:
@@ -209,7 +217,12 @@ def _count(
         result = result.reviewed(options.corrections)
     if plan is not None:
         result = result.compared(plan)
-    return result, result.write(options.evidence, progress) if options.output is not None else []
+    if options.output is None:
+        return result, [], ""
+    try:
+        return result, result.write(options.evidence, progress), ""
+    except (CountVideoError, OSError) as error:
+        return result, [], reason_of(error, path)
 
 
 def _show(result: Result, gap: str, kept: Sequence[Path], *, as_json: bool) -> bool:
@@ -224,12 +237,16 @@ def _show(result: Result, gap: str, kept: Sequence[Path], *, as_json: bool) -> b
         print(gap, result.text(_columns()), sep="", flush=True)
     as_text = shown and not as_json
     # The text has the reason in it: on a terminal that is enough, from a file nobody sees it now.
-    seen = as_text and sys.stdout is not None and sys.stdout.isatty()
-    if result.count is None and not seen:
+    if result.count is None and not (as_text and _is_seen()):
         _complain(f"{result.clip}: {result.answer.reason or 'not counted'}")
     if not as_json:
         _say_what_is_kept(kept)
     return as_text
+
+
+def _is_seen() -> bool:
+    """Whether what is printed is seen now."""
+    return sys.stdout is not None and sys.stdout.isatty()
 
 
 def _load_the_drawing() -> None:

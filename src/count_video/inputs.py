@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import os
 import re
 import stat
@@ -50,8 +49,8 @@ class Range:
 
     def holds(self, value: float | Fraction) -> bool:
         """Return whether a number lies in the range; exact, for not all of them fit into floats."""
-        if isinstance(value, float) and not math.isfinite(value):
-            return False
+        if isinstance(value, float):
+            return self.low <= value <= self.high
         return Fraction(str(self.low)) <= Fraction(value) <= Fraction(str(self.high))
 
     def __str__(self) -> str:

@@ -49,6 +49,8 @@ _OF_A_COUNT = (
     *("theory", "plan_file", "jobs", "fresh", "pages", "scheduler", "presenter"),
 )
 """Options that go with a plan alone, and those that do not go with one."""
+_NOT_OF_A_THEORY = (*_OF_A_PLAN, *_OF_A_COUNT, "plan", "json", "capture_fps", "ball_diameter_mm")
+"""What the exact count of two masses needs not."""
 
 
 def _value(metavar: str, read: Callable[[str], object], **more: Any) -> dict[str, Any]:
@@ -83,7 +85,7 @@ _HELP: dict[tuple[str, str | None] | None, dict[str, str]] = {
     ("before filming", "what a set-up will count; lengths in metres, masses in any one unit"): {
         "--plan": "say what a set-up with these masses will count and what a camera of "
         "--capture-fps sees of it; with -o draw the map and write the page (default: count)",
-        "--gap": "from the wall to the far face of the ball where it hangs (default: 0.03)",
+        "--gap": "from the wall to the ball's side that faces it, where it hangs (default: 0.03)",
         "--release": "from where the cylinder hangs, its face touching the hanging ball, to where "
         "it is let go (default: 0.09)",
         "--thread": "length of the threads, or first the cylinder's and then the ball's (default: "
@@ -110,7 +112,8 @@ _HELP: dict[tuple[str, str | None] | None, dict[str, str]] = {
         "move up and down (default: found from the motion)",
         "--ball-diameter-mm": "diameter of the ball in millimetres, for the scale (default: 40)",
         "--masses": "the two masses in any one unit, taken at their exact decimal value, for the "
-        "bounds on pi (default: measured from the motion, where that is sharp enough)",
+        "bounds on pi, and to narrow the count down where collisions lie between the frames "
+        "(default: measured from the motion, where that is sharp enough)",
         "--seen-only": "count only what the frames show and infer nothing between them (default: "
         "where frames leave doubts, a model of the motion is fitted)",
     },
@@ -188,7 +191,7 @@ def read_options(arguments: Sequence[str] | None) -> argparse.Namespace:
             raise UsageError(f"{shown(argument)}: put ./ before a name that begins with a dash")
     parser = _parser()
     options = parser.parse_args(arguments)
-    _check_plan(options, parser)
+    _check_purpose(options, parser)
     options.masses = options.masses and inputs.masses(*options.masses)
     said = {one.name: getattr(options, one.name) for one in fields(TrialSettings)}
     options.settings = TrialSettings(**said)
@@ -211,17 +214,11 @@ def _refusals(options: argparse.Namespace) -> Iterator[tuple[object, str]]:
     ):
         lacks = options.output is None and given
         yield lacks, f"{option} needs a folder to write to: give one with -o"
-    if options.plan is not None:
+    if options.plan is not None or options.theory is not None:
         return
-    theory, clips, campaign = options.theory is not None, options.clips, is_campaign(options)
-    beside = options.json or options.corrections or options.plan_file
+    clips, campaign = options.clips, is_campaign(options)
     one_file = len(clips) == 1 and not os.path.isdir(clips[0])
-    yield (
-        not theory and not clips,
-        "no clip: give a video file or a folder (see count-video --help)",
-    )
-    yield theory and clips, "--theory needs no clip: ask for the one or count the other"
-    yield theory and beside, "--theory goes with -o and --format alone"
+    yield not clips, "no clip: give a video file or a folder (see count-video --help)"
     yield (
         options.presenter and (options.output is None or campaign),
         "--presenter goes with one clip, and with a folder to write to (-o DIR)",
@@ -273,16 +270,16 @@ def plan_values(options: argparse.Namespace) -> dict[str, Any]:
     return {name: value for name, value in given.items() if value is not None}
 
 
-def _check_plan(options: argparse.Namespace, parser: argparse.ArgumentParser) -> None:
-    """Refuse an option that needs ``--plan`` and stands without, or beside it for nothing."""
-    wanted = options.plan is not None
-    for name in _OF_A_COUNT if wanted else _OF_A_PLAN:
-        value = getattr(options, name)
-        if value not in (parser.get_default(name), []):
-            option = "a clip" if name == "clips" else f"--{name.replace('_', '-')}"
-            raise UsageError(
-                f"--plan goes without {option}" if wanted else f"{option} goes with --plan alone"
-            )
+def _check_purpose(options: argparse.Namespace, parser: argparse.ArgumentParser) -> None:
+    """Refuse options that do not go with what is asked for: a theory, a plan, or a count."""
+    purpose = next((name for name in ("theory", "plan") if getattr(options, name)), None)
+    others = {"theory": _NOT_OF_A_THEORY, "plan": _OF_A_COUNT, None: _OF_A_PLAN}
+    for name in others[purpose]:
+        if name == purpose or getattr(options, name) in (parser.get_default(name), []):
+            continue
+        option = "a clip" if name == "clips" else f"--{name.replace('_', '-')}"
+        without = f"--{purpose} goes without {option}"
+        raise UsageError(without if purpose else f"{option} goes with --plan alone")
     if options.thread is not None and len(options.thread) > 2:
         raise UsageError("--thread takes one length, or the cylinder's and the ball's")
 

@@ -46,8 +46,8 @@ CsvDialect = Literal["comma", "semicolon"]
 """How tables are written: cells between commas with decimal points, or cells between semicolons
 with decimal commas, as spreadsheets in many countries read them."""
 _POINTED = re.compile(r"-?[0-9]+\.[0-9]+(e[+-]?[0-9]+)?")
-LONGEST_NAME_BYTES = 240
-"""File systems take 255; ``.collisions.csv`` is added to it."""
+LONGEST_NAME_BYTES = 238
+"""File systems take 255; ``.phase-circle.png`` is added to it."""
 _RECORD = "written"
 _MOST_RECORD_BYTES = 100_000_000
 """A longer one is not ours: what stands behind that is not believed."""

@@ -22,7 +22,7 @@ from synth_video.suite import suites
 from synth_video.suite.condition import STRENGTHS
 from synth_video.suite.scoring import RESULTS, how_to_count, score_folder
 from synth_video.suite.table import markdown, scores_json, shortfalls
-from synth_video.truth import ClipTruth, truth_path
+from synth_video.truth import ClipTruth, check_place, truth_path
 from synth_video.variation import varied
 
 EXIT_DONE, EXIT_USAGE, EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 0, 2, 130, 141
@@ -76,6 +76,7 @@ def clip(argv: Sequence[str]) -> None:
     scene = load_scene(options.scene, options.set)
     if options.vary:
         scene = varied(scene, options.seed)
+    check_place(options.clip)
     truth = render_clip(scene, options.seed, options.clip)
     sys.stdout.write(_summary(options.clip, truth))
 

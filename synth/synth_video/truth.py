@@ -7,14 +7,18 @@ image points (x, y); metres point away from the wall.
 from __future__ import annotations
 
 import json
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
+from count_video.errors import UsageError
+from count_video.inputs import json_value, read_text
 from count_video.outputs import explained, write_whole
 from count_video.physics.simulator import Motion
 from count_video.records import CollisionKind, Floats
@@ -37,6 +41,8 @@ _KEYS = (
     *("px_per_m", "wall_side"),
 )
 """Keys of the file, those of trials and those of other experiments, in their order."""
+_MOST_BYTES = 100_000_000
+"""No truth is longer."""
 _FACES = ("ball_near", "ball_far", "cylinder", "wall")
 
 
@@ -336,6 +342,31 @@ def _way_m(course: Course, start_s: float, end_s: float) -> float:
 def truth_path(clip_path: Path) -> Path:
     """Where the truth of a clip is kept: ``trial.truth.json`` beside ``trial.mp4``."""
     return clip_path.with_name(f"{clip_path.stem}.truth.json")
+
+
+def check_place(clip_path: Path) -> None:
+    """Refuse to write over anything but a clip of this program with its truth.
+
+    Raises
+    ------
+    UsageError
+        If the clip or its truth is there, but not both, or that is no truth.
+    """
+    both = clip_path, truth_path(clip_path)
+    there = [path for path in both if os.path.lexists(path)]
+    if there and not (len(there) == len(both) and _is_truth(both[1])):
+        raise UsageError(
+            f"{there[0]}: this is no clip of this program with its truth; move it away, or give "
+            "the clip another name"
+        )
+
+
+def _is_truth(path: Path) -> bool:
+    """Whether a file is the truth of a clip."""
+    with suppress(OSError, UsageError, ValueError):
+        said = json_value(read_text(path, _MOST_BYTES))
+        return isinstance(said, dict) and said.get("frame_convention") == FRAME_CONVENTION
+    return False
 
 
 def write_text(text: str, path: Path) -> None:

@@ -63,7 +63,8 @@ def test_pages_that_are_asked_for_later_are_drawn_without_a_second_count(
     campaign.add(a="count 31", b="count 30", bad="bad now")
     campaign.here()
     done = campaign.here("--pages")
-    assert (done.returncode, done.stderr) == (1, "")
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1)
+    assert "bad.mp4: the file is cut off" in done.stderr
     assert "31 collisions" in (campaign.results / "a.html").read_text("utf-8")
     assert campaign.worked() == {"a.mp4": 1, "b.mp4": 1, "bad.mp4": 1}
     kept = files_in(campaign.results)

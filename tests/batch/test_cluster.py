@@ -93,7 +93,9 @@ def test_a_cluster_gives_the_files_of_a_local_run_and_a_killed_worker_costs_only
             time.sleep(0.02)
         cluster.workers[0].send_signal(signal.SIGKILL)
         out, err = process.communicate(timeout=PATIENCE_S)
-    assert (process.returncode, err) == (1, ""), "the bad clip, and nothing else"
+    assert process.returncode == 1
+    assert len(err.splitlines()) == 1, "the bad clip, and nothing else"
+    assert "bad.mp4" in err
     begun = campaign.worked()
     assert sum(begun.values()) > len(begun), "a clip was begun again"
     local = campaign.run(results=campaign.top / "local")

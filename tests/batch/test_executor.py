@@ -1,19 +1,26 @@
 from __future__ import annotations
 
+import errno
 from collections.abc import Generator, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
+from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from count_video import pipeline
 from count_video.answers import Followed
-from count_video.batch.executor import Answer, answers, failure, tool_version
+from count_video.batch.executor import Answer, answers, count_job, failure, tool_version
 from count_video.batch.manifest import Job
 from count_video.batch.summary import run_campaign
+from count_video.errors import UsageError
 from count_video.pipeline import TrialSettings
 from count_video.records import unread_result
 from count_video.result import Result
+from count_video.settings import EvidenceSettings
 
 Done = Generator[tuple[Job, Future[Answer]], None, None]
 
@@ -117,3 +124,33 @@ def test_a_campaign_that_is_done_lets_its_workers_end() -> None:
 
 def test_a_failure_is_no_final_answer() -> None:
     assert not failure(job("a"), "the worker died").final
+
+
+@pytest.mark.parametrize("error", [UsageError("cannot write"), OSError(errno.ENOSPC, "full")])
+def test_a_count_stands_though_its_pages_cannot_be_drawn(
+    error: Exception, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def undrawn(*_: object) -> tuple[str, ...]:
+        raise error
+
+    (tmp_path / "a.mp4").touch()
+    wanted = Job("a", str(tmp_path / "a.mp4"), TrialSettings(), pages=EvidenceSettings(tmp_path))
+    counted = replace(unread_result("a.mp4", ""), status="counted", count=31)
+    monkeypatch.setattr(pipeline, "work_through", lambda *_: Followed(counted))
+    monkeypatch.setattr("count_video.evidence.draw_evidence", undrawn)
+
+    answer = count_job(wanted)
+    assert answer.result.count == 31
+    assert answer.undrawn in ("cannot write", "full")
+    assert not answer.final, "the next run draws them"
+
+    (row,) = run_campaign([wanted], lambda jobs: done_with(jobs, answer), None)
+    assert (row.count, row.not_kept) == (31, answer.undrawn)
+
+
+def done_with(jobs: Sequence[Job], answer: Answer) -> Done:
+    """Answer each job alike."""
+    for one in jobs:
+        future: Future[Answer] = Future()
+        future.set_result(answer)
+        yield one, future

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 import json
 import os
 import pty
@@ -246,3 +247,37 @@ def test_a_theory_of_swapped_masses_says_which_comes_first(
 ) -> None:
     assert main(["--theory", *masses.split()]) == 0
     assert ("that of the cylinder comes first" in capsys.readouterr().err) == hint
+
+
+@pytest.mark.parametrize("form", [[], ["--json"]], ids=["text", "json"])
+def test_a_count_stands_though_nothing_that_shows_it_can_be_written(
+    command: StandIn,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    form: list[str],
+) -> None:
+    def full(target: Path, data: bytes) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("count_video.evidence.write_whole", full)
+    assert main([*form, "-o", str(tmp_path / "out"), "a.mp4"]) == 1
+    out, err = capsys.readouterr()
+    assert ('"count": 1' if form else "a.mp4: 1 collision") in out
+    (line,) = err.splitlines()
+    assert "a.json" in line
+    assert "No space left" in line
+
+
+@pytest.mark.parametrize(
+    "beside", [["--masses", "2", "1"], ["--start", "3"], ["--json"], ["--jobs", "2"], ["a.mp4"]]
+)
+def test_what_a_theory_needs_not_is_refused(
+    capsys: pytest.CaptureFixture[str], beside: list[str]
+) -> None:
+    assert main(["--theory", "100", "1"]) == 0
+    capsys.readouterr()
+    assert main(["--theory", "100", "1", *beside]) == 2
+    out, err = capsys.readouterr()
+    assert not out
+    assert "--theory goes without" in err

@@ -82,3 +82,29 @@ def test_a_folder_that_is_not_there_is_said_in_one_line(
 ) -> None:
     assert main([str(tmp_path / "none" / "clip.mp4"), *SMALL]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "there",
+    [
+        {"trial.mp4": "a film"},
+        {"trial.truth.json": "notes"},
+        {"trial.mp4": "a film", "trial.truth.json": '{"count": 3}'},
+    ],
+)
+def test_files_of_somebody_else_stay(
+    there: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, text in there.items():
+        (tmp_path / name).write_text(text, "utf-8")
+    assert main([str(tmp_path / "trial.mp4"), "--scene", "equal-masses", *SMALL]) == 2
+    assert "no clip of this program" in capsys.readouterr().err
+    assert {one.name: one.read_text("utf-8") for one in tmp_path.iterdir()} == there
+
+
+def test_a_clip_may_be_rendered_again_but_no_other_of_its_name(tmp_path: Path) -> None:
+    wish = ["--scene", "equal-masses", *SMALL]
+    assert main([str(tmp_path / "trial.mp4"), *wish]) == 0
+    assert main([str(tmp_path / "trial.mp4"), *wish, "--seed", "3"]) == 0
+    assert json.loads((tmp_path / "trial.truth.json").read_text("utf-8"))["seed"] == 3
+    assert main([str(tmp_path / "trial.mkv"), *wish]) == 2

@@ -44,6 +44,8 @@ class Answer:
     """Version of the tool that did the work."""
     evidence: tuple[str, ...] = ()
     """Names of the files that show the result."""
+    undrawn: str | None = None
+    """Why these could not be written, if so."""
 
     @property
     def final(self) -> bool:
@@ -52,7 +54,8 @@ class Answer:
         What hinders the work, a full disk for example, may be gone the next time.
         """
         final = FootageError | TrackingError | None
-        return self.content is not None and isinstance(self.result.error, final)
+        whole = self.content is not None and self.undrawn is None
+        return whole and isinstance(self.result.error, final)
 
 
 @cache
@@ -80,9 +83,12 @@ def count_job(job: Job) -> Answer:
             content = content_digest(job.file)
         with shortage_explained():
             found = job.found or pipeline.work_through(job.file, job.settings)
-            evidence = _drawn(job, found)
+            try:
+                evidence, undrawn = _drawn(job, found), None
+            except (CountVideoError, OSError) as error:
+                evidence, undrawn = (), reason_of(error, job.file)
         found = replace(found, result=replace(found.result, clip=job.clip))
-        return Answer(Result(found, signature=before), content, tool_version(), evidence)
+        return Answer(Result(found, signature=before), content, tool_version(), evidence, undrawn)
     except (CountVideoError, OSError) as error:
         unread = unread_result(job.clip, reason_of(error, job.file))
         return Answer(Result(Followed(unread), error, before), content, tool_version())

@@ -60,7 +60,7 @@ def run_campaign(
 
 def _kept_row(job: Job, answer: Answer, store: ResultStore | None) -> TrialRow:
     """Keep an answer, and return its row, which says so if that failed."""
-    row = TrialRow(job.name, answer.result.answer, job.settings.masses)
+    row = TrialRow(job.name, answer.result.answer, job.settings.masses, answer.undrawn)
     if store is None:
         return row
     try:

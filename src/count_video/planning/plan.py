@@ -114,7 +114,7 @@ class PlannedBurst:
     swing_back_m: float
     """How far beyond its rest the cylinder swings back."""
     last_m: float
-    """Distance from the wall to the ball's far face at the last collision."""
+    """Distance from the wall to the ball's side that faces it, at the last collision."""
     last_speed_m_s: float
     """Speed at which the two close in on each other there."""
     smallest_hop_m: float
@@ -192,9 +192,10 @@ def make_plan(
     motion = simulate(request.setup(), most=most_collisions(theory))
     if motion.endless:
         raise UsageError(
-            f"with a restitution of {request.restitution:g} the ball comes to rest between "
-            "cylinder and wall in ever smaller bounces, of which there is no count; plan harder "
-            "bodies or a smaller mass ratio"
+            f"with a restitution of {request.restitution:g} and a damping of "
+            f"{request.damping_per_s:g} per s the ball comes to rest between cylinder and wall in "
+            "ever smaller bounces, of which there is no count; plan harder bodies, less damping or "
+            "a smaller mass ratio"
         )
     burst = _planned_burst(motion, theory)
     framing = _framing(request, burst)

@@ -97,7 +97,7 @@ class PlanRequest:
     heavy: Mass
     light: Mass
     gap_m: float = 0.03
-    """Distance from the wall to the far face of the ball where it hangs."""
+    """Distance from the wall to the ball's side that faces it, where it hangs."""
     release_m: float = 0.09
     """Distance from where the cylinder hangs, touching the ball, to where it is let go."""
     heavy_thread_m: float = 1.0

@@ -35,6 +35,7 @@ TRACK_COLUMNS = np.dtype([(name, _TYPES.get(name, "f8")) for name in _TRACK])
 COLLISION_COLUMNS = np.dtype([(name, _TYPES.get(name, "f8")) for name in _COLLISION])
 _FORMATS = {
     **dict.fromkeys(("frame", "frame_sigma"), ".3f"),
+    **{name: ".6f" for name in _VELOCITIES if "sigma" in name},
     **dict.fromkeys(("ball_mm", "ball_sigma_mm", "heavy_mm", "heavy_sigma_mm"), ".5f"),
     **dict.fromkeys(("count", "rate_needed_fps"), ".0f"),
     "time_s": ".6f",
