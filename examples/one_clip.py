@@ -29,4 +29,9 @@ def main(clip: str, *masses: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    if len(sys.argv) not in (2, 4):
+        raise SystemExit(__doc__)
+    try:
+        main(*sys.argv[1:])
+    except count_video.CountVideoError as error:
+        raise SystemExit(str(error)) from error

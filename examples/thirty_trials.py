@@ -46,4 +46,9 @@ def main(folder: str) -> None:
 
 
 if __name__ == "__main__":  # the processes that count import this file
-    main(*sys.argv[1:])
+    if len(sys.argv) != 2:
+        raise SystemExit(__doc__)
+    try:
+        main(sys.argv[1])
+    except count_video.CountVideoError as error:
+        raise SystemExit(str(error)) from error
