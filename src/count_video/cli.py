@@ -110,13 +110,19 @@ def _answer_campaign(options: argparse.Namespace) -> int:
     from count_video.batch.summary import run_campaign, summarise
     from count_video.outputs import clear_unfinished
     from count_video.parallel import end_processes
-    from count_video.reports.campaign import TRIAL_HEADING, TrialRow, campaign_text, trial_line
+    from count_video.reports.campaign import (
+        TrialRow,
+        campaign_text,
+        name_columns,
+        trial_heading,
+        trial_line,
+    )
     from count_video.reports.json_object import json_line
 
     folder, kind, dialect = options.output, options.picture_format, options.csv_dialect
     pages = options.evidence if options.pages else None
     jobs = jobs_of(options.clips, options.settings, pages)
-    progress = _progress("clips")
+    progress, columns = _progress("clips"), name_columns(job.name for job in jobs)
     rows: list[TrialRow] = []
     with ExitStack() as stack:
         store = None
@@ -129,13 +135,14 @@ def _answer_campaign(options: argparse.Namespace) -> int:
                 _complain(f"{folder}: replaces {results} ({names[0]} first)")
             before_the_end(partial(clear_unfinished, folder))
         if not options.json:
-            print(TRIAL_HEADING, flush=True)
+            print(trial_heading(columns), flush=True)
         before_the_end(end_processes)  # the latest comes first
         count = partial(jobs_done, processes=options.jobs, scheduler=options.scheduler)
         for row in run_campaign(jobs, count, store, progress):
             rows.append(row)
             with progress.aside() if isinstance(progress, TerminalBar) else nullcontext():
-                print(json_line(row.result) if options.json else trial_line(row), flush=True)
+                line = json_line(row.result) if options.json else trial_line(row, columns)
+                print(line, flush=True)
                 if row.count is None and not (_is_seen() and not options.json):
                     _complain(f"{row.result.clip}: {row.result.reason or 'not counted'}")
         summary = summarise(rows)

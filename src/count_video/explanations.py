@@ -21,7 +21,7 @@ from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.meeting import only_turns, seen_impacts, without_wall
 from count_video.motion.parameters import Knowledge
 from count_video.motion.posterior import doubted, with_more
-from count_video.motion.priors import STRAYING_WRONG
+from count_video.motion.priors import UNEXPLAINED_WRONG
 from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
 from count_video.motion.time_base import LeftOut, TimeBase
@@ -174,6 +174,10 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
     if more > LIKELY_ABOVE:
         probability = with_more(probability, fit.following)
         doubts = (Reason(Cause.ENDS_BEFORE_NEXT, (more,)), *others)
+    if shown.outlines_apart and fit.shown < count:
+        beside = {PAIR: UNEXPLAINED_WRONG / 2, -min(PAIR, count): UNEXPLAINED_WRONG / 2}
+        probability = with_more(probability, {0: 1 - UNEXPLAINED_WRONG, **beside})
+        doubts = (*doubts, Reason(Cause.OUTLINES_LEAVE_OPEN))
     collisions = (*fit.collisions, *later)
     return replace(
         shown,
@@ -210,7 +214,7 @@ def _not_described(shown: Explanation, reason: Reason) -> Explanation:
         return replace(shown, against=(*shown.against, reason))
     if reason.cause not in (Cause.MODEL_STRAYS, Cause.MODEL_DIFFERS):
         return shown
-    missed = {0: 1 - STRAYING_WRONG, PAIR: STRAYING_WRONG}
+    missed = {0: 1 - UNEXPLAINED_WRONG, PAIR: UNEXPLAINED_WRONG}
     return replace(shown, doubts=(reason,), probability=with_more(shown.probability, missed))
 
 

@@ -12,7 +12,7 @@ from explained import bouncing, collision
 from count_video.explanations import Explanation, by_fit
 from count_video.motion.fitted import Between
 from count_video.motion.posterior import doubted
-from count_video.motion.priors import MODEL_WRONG, STRAYING_WRONG
+from count_video.motion.priors import MODEL_WRONG, UNEXPLAINED_WRONG
 from count_video.reasons import Cause, Reason
 
 COUNT = 14
@@ -28,7 +28,7 @@ def test_a_count_whose_motion_no_model_describes_is_in_doubt(reason: Reason) -> 
     stated = by_fit(shown(), reason, masses_known=False)
 
     assert (stated.counts, stated.count, stated.doubts) == (True, COUNT, (reason,))
-    assert stated.probability[COUNT] == pytest.approx((1 - MODEL_WRONG) * (1 - STRAYING_WRONG))
+    assert stated.probability[COUNT] == pytest.approx((1 - MODEL_WRONG) * (1 - UNEXPLAINED_WRONG))
     assert sum(stated.probability.values()) == pytest.approx(1.0)
 
 
@@ -47,22 +47,7 @@ def test_a_fit_with_fewer_collisions_has_a_place_for_most_that_the_frames_show(
 ) -> None:
     found: Any = SimpleNamespace(shown=5)
     unsure = replace(shown(8), against=(Reason(Cause.UNRESOLVED, (1.0, 2.5)),), found=found)
-    burst = [replace(collision(n, "wall"), seen=n <= confirmed) for n in range(1, 8)]
-    unknown: Any = None
-    fit = Between(
-        count=7,
-        probability=doubted({7: 1.0}),
-        collisions=tuple(burst),
-        mass_ratio=unknown,
-        ratio_by_places=unknown,
-        restitution_bodies=unknown,
-        restitution_wall=unknown,
-        energy_kept=(),
-        ending=unknown,
-        setup=unknown,
-        misfit_px=0.1,
-        following={0: 1.0},
-    )
+    fit = fitted(7, confirmed)
 
     stated = by_fit(unsure, fit, masses_known=False)
 
@@ -74,3 +59,42 @@ def test_a_model_that_could_not_be_tried_says_nothing() -> None:
     for cause in (Cause.MODEL_LACKS_FRAMES, Cause.MODEL_FITS_NOTHING):
         one = shown()
         assert by_fit(one, Reason(cause), masses_known=False) is one
+
+
+@pytest.mark.parametrize(
+    ("apart", "confirmed", "sure"),
+    [(False, 4, True), (True, COUNT, True), (True, 4, False), (True, COUNT - 1, False)],
+)
+def test_inferred_collisions_are_less_sure_where_outlines_do_not_meet(
+    apart: bool, confirmed: int, sure: bool
+) -> None:
+    notes = (Reason(Cause.OUTLINES_APART, (9.0,)),) if apart else ()
+
+    stated = by_fit(replace(shown(), notes=notes), fitted(COUNT, confirmed), masses_known=False)
+
+    wrong = 0.0 if sure else UNEXPLAINED_WRONG
+    assert stated.counts
+    assert stated.probability[COUNT] == pytest.approx((1 - MODEL_WRONG) * (1 - wrong))
+    assert sum(stated.probability.values()) == pytest.approx(1.0)
+    assert min(stated.probability) >= 0
+    assert any(doubt.cause is Cause.OUTLINES_LEAVE_OPEN for doubt in stated.doubts) != sure
+
+
+def fitted(count: int, confirmed: int) -> Between:
+    """A fit of so many collisions, of which the frames show the first ones."""
+    burst = [replace(collision(n, "wall"), seen=n <= confirmed) for n in range(1, count + 1)]
+    unknown: Any = None
+    return Between(
+        count=count,
+        probability=doubted({count: 1.0}),
+        collisions=tuple(burst),
+        mass_ratio=unknown,
+        ratio_by_places=unknown,
+        restitution_bodies=unknown,
+        restitution_wall=unknown,
+        energy_kept=(),
+        ending=unknown,
+        setup=unknown,
+        misfit_px=0.1,
+        following={0: 1.0},
+    )

@@ -95,6 +95,29 @@ def test_frames_stay_even_where_copies_stand_for_lost_pictures(every: int) -> No
     assert with_copies(replace(track, frame=track.frame[kept], ball=ball)) is None
 
 
+@pytest.mark.parametrize("copies", [1, 3, 20])
+def test_a_picture_that_freezes_once_takes_no_time(copies: int) -> None:
+    track, impacts = filmed()
+    middle = int((impacts[2] + impacts[3]) / 2)
+    frozen = replace(track, frame=track.frame + copies * (np.arange(PICTURES) > middle))
+    cadence = with_copies(frozen)
+    assert cadence is not None
+    assert np.ptp(np.diff(cadence.evened(frozen).frame)) == pytest.approx(0.0, abs=1e-9)
+    found = seen_impacts(cadence.evened(frozen)).collisions
+    wanted = [impact + copies * (impact > middle) for impact in impacts]
+    assert [cadence.shown(c).frame for c in found] == pytest.approx(wanted, abs=TIME_WITHIN)
+
+
+@pytest.mark.parametrize("lost", [1, 2, 5])
+def test_pictures_that_are_lost_once_leave_time_wherever_they_are(lost: int) -> None:
+    track, _ = filmed()
+    body = track.ball
+    for first in range(1, PICTURES - lost - 1):
+        kept = np.r_[0:first, first + lost : PICTURES]
+        ball = replace(body, position_px=body.position_px[kept], sigma_px=body.sigma_px[kept])
+        assert with_copies(replace(track, frame=track.frame[kept], ball=ball)) is None, first
+
+
 def test_frames_without_copies_are_even() -> None:
     track, _ = filmed()
     assert with_copies(track) is None

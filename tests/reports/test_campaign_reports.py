@@ -8,6 +8,7 @@ import json
 import os
 import pty
 import select
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -22,6 +23,8 @@ from count_video.reports.campaign import (
     campaign_json,
     campaign_text,
     histogram_lines,
+    name_columns,
+    trial_heading,
     trial_line,
 )
 from count_video.reports.page import campaign_page
@@ -43,6 +46,15 @@ def test_a_nearly_certain_count_is_nowhere_called_certain() -> None:
     page = campaign_page([one], summarise([one]), (b"", "image/png"))
     assert "99.8%" in page
     assert "100%" not in page.partition("<tbody>")[2]
+
+
+@pytest.mark.parametrize("longest", [1, 24, 25, 60])
+def test_columns_of_the_table_hold_the_longest_name(longest: int) -> None:
+    trials = [replace(row(), name="n" * length) for length in (1, longest)]
+    columns = name_columns(one.name for one in trials)
+    ends = {line.index("%") for line in (trial_line(one, columns) for one in trials)}
+    assert ends == {len(trial_heading(columns)) - 1}
+    assert name_columns(["n" * 300]) == name_columns(["n" * 60])
 
 
 def text_of(*rows: TrialRow) -> str:

@@ -96,10 +96,12 @@ MODEL_WRONG: Final = 0.004
 997 counts of random trials with claims above 0.95 three were wrong (446 rendered clips, 551 tracks;
 docs/accuracy.md), which by Jeffreys' prior is (3 + 1/2) / (997 + 1). Real clips with a known truth
 are too few to measure it by."""
-STRAYING_WRONG: Final = 0.15
-"""Probability that a count of resolved collisions is wrong where a fitted model of the whole motion
-does not describe the track. Of 376 tracks counted rightly one in nineteen strays from it, of those
-counted wrongly two of three (frames cut out of clips, truth known); these are taken for one in 70.
+UNEXPLAINED_WRONG: Final = 0.15
+"""Probability that a count is wrong where something about it is not explained: no fitted model
+describes the motion, or collisions are inferred though outlines do not meet where the bodies touch.
+Of 376 tracks counted rightly one in nineteen strays from the model, of those counted wrongly two of
+three (frames cut out of clips, truth known); these are taken for one in 70. Of 22 counts with such
+outlines four are wrong (clips of other renderers).
 """
 
 # One body's path: its turns, and its stops.

@@ -59,8 +59,11 @@ fitted closely, those by which the heavy body strays least."""
 
 # ---- copies --------------------------------------------------------------------------------------
 
-STEPS_AT_LEAST = 6
-"""Changes of the step between frames, while a body moves, that a judgement takes."""
+CHANGES_AT_LEAST = 2
+"""Changes of the step between frames, while a body moves, that a judgement takes: before a copy and
+after it. Each is clear by itself."""
+COPIES_AT_LEAST = 6
+"""So many copies show when they come."""
 KEEP_TIME = 0.9
 """Share of the noticed copies that come in step."""
 STILL_SHARE = 0.25
@@ -88,7 +91,7 @@ def with_copies(track: Track) -> TimeBase | None:
         by_frame.append(np.abs(np.diff(step * moved / steps))[decisive])
         by_picture.append(np.abs(np.diff(moved))[decisive])
     rough, smooth = np.concatenate(by_frame), np.concatenate(by_picture)
-    if len(rough) < STEPS_AT_LEAST or np.median(smooth) > SMOOTHER * np.median(rough):
+    if len(rough) < CHANGES_AT_LEAST or np.median(smooth) > SMOOTHER * np.median(rough):
         return None
     until = np.append(frame[1:] - 1.0, frame[-1])
     return TimeBase(frame, frame[0] + step * np.arange(len(frame)), until, rows)
@@ -105,7 +108,7 @@ def _missed_copies(track: Track) -> NDArray[np.bool_]:
     copies = np.setdiff1d(np.arange(frame.min(initial=0), frame.max(initial=0)), frame)
     copies = copies[copies > frame.min(initial=0)]
     copies = np.union1d(copies, frame[_stands_still(track)])
-    if len(copies) < STEPS_AT_LEAST:
+    if len(copies) < COPIES_AT_LEAST:
         return none
     period = int(np.bincount(np.diff(copies)).argmax())
     phases = np.bincount(copies % period, minlength=period)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -26,7 +26,8 @@ from count_video.reports.words import (
     ratio_words,
 )
 
-TRIAL_HEADING = f"{'trial':<24}  count  probability"
+NAME_COLUMNS = 24, 60
+"""A name has so many columns of the table, at least and at most."""
 NEAR_COUNTS, DOTS = 1, f"{'...':>10}"
 """Counts that no trial had are shown so near to others, and what stands for those further off."""
 Line = tuple[str, str, str]
@@ -141,12 +142,23 @@ def theory_words(summary: Summary) -> str:
 # ---- text -------------------------------------------------------------------------------------
 
 
-def trial_line(row: TrialRow) -> str:
+def name_columns(names: Iterable[str]) -> int:
+    """Columns of a table that holds these names."""
+    least, most = NAME_COLUMNS
+    return min(max([least, *(len(printable(name)) for name in names)]), most)
+
+
+def trial_heading(columns: int) -> str:
+    """Write the heading of the table, whose names have so many columns."""
+    return f"{'trial':<{columns}}  count  probability"
+
+
+def trial_line(row: TrialRow, columns: int = NAME_COLUMNS[0]) -> str:
     """Write one trial as a line of the growing table."""
     count = "-" if row.count is None else str(row.count)
     chance = "-" if row.result.chance is None else percent(row.result.chance)
     mark = "  needs a person" if row.needs_a_person else ""
-    return f"{printable(row.name):<24}  {count:>5}  {chance:>11}{mark}"
+    return f"{printable(row.name):<{columns}}  {count:>5}  {chance:>11}{mark}"
 
 
 def advice(row: TrialRow) -> str:

@@ -179,6 +179,8 @@ SENTENCES: Final = {
     Cause.GAP_MADE_UP_FOR: "frames are left out after frame {0:.0f} (about {1:.0f})",
     Cause.RATE_CHANGES: "the rate of the footage changes at frame {changes}, by a factor of "
     "{0:.0f}",
+    Cause.OUTLINES_LEAVE_OPEN: "one of the bodies is not outlined rightly, which makes collisions "
+    "between the frames less sure",
     Cause.OUTLINES_APART: "the outlines of ball and cylinder {apart} px where they touch: the "
     "ball's width is not sure enough for a scale in millimetres",
     Cause.MASSES_CONTRADICT: "the masses given have the ratio {:.4g}, the motion shows {:.4g} +- "
