@@ -124,8 +124,9 @@ def fit_burst(
     free = _fitted(track, found, replace(known, mass_ratio=None), gap)
     if isinstance(fit, Reason) or isinstance(free, Reason):
         return free if isinstance(fit, Reason) else fit
-    shown = free.mass_ratio, fit.ratio_by_places
-    return free if any(map(known.contradicts, shown)) else fit
+    # Of all masses some explain the places better than wrong ones; else the search went astray.
+    wrong = map(known.contradicts, (free.mass_ratio, fit.ratio_by_places))
+    return free if free.misfit_px < fit.misfit_px and any(wrong) else fit
 
 
 def _fitted(
