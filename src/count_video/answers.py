@@ -106,8 +106,9 @@ def answer(
             ending=fit.ending if counts else None,
             setup=fit.setup,
         )
-    if not at_wall:
-        return result
+    if not at_wall and settings.masses is not None:
+        warnings = (*result.warnings, sentence(Reason(Cause.MASSES_UNUSED)))
+        return replace(result, warnings=warnings)
     measured = measured_ratios(explained, given=settings.masses is not None)
     return weighed(result, measured, settings.masses)
 

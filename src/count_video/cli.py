@@ -143,7 +143,7 @@ def _answer_campaign(options: argparse.Namespace) -> int:
             with progress.aside() if isinstance(progress, TerminalBar) else nullcontext():
                 line = json_line(row.result) if options.json else trial_line(row, columns)
                 print(line, flush=True)
-                if row.count is None and not (_is_seen() and not options.json):
+                if row.count is None and (options.json or not _is_seen()):
                     _complain(f"{row.result.clip}: {row.result.reason or 'not counted'}")
         summary = summarise(rows)
         if not options.json:
@@ -186,7 +186,8 @@ def _answer_clips(options: argparse.Namespace) -> int:
     code, gap = EXIT_COUNTED, ""
     progress = _progress()
     for path in options.clips:
-        kept, unwritten = list[Path](), ""
+        kept: list[Path] = []
+        unwritten = ""
         try:
             result, kept, unwritten = _count(path, options, plan, progress)
         except (CountVideoError, OSError) as error:

@@ -10,11 +10,18 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from explained import at_a_wall
+from explained import at_a_wall, bouncing
 
-from count_video.answers import RELATIVE_SIGMA_AT_MOST, measured_ratios, weighed
+from count_video.answers import RELATIVE_SIGMA_AT_MOST, answer, measured_ratios, weighed
 from count_video.motion.swing import Swing
-from count_video.records import Estimate, TrialResult, unread_result
+from count_video.records import (
+    Estimate,
+    FootageInfo,
+    FootageReport,
+    TrialResult,
+    unread_result,
+)
+from count_video.settings import TrialSettings
 
 COUNTED = replace(unread_result(str(Path("a.mp4")), ""), status="counted", count=31)
 ROUNDING = 1e-9
@@ -74,3 +81,12 @@ def test_masses_that_contradict_the_motion_are_named(
     said = weighed(COUNTED, measured, (Fraction(given), Fraction(1))).warnings
     assert len(said) == clash
     assert all("--masses" in sentence for sentence in said)
+
+
+@pytest.mark.parametrize("masses", [(Fraction(100), Fraction(1)), None])
+def test_masses_say_nothing_of_one_body_alone(masses: tuple[Fraction, Fraction] | None) -> None:
+    info = FootageInfo(Path("a.mp4"), "h264", "yuv420p", 64, 64, 0, None, 30.0, None, "unknown")
+    report = FootageReport(40, None, 0, 0, ())
+    result = answer(bouncing(4), info, report, TrialSettings(masses=masses))
+    assert (result.count, *stated(result), result.pi_low) == (4, None, None, None)
+    assert sum("--masses" in warning for warning in result.warnings) == (masses is not None)

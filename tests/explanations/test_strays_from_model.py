@@ -80,6 +80,19 @@ def test_inferred_collisions_are_less_sure_where_outlines_do_not_meet(
     assert any(doubt.cause is Cause.OUTLINES_LEAVE_OPEN for doubt in stated.doubts) != sure
 
 
+def test_what_follows_the_burst_comes_after_its_last_fitted_collision() -> None:
+    seen = shown(COUNT + 2)
+    fit = fitted(COUNT, COUNT)
+    # The fit places its last collision between the two that seemed to follow.
+    late = replace(fit.collisions[-1], frame=seen.collisions[-1].frame - 1.0)
+    fit = replace(fit, collisions=(*fit.collisions[:-1], late))
+
+    stated = by_fit(replace(seen, count=COUNT), fit, masses_known=False)
+
+    assert [one.number for one in stated.collisions] == list(range(1, COUNT + 2))
+    assert stated.collisions[-1].frame == seen.collisions[-1].frame
+
+
 def fitted(count: int, confirmed: int) -> Between:
     """A fit of so many collisions, of which the frames show the first ones."""
     burst = [replace(collision(n, "wall"), seen=n <= confirmed) for n in range(1, count + 1)]

@@ -74,7 +74,7 @@ class Between:
     """The burst, numbered from 1; real times are not filled in."""
     mass_ratio: Estimate
     ratio_by_places: Estimate
-    """The same by the places alone, whatever masses are given; NaN where they do not show it."""
+    """The same by the places alone, whatever masses are given; they may leave it open."""
     restitution_bodies: Estimate
     restitution_wall: Estimate
     energy_kept: tuple[float, ...]
