@@ -143,8 +143,9 @@ def _answer_campaign(options: argparse.Namespace) -> int:
             with progress.aside() if isinstance(progress, TerminalBar) else nullcontext():
                 line = json_line(row.result) if options.json else trial_line(row, columns)
                 print(line, flush=True)
-                if row.count is None and (options.json or not _is_seen()):
-                    _complain(f"{row.result.clip}: {row.result.reason or 'not counted'}")
+                missing = row.not_kept or (row.count is None and (row.result.reason or "no count"))
+                if missing and (options.json or not _is_seen()):
+                    _complain(f"{row.result.clip}: {missing}")
         summary = summarise(rows)
         if not options.json:
             print(f"\n{campaign_text(rows, summary, _columns())}", flush=True)
