@@ -7,12 +7,14 @@ from functools import cache
 
 import numpy as np
 import pytest
+from filmed_trials import Filming, film
 from free_paths import alone, between_stops, noisy
 from hypothesis import given
 from hypothesis import strategies as st
 
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.time_hypotheses import with_copies
+from count_video.physics.setup import Setup
 from count_video.records import Collision, Floats, Track
 
 NOISE_PX = 0.1
@@ -116,6 +118,21 @@ def test_pictures_that_are_lost_once_leave_time_wherever_they_are(lost: int) -> 
         kept = np.r_[0:first, first + lost : PICTURES]
         ball = replace(body, position_px=body.position_px[kept], sigma_px=body.sigma_px[kept])
         assert with_copies(replace(track, frame=track.frame[kept], ball=ball)) is None, first
+
+
+@pytest.mark.parametrize("lost", [1, 2, 5])
+def test_so_do_pictures_of_two_bodies_that_collide(lost: int) -> None:
+    trial = film(Setup(heavy_mass_kg=0.1, light_mass_kg=0.01, wall_gap_m=0.02), Filming(480.0))
+    track = trial.track
+    for first in range(1, len(track.frame) - lost - 1):
+        kept = np.r_[0:first, first + lost : len(track.frame)]
+        bodies = [
+            replace(body, position_px=body.position_px[kept], sigma_px=body.sigma_px[kept])
+            for body in track.bodies
+        ]
+        ball, heavy = bodies
+        short = replace(track, frame=track.frame[kept], ball=ball, heavy=heavy)
+        assert with_copies(short) is None, first
 
 
 def test_frames_without_copies_are_even() -> None:

@@ -91,7 +91,8 @@ def with_copies(track: Track) -> TimeBase | None:
         by_frame.append(np.abs(np.diff(step * moved / steps))[decisive])
         by_picture.append(np.abs(np.diff(moved))[decisive])
     rough, smooth = np.concatenate(by_frame), np.concatenate(by_picture)
-    if len(rough) < CHANGES_AT_LEAST or np.median(smooth) > SMOOTHER * np.median(rough):
+    # A collision is rough by both times: of the means it takes as much.
+    if len(rough) < CHANGES_AT_LEAST or smooth.mean() > SMOOTHER * rough.mean():
         return None
     until = np.append(frame[1:] - 1.0, frame[-1])
     return TimeBase(frame, frame[0] + step * np.arange(len(frame)), until, rows)
