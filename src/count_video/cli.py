@@ -143,9 +143,8 @@ def _answer_campaign(options: argparse.Namespace) -> int:
             with progress.aside() if isinstance(progress, TerminalBar) else nullcontext():
                 line = json_line(row.result) if options.json else trial_line(row, columns)
                 print(line, flush=True)
-                missing = row.not_kept or (row.count is None and (row.result.reason or "no count"))
-                if missing and (options.json or not _is_seen()):
-                    _complain(f"{row.result.clip}: {missing}")
+                if row.missing and (options.json or not _is_seen()):
+                    _complain(f"{row.result.clip}: {row.missing}")
         summary = summarise(rows)
         if not options.json:
             print(f"\n{campaign_text(rows, summary, _columns())}", flush=True)
@@ -153,8 +152,7 @@ def _answer_campaign(options: argparse.Namespace) -> int:
             store.write_campaign(rows, summary, kind)
             if not options.json:
                 _say_what_is_kept([folder / name for name in own], ", and NAME.json for each trial")
-    done = all(row.count is not None and row.not_kept is None for row in rows)
-    return EXIT_COUNTED if done else EXIT_NOT_COUNTED
+    return EXIT_NOT_COUNTED if any(row.missing for row in rows) else EXIT_COUNTED
 
 
 def _refuse_to_overwrite_manifests(options: argparse.Namespace, own: Sequence[str]) -> None:

@@ -169,15 +169,7 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
     ends = fit.collisions[-1].frame
     after = (one for one in shown.collisions[min(count, seen) :] if one.frame > ends)
     later = tuple(replace(one, number=number) for number, one in enumerate(after, count + 1))
-    probability, doubts = fit.probability, others
-    more = 1.0 - fit.following.get(0, 0.0)
-    if more > LIKELY_ABOVE:
-        probability = with_more(probability, fit.following)
-        doubts = (Reason(Cause.ENDS_BEFORE_NEXT, (more,)), *others)
-    if shown.outlines_apart and fit.shown < count:
-        beside = {PAIR: UNEXPLAINED_WRONG / 2, -min(PAIR, count): UNEXPLAINED_WRONG / 2}
-        probability = with_more(probability, {0: 1 - UNEXPLAINED_WRONG, **beside})
-        doubts = (*doubts, Reason(Cause.OUTLINES_LEAVE_OPEN))
+    probability, doubts = _left_open(shown, fit, others)
     collisions = (*fit.collisions, *later)
     return replace(
         shown,
@@ -188,6 +180,25 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
         doubts=doubts,
         fit=fit,
     )
+
+
+def _left_open(
+    shown: Explanation, fit: Between, others: tuple[Reason, ...]
+) -> tuple[dict[int, float], tuple[Reason, ...]]:
+    """Allow for what may follow the clip's end, and for outlines that do not meet.
+
+    Returns the probability of each count and all doubts, those about ``others`` among them.
+    """
+    probability, doubts = fit.probability, others
+    more = 1.0 - fit.following.get(0, 0.0)
+    if more > LIKELY_ABOVE:
+        probability = with_more(probability, fit.following)
+        doubts = (Reason(Cause.ENDS_BEFORE_NEXT, (more,)), *others)
+    if shown.outlines_apart and fit.shown < fit.count:
+        beside = {PAIR: UNEXPLAINED_WRONG / 2, -min(PAIR, fit.count): UNEXPLAINED_WRONG / 2}
+        probability = with_more(probability, {0: 1 - UNEXPLAINED_WRONG, **beside})
+        doubts = (*doubts, Reason(Cause.OUTLINES_LEAVE_OPEN))
+    return probability, doubts
 
 
 def _passes_over(fit: Between, shown: Explanation) -> bool:

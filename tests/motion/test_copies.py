@@ -35,6 +35,22 @@ def an_impact() -> Collision:
     return seen_impacts(filmed()[0]).collisions[0]
 
 
+def without(track: Track, lost: slice) -> Track:
+    """The track without some of its pictures."""
+    frame = np.delete(track.frame, lost)
+    bodies = [
+        replace(
+            body,
+            position_px=np.delete(body.position_px, lost),
+            sigma_px=np.delete(body.sigma_px, lost),
+        )
+        for body in track.bodies
+    ]
+    ball, heavy = (*bodies, None)[:2]
+    assert ball is not None
+    return replace(track, frame=frame, ball=ball, heavy=heavy)
+
+
 def first_shown(every: int) -> Floats:
     """Frame in which each picture comes first when one of ``every`` is shown twice."""
     pictures = np.arange(PICTURES)
@@ -90,11 +106,7 @@ def test_copies_of_which_none_was_noticed_show_by_a_body_that_stands_still(every
 @pytest.mark.parametrize("every", [5, 24])
 def test_frames_stay_even_where_copies_stand_for_lost_pictures(every: int) -> None:
     track, _ = filmed()
-    kept = np.arange(PICTURES) % every != every - 1
-    ball = replace(
-        track.ball, position_px=track.ball.position_px[kept], sigma_px=track.ball.sigma_px[kept]
-    )
-    assert with_copies(replace(track, frame=track.frame[kept], ball=ball)) is None
+    assert with_copies(without(track, slice(every - 1, None, every))) is None
 
 
 @pytest.mark.parametrize("copies", [1, 3, 20])
@@ -113,26 +125,15 @@ def test_a_picture_that_freezes_once_takes_no_time(copies: int) -> None:
 @pytest.mark.parametrize("lost", [1, 2, 5])
 def test_pictures_that_are_lost_once_leave_time_wherever_they_are(lost: int) -> None:
     track, _ = filmed()
-    body = track.ball
     for first in range(1, PICTURES - lost - 1):
-        kept = np.r_[0:first, first + lost : PICTURES]
-        ball = replace(body, position_px=body.position_px[kept], sigma_px=body.sigma_px[kept])
-        assert with_copies(replace(track, frame=track.frame[kept], ball=ball)) is None, first
+        assert with_copies(without(track, slice(first, first + lost))) is None, first
 
 
 @pytest.mark.parametrize("lost", [1, 2, 5])
 def test_so_do_pictures_of_two_bodies_that_collide(lost: int) -> None:
     trial = film(Setup(heavy_mass_kg=0.1, light_mass_kg=0.01, wall_gap_m=0.02), Filming(480.0))
-    track = trial.track
-    for first in range(1, len(track.frame) - lost - 1):
-        kept = np.r_[0:first, first + lost : len(track.frame)]
-        bodies = [
-            replace(body, position_px=body.position_px[kept], sigma_px=body.sigma_px[kept])
-            for body in track.bodies
-        ]
-        ball, heavy = bodies
-        short = replace(track, frame=track.frame[kept], ball=ball, heavy=heavy)
-        assert with_copies(short) is None, first
+    for first in range(1, len(trial.track.frame) - lost - 1):
+        assert with_copies(without(trial.track, slice(first, first + lost))) is None, first
 
 
 def test_frames_without_copies_are_even() -> None:

@@ -117,26 +117,32 @@ def fit_burst(
     gap
         Frames left out that the track allows for; their number is in question.
     """
-    fit = _fitted(track, found, known, gap)
+    observed = observe(track, found)
+    before = int(np.isfinite(observed.ball_px[observed.frame < -1]).sum())
+    if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
+        return Reason(Cause.MODEL_LACKS_FRAMES)
+    fit = _fitted(observed, track, found, known, gap)
     if known.mass_ratio is None or (isinstance(fit, Between) and fit.shown == fit.count):
         return fit
     # Wrong masses may give a wrong count that fits as well: the motion alone shows whether they do.
-    free = _fitted(track, found, replace(known, mass_ratio=None), gap)
-    if isinstance(fit, Reason) or isinstance(free, Reason):
-        return free if isinstance(fit, Reason) else fit
+    free = _fitted(observed, track, found, replace(known, mass_ratio=None), gap)
+    if isinstance(fit, Reason):
+        return free
+    if isinstance(free, Reason):
+        return fit
     # Of all masses some explain the places better than wrong ones; else the search went astray.
     wrong = map(known.contradicts, (free.mass_ratio, fit.ratio_by_places))
     return free if free.misfit_px < fit.misfit_px and any(wrong) else fit
 
 
 def _fitted(
-    track: Track, found: SeenCollisions, known: Knowledge, gap: LeftOut | None
+    observed: Observations,
+    track: Track,
+    found: SeenCollisions,
+    known: Knowledge,
+    gap: LeftOut | None,
 ) -> Between | Reason:
     """Fit the model to a track by what is known."""
-    observed = observe(track, found)
-    before = int(np.isfinite(observed.ball_px[observed.frame < -1]).sum())
-    if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
-        return Reason(Cause.MODEL_LACKS_FRAMES)
     rough = rough_values(observed, found, known)
     most = MOST_OVER_SEEN * found.burst if found.is_whole else MOST_COLLISIONS
     rivals = Rivals(observed, prior_of(rough, known, shows_heavy=observed.shows_heavy), most)

@@ -299,11 +299,17 @@ class Fit:
         """
         jacobian = self.linearised.jacobian * (self.question.prior.sigma > 0)
         lasting = jacobian.T @ (self._correlated(jacobian) - jacobian)
-        moved = np.array([one.values - self.values for one in self.checked])
+        moved, shares = self._by_scatter
         white = np.array([one.covariance for one in self.checked])
-        evidence = np.array([one.evidence for one in self.checked])
         each = white + white @ lasting @ white + moved[:, :, None] * moved[:, None]
-        return np.asarray(np.tensordot(self.shares(evidence, moved @ jacobian.T), each, 1))
+        return np.asarray(np.tensordot(shares, each, 1))
+
+    @cached_property
+    def _by_scatter(self) -> tuple[Floats, Floats]:
+        """How far each scatter moves the parameters, (scatters, columns), and its probability."""
+        moved = np.array([one.values - self.values for one in self.checked])
+        evidence = np.array([one.evidence for one in self.checked])
+        return moved, self.shares(evidence, moved @ self.linearised.jacobian.T)
 
     def by_places(self, column: Column) -> tuple[float, float]:
         """Estimate a column by the places alone, without what was known of it before.
@@ -312,9 +318,7 @@ class Fit:
         places say nothing. The other columns follow as the normal equations have it.
         """
         found = np.array([self._by_places(column, one) for one in self.checked])
-        evidence = np.array([one.evidence for one in self.checked])
-        moved = np.array([one.values - self.values for one in self.checked])
-        shares = self.shares(evidence, moved @ self.linearised.jacobian.T)
+        _, shares = self._by_scatter
         mean = float(shares @ found[:, 0])
         return mean, math.sqrt(float(shares @ (found[:, 1] + (found[:, 0] - mean) ** 2)))
 

@@ -54,6 +54,13 @@ class TrialRow:
         return self.result.count
 
     @property
+    def missing(self) -> str:
+        """Why the count, or its result on the disk, is missing; empty if neither is."""
+        if self.count is not None and self.not_kept is None:
+            return ""
+        return self.not_kept or self.result.reason or "not counted"
+
+    @property
     def theory(self) -> int | None:
         """Exact count of the masses that were given; None where none were."""
         return None if self.masses is None else _theory(*self.masses)
@@ -75,7 +82,7 @@ class TrialRow:
         """True for what is not counted, not kept, or less than sure."""
         chance = self.result.chance
         unsure = chance is not None and chance < SURE
-        return self.count is None or self.not_kept is not None or unsure
+        return bool(self.missing) or unsure
 
 
 _theory = cache(collision_count)
@@ -209,11 +216,9 @@ def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
 
 
 def _why(row: TrialRow) -> str:
-    reason = row.result.reason
-    if row.count is None or row.not_kept is not None:
-        return row.not_kept or reason or "not counted"
     listed = chances_words(row.result.probability, 4)
-    return "; ".join(filter(None, (f"probably {row.count} ({listed})", reason)))
+    doubt = filter(None, (f"probably {row.count} ({listed})", row.result.reason))
+    return row.missing or "; ".join(doubt)
 
 
 def summary_lines(one: Summary) -> list[Line]:
