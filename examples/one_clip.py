@@ -33,5 +33,5 @@ if __name__ == "__main__":
         raise SystemExit(__doc__)
     try:
         main(*sys.argv[1:])
-    except count_video.CountVideoError as error:
+    except (count_video.CountVideoError, ValueError) as error:
         raise SystemExit(str(error)) from error

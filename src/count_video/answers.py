@@ -109,7 +109,7 @@ def answer(
     if not at_wall and settings.masses is not None:
         warnings = (*result.warnings, sentence(Reason(Cause.MASSES_UNUSED)))
         return replace(result, warnings=warnings)
-    measured = measured_ratios(explained, given=settings.masses is not None)
+    measured = measured_ratios(explained, given=settings.masses is not None) if counts else []
     return weighed(result, measured, settings.masses)
 
 

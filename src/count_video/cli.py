@@ -85,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_BROKEN_PIPE
     except OSError as error:  # those of the clips have become answers
         give_stdout_up()
-        _complain(f"cannot write the result: {error.strerror or error}")
+        _complain(f"cannot write what was asked for: {error.strerror or error}")
         return EXIT_NOT_COUNTED
     return code
 
@@ -149,7 +149,15 @@ def _answer_campaign(options: argparse.Namespace) -> int:
         if not options.json:
             print(f"\n{campaign_text(rows, summary, _columns())}", flush=True)
         if store is not None:
-            store.write_campaign(rows, summary, kind)
+            try:
+                store.write_campaign(rows, summary, kind)
+            except OSError as error:
+                unwritten = ", ".join(own)
+                _complain(
+                    f"{folder}: {unwritten} could not be written ({error.strerror}); free space "
+                    "and start again: the results of the trials are kept"
+                )
+                return EXIT_NOT_COUNTED
             if not options.json:
                 _say_what_is_kept([folder / name for name in own], ", and NAME.json for each trial")
     return EXIT_NOT_COUNTED if any(row.missing for row in rows) else EXIT_COUNTED

@@ -233,16 +233,17 @@ def _not_described(shown: Explanation, reason: Reason) -> Explanation:
 
 
 def without_a_wall(
-    track: Track, report: FootageReport, stands_ahead: Callable[[], bool]
+    track: Track, report: FootageReport, stands_beyond: Callable[[], tuple[bool, bool]]
 ) -> Explanation:
     """Explain a track by two bodies that meet.
 
-    Where one moves towards something else when the clip ends, they may be those of a trial whose
-    wall is not reached in the clip.
+    Where one comes from something else as the clip begins, or goes to it as it ends, they may be
+    those of a trial whose wall was left before the clip, or is not reached in it.
     """
     found = seen_impacts(without_wall(track))
-    if found.collisions and not found.shortcomings and stands_ahead():
-        found = replace(found, shortcomings=(Reason(Cause.WALL_AHEAD),))
+    if found.collisions and not found.shortcomings:
+        causes = zip((Cause.WALL_BEHIND, Cause.WALL_AHEAD), stands_beyond(), strict=True)
+        found = replace(found, shortcomings=tuple(Reason(one) for one, stands in causes if stands))
     return by_impacts(track, found, report)
 
 
@@ -265,18 +266,19 @@ def of_pair(
     track: Track,
     known: Knowledge,
     report: FootageReport,
-    stands_ahead: Callable[[], bool],
+    stands_beyond: Callable[[], tuple[bool, bool]],
     *,
     seen_only: bool = False,
 ) -> Explanation:
     """Explain a track of two bodies, at a wall or, where none is shown, without one.
 
-    ``stands_ahead`` says whether one of them moves towards something when the clip ends.
+    ``stands_beyond`` says whether one of them comes from something as the clip begins, and whether
+    one goes to something as it ends.
     """
     walled = at_wall(track, known, report, seen_only=seen_only) if track.wall_seen else None
     if walled is not None and not only_turns(track, walled.collisions):
         return walled
-    free = without_a_wall(track, report, stands_ahead)
+    free = without_a_wall(track, report, stands_beyond)
     return free if walled is None or free.counts or walled.counts else walled
 
 

@@ -186,7 +186,9 @@ def read_text(path: Path, most_bytes: int) -> str:
             )
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise UsageError(f"{path}: this is no text in UTF-8; save it as such") from error
+        raise UsageError(
+            f"{path}: this is no text in UTF-8; save it as such, a table as CSV UTF-8"
+        ) from error
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise UsageError(f"{path}: cannot be read: {reason}") from error

@@ -31,7 +31,7 @@ from count_video.progress import NO_PROGRESS, Progress
 from count_video.reasons import Cause, Reason
 from count_video.reports.words import sentence
 from count_video.settings import TrialSettings
-from count_video.tracking.beside import moves_beside, stands_ahead
+from count_video.tracking.beside import moves_beside, stands_beyond
 from count_video.tracking.observation import Observation, observe
 from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.single import single_tracks
@@ -71,7 +71,7 @@ def _explained(seen: Observation, settings: TrialSettings) -> Followed:
     )
     with suppress(TrackingError):
         pair = best = likeliest_pair(
-            two(track, stands_ahead=partial(stands_ahead, seen, track))
+            two(track, stands_beyond=partial(stands_beyond, seen, track))
             for track in pair_tracks(seen.movers, seen.frames, seen.view, settings.wall)
         )
     if pair is None or not is_settled(pair):

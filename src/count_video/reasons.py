@@ -38,6 +38,7 @@ class Cause(Enum):
     CUT_AT_STOP = auto()
     TOO_FREQUENT = auto()
     DIES_OUT = auto()  # the body bounces lower and lower, at last below what the pictures show
+    WALL_BEHIND = auto()
     WALL_AHEAD = auto()
     SEVERAL_BOUNCE = auto()  # bodies that each bounce by themselves [how many]
     OTHERS_MOVE = auto()  # few impacts, while other bodies move [how many impacts, others]

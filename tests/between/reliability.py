@@ -157,7 +157,7 @@ def counted(trial: HardTrial, *, ball_alone: bool = False) -> Outcome:
     replaced = {
         "open_footage": lambda *_, **__: nullcontext(footage),
         "observe": lambda *_, **__: nullcontext(seen),
-        "stands_ahead": lambda *_: True,
+        "stands_beyond": lambda *_: (True, True),
         "moves_beside": lambda *_: True,
         "pair_tracks": lambda *_: found(pairs),
         "single_tracks": lambda *_: found(singles),

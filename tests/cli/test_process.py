@@ -93,7 +93,7 @@ def test_an_answer_that_cannot_be_written_is_reported() -> None:
     with open("/dev/full", "w") as full, started("a.mp4", stdout=full.fileno()) as process:
         _, complaint = process.communicate()
     assert process.returncode == 1
-    assert complaint == "count-video: cannot write the result: No space left on device\n"
+    assert complaint == "count-video: cannot write what was asked for: No space left on device\n"
 
 
 def test_the_shell_is_answered_how_an_option_may_go_on(tmp_path: Path) -> None:

@@ -75,7 +75,7 @@ def _tracking_gives(stored: StoredClip) -> Iterator[None]:
     replaced = {
         "open_footage": lambda *_, **__: nullcontext(footage),
         "observe": lambda *_, **__: nullcontext(seen),
-        "stands_ahead": lambda *_: False,
+        "stands_beyond": lambda *_: (False, False),
         "pair_tracks": pairs,
         "single_tracks": without_pair,
     }

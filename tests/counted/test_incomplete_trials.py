@@ -50,6 +50,27 @@ def test_wherever_in_the_burst_a_clip_is_cut_it_is_not_counted(clip: Path, optio
         assert_not_counted(answer(clip, option, str(frame)))
 
 
+def test_like_bodies_of_which_one_comes_from_a_wall_are_not_counted() -> None:
+    clip = FIXTURES / "ratio1-count3.mp4"
+    _, wall, _ = (event["frame"] for event in truth_of(clip)["events"])
+    for start in range(int(wall) + 1, int(wall) + 4):
+        said = answer(clip, "--start", str(start))
+        assert_not_counted(said)
+        assert "comes from something that stands still" in said["reason"]
+
+
+def test_what_follows_the_end_of_a_clip_is_foreseen_with_its_uncertainty() -> None:
+    clip = FIXTURES / "ratio100-count29.mp4"
+    truth = truth_of(clip)
+    fifth, sixth = (truth["events"][place]["frame"] for place in (4, 5))
+    said = answer(clip, "--end", str(round((fifth + sixth) / 2)))
+    assert_not_counted(said)
+    # Of 29 collisions the clip shows 5, which leave the others open but for a few.
+    chances = {int(count): chance for count, chance in said["probability"].items()}
+    assert chances[truth["count"]] > 0.05
+    assert max(chances.values()) < 0.95
+
+
 @pytest.mark.parametrize("clip", rest_slow(CLIPS[::-1]), ids=lambda clip: clip.stem)
 def test_the_burst_with_a_few_frames_at_either_end_is_enough(clip: Path) -> None:
     truth = truth_of(clip)

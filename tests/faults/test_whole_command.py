@@ -103,7 +103,7 @@ def test_what_cannot_be_written_is_named(arguments: list[str]) -> None:
     with open("/dev/full", "w") as full:
         answer = ask(*arguments, stdout=full)
     assert answer.code == 1
-    assert answer.err == "count-video: cannot write the result: No space left on device\n"
+    assert answer.err == "count-video: cannot write what was asked for: No space left on device\n"
 
 
 @pytest.mark.parametrize(

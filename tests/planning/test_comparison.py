@@ -149,7 +149,7 @@ def test_a_set_up_that_cannot_be_is_not_counted() -> None:
     (bodies,) = [one for one in comparison.quantities if one.name == "bodies_gap_mm"]
     assert (bodies.count, comparison.found_count) == (None, None)
     (line,) = [text for text in comparison_lines(comparison) if "between the bodies" in text]
-    assert line.split()[-2:] == ["-", "*"]
+    assert line.split()[-2:] == ["-", "differs"]
 
 
 def test_a_clip_without_a_count_is_compared_all_the_same() -> None:
@@ -166,11 +166,20 @@ def test_text_and_json_say_the_comparison() -> None:
     assert max(map(len, text.splitlines())) <= 80
     (line,) = [line for line in text.splitlines() if line.split()[:2] == ["gap,", "mm"]]
     assert line.split()[2:4] == ["30.0", "50.0"]
-    assert line.endswith("29 *")
+    assert line.endswith("29 differs")
     answers = json_object(result)["plan"]
     assert isinstance(answers, dict)
     assert (answers["planned_count"], answers["explained_by"]) == (31, ["gap_mm"])
     assert json_object(replace(result, comparison=None))["plan"] is None
+
+
+def test_the_planned_count_by_another_set_up_is_said_to_be_so() -> None:
+    as_planned = compared(found(PLANNED.setup()), PLANNED)
+    assert comparison_sentence(as_planned.comparison, as_planned.count).endswith("as planned")
+    nearer = replace(PLANNED.setup(), wall_gap_m=PLANNED.gap_m - 0.003)
+    result = compared(found(nearer), PLANNED)
+    assert result.count == result.comparison.planned_count  # type: ignore[union-attr]
+    assert comparison_sentence(result.comparison, result.count).endswith("but not with this gap")
 
 
 def write(path: Path, stored: object) -> Path:

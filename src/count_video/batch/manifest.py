@@ -171,8 +171,8 @@ def _cells(path: Path, text: str) -> Iterator[tuple[str, dict[str, str]]]:
     if "clip" not in columns or unknown or len(set(columns)) < len(columns):
         wrong = f" and not {', '.join(unknown)}" if unknown else ""
         raise UsageError(
-            f"{path}: the first line must name the columns{wrong}, each once, clip among them; "
-            f"there are: {', '.join(known)}"
+            f"{path}: the first line must name the columns{wrong}, each once, clip among them, "
+            f"with a comma or semicolon between two; there are: {', '.join(known)}"
         )
     reader.fieldnames = columns
     for row in reader:

@@ -22,11 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.motion.errors_of_places import HALF_EXPOSURE
-from count_video.motion.parameters import Column, within_limits
+from count_video.motion.parameters import LIMITS, Column, within_limits
 from count_video.motion.pendulums import Paths, follow, slopes, stepped
 from count_video.motion.priors import MODEL_WRONG
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.solving import Fit
+from count_video.motion.starting import MOST_COLLISIONS
 from count_video.motion.time_base import LeftOut
 from count_video.records import (
     Collision,
@@ -60,8 +61,8 @@ def doubted(chances: Mapping[int, float]) -> dict[int, float]:
 
 
 DRAWS = 200
-FOLLOWED_AT_MOST = 12
-"""Collisions after the clip's end that are foreseen."""
+FOLLOWED = 12
+"""Collisions after the clip's end that are foreseen at first, and again where that is too few."""
 
 
 def end_chances(fit: Fit) -> dict[int, float]:
@@ -76,14 +77,17 @@ def end_chances(fit: Fit) -> dict[int, float]:
     normal = rng.normal(size=(DRAWS, len(widths)))
     drawn = fit.values + (normal * np.sqrt(np.maximum(widths, 0.0))) @ vectors.T
     count, observed = fit.count, fit.observed
-    paths = follow(within_limits(drawn), count + FOLLOWED_AT_MOST, observed.start)
-    late = (paths.states[1, :, count - 1] > 0) & (paths.before[1, :, count] < 0)
-    more, going = np.where(late, -1, 0), ~late
-    end = observed.end + fit.values[Column.SKIP]
-    for last in range(count, count + FOLLOWED_AT_MOST):
-        following = paths.time[:, last + 1]
-        going &= (following > end) & (following < _turns(paths, last))
-        more += going
+    end, followed = observed.end + fit.values[Column.SKIP], 0
+    going = np.ones(DRAWS, bool)
+    while going.any() and count + followed < MOST_COLLISIONS:
+        followed += max(FOLLOWED, followed)
+        paths = follow(within_limits(drawn), count + followed, observed.start)
+        late = (paths.states[1, :, count - 1] > 0) & (paths.before[1, :, count] < 0)
+        more, going = np.where(late, -1, 0), ~late
+        for last in range(count, count + followed):
+            following = paths.time[:, last + 1]
+            going &= (following > end) & (following < _turns(paths, last))
+            more += going
     return {number: float(np.mean(more == number)) for number in sorted(set(more.tolist()))}
 
 
@@ -129,7 +133,8 @@ def ratio_by_places(fits: Sequence[Fit]) -> Estimate:
     """Mass ratio by the places alone, whatever was given; of the fit with the most evidence."""
     best = max(fits, key=lambda fit: fit.evidence)
     lightness, sigma = best.by_places(Column.LIGHTNESS)
-    ratio = float(np.exp(-lightness))
+    # What the places leave open may lie far beyond any experiment's.
+    ratio = float(np.exp(-np.clip(lightness, *LIMITS[Column.LIGHTNESS])))
     return Estimate(ratio, ratio * sigma)
 
 

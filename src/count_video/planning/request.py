@@ -131,7 +131,12 @@ class PlanRequest:
                 f"the release of {self.release_m:g} m is not shorter than a thread of "
                 f"{shortest_m:g} m; plan swings that are small"
             )
-        self.setup()  # refuses a damping with which nothing swings
+        slowest_per_s = (Setup.gravity_m_s2 / max(self.heavy_thread_m, self.light_thread_m)) ** 0.5
+        if self.damping_per_s >= slowest_per_s:
+            raise UsageError(
+                f"with a damping of {self.damping_per_s:g} per second nothing swings: plan less "
+                f"than {slowest_per_s:.3g}"
+            )
 
     @property
     def mass_ratio(self) -> float:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from count_video.physics.theory import pi_bounds
 from count_video.planning.comparison import Expected, expected_counts, ratio_range
-from count_video.records import SURE, PlanComparison, TrialResult
+from count_video.records import SURE, ComparedQuantity, PlanComparison, TrialResult
 from count_video.reports.tables import NOT_KNOWN, collision_lines
 from count_video.reports.words import (
     KINDS,
@@ -109,7 +109,10 @@ def _collision_notes(result: TrialResult) -> Iterator[Note]:
             said = "all followed from the motion in the frames; some are too close to see one by "
             said += f"one, {closest:.1f} frames at the closest"
         yield "Evidence", said
-    yield "Probability", chances_words(result.probability)
+    chances = result.probability
+    likeliest = max(chances, key=lambda count: chances[count], default=0)
+    beyond = ", with what follows after the clip" if likeliest > len(result.collisions) else ""
+    yield "Probability", f"{chances_words(chances)}{beyond}"
     if result.count_after_burst:
         more = plural(result.count_after_burst, "more collision")
         yield "Afterwards", f"{more} after the heavy body turned back, which the count leaves out"
@@ -200,7 +203,7 @@ NAMES = {
     "restitution_wall": ("restitution, wall", "", 4),
 }
 """What the quantities are called, their units, and their decimals."""
-_COMPARED = "  {:<28} {:>10} {:>10} {:>8} {:>12} {}"
+_COMPARED = "  {:<28} {:>9} {:>9} {:>8} {:>12} {}"
 
 
 def comparison_sentence(comparison: PlanComparison | None, count: int | None) -> str:
@@ -221,9 +224,10 @@ def _reason(comparison: PlanComparison, count: int) -> str:
     """Say why the count is the planned one, or which difference makes it another."""
     names = [NAMES[name][0] for name in comparison.explained_by]
     if count == comparison.planned_count:
-        if count == comparison.theory:
-            return "it came out as planned"
-        return f"{count} is what was planned: the swing and the losses differ from the theory"
+        if others := [NAMES[one.name][0] for one in comparison.quantities if _differs(one)]:
+            return f"{count} is what was planned, but not with this {', '.join(others)}"
+        differs = f"{count} is what was planned: the swing and the losses differ from the theory"
+        return "it came out as planned" if count == comparison.theory else differs
     if len(names) == len(comparison.quantities) and len(names) > 1:
         return f"all differences together make it {count}, none alone does"
     if names:
@@ -243,7 +247,11 @@ def comparison_lines(comparison: PlanComparison | None) -> list[str]:
         (name, unit, decimals), found = NAMES[one.name], one.found
         values = (f"{value:.{decimals}f}" for value in (one.planned, found.value, found.sigma))
         count = NOT_KNOWN if one.count is None else str(one.count)
-        differs = abs(found.value - one.planned) > 2 * found.sigma
         words = f"{name}{unit and f', {unit}'}"
-        lines.append(_COMPARED.format(words, *values, count, "*" if differs else ""))
+        lines.append(_COMPARED.format(words, *values, count, "differs" if _differs(one) else ""))
     return [line.rstrip() for line in lines]
+
+
+def _differs(one: ComparedQuantity) -> bool:
+    """Whether what was found is surely not what was planned."""
+    return abs(one.found.value - one.planned) > 2 * one.found.sigma

@@ -59,8 +59,8 @@ def ratio_words(ratio: Estimate | None, between: str = "±") -> str:
 
 
 def percent(chance: float) -> str:
-    """Write a chance, with a decimal where it is nearly certain, and never as certain."""
-    return f"{chance:.0%}" if chance < 0.99 else f"{min(chance, 0.999):.1%}"
+    """Write a chance, with a decimal near 0 and near 1, and never as certain."""
+    return f"{chance:.0%}" if 0.01 <= chance < 0.99 else f"{min(chance, 0.999):.1%}"
 
 
 def chances_words(probability: Mapping[int, float], most: int | None = None) -> str:
@@ -111,7 +111,7 @@ SENTENCES: Final = {
     Cause.ENDS_CATCHING_UP: ENDS.format("while the ball still catches up with the cylinder"),
     Cause.ENDS_RETURNING: ENDS.format("while the ball still moves to the wall"),
     Cause.ENDS_BEFORE_NEXT: ENDS.format(
-        "when by the fitted motion one more collision follows, with a probability of {:.0%}"
+        "when by the fitted motion more collisions follow, with a probability of {:.0%}"
     ),
     Cause.STRAYS: "the cylinder does not move as its swing and these collisions would have it: "
     "some were missed, or something else was taken for a body",
@@ -119,7 +119,7 @@ SENTENCES: Final = {
     "missed",
     Cause.BODY_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the cylinder "
     "was missed",
-    Cause.UNRESOLVED: "collisions follow each other within {:.1f} pictures, less than the {} that "
+    Cause.UNRESOLVED: "collisions follow each other within {:.2g} pictures, less than the {} that "
     "show each for certain; film at a higher rate",
     Cause.LEFT_OUT: "frames are left out after frame {0:.0f} (about {1:.0f}), in which "
     "collisions may have happened",
@@ -140,6 +140,8 @@ SENTENCES: Final = {
     Cause.TOO_FREQUENT: "the last impacts follow each other faster than the pictures show: some "
     "may be missed",
     Cause.DIES_OUT: "the last bounces are lower than the pictures show: they are not counted",
+    Cause.WALL_BEHIND: "the clip begins while a body comes from something that stands still: if it "
+    "struck that, start the clip before the first collision",
     Cause.WALL_AHEAD: "the clip ends while a body moves towards something that stands in its way: "
     "if that is a wall, let the clip run until the last collision",
     Cause.SEVERAL_BOUNCE: "{:.0f} bodies each bounce by themselves, and which of them is meant is "
@@ -172,7 +174,7 @@ SENTENCES: Final = {
     "to them",
     Cause.MODEL_FITS_NOTHING: "no motion of two bodies and a wall resembles the track",
     Cause.MODEL_DIFFERS: "the fitted collisions are not those that were seen",
-    Cause.MODEL_STRAYS: "the modelled motion strays from the track by {:.1f} px where {:.1f} are "
+    Cause.MODEL_STRAYS: "the modelled motion strays from the track by {:.2f} px where {:.2f} are "
     "allowed: something else than two swinging bodies and a wall took part",
     Cause.MODEL_LEAVES_OPEN: "{open_counts}",
     Cause.MASSES_WOULD_HELP: "the masses, given with --masses, narrow it down",

@@ -1,7 +1,8 @@
 """What the pictures show beside a body: whether something stands in its way, or moves there.
 
 Two like bodies that meet once, without a wall, move as those of a trial do whose wall is not
-reached in the clip. Its end may show the difference: a face ahead, across the line of motion.
+reached in the clip, or was left before it. Its ends may show the difference: a face ahead, across
+the line of motion, or behind.
 
 One body that turns round once moves as the heavy body of a trial does whose ball could not be
 followed. There the pictures change where the body turned, in front of the face that it turned with.
@@ -20,7 +21,7 @@ from count_video.tracking.observation import Observation
 from count_video.tracking.single import Places, places_of
 
 LAST_PICTURES = 8
-"""The velocity at the end is that of so many pictures; what stands still does so in the first and
+"""The velocity at an end is that of so many pictures; what stands still does so in the first and
 the last of them."""
 MOVES_SIZES = 0.02
 """A body that moves by less than this share of its size from picture to picture comes nowhere."""
@@ -39,18 +40,21 @@ APART_PX = 3.0
 """The edges of a body are as wide as this."""
 
 
-def stands_ahead(seen: Observation, track: Track) -> bool:
-    """Whether one of two bodies moves towards a face when the clip ends."""
-    ways = _ways(track)
-    if not ways:
-        return False
-    pictures = [_whole(seen, luma, track) for luma in seen.pictures[-LAST_PICTURES:]]
-    if not pictures:
-        return False
-    return any(
-        has_face(*(_strip(luma, track, way)[0] for luma in (pictures[0], pictures[-1])))
-        for way in ways
-    )
+def stands_beyond(seen: Observation, track: Track) -> tuple[bool, bool]:
+    """Whether one of two bodies comes from a face as the clip begins, and goes to one as it ends.
+
+    What goes to a face comes from it if time is turned round.
+    """
+    last = min(LAST_PICTURES, len(seen.pictures))
+    begins, ends = list(range(last))[::-1], list(range(-last, 0))
+    return _stands_ahead(seen, track, begins), _stands_ahead(seen, track, ends)
+
+
+def _stands_ahead(seen: Observation, track: Track, rows: Sequence[int]) -> bool:
+    """Whether one of two bodies moves towards a face in some pictures, in this order."""
+    ways = _ways(track, rows)
+    pictures = [_whole(seen, seen.pictures[row], track) for row in (rows[0], rows[-1]) if ways]
+    return any(has_face(*(_strip(luma, track, way)[0] for luma in pictures)) for way in ways)
 
 
 def moves_beside(seen: Observation, track: Track, frame: float) -> bool:
@@ -116,14 +120,14 @@ def _whole(seen: Observation, luma: NDArray[np.uint8], track: Track) -> NDArray[
     return whole.T if track.line.upright else whole
 
 
-def _ways(track: Track) -> list[tuple[float, int]]:
-    """For each body that moves outward at the end: where its middle is, and in which direction."""
+def _ways(track: Track, shown: Sequence[int]) -> list[tuple[float, int]]:
+    """For each body that moves outward in some rows: where its middle is at last, and which way."""
     if track.heavy is None or len(track.frame) < LAST_PICTURES:
         return []
     bodies = sorted((track.ball, track.heavy), key=lambda body: float(np.nanmean(body.position_px)))
     ways = []
     for body, side in zip(bodies, (-1, 1), strict=True):
-        recent = body.position_px[-LAST_PICTURES:]
+        recent = body.position_px[list(shown)]
         rows = np.flatnonzero(np.isfinite(recent))
         if len(rows) < 2 or rows[-1] < len(recent) - 1:
             continue  # it has left the picture

@@ -165,7 +165,8 @@ def _check_readable(path: Path) -> None:
                 raise FootageError(f"{path}: the file is empty; copy it again from the camera")
             frames = frames_in_index(file)
     except FileNotFoundError as error:
-        raise FootageError(f"{path}: no such file; check the name") from error
+        lost = "is a link to a file that is not there" if path.is_symlink() else "no such file"
+        raise FootageError(f"{path}: {lost}; check the name") from error
     except (OSError, ValueError) as error:
         reason = plain_words(error)
         raise FootageError(f"{path}: cannot be read ({reason}); check its rights") from error
