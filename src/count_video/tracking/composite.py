@@ -142,7 +142,7 @@ def _away(places: Mapping[int, Place], path: Mapping[int, Place]) -> Shifts:
 
 def _levels(piece: Pixels) -> Levels:
     """Turn grey levels into steps; a dim picture that is brightened much has white beyond them."""
-    return np.asarray(np.rint(np.minimum(piece * np.float32(STEPS), LAST)), np.int16)
+    return np.asarray(cv2.multiply(piece, STEPS, dtype=cv2.CV_16S), np.int16)
 
 
 def _shown(begins: Floats, length: int, size: int) -> tuple[int, int]:

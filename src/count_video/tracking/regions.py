@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.rigid import RigidGroup
-from count_video.tracking.samples import differences
+from count_video.tracking.samples import differences, quantile_of
 from count_video.tracking.shape import Part
 from count_video.video.pictures import reduced, scale_to
 
@@ -115,10 +115,10 @@ def find_regions(
         Parts of each that show what is known: they are left out.
     """
     away = differences(pictures, known)
-    spread = np.median(np.array(away[:: max(1, len(away) // NOISE_OF)]))
-    least = max(NOISE_SIGMAS * MEDIAN_TO_SIGMA * float(spread), NOISE_LEVELS)
+    spread = quantile_of(away[:: max(1, len(away) // NOISE_OF)], 0.5)
+    least = max(NOISE_SIGMAS * MEDIAN_TO_SIGMA * spread, NOISE_LEVELS)
     for one in away:
-        one[one <= least] = 0
+        cv2.threshold(one, least, 0, cv2.THRESH_TOZERO, dst=one)
     for one, parts in zip(away, known, strict=False):
         for part in parts:
             one[part] = 0

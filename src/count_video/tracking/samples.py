@@ -90,28 +90,18 @@ class Thumbnails:
         return kept
 
 
-class _Level(Sequence[Luma]):
-    """Pictures made equally bright when they are asked for: copies of all take much memory."""
+def choose_samples(pictures: dict[int, Luma]) -> Samples:
+    """Choose samples among the pictures of a clip, given thumbnails by their place in it.
 
-    def __init__(self, pictures: Sequence[Luma], lights: Sequence[Light]) -> None:
-        self._pictures, self._lights = pictures, lights
-
-    def __len__(self) -> int:
-        return len(self._pictures)
-
-    def __getitem__(self, place: Any) -> Any:
-        return self._lights[place].levelled(self._pictures[place])
-
-
-def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
-    """Choose samples among the pictures of a clip, given thumbnails by their place in it."""
-    rows, whole = np.array(list(pictures), dtype=np.intp), list(pictures.values())
-    inside = _within_bars(whole)
-    shown = [one[inside] for one in whole]
-    brightness = np.array([cv2.mean(one)[0] for one in shown]) + 1e-6
+    They are made equally bright in their place: copies of all take much memory.
+    """
+    inside = _within_bars(list(pictures.values()))
+    brightness = np.array([cv2.mean(one[inside])[0] for one in pictures.values()]) + 1e-6
     gains = brightness / brightness.mean()
-    even_lights = [Light(gain) for gain in gains.tolist()]
-    level = _Level(shown, even_lights)
+    for row, gain in zip(list(pictures), gains.tolist(), strict=True):
+        pictures[row] = Light(gain).levelled(pictures[row])
+    rows, whole = np.array(list(pictures), dtype=np.intp), list(pictures.values())
+    level = [one[inside] for one in whole]
     noise, largest, active = _changes(level)
     if not active.any():
         return Samples(np.empty(0, np.intp), [], np.empty((0, 1, 1), np.bool_), np.s_[0:, 0:])
@@ -123,10 +113,10 @@ def choose_samples(pictures: Mapping[int, Luma]) -> Samples:
         chosen = _walk(level, noise, largest, share)
     even = np.linspace(0, len(level) - 1, min(SAMPLES_AT_LEAST, len(level))).astype(np.intp)
     together = np.union1d(chosen, even)
-    alike = [even_lights[k].levelled(whole[k]) for k in together]
+    alike = [whole[k] for k in together]
     lights = lights_of(alike, gains[together], _middle(alike))
-    some = [one.levelled(whole[k]) for k, one in zip(together, lights, strict=True)]
-    return Samples(rows[together], lights, _moved(some, inside), _part(largest, inside))
+    alike = [Light(1.0, one.waves).levelled(k) for k, one in zip(alike, lights, strict=True)]
+    return Samples(rows[together], lights, _moved(alike, inside), _part(largest, inside))
 
 
 def _within_bars(thumbnails: Sequence[Luma]) -> Part:
@@ -198,6 +188,13 @@ def median_picture(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Lum
     return middle
 
 
+def quantile_of(pictures: Sequence[Luma], share: float) -> float:
+    """Level that this share of all pixels of some pictures do not exceed."""
+    count = sum(cv2.calcHist([one], [0], None, [WHITE + 1], [0, WHITE + 1]) for one in pictures)
+    total = np.cumsum(count, dtype=np.float64)
+    return float(np.searchsorted(total, share * total[-1]))
+
+
 def _of_rank(levels: Luma, rank: Luma) -> Luma:
     """Level of each pixel, shape (n, ...), below which so many are, shape (...).
 
@@ -217,9 +214,7 @@ def _moved(level: Sequence[Luma], inside: Part) -> NDArray[np.bool_]:
     The noise is that ``inside`` of bars.
     """
     away = differences(level)
-    count = np.sum([np.bincount(one[inside].ravel(), minlength=WHITE + 1) for one in away], axis=0)
-    median = float(np.searchsorted(np.cumsum(count), count.sum() / 2))
-    least = MOVED_SIGMAS * (MEDIAN_TO_SIGMA * median + 0.5)
+    least = MOVED_SIGMAS * (MEDIAN_TO_SIGMA * quantile_of([one[inside] for one in away], 0.5) + 0.5)
     # Single pixels are noise.
     moved = (cv2.medianBlur((one > least).astype(np.uint8), 3) for one in away)
     return np.stack([one > 0 for one in moved])

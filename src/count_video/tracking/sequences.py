@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.tracking.samples import Samples
+from count_video.tracking.samples import Samples, quantile_of
 from count_video.video.pictures import reduced, scale_to
 
 Luma = NDArray[np.uint8]
@@ -81,7 +81,7 @@ def prepared(pictures: Sequence[Luma], samples: Samples) -> Prepared:
 
     chosen, size = samples.chosen.tolist(), [side / scale for side in whole]
     some = chosen[:: len(chosen) // BRIGHTNESS_OF + 1]
-    brightest = max(float(np.quantile(cut(k), BRIGHT_SHARE)) for k in some)
+    brightest = max(quantile_of([cut(k)], BRIGHT_SHARE) for k in some)
     stretch = float(np.clip(BRIGHTEST_LEVEL / max(brightest, 1.0), 1.0, STRETCH_AT_MOST))
     corner, small = (columns.start / scale, rows.start / scale), []
     for k, light in zip(chosen, samples.lights, strict=True):
