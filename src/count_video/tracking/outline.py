@@ -74,7 +74,7 @@ class Outline:
     """Column of the mean at which the template begins."""
 
 
-def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
+def find_outline(mean: Mean, fence: tuple[float, float], *, circles=True) -> Outline | None:
     """Trim the mean to the body and weight its pixels; None if there is no outline.
 
     ``fence`` gives the first and last column that can be the body's.
@@ -92,8 +92,8 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
         np.concatenate([upright.places_px, level.places_px[:, ::-1]]),
         np.concatenate([upright.clarity, level.clarity]),
     )
-    circle = circle_through(every, len(body))
-    if circle is None or not _is_outline(circle, mean):
+    circle = circle_through(every, len(body)) if circles else None
+    if circles and (circle is None or not _is_outline(circle, mean)):
         circle = _circle_of_ends(mean, slope, own)
     if circle is not None:
         body = mean.moving & (_away(circle, body.shape) < BEYOND_OUTLINE_PX)
