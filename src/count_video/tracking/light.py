@@ -44,6 +44,8 @@ for normal noise), and a standard deviation of the logarithm that all have at le
 STEPS, STEP_AT_LEAST = 20, CHANGE_AT_LEAST / 100
 """Of the iteration at most, none of which makes the fit worse, and the least that is worth another:
 the smallest change of light is a hundred times as large."""
+DECIDED_BY = 40
+"""Whether it varies is decided by so many of the pictures."""
 FITS = 2
 """To the blocks themselves, after that to their steps; the second has the noise of the first."""
 RIDGE = 1e-6
@@ -132,7 +134,8 @@ def lights_of(pictures: Sequence[Luma], gains: Floats, median: Luma) -> list[Lig
     height, width = median.shape
     shape = _share(height, width), _share(width, height)
     before = _logarithms(median, shape)
-    ratio = np.array([_logarithms(one, shape) - before for one in pictures])
+    every = np.array([_logarithms(one, shape) - before for one in pictures])
+    ratio = every[:: -(-len(every) // DECIDED_BY)]
     basis = [_cosines((np.arange(side) + 0.5) / side, _waves(side, shape)) for side in shape]
     waves = _fitted(ratio, basis)
     field = np.einsum("ai,nij,bj->nab", basis[0], waves, basis[1], optimize=True)
@@ -144,6 +147,7 @@ def lights_of(pictures: Sequence[Luma], gains: Floats, median: Luma) -> list[Lig
     still = float(np.median(scales[1])) < CHANGE_AT_LEAST
     if not (varies and still) or count * gain < waves[0].size / 2 * np.log(count):
         return [Light(gain) for gain in gains.tolist()]
+    waves = _fitted(every, basis)
     return [Light(gain, one) for gain, one in zip(gains.tolist(), waves, strict=True)]
 
 

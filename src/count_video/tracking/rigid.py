@@ -73,17 +73,20 @@ def rigid_groups(trajectories: Trajectories, scene_px: Floats) -> list[RigidGrou
     moving = _moving(places, seen)
     places, seen = places[moving], seen[moving]
     joined = _joined(places, seen)
-    left = np.arange(len(moving))
+    partners, weight = joined.astype(np.float32), np.sqrt(seen.sum(axis=1, dtype=np.float32))
+    left = np.ones(len(moving), np.bool_)
     found: list[Indices] = []
-    while len(left) >= CORNERS_AT_LEAST and len(found) < BODIES_AT_MOST:
-        partners = joined[np.ix_(left, left)]
-        centre = int(np.argmax(partners @ np.sqrt(seen[left].sum(axis=1))))
-        members = _settled(places, seen, left, left[partners[centre]])
+    while len(found) < BODIES_AT_MOST:
+        enough = left & (partners @ left >= CORNERS_AT_LEAST)
+        if not enough.any():
+            break
+        centre = int(np.argmax(np.where(enough, partners @ (weight * left), 0)))
+        members = _settled(places, seen, np.flatnonzero(left), np.flatnonzero(left & joined[centre]))
         if len(members) >= CORNERS_AT_LEAST:
             found.append(members)
-            left = np.setdiff1d(left, members)
+            left[members] = False
         else:
-            left = np.delete(left, centre)
+            left[centre] = False
     groups = [_group(places, seen, members, scene_px) for members in _merged(places, seen, found)]
     return sorted(_solid(groups), key=lambda group: -len(group.corners_px))
 
@@ -124,7 +127,9 @@ def scene_path(trajectories: Trajectories, shape: tuple[int, ...]) -> Floats:
     places, seen = trajectories.places_px[whole], trajectories.seen[whole]
     still = np.zeros(trajectories.places_px.shape[1:])
     joined = _joined(places, seen, still=True) if len(places) else np.empty((0, 0), np.bool_)
-    scenes = [np.flatnonzero(row) for row in joined if row.sum() >= CORNERS_AT_LEAST]
+    # Corners of one scene name the same ones.
+    scenes = [np.flatnonzero(row) for row in np.unique(joined, axis=0)]
+    scenes = [one for one in scenes if len(one) >= CORNERS_AT_LEAST]
     if not scenes:
         return still
     motion = np.array([_motion_px(places[members]) for members in scenes])
