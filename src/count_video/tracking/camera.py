@@ -1,8 +1,9 @@
-"""The camera's own motion: blocks of the background, found together in every picture.
+"""The camera's own motion: the background is registered in every picture, as bodies are.
 
-All blocks are moved by one shift. It is found by Gauss and Newton's steps, in which blocks that lie
-elsewhere than most have no weight (Tukey's biweight). Its covariance comes from what the blocks
-leave over, each by itself (Liang and Zeger's sandwich), for encoders move blocks on their own.
+Of the background those blocks take part that have the clearest slopes and hardly change from
+picture to picture but for these. How well they show where a picture lies is what two halves of them
+say of the same pictures: along straight edges only the noise of codecs has slopes, and both halves
+find any place in it.
 
 Where the camera stands still what is measured is noise, and nothing is corrected by it: the tracks
 stay as they are. Where it moves, by more than that noise and by more than a small part of a pixel,
@@ -12,7 +13,7 @@ the shift is taken from every position, and its uncertainty is added.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -21,12 +22,12 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.signals import interpolated
 from count_video.tracking.background import ROUNDING, Background
+from count_video.tracking.registration import Fit, register_all
 from count_video.tracking.shape import Box, Place
-from count_video.tracking.template import REACH_PX, Pixels, smooth
+from count_video.tracking.template import Template, make_template, piece_at
 from count_video.video.pictures import reduced
 
 Luma = NDArray[np.uint8]
-Places = NDArray[np.intp]
 
 BLOCK_PX, BLOCKS, BLOCKS_AT_LEAST = 8, 64, 6
 """Square blocks of this side: so many with the clearest slopes by x, and by y."""
@@ -37,14 +38,11 @@ TREMBLE_PX, CHANGED_SHARE = 4.0, 0.8
 """The camera is expected to tremble by so much about its rough path. By the slope of its edges
 times that a block of scenery changes at most in this share of the pictures. The changes by a body
 that comes and goes are larger, as it fills a block."""
-AROUND_PX = (3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)
-"""Blocks that a tremble moves further than the steps lead are sought so far around."""
-STEPS, SETTLED_PX = 8, 0.005
-TINY = 1e-9
-STRAY_PX = 0.5
-"""Blocks that show most of a picture's place lie no further from where it puts them."""
-UNSURE_FACTOR, SEEN_AT_LEAST = 4.0, 0.5
-"""A picture that is so many times as unsure as usual shows something else; this share does not."""
+AROUND_PX = (0.0, 0.0), (3.0, 0.0), (-3.0, 0.0), (0.0, 3.0), (0.0, -3.0)
+"""Scenery that a tremble moves further than the steps lead is sought so far around."""
+UNSURE_FACTOR, AGREEMENT_AT_LEAST, SEEN_AT_LEAST = 4.0, 0.5, 0.5
+"""A picture that is so many times as unsure as usual, or agrees so little, shows something else;
+this share does not."""
 SIGMA_AT_MOST_PX = 0.15
 """A rigid scene is found to some hundredths of a pixel, to a tenth where it is faint. Halves of
 what is none, or shows one direction only, lie half a pixel apart and more."""
@@ -56,26 +54,11 @@ MOVED_AT_LEAST_PX, MOVED_SIGMAS = 0.35, 8.0
 
 @dataclass(frozen=True)
 class Scenery:
-    """Blocks of the background that show where a picture lies, n of them."""
+    """What of the background shows where a picture lies."""
 
-    places: Places
-    """Image x and y of their top left pixels, freed of the camera's motion, shape (n, 2)."""
-    appearance: Pixels
-    """Smoothed, less the mean of each block, shape (n, pixels)."""
-    slopes: Pixels
-    """By x and y, shape (2, n, pixels)."""
-    shown: NDArray[np.bool_]
-    """Whether they show where a picture lies by x and y, shape (2,)."""
-
-    def half(self, first: int) -> Scenery:
-        """Every other block, from the first or second on."""
-        every = slice(first, None, 2)
-        return replace(
-            self,
-            places=self.places[every],
-            appearance=self.appearance[every],
-            slopes=self.slopes[:, every],
-        )
+    template: Template
+    sigma_px: Floats
+    """Of a place by x and by y, shape (2,); infinite where it shows none."""
 
 
 @dataclass(frozen=True)
@@ -111,40 +94,37 @@ def scenery(
     swept
         Boxes that what may be bodies passes over, the likeliest first.
     """
-    known = sorted(background.shift_px)
+    known, luma = sorted(background.shift_px), background.luma
     some = [known[k] for k in np.linspace(0, len(known) - 1, MEASURED_OF).astype(int)]
     changes = [
-        _of_blocks(cv2.absdiff(background.as_it_stands(pictures[k], k), background.luma))
-        for k in some
+        _of_blocks(cv2.absdiff(background.as_it_stands(pictures[k], k), luma)) for k in some
     ]
     change = np.quantile(changes, CHANGED_SHARE, axis=0)
+    whole = piece_at(luma, 0.0, 0.0, (luma.shape[0], luma.shape[1]))
     # Threads swing above the bodies; what trembles with the scenery is among what may be a body;
     # and where bodies pass over everything, they hide it in some pictures only.
-    for free_of in ([_with_threads(box) for box in swept], swept, swept[:BODIES], ()):
-        blocks = _made(background.luma, _clear_blocks(background, change, free_of))
-        if len(blocks.places) < BLOCKS_AT_LEAST:
+    threads = [(box[0], 0.0, box[2], box[3]) for box in swept]
+    for free_of in (threads, swept, swept[:BODIES], ()):
+        clear = _clear_blocks(background, change, free_of)
+        if len(clear) < BLOCKS_AT_LEAST:
             continue
-        starts = {k: np.array(background.shift_px[k]) for k in some}
-        one, other = (
-            [_fit(blocks.half(first), pictures[k], start)[0] for k, start in starts.items()]
-            for first in (0, 1)
-        )
-        # Along straight edges only the noise of codecs has slopes, and both halves find any place
-        # in it. The mean of two errors is half their difference.
-        apart = np.quantile(np.abs(np.subtract(one, other)), CHANGED_SHARE, axis=0)
-        shown = apart / 2 / NORMAL_QUANTILE < SIGMA_AT_MOST_PX
+        halves = [_made(whole, part, change.shape) for part in (clear[::2], clear[1::2])]
+        found = [
+            _places(half, pictures, {k: background.shift_px[k] for k in some})[0] for half in halves
+        ]
+        # The mean of two errors is half their difference.
+        apart = np.abs(np.subtract(*found))
+        if np.isnan(apart).any(axis=1).mean() > 0.5:
+            continue
+        sigma = np.nanquantile(apart, CHANGED_SHARE, axis=0) / 2 / NORMAL_QUANTILE
+        shown = sigma < SIGMA_AT_MOST_PX
         if shown.any():
-            return replace(blocks, shown=shown)
+            return Scenery(_made(whole, clear, change.shape), np.where(shown, sigma, np.inf))
     return None
 
 
-def _with_threads(box: Box) -> Box:
-    """Extend a box that a body passes over by what its threads do, up to the picture's border."""
-    return box[0], 0.0, box[2], box[3]
-
-
 def camera_motion(
-    blocks: Scenery | None,
+    parts: Scenery | None,
     pictures: Mapping[int, Luma],
     frames: NDArray[np.intp],
     roughly: Mapping[int, Place],
@@ -153,7 +133,7 @@ def camera_motion(
 
     Parameters
     ----------
-    blocks
+    parts
         Of the background.
     pictures
         Frame index -> luma, shape (height, width).
@@ -162,45 +142,49 @@ def camera_motion(
     roughly
         Frame index -> how far it moved some of them, by x and y, right to some px.
     """
-    if blocks is None:
+    if parts is None:
         return None
-    known = sorted(roughly)
-    guesses = np.stack(
-        [np.interp(frames, known, [roughly[k][axis] for k in known]) for axis in (0, 1)], axis=1
-    )
-    place, sigma = (np.full((len(frames), 2), np.nan) for _ in range(2))
-    away = np.zeros(2)
-    for row, frame in enumerate(frames.tolist()):
-        for step in ((0.0, 0.0), away, *AROUND_PX):
-            found, unsure, share = _fit(blocks, pictures[frame], guesses[row] + step)
-            if share > 0.5:
-                place[row], sigma[row] = found, unsure
-                away = found - guesses[row]
-                break
+    some = sorted(roughly)
+    x, y = (np.interp(frames, some, [roughly[k][axis] for k in some]) for axis in (0, 1))
+    guesses = dict(zip(frames.tolist(), zip(x.tolist(), y.tolist(), strict=True), strict=True))
+    place, unsure = _places(parts.template, pictures, guesses)
     if not np.isfinite(place).any():
         return None
     # By x and y apart: edges along one of them may be lost where those along the other are not.
-    place[sigma > UNSURE_FACTOR * np.nanmedian(sigma, axis=0)] = np.nan
+    place[unsure > UNSURE_FACTOR * np.nanmedian(unsure, axis=0)] = np.nan
     place -= np.nanmedian(place, axis=0)
     known = np.isfinite(place)
-    # Few blocks show one picture's scatter badly: all pictures together show it.
-    usual = np.sqrt(np.square(sigma).sum(axis=0, where=known) / known.sum(axis=0))
-    seen = blocks.shown & (known.mean(axis=0) >= SEEN_AT_LEAST)
-    moves = seen & _moves(place, usual)
+    seen = known.mean(axis=0) >= SEEN_AT_LEAST
+    moves = seen & _moves(place, parts.sigma_px)
     if not moves.any():
         return None
     # A direction in which it stands is often one in which the scenery shows little.
-    sigma = np.where(known, usual, np.nan)
+    sigma = np.where(known, parts.sigma_px, np.nan)
     return Motion(np.where(moves, place, 0.0), np.where(moves, sigma, 0.0))
 
 
-def _clear_blocks(background: Background, change: Floats, swept: Sequence[Box]) -> Places:
-    """Image x and y of the blocks with the clearest slopes by x or by y, shape (n, 2).
+def _places(
+    template: Template, pictures: Mapping[int, Luma], guesses: Mapping[int, Place]
+) -> tuple[Floats, Floats]:
+    """Find a template near to guesses: its places by x and y and their sigmas, shape (n, 2)."""
+    found: dict[int, Fit] = {}
+    for along, across in AROUND_PX:
+        left = {k: (x + along, y + across) for k, (x, y) in guesses.items() if k not in found}
+        fits = register_all(pictures, template, left)
+        found |= {k: fit for k, fit in fits.items() if fit.agreement > AGREEMENT_AT_LEAST}
+    place, sigma = (np.full((len(guesses), 2), np.nan) for _ in range(2))
+    for row, frame in enumerate(guesses):
+        if fit := found.get(frame):
+            place[row], sigma[row] = (fit.x_px, fit.y_px), (fit.sigma_x_px, fit.sigma_y_px)
+    return place, sigma
+
+
+def _clear_blocks(background: Background, change: Floats, swept: Sequence[Box]) -> NDArray[np.intp]:
+    """Flat indices of the blocks with the clearest slopes by x or by y.
 
     They are taken of those that are scenery beside what is swept, and not what bodies leave behind
     in the background.
     """
-    luma = background.luma
     rows, columns = change.shape
     far = np.abs(np.array(list(background.shift_px.values()))).max(axis=0) + 1
     right, down = (1 + int(edge) // BLOCK_PX for edge in far)
@@ -211,81 +195,26 @@ def _clear_blocks(background: Background, change: Floats, swept: Sequence[Box]) 
         free[top : bottom + 1, left : end + 1] = False
     best = []
     for axis in (0, 1):
-        slope = _of_blocks(np.abs(cv2.Sobel(luma, cv2.CV_32F, 1 - axis, axis, scale=1 / 8)))
+        steep = np.abs(cv2.Sobel(background.luma, cv2.CV_32F, 1 - axis, axis, scale=1 / 8))
+        slope = _of_blocks(steep)
         clear = np.flatnonzero(free & (slope > 0) & (change < TREMBLE_PX * slope + ROUNDING))
         best.append(clear[np.argsort(-slope.ravel()[clear], kind="stable")[:BLOCKS]])
-    y, x = np.divmod(np.unique(np.concatenate(best)), columns)
-    return BLOCK_PX * np.stack([x, y], axis=1)
+    return np.unique(np.concatenate(best))
+
+
+def _made(whole: Floats, blocks: NDArray[np.intp], shape: tuple[int, ...]) -> Template:
+    """Make a template of some blocks of the background."""
+    marks = np.zeros(shape, np.float32)
+    marks.flat[blocks] = 1.0
+    weight = np.zeros(whole.shape, np.float32)
+    grown = marks.repeat(BLOCK_PX, axis=0).repeat(BLOCK_PX, axis=1)
+    weight[: grown.shape[0], : grown.shape[1]] = grown
+    return make_template(whole, weight, across=1.0)
 
 
 def _of_blocks(picture: cv2.typing.MatLike) -> Floats:
     """Mean of each block, shape (rows, columns)."""
     return np.asarray(reduced(picture.astype(np.float32), BLOCK_PX), np.float64)
-
-
-def _made(luma: Luma, places: Places) -> Scenery:
-    """Make scenery of the blocks at these places."""
-    appearance, slopes = _blocks_at(luma, places)
-    return Scenery(places, appearance, slopes, np.ones(2, np.bool_))
-
-
-def _blocks_at(picture: Luma, places: Floats | Places) -> tuple[Pixels, Pixels]:
-    """Smoothed blocks at places that have one fraction of a pixel, less their means, and slopes.
-
-    Returns shapes (n, pixels) and (2, n, pixels). Beyond the picture's border its last row or
-    column goes on.
-    """
-    if len(places) == 0:
-        return np.empty((0, BLOCK_PX**2), np.float32), np.empty((2, 0, BLOCK_PX**2), np.float32)
-    corners = np.rint(places).astype(np.intp)
-    around = np.arange(-REACH_PX, BLOCK_PX + REACH_PX)
-    x, y = (
-        (corners[:, axis, None] + around).clip(0, picture.shape[1 - axis] - 1) for axis in (0, 1)
-    )
-    whole = picture[y[:, :, None], x[:, None, :]]
-    fraction_x, fraction_y = (places[0] - corners[0]).tolist()
-    pieces = smooth(whole.reshape(-1, len(around)), fraction_x, fraction_y).reshape(whole.shape)
-    shape, inner = (len(places), BLOCK_PX**2), slice(REACH_PX, -REACH_PX)
-    after, before = slice(REACH_PX + 1, 1 - REACH_PX), slice(REACH_PX - 1, -REACH_PX - 1)
-    along = (pieces[:, inner, after] - pieces[:, inner, before]).reshape(shape) / 2
-    across = (pieces[:, after, inner] - pieces[:, before, inner]).reshape(shape) / 2
-    blocks = pieces[:, inner, inner].reshape(shape)
-    return blocks - blocks.mean(axis=1, keepdims=True), np.stack([along, across])
-
-
-def _fit(blocks: Scenery, picture: Luma, start: Floats) -> tuple[Floats, Floats, float]:
-    """Shift of a picture by x and y, its standard uncertainty, and the share that agrees in it.
-
-    The share is that of the blocks, each as much as it shows. The shift is expected about the start
-    as far as a camera trembles: along a straight edge nothing else shows it.
-    """
-    place, weight = np.array(start, np.float64), np.ones(len(blocks.places))
-    shows = np.square(blocks.slopes).sum(axis=(0, 2), dtype=np.float64)
-    for _ in range(STEPS):
-        seen, slopes = _blocks_at(picture, blocks.places + place)
-        gain = float(weight @ (seen * blocks.appearance).sum(axis=1))
-        gain /= float(weight @ np.square(blocks.appearance).sum(axis=1)) + TINY
-        if gain <= 0:
-            return place, np.full(2, np.inf), 0.0
-        left = blocks.appearance - seen / gain
-        score = np.einsum("inp,np->in", blocks.slopes, left, dtype=np.float64)
-        # By the slopes of both: noise in those of one alone would make it too large.
-        response = np.einsum("inp,jnp->ijn", blocks.slopes, slopes / gain, dtype=np.float64)
-        expected = float(weight @ np.square(left).mean(axis=1)) / weight.sum() / TREMBLE_PX**2
-        prior = (expected + TINY) * np.eye(2)
-        inverse = np.linalg.inv(response @ weight + prior)
-        step = inverse @ (score @ weight - prior @ (place - start))
-        place += step
-        over = score - np.einsum("ijn,j->in", response, step)
-        stray = np.hypot(*over) / shows
-        weight = (1 - np.square(stray / STRAY_PX).clip(0, 1)) ** 2
-        if np.hypot(*step) < SETTLED_PX:
-            break
-    # As if each block had no say in the fit: one that shows much draws it to itself.
-    alone = over * weight / (1 - shows * weight / (shows @ weight + TINY)).clip(TINY)
-    scatter = alone @ alone.T + prior
-    sigma = np.sqrt(np.diag(inverse @ scatter @ inverse.T))
-    return place, sigma, float(shows[stray < STRAY_PX].sum() / shows.sum())
 
 
 def _moves(place: Floats, sigma: Floats) -> NDArray[np.bool_]:

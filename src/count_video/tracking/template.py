@@ -91,10 +91,10 @@ class Model:
     """Variance of the shift by x over that which independent pixels would give."""
 
 
-def make_template(appearance: Pixels, weight: Pixels) -> Template:
-    """Complete a template from its mean appearance and the weight of its pixels."""
+def make_template(appearance: Pixels, weight: Pixels, across: float = 0.1) -> Template:
+    """Complete a template; slopes by y count so many times as much as those by x."""
     slope_x, slope_y = _slopes(appearance)
-    worth = (slope_x**2 + 0.1 * slope_y**2) * weight
+    worth = (slope_x**2 + across * slope_y**2) * weight
     usable = np.flatnonzero((weight * _best_blocks(worth)).ravel() > 0)
     if len(usable) > INFORMATIVE_PIXELS:
         best = np.argpartition(-worth.ravel()[usable], INFORMATIVE_PIXELS)[:INFORMATIVE_PIXELS]
