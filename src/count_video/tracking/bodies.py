@@ -26,7 +26,6 @@ from count_video.tracking.layers import (
     learn_again,
 )
 from count_video.tracking.learning import Body
-from count_video.tracking.occlusion import unhidden
 from count_video.tracking.paths import Rough, common_direction_deg, line_tilt_deg
 from count_video.tracking.proposals import propose, roughly
 from count_video.tracking.regions import find_regions, reduced_for_regions
@@ -159,7 +158,7 @@ def _followed(
             break  # one shows an outline no more, and nothing comes in its place
         few, found = again, kept
     clip = replace(clip, background=few.background)
-    return unhidden(clip, apart([follow(clip, seen.body) for seen in found]))
+    return apart([follow(clip, seen.body) for seen in found])
 
 
 def _learnt_again(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from count_video.records import Floats
 from count_video.tracking.background import Background
 from count_video.tracking.learning import Body
-from count_video.tracking.registration import Fit, Hides, register, register_all
+from count_video.tracking.registration import Fit, register, register_all
 from count_video.tracking.search import search
 from count_video.tracking.shape import Place, Shape
 from count_video.tracking.template import Pixels, pixels_at
@@ -130,29 +130,8 @@ class Clip:
         return Shape(self.sightings(seen), seen.body.box, look)
 
 
-@dataclass(frozen=True)
-class Again:
-    """A body that was followed, and where others that were not known then hide part of it."""
-
-    seen: Followed
-    rows: NDArray[np.bool_]
-    """Which pictures to find it in anew, shape (n,)."""
-    hides: Callable[[int], Hides]
-    """Row of a picture -> where in it something is in front of the body."""
-
-
-def follow(clip: Clip, body: Body, again: Again | None = None) -> Followed:
-    """Find a body in all pictures.
-
-    Parameters
-    ----------
-    clip
-        Its pictures, and what the body moves in.
-    body
-        Its template, and where it was seen.
-    again
-        Where it was found before, to find it anew in some of the pictures only.
-    """
+def follow(clip: Clip, body: Body) -> Followed:
+    """Find a body in all pictures."""
     frames, shift_px = clip.frames, clip.shift_px
     rows = np.searchsorted(frames, np.array(sorted(body.sightings)))
     seen = np.array([body.sightings[k] for k in sorted(body.sightings)]) - shift_px[rows]
@@ -160,10 +139,7 @@ def follow(clip: Clip, body: Body, again: Again | None = None) -> Followed:
         [np.interp(frames, frames[rows], seen[:, axis]) for axis in range(2)], axis=1
     )
     found = np.full((len(frames), 3), np.nan)
-    if again is not None:
-        before = np.stack([again.seen.x_px, again.seen.y_px, again.seen.sigma_px], axis=1)
-        found[~again.rows] = before[~again.rows]
-    at_guess = {} if again is not None else _at_guesses(clip, body, guesses)
+    at_guess = _at_guesses(clip, body, guesses)
     first = int(rows[0])
     ways = range(first, len(frames)), range(min(first + BACK_FROM, len(frames)) - 1, -1, -1)
     for way in ways:
@@ -173,15 +149,8 @@ def follow(clip: Clip, body: Body, again: Again | None = None) -> Followed:
             if np.isfinite(found[row, 0]):
                 path.pass_by(frame, (float(found[row, 0]), float(found[row, 1])))
                 continue
-            if again is not None and not again.rows[row]:
-                path.lose()
-                continue
             guess = (float(guesses[row, 0]), float(guesses[row, 1]))
-            hides = None if again is None else again.hides(row)
-            if again is not None and not path.lost:
-                # The guesses come from what was found with the others in front.
-                guess = path.onward(frame, guess)
-            fit = path.find(frame, guess, at_guess, (shift, hides))
+            fit = path.find(frame, guess, at_guess, shift)
             if fit is not None:
                 found[row] = fit.x_px - shift[0], fit.y_px - shift[1], fit.sigma_x_px
     return Followed(body, *found.T)
@@ -219,26 +188,25 @@ class _Path:
         frame: int,
         guess: Place,
         at_guess: Mapping[int, Fit | None],
-        shown: tuple[Place, Hides | None],
+        shift: Place,
     ) -> Fit | None:
-        """Find the body in the next picture, by the camera's shift and what hides the body.
+        """Find the body in the next picture, by the camera's shift.
 
         ``at_guess`` has what was registered from the guesses already, by frame index.
         """
-        shift, _ = shown
         moves_on = bool(self._trail) and not self.lost
         onward = [self.onward(frame, guess, order) for order in ORDERS if moves_on]
         best: Fit | None = None
         for place in (guess, *onward):
             known = at_guess if place is guess else {}
-            fit = known[frame] if frame in known else self._registered(frame, place, shown)
+            fit = known[frame] if frame in known else self._registered(frame, place, shift)
             fit = self._believed(fit, frame, shift)
             if fit is not None and (best is None or fit.agreement > best.agreement):
                 best = fit
             if best is not None and self._settles(best, [_plus(one, shift) for one in onward]):
                 break
         else:
-            best = self._or_searched(best, frame, onward[0] if onward else guess, shown)
+            best = self._or_searched(best, frame, onward[0] if onward else guess, shift)
         self._unsure = 0 if best is not None and self._is_sure(best) else self._unsure + 1
         if best is None:
             self.lose()
@@ -247,7 +215,7 @@ class _Path:
         return best
 
     def _or_searched(
-        self, best: Fit | None, frame: int, near: Place, shown: tuple[Place, Hides | None]
+        self, best: Fit | None, frame: int, near: Place, shift: Place
     ) -> Fit | None:
         """Take what is found further away if that agrees better: than a sure place, much better.
 
@@ -256,22 +224,18 @@ class _Path:
         """
         if self._unsure & (self._unsure - 1):
             return best
-        found = self._searched(frame, near, shown)
+        found = self._searched(frame, near, shift)
         if found is None or best is None:
             return found or best
         much = USUAL_RATIO if self._is_sure(best) else 1.0
         return found if much * (1 - found.agreement) < 1 - best.agreement else best
 
-    def _registered(
-        self, frame: int, place: Place, shown: tuple[Place, Hides | None]
-    ) -> Fit | None:
-        shift, hides = shown
-        return register(self._pictures[frame], self._template, _plus(place, shift), hides)
+    def _registered(self, frame: int, place: Place, shift: Place) -> Fit | None:
+        return register(self._pictures[frame], self._template, _plus(place, shift))
 
-    def _searched(self, frame: int, near: Place, shown: tuple[Place, Hides | None]) -> Fit | None:
-        shift, hides = shown
+    def _searched(self, frame: int, near: Place, shift: Place) -> Fit | None:
         place, picture = _plus(near, shift), self._pictures[frame]
-        fits = search(picture, self._template, place, self._reach(), hides)
+        fits = search(picture, self._template, place, self._reach())
         return next((fit for fit in fits if self._believed(fit, frame, shift)), None)
 
     def _reach(self) -> Place:

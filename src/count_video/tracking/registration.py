@@ -11,7 +11,7 @@ equations, with the correlation that the smoothing causes taken into account.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -72,24 +72,19 @@ class Fit:
     """Correlation of the picture with the template at its place, -1 to 1, over the pixels that
     were not taken for something in front of the body or behind it."""
     inside: float
-    """Share of the template's pixels that lie within the picture, with nothing in front of them."""
+    """Share of the template's pixels that lie within the picture."""
 
 
 Indices = NDArray[np.intp]
 Place = tuple[float, float]
-Hides = Callable[[NDArray[np.intp], NDArray[np.intp]], NDArray[np.bool_]]
-"""Whether something stands in front at these columns and rows of a picture, shape (n,) each."""
 
 
-def register(
-    picture: Picture, template: Template, guess: Place, hides: Hides | None = None
-) -> Fit | None:
+def register(picture: Picture, template: Template, guess: Place) -> Fit | None:
     """Place the template in the picture, starting from a guess that is right to a pixel or two.
 
-    ``hides`` marks which px of the picture show something in front of the body. Returns None where
-    the equations have no solution or the iteration does not settle nearby.
+    Returns None where the equations have no solution or the iteration does not settle nearby.
     """
-    return _together([picture], template, [guess], hides).get(0)
+    return _together([picture], template, [guess]).get(0)
 
 
 def register_all(
@@ -126,25 +121,17 @@ class _Search:
     """Weights for the residuals that judge the pixels, shape (m, n), and the inverse of the normal
     equations with them, shape (m, 4, 4)."""
 
-    def pixel(self, k: int) -> Place:
-        """Place in the k-th picture, in whole px."""
-        x, y = np.rint(self.place[k]).tolist()
-        return x, y
-
     def only(self, which: Indices) -> _Search:
         """Take some of the pictures."""
         return _Search(*(getattr(self, one.name)[which] for one in fields(self)))
 
 
 def _together(
-    pictures: Sequence[Picture],
-    template: Template,
-    guesses: Sequence[Place],
-    hides: Hides | None = None,
+    pictures: Sequence[Picture], template: Template, guesses: Sequence[Place]
 ) -> dict[int, Fit]:
     """Place the template in some pictures, from a guess for each; fits by the picture's number."""
     found: dict[int, Fit] = {}
-    search = _begun(pictures, template, guesses, hides)
+    search = _begun(pictures, template, guesses)
     for number in range(ROUNDS):
         if len(search.row) == 0:
             break
@@ -154,15 +141,10 @@ def _together(
         for k in np.flatnonzero(near & step.is_small).tolist():
             found[int(search.row[k])] = step.fit(there, k)
         left = np.flatnonzero(near & ~step.is_small)
-        onward = there.only(left)
-        if hides is not None and len(left) and there.pixel(0) != search.pixel(0):
-            # Another px of what stands in front lies on each of the template's.
-            now = _begun(pictures, template, [there.pixel(0)], hides)
-            onward = replace(now, start=there.start, place=there.place) if len(now.row) else now
+        search = there.only(left)
         # What was found to disagree may not lead the next step astray.
-        if number >= FRESH_ROUNDS - 1 and len(onward.row):
-            onward = replace(onward, judge=step.weight[left], inverse=step.covariance[left])
-        search = onward
+        if number >= FRESH_ROUNDS - 1:
+            search = replace(search, judge=step.weight[left], inverse=step.covariance[left])
     return found
 
 
@@ -176,13 +158,13 @@ def _seen(pictures: Sequence[Picture], template: Template, search: _Search) -> P
 
 
 def _begun(
-    pictures: Sequence[Picture], template: Template, guesses: Sequence[Place], hides: Hides | None
+    pictures: Sequence[Picture], template: Template, guesses: Sequence[Place]
 ) -> _Search:
     """Begin the search in those pictures that show enough of the template."""
     model = template.model
     inside = np.array(
         [
-            _inside(picture.shape, template, guess, hides)
+            _inside(picture.shape, template, guess)
             for picture, guess in zip(pictures, guesses, strict=True)
         ]
     )
@@ -197,21 +179,18 @@ def _begun(
     return _Search(row, start, start, inside.mean(axis=1), own, own, inverse)
 
 
-def _inside(
-    shape: tuple[int, ...], template: Template, guess: Place, hides: Hides | None
-) -> NDArray[np.bool_]:
-    """Which pixels a picture of this shape shows, with nothing in front of them."""
+def _inside(shape: tuple[int, ...], template: Template, guess: Place) -> NDArray[np.bool_]:
+    """Which pixels a picture of this shape shows."""
     chosen = template.model.chosen
     height, width = template.shape
     rows, columns = shape
     left, top = round(guess[0]), round(guess[1])
     whole = left >= 0 and top >= 0 and left + width <= columns and top + height <= rows
-    if whole and hides is None:
+    if whole:
         return np.ones(len(chosen), np.bool_)
     y, x = np.divmod(chosen, width)
     x, y = x + left, y + top
-    good = (x >= 1) & (x < columns - 1) & (y >= 1) & (y < rows - 1)
-    return good if hides is None else good & ~hides(x, y)
+    return np.asarray((x >= 1) & (x < columns - 1) & (y >= 1) & (y < rows - 1))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from count_video.signals import peak_of
-from count_video.tracking.registration import Fit, Hides, register
+from count_video.tracking.registration import Fit, register
 from count_video.tracking.template import Picture, Pixels, Template, cut
 
 COARSE_HEIGHT_PX = 28
@@ -42,7 +42,6 @@ def search(
     template: Template,
     near: tuple[float, float],
     reach_px: tuple[float, float],
-    hides: Hides | None = None,
 ) -> Iterator[Fit]:
     """Find the template about a place: what is like it, that which agrees best first.
 
@@ -56,12 +55,10 @@ def search(
         A place (x, y) where the template's top left pixel once was, in px.
     reach_px
         How far from ``near`` to search along x and along y.
-    hides
-        What stands in front of it.
     """
     fits = []
     for place in likely_places(picture, template, near, reach_px):
-        fit = register(picture, template, place, hides)
+        fit = register(picture, template, place)
         if fit is not None and fit.agreement > SURE:
             yield fit
         elif fit is not None:
