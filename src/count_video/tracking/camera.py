@@ -96,9 +96,7 @@ def scenery(
     """
     known, luma = sorted(background.shift_px), background.luma
     some = [known[k] for k in np.linspace(0, len(known) - 1, MEASURED_OF).astype(int)]
-    changes = [
-        _of_blocks(cv2.absdiff(background.as_it_stands(pictures[k], k), luma)) for k in some
-    ]
+    changes = [_of_blocks(cv2.absdiff(background.as_it_stands(pictures[k], k), luma)) for k in some]
     change = np.quantile(changes, CHANGED_SHARE, axis=0)
     whole = piece_at(luma, 0.0, 0.0, (luma.shape[0], luma.shape[1]))
     # Threads swing above the bodies; what trembles with the scenery is among what may be a body;

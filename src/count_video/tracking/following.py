@@ -214,9 +214,7 @@ class _Path:
         self.pass_by(frame, (best.x_px - shift[0], best.y_px - shift[1]))
         return best
 
-    def _or_searched(
-        self, best: Fit | None, frame: int, near: Place, shift: Place
-    ) -> Fit | None:
+    def _or_searched(self, best: Fit | None, frame: int, near: Place, shift: Place) -> Fit | None:
         """Take what is found further away if that agrees better: than a sure place, much better.
 
         The longer no fit has been sure, the rarer are the searches: in the 1st, 2nd, 4th, 8th

@@ -157,9 +157,7 @@ def _seen(pictures: Sequence[Picture], template: Template, search: _Search) -> P
     return np.asarray(seen - seen.mean(axis=1, keepdims=True), np.float32)
 
 
-def _begun(
-    pictures: Sequence[Picture], template: Template, guesses: Sequence[Place]
-) -> _Search:
+def _begun(pictures: Sequence[Picture], template: Template, guesses: Sequence[Place]) -> _Search:
     """Begin the search in those pictures that show enough of the template."""
     model = template.model
     inside = np.array(

@@ -81,7 +81,9 @@ def rigid_groups(trajectories: Trajectories, scene_px: Floats) -> list[RigidGrou
         if not enough.any():
             break
         centre = int(np.argmax(np.where(enough, partners @ (weight * left), 0)))
-        members = _settled(places, seen, np.flatnonzero(left), np.flatnonzero(left & joined[centre]))
+        members = _settled(
+            places, seen, np.flatnonzero(left), np.flatnonzero(left & joined[centre])
+        )
         if len(members) >= CORNERS_AT_LEAST:
             found.append(members)
             left[members] = False

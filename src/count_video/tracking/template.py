@@ -7,7 +7,6 @@ almost nothing beyond the sampling frequency, so this interpolates and smooths i
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -27,8 +26,6 @@ INFORMATIVE_PIXELS = 2000
 """More pixels than this cost time and add little: the best are taken."""
 FLAT_SHARE = 1e-15
 """Smaller eigenvalues, as a share of the largest, are rounding."""
-TILES_APART_PX = 32
-"""Fewer empty columns or rows cost less to read than another tile does."""
 BLOCKS, BLOCK_PX = 16, 32
 """Of a template with many times as many pixels as so many blocks of this side, they are taken from
 the best ones alone: what lies between them is then not read."""
@@ -149,34 +146,21 @@ def _best_blocks(worth: Pixels) -> NDArray[np.bool_]:
 def tiles_of(
     chosen: NDArray[np.intp], shape: tuple[int, ...]
 ) -> tuple[tuple[Tile, ...], NDArray[np.intp]]:
-    """Cover chosen pixels of a template by boxes, cut where many columns or rows hold none.
+    """Cover chosen pixels of a template by a box, or by one a block where the template is large.
 
     Returns the tiles, and the order in which they hold the chosen pixels.
     """
-    if len(chosen) == 0:
-        return (), chosen
-    tiles, order = [], []
-    for inside in _apart(np.stack(np.divmod(chosen, shape[1])), np.arange(len(chosen))):
-        y, x = np.divmod(chosen[inside], shape[1])
-        top, left = int(y.min()) - REACH_PX, int(x.min()) - REACH_PX
-        size = int(y.max()) - top + 1 + REACH_PX, int(x.max()) - left + 1 + REACH_PX
-        tiles.append(Tile(left, top, size, (y - top) * size[1] + x - left))
-        order.append(inside)
-    return tuple(tiles), np.concatenate(order)
-
-
-def _apart(places: NDArray[np.intp], some: NDArray[np.intp]) -> Iterator[NDArray[np.intp]]:
-    """Part some of the pixels at these rows and columns, shape (2, n), wherever they lie apart."""
-    for axis in (1, 0):
-        along = places[axis, some]
-        used = np.unique(along)
-        ends = used[np.flatnonzero(np.diff(used) > TILES_APART_PX)]
-        if len(ends):
-            part = np.searchsorted(ends, along)
-            for number in range(len(ends) + 1):
-                yield from _apart(places, some[part == number])
-            return
-    yield some
+    row, column = np.divmod(chosen, shape[1])
+    large = shape[0] * shape[1] > LARGE_PIXELS
+    block = large * (row // BLOCK_PX * shape[1] + column // BLOCK_PX)
+    order, tiles = np.argsort(block, kind="stable"), []
+    for inside in np.split(order, np.flatnonzero(np.diff(block[order])) + 1):
+        if len(inside):
+            y, x = row[inside], column[inside]
+            top, left = int(y.min()) - REACH_PX, int(x.min()) - REACH_PX
+            size = int(y.max()) - top + 1 + REACH_PX, int(x.max()) - left + 1 + REACH_PX
+            tiles.append(Tile(left, top, size, (y - top) * size[1] + x - left))
+    return tuple(tiles), order
 
 
 def inverse_of(design: Pixels, weight: Pixels) -> NDArray[np.float64]:
