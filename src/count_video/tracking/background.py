@@ -113,37 +113,15 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     away = np.hypot(*(shift_px - np.median(shift_px, axis=0)).T)
     most = np.argsort(-away, kind="stable")[:MOTION_OF]
     even = np.linspace(0, len(pictures) - 1, min(MOTION_OF, len(pictures))).astype(int)
-    small, back = {}, {}
-    for k in np.union1d(even, most).tolist():
-        plain, (x, y) = reduced(pictures[k], scale), shift_px[k] / scale
-        shape = plain.shape[0], plain.shape[1]
-        small[k], back[k] = piece_at(plain, 0.0, 0.0, shape), piece_at(plain, x, y, shape)
-    shown = np.array([_shown(small[k].shape, shift_px[k] / scale) for k in most.tolist()])
-    stands, moves = (_differences(one, even, most) for one in (small, back))
-    limit = NOISE_SIGMAS * (MEDIAN_TO_SIGMA * float(np.median(stands)) + ROUNDING)
-    means = [np.minimum(one[shown], limit).mean() for one in (stands, moves)]
-    return bool(means[1] < means[0]) and _edges(back, most) > _edges(small, most)
-
-
-def _differences(
-    pictures: Mapping[int, Pixels], even: NDArray[np.intp], asked: NDArray[np.intp]
-) -> Pixels:
-    """Differences of the pictures that are asked for from the median of those evenly spread."""
-    median = np.median(np.array([pictures[k] for k in even.tolist()]), axis=0)
-    return np.array([np.abs(pictures[k] - median) for k in asked.tolist()], np.float32)
-
-
-def _edges(pictures: Mapping[int, Pixels], asked: NDArray[np.intp]) -> float:
-    """Sum of the slopes of the mean of the pictures that are asked for."""
-    mean = np.mean([pictures[k] for k in asked.tolist()], axis=0)
-    return float(np.hypot(*np.gradient(mean)).sum())
-
-
-def _shown(shape: tuple[int, ...], shift_px: Floats) -> NDArray[np.bool_]:
-    """Mark what of a picture of this shape, moved back, it shows itself."""
-    matrix = np.array([[1.0, 0.0, -shift_px[0]], [0.0, 1.0, -shift_px[1]]])
-    whole = cv2.warpAffine(np.ones(shape, np.float32), matrix, shape[::-1])
-    return np.asarray(whole > WHOLLY_SHOWN)
+    left_over, sharpness = [], []
+    for shift in (np.zeros_like(shift_px), shift_px / scale):
+        some = [moved_back(reduced(pictures[k], scale), shift[k]) for k in (*even, *most)]
+        middle = median_picture(some[: len(even)])
+        left_over.append(np.array([cv2.absdiff(one, middle) for one in some[len(even) :]]))
+        sharpness.append(np.abs(np.gradient(np.mean(some[len(even) :], axis=0))).sum())
+    limit = NOISE_SIGMAS * (MEDIAN_TO_SIGMA * float(np.median(left_over[0])) + ROUNDING)
+    stands, moves = (np.minimum(one, limit).mean() for one in left_over)
+    return bool(moves < stands and sharpness[1] > sharpness[0])
 
 
 def _moved_back(picture: Luma, shift_px: Place) -> Luma:

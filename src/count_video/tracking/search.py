@@ -32,9 +32,6 @@ BEYOND_SHARE = 0.65
 """Bodies that come in or go out are searched for while they stick out of the picture so far."""
 ROUNDING = 0.01
 """Correlations are sums of single precision: by so little they may exceed 1."""
-FLAT_SHARE = 1e-5
-"""What varies by less, as a share of the scene's highest power, is rounding of single precision."""
-TINY = 1e-9
 
 
 def search(
@@ -88,37 +85,14 @@ def likely_places(
 
 
 def _scores(scene: Pixels, template: Template, scale: float) -> Pixels:
-    """Weighted correlation of the reduced template with a scene reduced alike; -1 where unknown.
-
-    With weights w and the template's deviation t from its weighted mean, the scene s has
-
-        sum(w t s) / sqrt(sum(w t^2) (sum(w s^2) - sum(w s)^2 / sum(w)))
-
-    at each place: three plain correlations, which are faster than OpenCV's masked one.
-    """
-    pattern = _reduce(template.appearance, scale)
+    """Weighted correlation of the reduced template with a scene reduced alike; -1 where unknown."""
     # A few pixels that hardly vary would outweigh all the others.
     most = float(np.median(template.weight[template.weight > 0]))
-    weight = _reduce(np.minimum(template.weight / most, np.float32(1.0)), scale) ** 2
-    total = float(weight.sum())
-    deviation = pattern - np.float32((weight * pattern).sum() / total)
-    weighted = weight * deviation
-    # Sums of single precision keep what varies best about zero.
-    scene = scene - scene.mean()
-    shared = _correlated(scene, weighted)
-    power = _correlated(scene * scene, weight)
-    varies = power - _correlated(scene, weight) ** 2 * np.float32(1 / total)
-    flat = varies <= FLAT_SHARE * power.max()
-    whole = np.sqrt(np.where(flat, np.inf, varies) * np.float32((weighted * deviation).sum()))
-    scores = shared / np.maximum(whole, np.float32(TINY))
+    weight = _reduce(np.minimum(template.weight / most, np.float32(1.0)), scale)
+    pattern = _reduce(template.appearance, scale)
+    scores = cv2.matchTemplate(scene, pattern, cv2.TM_CCOEFF_NORMED, mask=weight)
     # Where the scene is flat, the correlation is rounding over next to nothing.
-    known = ~flat & (np.abs(scores) <= 1.0 + ROUNDING)
-    return np.where(known, scores, np.float32(-1.0))
-
-
-def _correlated(scene: Pixels, pattern: Pixels) -> Pixels:
-    """Sum of the pattern times the scene at all places where it lies within."""
-    return np.asarray(cv2.matchTemplate(scene, pattern, cv2.TM_CCORR), dtype=np.float32)
+    return np.where(np.abs(scores) <= 1.0 + ROUNDING, scores, np.float32(-1.0))
 
 
 def _span(near: float, size: int, reach: float, end: int) -> tuple[int, int]:
