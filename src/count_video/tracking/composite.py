@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, partial
 
 import cv2
@@ -64,11 +64,16 @@ class Source:
     neighbours: Sequence[Mapping[int, Place]] = ()
     """Paths of others that move otherwise: frame index -> image x and y of one of their points."""
 
+    reduced_before: dict[int, dict[int, Luma]] = field(default_factory=dict)
+    """Scale -> the pictures that were reduced by it."""
+
     def reduced(self, scale: int, frames: Sequence[int]) -> Source:
         """Reduce the pictures with these frame indices, and what is known of them."""
         if scale == 1:
             return self
-        pictures = {k: reduced(self.pictures[k], scale) for k in frames}
+        small = self.reduced_before.setdefault(scale, {})
+        small |= {k: reduced(self.pictures[k], scale) for k in frames if k not in small}
+        pictures = {k: small[k] for k in frames}
         known = [one.reduced(scale, frames) for one in self.known]
         paths = [
             {k: (x / scale, y / scale) for k, (x, y) in path.items()} for path in self.neighbours

@@ -25,6 +25,8 @@ MEMORY_BYTES = 48_000_000
 """Pictures up to so many bytes stay in memory as they are."""
 CHUNK_BYTES = 12_000_000
 """Pictures that are written together, in one box."""
+LIGHTS = 8
+"""The first picture is kept in so many lights."""
 LIGHT_STEPS = 256
 """Steps of the light, as parts of that of the first picture: one of them changes no pixel by more
 than a grey level, and pictures in the same light share what is not stored."""
@@ -77,8 +79,8 @@ class PictureStore(Sequence[Luma]):
         self._thumbnails: list[Luma] = []
         """Of the pictures that wait in it."""
         self._chunks: list[_Chunk] = []
-        self._lit, self._lit_by = self._before, 0.0
-        """The first picture in the light of that which was read last, and this light."""
+        self._lit: dict[float, Luma] = {}
+        """The first picture in the lights of those that were read last."""
         self.bytes_written = 0
         """Length of the temporary file."""
 
@@ -156,27 +158,22 @@ class PictureStore(Sequence[Luma]):
         if piece.shape == self._kept[0].shape:
             return piece
         light = float(chunk.light[place - chunk.first])
-        if light != self._lit_by:
-            self._lit_by = light
-            self._lit = np.asarray(cv2.convertScaleAbs(self._kept[0], alpha=light), np.uint8)
-        picture = self._lit.copy()
+        if light not in self._lit:
+            if len(self._lit) == LIGHTS:
+                self._lit.clear()
+            self._lit[light] = np.asarray(cv2.convertScaleAbs(self._kept[0], alpha=light), np.uint8)
+        picture = self._lit[light].copy()
         picture[chunk.box] = piece
         return picture
 
 
 def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, NDArray[np.bool_]]:
     """Light of each picture over the first one's, and where more than that changes."""
-    # The light is measured in every fourth pixel of every fourth row.
-    some = slice(None, None, 4), slice(None, None, 4)
-    bright = before[some] >= max(1.0, float(np.median(before[some])))
-    first = _smooth(before)
+    first, bright = _smooth(before), max(1.0, cv2.mean(before)[0])
     light, squares = np.ones(len(thumbnails)), np.zeros(before.shape, np.float32)
     for number, one in enumerate(thumbnails):
-        smooth = _smooth(one)
-        if bright.any():
-            over_first = np.median(smooth[some][bright] / first[some][bright])
-            light[number] = round(over_first * LIGHT_STEPS) / LIGHT_STEPS
-        cv2.accumulateSquare(smooth - np.float32(light[number]) * first, squares)
+        light[number] = round(cv2.mean(one)[0] / bright * LIGHT_STEPS) / LIGHT_STEPS
+        cv2.accumulateSquare(_smooth(one) - np.float32(light[number]) * first, squares)
     away = np.sqrt(squares / len(thumbnails))
     # What differs by 4 times as much as most of the picture does is more than noise, for the first
     # picture's own noise makes up to 3.6 times as much in one of 40 000 pixels. It differs by half
