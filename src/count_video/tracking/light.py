@@ -27,17 +27,14 @@ CHANGE_AT_LEAST = 0.01
 """Smaller changes of brightness, as a share of it, are left as they are."""
 ROUNDING = 0.001
 """Of bytes, in the logarithm of a block's mean."""
-OUTLIER = 4.5
-"""What is left open is limited to so many times its scale: three standard deviations."""
+NEIGHBOURS = 9
+"""What is left open in so many blocks side by side is one thing: a body, or an edge."""
 BLOCKS = 24
 """Blocks to the longer side of a picture by whose means the light is measured."""
 HALF_WAVES = 5
 """The light has at most so many half waves to the longer side: bodies are smaller."""
 DARK_LEVELS = 4.0
 """Is added to the means of blocks, in grey levels: the ratio of two dark ones is mostly noise."""
-EDGE_STEP = 0.08
-"""Steps of the logarithm from block to block that are as large are edges. The deepest shadow, with
-HALF_WAVES, has half the light in its middle and steps of 0.11."""
 TUKEY, NOISE_AT_LEAST = 4.685, 0.004
 """Blocks are left out that stray by so many standard deviations (Tukey's constant: 95 % efficient
 for normal noise), and a standard deviation of the logarithm that all have at least."""
@@ -47,7 +44,6 @@ the smallest change of light is a hundred times as large."""
 DECIDED_BY = 40
 """Whether it varies is decided by so many of the pictures."""
 FITS = 2
-"""To the blocks themselves, after that to their steps; the second has the noise of the first."""
 RIDGE = 1e-6
 """Amplitudes that no block shows are none, by so small a share of what the others weigh."""
 
@@ -142,30 +138,13 @@ def lights_of(pictures: Sequence[Luma], gains: Floats, median: Luma) -> list[Lig
     even = np.median(ratio, axis=(1, 2), keepdims=True)
     scales = [np.median(np.abs(ratio - one), axis=(1, 2)) + ROUNDING for one in (even, field)]
     gain = float(np.log(scales[0] / scales[1]).mean())
-    count = _independent((ratio - field) / scales[1][:, None, None])
+    count = ratio[0].size / NEIGHBOURS
     varies = float(np.median(np.ptp(field, axis=(1, 2)))) / 2 > CHANGE_AT_LEAST
     still = float(np.median(scales[1])) < CHANGE_AT_LEAST
     if not (varies and still) or count * gain < waves[0].size / 2 * np.log(count):
         return [Light(gain) for gain in gains.tolist()]
     waves = _fitted(every, basis)
     return [Light(gain, one) for gain, one in zip(gains.tolist(), waves, strict=True)]
-
-
-def _independent(left: Floats) -> float:
-    """How many blocks of a picture say as much as all do, whose neighbours are correlated.
-
-    Of n values in a row with a correlation r of neighbours, n (1 - r) / (1 + r) are independent
-    (Bayley and Hammersley 1946); here rows and columns have the same.
-
-    Parameters
-    ----------
-    left
-        What is left open over its scale, shape (pictures, rows, columns).
-    """
-    left = left.clip(-OUTLIER, OUTLIER)
-    beside = [(left[:, 1:] * left[:, :-1]).mean(), (left[:, :, 1:] * left[:, :, :-1]).mean()]
-    shared = max(0.0, float(np.mean(beside) / (left**2).mean()))
-    return float(left[0].size * ((1 - shared) / (1 + shared)) ** 2)
 
 
 def _share(side: int, other: int) -> int:
@@ -196,16 +175,8 @@ def _fitted(ratio: Floats, basis: Sequence[Floats]) -> Floats:
     count = len(ratio)
     waves = np.einsum("ai,bj->abij", *basis)
     flat, values = waves.reshape(ratio[0].size, -1), ratio.reshape(count, -1)
-    slopes, steps = (
-        np.concatenate([np.diff(one, axis=axis).reshape(size) for axis in axes], axis=join)
-        for one, axes, size, join in (
-            (waves, (0, 1), (-1, flat.shape[1]), 0),
-            (ratio, (1, 2), (count, -1), 1),
-        )
-    )
     found = np.zeros((count, flat.shape[1]))
-    found[:, 1:] = _m_estimates(slopes[:, 1:], steps, np.full(count, EDGE_STEP), found[:, 1:])
-    found[:, 0] = np.median(values - found @ flat.T, axis=1)
+    found[:, 0] = np.median(values, axis=1)
     for _ in range(FITS):
         noise = MEDIAN_TO_SIGMA * np.median(np.abs(values - found @ flat.T), axis=1)
         noise = np.maximum(noise, NOISE_AT_LEAST)
