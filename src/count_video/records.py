@@ -24,6 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Pixels = NDArray[np.float32]
+Luma = NDArray[np.uint8]
+Indices = NDArray[np.intp]
+Mask = NDArray[np.bool_]
 CollisionKind = Literal["bodies", "wall"]
 WallSide = Literal["left", "right"]
 RateSource = Literal["option", "metadata", "unknown"]

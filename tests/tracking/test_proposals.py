@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from count_video.tracking.corners import Trajectories
 from count_video.tracking.paths import Rough, common_direction_deg
-from count_video.tracking.proposals import CHANGE_SHARE, propose
+from count_video.tracking.proposals import CHANGE_SHARE, box_of, propose
 from count_video.tracking.regions import find_regions
 
 FRAMES, SIZE, BODY = 40, (74, 320), 24
@@ -40,7 +40,7 @@ def test_each_of_two_bodies_is_proposed_however_faint_one_is(levels: int) -> Non
 def test_what_makes_next_to_nothing_of_all_that_changes_is_no_body() -> None:
     regions = find_regions(pictures(levels=BRIGHT))
     both = propose(NO_CORNERS, regions, STANDS, regions.all_change)
-    more = 2 * max(regions.change(one.path_px, one.box_px) for one in both) / CHANGE_SHARE
+    more = 2 * max(regions.change(one.path_px, box_of(one)) for one in both) / CHANGE_SHARE
     assert not propose(NO_CORNERS, regions, STANDS, more)
 
 

@@ -10,18 +10,15 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Luma, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light
 from count_video.tracking.samples import median_picture
 from count_video.tracking.sequences import moved_back
 from count_video.tracking.shape import Place, Shape, hidden
-from count_video.tracking.template import Pixels, piece_at
+from count_video.tracking.template import piece_at
 from count_video.video.pictures import reduced, scale_to
-
-Luma = NDArray[np.uint8]
 
 MOTION_OF = 31
 """Whether the camera moved is decided by so many reduced pictures."""

@@ -14,9 +14,8 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats, Track
+from count_video.records import Floats, Luma, Mask, Track
 from count_video.tracking.observation import Observation
 from count_video.tracking.single import Places, places_of
 
@@ -82,7 +81,7 @@ def moves_beside(seen: Observation, track: Track, frame: float) -> bool:
     return changes(np.array(strips))
 
 
-def _covers(body: Places, row: int, x: Floats, y: Floats) -> NDArray[np.bool_]:
+def _covers(body: Places, row: int, x: Floats, y: Floats) -> Mask:
     """Which places in a picture a body that was followed may cover."""
     near_x = np.abs(x - body.x_px[row]) < body.width_px / 2 + APART_PX
     return np.asarray(near_x & (np.abs(y - body.y_px[row]) < body.height_px / 2 + APART_PX))
@@ -111,8 +110,8 @@ def changes(strips: Floats) -> bool:
     return unlike > 1
 
 
-def _whole(seen: Observation, luma: NDArray[np.uint8], track: Track) -> NDArray[np.uint8]:
-    """Picture in px of the footage, with x along the line of motion; 0 beyond the region."""
+def _whole(seen: Observation, luma: Luma, track: Track) -> Luma:
+    """Luma in px of the footage, with x along the line of motion; 0 beyond the region."""
     x, y, width, height = seen.view.region
     info = seen.view.footage.info
     whole = np.zeros((info.height_px, info.width_px), dtype=np.uint8)
@@ -139,7 +138,7 @@ def _ways(track: Track, shown: Sequence[int]) -> list[tuple[float, int]]:
 
 
 def _strip(
-    luma: NDArray[np.uint8],
+    luma: Luma,
     track: Track,
     way: tuple[float, int],
     length: float = np.inf,

@@ -12,19 +12,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Indices, Luma
 from count_video.tracking.background import Background, background_of, camera_moved
 from count_video.tracking.camera import Motion, camera_motion, scenery
 from count_video.tracking.corners import follow_corners
 from count_video.tracking.following import Clip, Followed, follow
-from count_video.tracking.layers import (
-    BODIES_AT_MOST,
-    add_bodies,
-    apart,
-    learn_again,
-)
+from count_video.tracking.layers import BODIES_AT_MOST, add_bodies, apart, learn_again
 from count_video.tracking.learning import Body
 from count_video.tracking.paths import Rough, common_direction_deg, line_tilt_deg
 from count_video.tracking.proposals import propose, roughly
@@ -33,8 +27,6 @@ from count_video.tracking.rigid import scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
 from count_video.tracking.sequences import Lumas, Prepared, prepared
 from count_video.tracking.shape import Box, Part, Shape, size_of
-
-Luma = NDArray[np.uint8]
 
 PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
 """Shorter clips and smaller pictures show no motion to speak of."""
@@ -68,7 +60,7 @@ NOTHING_MOVES = Movers([], 0.0, upright=False, motion=None)
 
 def find_movers(
     pictures: Sequence[Luma],
-    frames: NDArray[np.intp],
+    frames: Indices,
     thumbnails: Thumbnails,
     enough: Callable[[Sequence[Followed]], bool],
 ) -> Movers:
@@ -127,10 +119,7 @@ def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion
 
 
 def _followed(
-    clip: Clip,
-    scene: _Scene,
-    roughs: Sequence[Rough],
-    enough: Callable[[Sequence[Followed]], bool],
+    clip: Clip, scene: _Scene, roughs: Sequence[Rough], enough: Callable[[Sequence[Followed]], bool]
 ) -> list[Followed]:
     """Find bodies in the samples, round after round, and follow them through all pictures."""
     few = clip.only(scene.samples.chosen)
@@ -192,7 +181,7 @@ class _Scene:
     Those that are given are taken out of their list once they are reduced further.
     """
 
-    def __init__(self, samples: Samples, frames: NDArray[np.intp], small: Prepared) -> None:
+    def __init__(self, samples: Samples, frames: Indices, small: Prepared) -> None:
         self.samples, self.frames = samples, frames
         self.cut = small.cut
         self.upright = False

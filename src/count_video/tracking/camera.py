@@ -17,17 +17,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Indices, Luma, Mask, Pixels
 from count_video.signals import interpolated
 from count_video.tracking.background import ROUNDING, Background
 from count_video.tracking.registration import Fit, register_all
 from count_video.tracking.shape import Box, Place
 from count_video.tracking.template import Template, make_template, piece_at
 from count_video.video.pictures import reduced
-
-Luma = NDArray[np.uint8]
 
 BLOCK_PX, BLOCKS, BLOCKS_AT_LEAST = 8, 64, 6
 """Square blocks of this side: so many with the clearest slopes by x, and by y."""
@@ -124,7 +121,7 @@ def scenery(
 def camera_motion(
     parts: Scenery | None,
     pictures: Mapping[int, Luma],
-    frames: NDArray[np.intp],
+    frames: Indices,
     roughly: Mapping[int, Place],
 ) -> Motion | None:
     """Measure how the camera moved; None where it stood still or nothing shows it.
@@ -177,7 +174,7 @@ def _places(
     return place, sigma
 
 
-def _clear_blocks(background: Background, change: Floats, swept: Sequence[Box]) -> NDArray[np.intp]:
+def _clear_blocks(background: Background, change: Floats, swept: Sequence[Box]) -> Indices:
     """Flat indices of the blocks with the clearest slopes by x or by y.
 
     They are taken of those that are scenery beside what is swept, and not what bodies leave behind
@@ -200,7 +197,7 @@ def _clear_blocks(background: Background, change: Floats, swept: Sequence[Box]) 
     return np.unique(np.concatenate(best))
 
 
-def _made(whole: Floats, blocks: NDArray[np.intp], shape: tuple[int, ...]) -> Template:
+def _made(whole: Pixels, blocks: Indices, shape: tuple[int, ...]) -> Template:
     """Make a template of some blocks of the background."""
     marks = np.zeros(shape, np.float32)
     marks.flat[blocks] = 1.0
@@ -215,7 +212,7 @@ def _of_blocks(picture: cv2.typing.MatLike) -> Floats:
     return np.asarray(reduced(picture.astype(np.float32), BLOCK_PX), np.float64)
 
 
-def _moves(place: Floats, sigma: Floats) -> NDArray[np.bool_]:
+def _moves(place: Floats, sigma: Floats) -> Mask:
     """Whether the picture was ever displaced for two of three neighbouring frames, by x and y."""
     away = np.abs(place)
     lasting = np.median(np.stack([away[:-2], away[1:-1], away[2:]]), axis=0)

@@ -11,9 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Indices, Mask
 
 TRIPLES = 600
 PROPOSALS = 300
@@ -96,7 +95,7 @@ def placed(circle: Circle, edges: Edges) -> Circle:
     return Circle(x, y, radius, circle.sectors)
 
 
-def _some(count: int, rng: np.random.Generator) -> NDArray[np.intp]:
+def _some(count: int, rng: np.random.Generator) -> Indices:
     """Which of so many points vote."""
     if count <= POINTS_AT_MOST:
         return np.arange(count)
@@ -139,7 +138,7 @@ def _shown(points: Floats, clear: Floats, circles: Floats, roughly: float = 1.0)
     return np.asarray(((on - beyond) / (on + beyond + NOISE_CLEAR)).sum(axis=1))
 
 
-def _clearest(points: Floats, clear: Floats, circles: Floats, near: NDArray[np.bool_]) -> Floats:
+def _clearest(points: Floats, clear: Floats, circles: Floats, near: Mask) -> Floats:
     """Clarity of the clearest of the near points of each sector, shape (circles, SECTORS)."""
     found = np.zeros((len(circles), SECTORS))
     circle, point = np.nonzero(near)
@@ -149,9 +148,7 @@ def _clearest(points: Floats, clear: Floats, circles: Floats, near: NDArray[np.b
     return found
 
 
-def _near(
-    points: Floats, circles: Floats, reach_px: float, outside_px: float = 0.0
-) -> NDArray[np.bool_]:
+def _near(points: Floats, circles: Floats, reach_px: float, outside_px: float = 0.0) -> Mask:
     """Which points lie on which circles, or so far outside, shape (circles, points).
 
     A distance d from a centre is within e of a radius r if d^2 - r^2 - e^2 is within 2 r e of 0,
@@ -165,7 +162,7 @@ def _near(
     return np.asarray(np.abs(of_circles @ of_points) < 2 * reach_px * radius[:, None])
 
 
-def _sector(x: Floats, y: Floats) -> NDArray[np.intp]:
+def _sector(x: Floats, y: Floats) -> Indices:
     """Return the number of the sector in which a direction lies."""
     turn = np.arctan2(y, x) / (2 * np.pi) + 0.5
     return np.floor(turn * SECTORS).astype(np.intp) % SECTORS

@@ -10,19 +10,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Indices, Luma, Mask, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.background import Background
 from count_video.tracking.outline import Mean
 from count_video.tracking.shape import Place, Shape, hidden
-from count_video.tracking.template import Pixels
 from count_video.video.pictures import reduced
 
-Luma = NDArray[np.uint8]
 Levels = NDArray[np.int16]
 """Smoothed brightness in steps of a grey level: half the bytes of floats, and sorted faster."""
 
-Shifts = NDArray[np.intp]
+Shifts = Indices
 """Whole px by y and x, shape (pictures, 2); FAR where they are not known."""
 FAR = 10_000
 """Px that no picture has."""
@@ -88,9 +86,9 @@ class Pieces:
     seen: Levels
     behind: Levels
     """What lies behind the body there: the background with the bodies that are known."""
-    covered: NDArray[np.bool_]
+    covered: Mask
     """Where a piece shows nothing: beyond its picture, or where something unknown is."""
-    others: NDArray[np.bool_]
+    others: Mask
     """Where bodies that are known are."""
     around: tuple[tuple[int, int], tuple[int, int]]
     """Rows above and below, columns before and after, that no picture shows: left out here."""
@@ -147,7 +145,7 @@ def _away(places: Mapping[int, Place], path: Mapping[int, Place]) -> Shifts:
 
 def _levels(piece: Pixels) -> Levels:
     """Turn grey levels into steps; a dim picture that is brightened much has white beyond them."""
-    return np.asarray(cv2.multiply(piece, STEPS, dtype=cv2.CV_16S), np.int16)
+    return np.asarray(cv2.addWeighted(piece, STEPS, piece, 0.0, 0.0, dtype=cv2.CV_16S), np.int16)
 
 
 def _shown(begins: Floats, length: int, size: int) -> tuple[int, int]:
@@ -229,7 +227,7 @@ def _moved(pieces: Levels, shifts: Shifts) -> Levels:
     return np.array(moved, np.int16)
 
 
-def _largest_mistake(pieces: Pieces, typical: Levels, covered: NDArray[np.bool_]) -> np.int16:
+def _largest_mistake(pieces: Pieces, typical: Levels, covered: Mask) -> np.int16:
     """Largest that noise makes, by the better of two explanations of each pixel, in levels."""
     some = (slice(None), slice(None, None, NOISE_STRIDE), slice(None, None, NOISE_STRIDE))
     seen = pieces.seen[some]
@@ -241,7 +239,7 @@ def _largest_mistake(pieces: Pieces, typical: Levels, covered: NDArray[np.bool_]
     return np.int16(STEPS * max(CUT_SIGMAS * sigma, CUT_LEVELS))
 
 
-def _outside(place: Place, shape: tuple[int, int], picture: tuple[int, ...]) -> NDArray[np.bool_]:
+def _outside(place: Place, shape: tuple[int, int], picture: tuple[int, ...]) -> Mask:
     """Mark what of a piece lies beyond the border of its picture."""
     x, y = place[0] + np.arange(shape[1]), place[1] + np.arange(shape[0])
     beyond_x, beyond_y = (
@@ -250,13 +248,13 @@ def _outside(place: Place, shape: tuple[int, int], picture: tuple[int, ...]) -> 
     return np.asarray(beyond_y[:, None] | beyond_x[None, :])
 
 
-def _count(marked: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _count(marked: Mask) -> Indices:
     """Count in how many pieces a pixel is marked, shape (height, width)."""
     # Pieces are fewer than 256; sums of bytes take numpy a tenth of those of truth values.
     return np.asarray(marked.view(np.uint8).sum(axis=0, dtype=np.uint8), np.intp)
 
 
-def _mean(values: Levels, covered: NDArray[np.bool_]) -> Pixels:
+def _mean(values: Levels, covered: Mask) -> Pixels:
     """Mean where a pixel is not covered, shape (height, width), in grey levels; else 0."""
     hidden = _count(covered)
     if hidden.any():
@@ -265,7 +263,7 @@ def _mean(values: Levels, covered: NDArray[np.bool_]) -> Pixels:
     return np.asarray(values.sum(axis=0, dtype=np.int32) / count, np.float32)
 
 
-def _quantile(values: Levels, covered: NDArray[np.bool_], share: float) -> Pixels:
+def _quantile(values: Levels, covered: Mask, share: float) -> Pixels:
     """Quantile where a pixel is not covered, shape (height, width), in grey levels; else 0."""
     count = len(values) - _count(covered)
     # Covered ones come last.

@@ -12,15 +12,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from count_video.records import Luma, Mask, Pixels
+from count_video.tracking.samples import references
 from count_video.tracking.shape import Part
 
-Luma = NDArray[np.uint8]
-Points = NDArray[np.float32]
-
-REFERENCES = 3
-"""Pictures whose corners are followed: bodies hide each other's edges in some, not in all."""
 CORNERS = 120
 """Corners of one reference picture."""
 QUALITY = 0.0005
@@ -38,20 +34,20 @@ PYRAMID_LEVELS = 3
 RETURN_ERROR_PX = 0.4
 KNOWN_SHARE = 0.5
 """A corner belongs to a known body if that is where this share of its sightings lie."""
-NO_POINTS: Points = np.empty((0, 2), np.float32)
+NO_POINTS: Pixels = np.empty((0, 2), np.float32)
 
 
 @dataclass(frozen=True)
 class Trajectories:
     """Places of n corners in s samples."""
 
-    places_px: Points
+    places_px: Pixels
     """Image x and y, shape (n, s, 2); NaN where a corner was not followed."""
-    anywhere: NDArray[np.bool_]
+    anywhere: Mask
     """Which corners were taken from the whole picture, moving or not, shape (n,)."""
 
     @property
-    def seen(self) -> NDArray[np.bool_]:
+    def seen(self) -> Mask:
         """Where a corner was followed, shape (n, s)."""
         return np.asarray(np.isfinite(self.places_px[:, :, 0]))
 
@@ -72,10 +68,7 @@ class Trajectories:
         return Trajectories(self.places_px[free], self.anywhere[free])
 
 
-def follow_corners(
-    pictures: Sequence[Luma],
-    moved: NDArray[np.bool_],
-) -> Trajectories:
+def follow_corners(pictures: Sequence[Luma], moved: Mask) -> Trajectories:
     """Follow corners through pictures in which everything moves by a few px from one to the next.
 
     Parameters
@@ -86,11 +79,11 @@ def follow_corners(
         Where each sample shows anything that moves, at any size, shape (n, rows, columns).
     """
     count = len(pictures)
-    references = np.unique(np.linspace(0, count - 1, REFERENCES + 2).astype(int)[1:-1])
-    corners = [_corners(pictures[reference], moved[reference]) for reference in references]
+    begun = references(count)
+    corners = [_corners(pictures[k], one) for k, one in zip(begun, moved, strict=True)]
     middle = count // 2
     scene = _scene_corners(pictures[middle])
-    first = np.repeat([*references, middle], [len(found) for found in (*corners, scene)])
+    first = np.repeat([*begun, middle], [len(found) for found in (*corners, scene)])
     places = np.full((len(first), count, 2), np.nan, dtype=np.float32)
     places[np.arange(len(first)), first] = np.concatenate([*corners, scene])
     for sample in range(count - 1):
@@ -100,7 +93,7 @@ def follow_corners(
     return Trajectories(places, np.arange(len(first)) >= len(first) - len(scene))
 
 
-def _corners(picture: Luma, moved: NDArray[np.bool_]) -> Points:
+def _corners(picture: Luma, moved: Mask) -> Pixels:
     size = picture.shape[1], picture.shape[0]
     mask = cv2.resize(moved.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
     mask = cv2.dilate(mask, np.ones((WINDOW_PX, WINDOW_PX), np.uint8))
@@ -111,7 +104,7 @@ def _corners(picture: Luma, moved: NDArray[np.bool_]) -> Points:
     return NO_POINTS if found is None else np.asarray(found, np.float32)[:, 0]
 
 
-def _scene_corners(picture: Luma) -> Points:
+def _scene_corners(picture: Luma) -> Pixels:
     """Corners spread over the whole picture."""
     spacing = picture.shape[1] / SCENE_ACROSS
     found = cv2.goodFeaturesToTrack(
@@ -120,9 +113,7 @@ def _scene_corners(picture: Luma) -> Points:
     return NO_POINTS if found is None else np.asarray(found, np.float32)[:, 0]
 
 
-def _step(
-    pictures: Sequence[Luma], places: Points, here: int, there: int, meant: NDArray[np.bool_]
-) -> None:
+def _step(pictures: Sequence[Luma], places: Pixels, here: int, there: int, meant: Mask) -> None:
     """Follow the corners that are meant and known here to the next picture, in place."""
     known = np.flatnonzero(meant & np.isfinite(places[:, here, 0]))
     if len(known) == 0:
@@ -136,8 +127,8 @@ def _step(
 
 
 def _flow(
-    before: Luma, after: Luma, points_and_guess: tuple[Points, Points], levels: int
-) -> tuple[Points, NDArray[np.bool_]]:
+    before: Luma, after: Luma, points_and_guess: tuple[Pixels, Pixels], levels: int
+) -> tuple[Pixels, Mask]:
     """Places of points, shape (n, 2), in the next picture, and which of them were found."""
     points, guess = (one[:, None].copy() for one in points_and_guess)
     size, flags = (WINDOW_PX, WINDOW_PX), cv2.OPTFLOW_USE_INITIAL_FLOW

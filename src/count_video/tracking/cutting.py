@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from count_video.records import Mask
 from count_video.tracking.composite import NEIGHBOURHOOD_PX, Source, cut_pieces, median_of
 from count_video.tracking.outline import Mean, Outline, find_outline, widths_of
 from count_video.tracking.shape import Place
@@ -61,7 +61,7 @@ class Stage:
     """Height and width of the box."""
     places: Mapping[int, Place]
     """Frame index -> image x and y of the box's top left pixel."""
-    own: NDArray[np.bool_] | None = None
+    own: Mask | None = None
     """Which pixels of the box are the body's; None where that is not known."""
     unsure_px: int = 1
     """Up to so far from these."""
@@ -146,7 +146,7 @@ def _mean(source: Source, stage: Stage, margin: tuple[int, int]) -> Mean:
     return median_of(cut_pieces(source, places, (stage.shape, margin)), stage.scale)
 
 
-def _connected(mean: Mean, stage: Stage, margin: tuple[int, int]) -> NDArray[np.bool_] | None:
+def _connected(mean: Mean, stage: Stage, margin: tuple[int, int]) -> Mask | None:
     """Part of what moves with a body that hangs together with its box; None if nothing does."""
     moving = mean.moving
     if stage.own is None:
@@ -158,9 +158,7 @@ def _connected(mean: Mean, stage: Stage, margin: tuple[int, int]) -> NDArray[np.
     return own if own.any() else None
 
 
-def _hanging_together(
-    mean: Mean, stage: Stage, margin: tuple[int, int]
-) -> NDArray[np.bool_] | None:
+def _hanging_together(mean: Mean, stage: Stage, margin: tuple[int, int]) -> Mask | None:
     """Part of what moves with a body that hangs together with its box.
 
     Threads are no part of it, nor is what a neighbour's motion explains better.
@@ -194,7 +192,7 @@ def _hanging_together(
     return np.asarray((cv2.dilate(body.astype(np.uint8), kernel) > 0) & moving)
 
 
-def _belongs_to_others(mean: Mean, part: NDArray[np.bool_]) -> bool:
+def _belongs_to_others(mean: Mean, part: Mask) -> bool:
     """Whether the motion of a neighbour explains a part and its edges better."""
     if not mean.theirs:
         return False
@@ -208,9 +206,7 @@ def _reduced(width_px: int, scale: int) -> int:
     return ((width_px | 1) - 1) // (2 * scale) * 2 + 1
 
 
-def _without_threads(
-    own: NDArray[np.bool_], mean: Mean, box: tuple[slice, ...], width: int
-) -> NDArray[np.bool_]:
+def _without_threads(own: Mask, mean: Mean, box: tuple[slice, ...], width: int) -> Mask:
     """Keep rows one below the other that are nearly as wide as the widest one of the box.
 
     Threads span much of a row as well, but go on to the border of what is shown, and lines of less
@@ -234,7 +230,7 @@ def _without_threads(
     return np.asarray(own & (runs == np.argmax(worth))[:, None])
 
 
-def _lines_only(own: NDArray[np.bool_], mean: Mean, width: int) -> NDArray[np.bool_]:
+def _lines_only(own: Mask, mean: Mean, width: int) -> Mask:
     """Which rows differ from what lies behind them by lines and hardly else, shape (rows,).
 
     A line is what an opening or closing along the row, by a ``width``, removes.

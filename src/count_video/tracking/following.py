@@ -14,17 +14,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Indices, Luma, Pixels
 from count_video.tracking.background import Background
 from count_video.tracking.learning import Body
 from count_video.tracking.registration import Fit, register, register_all
 from count_video.tracking.search import search
 from count_video.tracking.shape import Place, Shape
-from count_video.tracking.template import Pixels, pixels_at
-
-Luma = NDArray[np.uint8]
+from count_video.tracking.template import pixels_at
 
 AGREEMENT_SHARE = 0.75
 """A fit is believed from this share of the template's typical correlation on."""
@@ -101,13 +98,13 @@ class Clip:
 
     pictures: Mapping[int, Luma]
     """By frame index."""
-    frames: NDArray[np.intp]
+    frames: Indices
     """Which of them to follow bodies in, in order of time, shape (n,)."""
     background: Background
     shift_px: Floats
     """The camera's motion, shape (n, 2)."""
 
-    def only(self, chosen: NDArray[np.intp]) -> Clip:
+    def only(self, chosen: Indices) -> Clip:
         """Take some of the pictures."""
         return replace(self, frames=self.frames[chosen], shift_px=self.shift_px[chosen])
 
@@ -196,11 +193,7 @@ class _Path:
         """Pictures since the last that showed the body, and since the last that did so surely."""
 
     def find(
-        self,
-        frame: int,
-        guess: Place,
-        at_guess: Mapping[int, Fit | None],
-        shift: Place,
+        self, frame: int, guess: Place, at_guess: Mapping[int, Fit | None], shift: Place
     ) -> Fit | None:
         """Find the body in the next picture, by the camera's shift.
 

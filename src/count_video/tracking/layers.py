@@ -7,9 +7,8 @@ from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Indices, Mask
 from count_video.tracking.cutting import EDGE_PX
 from count_video.tracking.following import Clip, Followed, follow, was_followed
 from count_video.tracking.learning import Body, learn
@@ -129,7 +128,7 @@ def _in_places_of_their_own(once: Sequence[Followed]) -> list[Followed]:
     return [seen for seen in kept if _moves(seen)]
 
 
-def _unbroken(seen: Followed) -> NDArray[np.intp]:
+def _unbroken(seen: Followed) -> Indices:
     """Length of the unbroken path that each sighting is part of, shape (n,)."""
     length = np.zeros(len(seen.x_px), np.intp)
     for piece in _pieces(seen):
@@ -137,7 +136,7 @@ def _unbroken(seen: Followed) -> NDArray[np.intp]:
     return length
 
 
-def _pieces(seen: Followed) -> list[NDArray[np.intp]]:
+def _pieces(seen: Followed) -> list[Indices]:
     """Which pictures show the unbroken pieces of a path."""
     known = np.flatnonzero(np.isfinite(seen.x_px))
     return np.split(known, np.flatnonzero(_jumps(seen)) + 1)
@@ -159,7 +158,7 @@ def _way_px(path_px: Floats) -> Floats:
     return np.asarray(np.ptp(np.quantile(path_px, MOST, axis=0), axis=0))
 
 
-def _overlap(one: Followed, other: Followed) -> NDArray[np.bool_]:
+def _overlap(one: Followed, other: Followed) -> Mask:
     """Where the middle of one of two bodies lies within the outline of the other, shape (n,)."""
     sizes = [
         (seen.body.right_edge_px - seen.body.left_edge_px, seen.body.template.shape[0])
@@ -171,14 +170,14 @@ def _overlap(one: Followed, other: Followed) -> NDArray[np.bool_]:
     return np.asarray(near & (np.abs(middles[0] - middles[1]) < height))
 
 
-def _without(seen: Followed, rows: NDArray[np.bool_]) -> Followed:
+def _without(seen: Followed, rows: Mask) -> Followed:
     x, y, sigma = (
         np.where(rows, np.nan, places) for places in (seen.x_px, seen.y_px, seen.sigma_px)
     )
     return replace(seen, x_px=x, y_px=y, sigma_px=sigma)
 
 
-def _jumps(seen: Followed) -> NDArray[np.bool_]:
+def _jumps(seen: Followed) -> Mask:
     """Which steps from one sighting to the next are too long for a body, shape (sightings - 1,)."""
     known = np.flatnonzero(np.isfinite(seen.x_px))
     steps = np.hypot(np.diff(seen.x_px[known]), np.diff(seen.y_px[known]))
@@ -229,7 +228,7 @@ def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | 
     )
 
 
-def _holds(rough: Rough, other: Followed, frames: NDArray[np.intp]) -> bool:
+def _holds(rough: Rough, other: Followed, frames: Indices) -> bool:
     """Whether the box of a proposal holds the middle of a known body in most of its samples."""
     rows = np.searchsorted(frames, np.array(list(rough.path_px)))
     path = np.array(list(rough.path_px.values()))

@@ -13,8 +13,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from count_video.records import Luma
 from count_video.tracking.background import Background
 from count_video.tracking.composite import Source
 from count_video.tracking.cutting import SIGHTINGS_AT_LEAST, Stage, close_cut, wide_cut
@@ -23,8 +23,6 @@ from count_video.tracking.paths import Rough, choose
 from count_video.tracking.registration import register_all
 from count_video.tracking.shape import Box, Place, Shape
 from count_video.tracking.template import Template, make_template, piece_at
-
-Luma = NDArray[np.uint8]
 
 SURROUNDINGS, ENDS_APART = 0.6, 1.5
 """The surroundings that a wide view shows too, on all sides, as a share of the box's longer side,

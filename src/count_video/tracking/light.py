@@ -14,13 +14,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Luma, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
 
-Luma = NDArray[np.uint8]
-Pixels = NDArray[np.float32]
 Place = tuple[float, float]
 
 CHANGE_AT_LEAST = 0.01

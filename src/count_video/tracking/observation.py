@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from types import TracebackType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from count_video.errors import UsageError
 from count_video.process import give_memory_back
 from count_video.progress import NO_PROGRESS, Progress
+from count_video.records import Indices
 from count_video.tracking.bodies import Movers, find_movers
 from count_video.tracking.pairing import has_pair
 from count_video.tracking.samples import Thumbnails
@@ -29,7 +29,7 @@ class Observation:
     """A decoded clip with all bodies that move in it; a context manager that frees its pictures."""
 
     view: View
-    frames: NDArray[np.intp]
+    frames: Indices
     """Index of each picture, shape (n,); copies are left out."""
     pictures: PictureStore
     movers: Movers

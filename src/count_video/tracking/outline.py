@@ -13,12 +13,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Indices, Mask, Pixels
 from count_video.signals import beyond
 from count_video.tracking.circle import Circle, Edges, circle_through, placed
-from count_video.tracking.template import Pixels, Template, make_template
+from count_video.tracking.template import Template, make_template
 
 EDGE_POSSIBLE = 0.35
 """Slope per px over the standard deviation, from which on an edge can be the body's own."""
@@ -49,7 +48,7 @@ class Mean:
 
     appearance: Pixels
     variance: Pixels
-    moving: NDArray[np.bool_]
+    moving: Mask
     """Where the pictures agree with each other better than with the background."""
     behind: Pixels
     """What lies behind the body."""
@@ -74,7 +73,7 @@ class Outline:
     """Column of the mean at which the template begins."""
 
 
-def find_outline(mean: Mean, fence: tuple[float, float], *, circles=True) -> Outline | None:
+def find_outline(mean: Mean, fence: tuple[float, float], *, circles: bool = True) -> Outline | None:
     """Trim the mean to the body and weight its pixels; None if there is no outline.
 
     ``fence`` gives the first and last column that can be the body's.
@@ -114,26 +113,22 @@ def find_outline(mean: Mean, fence: tuple[float, float], *, circles=True) -> Out
     return _cut_out(mean, (rows, left, right), ends, circle)
 
 
-def _one_end(body: NDArray[np.bool_], own: NDArray[np.bool_]) -> bool:
+def _one_end(body: Mask, own: Mask) -> bool:
     """Whether edges span little of what moves: they are clear at one end of a body only."""
     rows = body.any(axis=1)
     return bool(widths_of(body)[rows].sum() < FAINT_SHARE * widths_of(own)[rows].sum())
 
 
-def _circle_of_ends(mean: Mean, slope: Pixels, own: NDArray[np.bool_]) -> Circle | None:
-    """Find a circle through both ends of what moves in each row; None if there is none.
-
-    It goes through the steepest edges near them or, where these are soft, the ends themselves.
-    """
+def _circle_of_ends(mean: Mean, slope: Pixels, own: Mask) -> Circle | None:
+    """Find a circle through the steepest edges at both ends of what moves in each row."""
     rows = np.flatnonzero(own.any(axis=1))
     first, last = ends_of(own[rows])
-    edges = _edges(slope, rows, first, 1)[0], _edges(slope, rows, last, -1)[0]
-    for ends in (edges, (first, last)):
-        places = np.stack([np.concatenate(ends), np.r_[rows, rows]], axis=1).astype(np.float64)
-        circle = circle_through(Edges(places, np.ones(len(places))), len(own))
-        if circle and circle.sectors >= ENDS_SECTORS and _beside(circle, mean) <= OUTSIDE_SHARE:
-            return circle
-    return None
+    ends = _edges(slope, rows, first, 1)[0], _edges(slope, rows, last, -1)[0]
+    places = np.stack([np.concatenate(ends), np.r_[rows, rows]], axis=1)
+    circle = circle_through(Edges(places, np.ones(len(places))), len(own))
+    if circle is None or circle.sectors < ENDS_SECTORS or _beside(circle, mean) > OUTSIDE_SHARE:
+        return None
+    return circle
 
 
 def _is_outline(circle: Circle, mean: Mean) -> bool:
@@ -156,7 +151,7 @@ def _away(circle: Circle, shape: tuple[int, ...]) -> Floats:
 
 def _cut_out(
     mean: Mean,
-    spans: tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]],
+    spans: tuple[Indices, Indices, Indices],
     ends: tuple[float, float],
     circle: Circle | None,
 ) -> Outline:
@@ -182,18 +177,18 @@ def _cut_out(
     return Outline(template, ends[0] - begin, ends[1] - begin, round_, high, begin)
 
 
-def ends_of(own: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def ends_of(own: Mask) -> tuple[Indices, Indices]:
     """First and last column of each row; of a row with none, 0 and the last of all."""
     return np.argmax(own, axis=1), own.shape[1] - 1 - np.argmax(own[:, ::-1], axis=1)
 
 
-def widths_of(own: NDArray[np.bool_]) -> NDArray[np.intp]:
+def widths_of(own: Mask) -> Indices:
     """How many columns each row spans."""
     first, last = ends_of(own)
     return np.where(own.any(axis=1), last - first + 1, 0)
 
 
-def _own_edges(clarity: Pixels) -> NDArray[np.bool_]:
+def _own_edges(clarity: Pixels) -> Mask:
     """Pixels of the body's own edges.
 
     Edges come in pieces: a long plain body shows its two ends and nothing between them, a ball two
@@ -225,7 +220,7 @@ def _edge_points(clarity: Pixels) -> Edges:
     return Edges(places, clarity[y, x].astype(np.float64))
 
 
-def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int) -> float:
+def _edge(slope: Pixels, rows: Indices, ends: Indices, inward: int) -> float:
     """Find the outermost point of one side of the outline, to a small part of a pixel.
 
     A quantile over the rows, which a stray row does not move, gives the outermost edge roughly; it
@@ -239,9 +234,7 @@ def _edge(slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward:
     return float(edges[np.abs(edges - outermost) <= NEAR_OUTERMOST_PX].mean())
 
 
-def _edges(
-    slope: Pixels, rows: NDArray[np.intp], ends: NDArray[np.intp], inward: int
-) -> tuple[Floats, Floats]:
+def _edges(slope: Pixels, rows: Indices, ends: Indices, inward: int) -> tuple[Floats, Floats]:
     """Edge of each row: the steepest place within a few px of the mask's end, and how steep."""
     first = np.minimum(ends - (EDGE_REACH_PX - 1) * inward, ends + EDGE_REACH_PX * inward)
     columns = first[:, None] + np.arange(2 * EDGE_REACH_PX)

@@ -10,10 +10,9 @@ from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from count_video.errors import TrackingError
-from count_video.records import BodyTrack, Floats, MotionLine, Track, WallSide
+from count_video.records import BodyTrack, Floats, Indices, MotionLine, Track, WallSide
 from count_video.signals import NOISE_AT_LEAST_PX, low_points, noise_px, sigma_of
 from count_video.tracking.bodies import Movers
 from count_video.tracking.following import FRAMES_AT_LEAST, Followed, was_followed
@@ -42,7 +41,7 @@ SPAN_FRAMES = 3
 
 
 def pair_tracks(
-    movers: Movers, frames: NDArray[np.intp], view: View, wall: WallSide | None = None
+    movers: Movers, frames: Indices, view: View, wall: WallSide | None = None
 ) -> list[Track]:
     """Tracks of the pairs that may be ball and heavy body, the likeliest first.
 
@@ -105,7 +104,7 @@ def _exchange_momentum(left: Followed, right: Followed) -> bool:
     return _opposite(left.x_px, right.x_px, _contacts(left, right)) > EXCHANGED
 
 
-def _contacts(left: Followed, right: Followed) -> NDArray[np.intp]:
+def _contacts(left: Followed, right: Followed) -> Indices:
     """Rows of the pictures in which the gap between two bodies is the least."""
     gap = right.edges_px[0] - left.edges_px[1]
     return low_points(gap, 6.0 * sigma_of(gap))
@@ -180,7 +179,7 @@ def _score(left: Followed, right: Followed) -> float:
     return jumps * whole / (1 + (spread / CONTACT_SPREAD_PX) ** 2)
 
 
-def _opposite(left_px: Floats, right_px: Floats, contacts: NDArray[np.intp]) -> float:
+def _opposite(left_px: Floats, right_px: Floats, contacts: Indices) -> float:
     """How much velocities jump in opposite directions, in one ratio: from 0 to 1.
 
     It is minus the correlation (about 0) of the two bodies' jumps at their contacts, by which
@@ -196,7 +195,7 @@ def _opposite(left_px: Floats, right_px: Floats, contacts: NDArray[np.intp]) -> 
 def _track(
     pair: tuple[Followed, Followed],
     movers: Movers,
-    frames: NDArray[np.intp],
+    frames: Indices,
     view: View,
     given: WallSide | None,
 ) -> Track | None:
@@ -291,7 +290,7 @@ def far_side_jump(distance_px: Floats) -> float:
     return float(np.nansum(_jumps(distance_px, low_points(distance_px, depth))))
 
 
-def _jumps(path_px: Floats, rows: NDArray[np.intp]) -> Floats:
+def _jumps(path_px: Floats, rows: Indices) -> Floats:
     """Change of velocity at these rows, between means over some frames; NaN near the ends."""
     jumps = np.full(len(rows), np.nan)
     inner = (rows >= SPAN_FRAMES) & (rows < len(path_px) - SPAN_FRAMES)

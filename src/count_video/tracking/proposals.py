@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Indices
 from count_video.tracking.corners import Trajectories
 from count_video.tracking.paths import Rough
 from count_video.tracking.regions import Regions, moving_regions
@@ -32,23 +30,9 @@ CHANGE_SHARE = 0.002
 """What makes a smaller share of all that changes in a clip is no body of its experiment."""
 
 
-@dataclass(frozen=True)
-class Proposal:
-    """What may be a body, in px of the pictures."""
-
-    path_px: Floats
-    """Path of a point that moves with it, shape (samples, 2); NaN where not known."""
-    corners_px: Floats
-    """Corners of it, from its path, shape (n, 2)."""
-    box_px: Box
-    """Around it, from its path."""
-    blurred: bool = False
-    """Whether the path is right to some px only."""
-
-
 def propose(
     corners: Trajectories, regions: Regions, scene_px: Floats, all_change: float
-) -> list[Proposal]:
+) -> list[RigidGroup]:
     """Bodies by their corners where there are many, then moving regions, then the other corners.
 
     ``scene_px`` is how far the camera has moved each sample, shape (samples, 2). Only what makes a
@@ -58,30 +42,25 @@ def propose(
     many = [group for group in groups if len(group.corners_px) >= NEIGHBOUR_CORNERS]
     few = [group for group in groups if len(group.corners_px) < NEIGHBOUR_CORNERS]
     linked = moving_regions(regions)[:REGIONS_AT_MOST]
-    proposed = [
-        *map(_with_box, many),
-        *(replace(_with_box(group), blurred=True) for group in linked),
-        *map(_with_box, few),
-    ]
-    changes = [regions.change(one.path_px, one.box_px) for one in proposed]
+    proposed = [*many, *linked, *few]
+    changes = [regions.change(one.path_px, box_of(one)) for one in proposed]
     clear = [k for k, change in enumerate(changes) if change > CHANGE_SHARE * all_change]
     order = sorted(clear, key=lambda k: (k >= len(many), -changes[k]))
     return [proposed[k] for k in order]
 
 
-def _with_box(group: RigidGroup) -> Proposal:
-    """Propose a group, in a box around most of its corners."""
+def box_of(group: RigidGroup) -> Box:
+    """Box around most of a group's corners, from its path."""
     low, high = (
         np.array([np.quantile(group.corners_px[:, k], part) for k, part in enumerate(parts)])
         for parts in (OUTER_CORNERS, [1 - part for part in OUTER_CORNERS])
     )
     margin = BEYOND_CORNERS * float(high[1] - low[1]) + CORNER_MARGIN_PX
-    box = (*(low - margin).tolist(), *(high + margin).tolist())
-    return Proposal(group.path_px, group.corners_px, box)
+    return (*(low - margin).tolist(), *(high + margin).tolist())
 
 
 def roughly(
-    proposals: Sequence[Proposal], frames: NDArray[np.intp], cut: Cut, axes: Sequence[int]
+    proposals: Sequence[RigidGroup], frames: Indices, cut: Cut, axes: Sequence[int]
 ) -> list[Rough]:
     """Turn px of samples into those of the pictures, and paths into those by frame.
 
@@ -90,14 +69,12 @@ def roughly(
     """
     scale, begin = cut.scale, np.add(cut.corner_px, (cut.scale - 1) / 2)
     whole = [
-        Proposal(
-            (one.path_px * scale + begin)[:, axes],
-            (one.corners_px * scale)[:, axes],
-            tuple((scale * np.reshape(one.box_px, (2, 2)))[:, axes].ravel().tolist()),
-            one.blurred,
+        RigidGroup(
+            (one.path_px * scale + begin)[:, axes], (one.corners_px * scale)[:, axes], one.blurred
         )
         for one in proposals
     ]
+    boxes = [(scale * np.reshape(box_of(one), (2, 2)))[:, axes].ravel() for one in proposals]
     roughs = []
     for number, one in enumerate(whole):
         known = np.isfinite(one.path_px[:, 0])
@@ -106,15 +83,16 @@ def roughly(
         sure = not one.blurred and len(one.corners_px) >= NEIGHBOUR_CORNERS
         low, high = one.corners_px.min(axis=0).tolist(), one.corners_px.max(axis=0).tolist()
         corners = Shape(places, (low[0], low[1], high[0], high[1]))
-        fence = _fence(whole, number)
-        roughs.append(Rough(places, one.box_px, fence, one.blurred, sure, corners))
+        box: Box = tuple(boxes[number].tolist())
+        fence = _fence(whole, number, box)
+        roughs.append(Rough(places, box, fence, one.blurred, sure, corners))
     return roughs
 
 
-def _fence(groups: Sequence[Proposal], number: int) -> tuple[float, float]:
+def _fence(groups: Sequence[RigidGroup], number: int, box: Box) -> tuple[float, float]:
     """Image x, from the path of a body, between which its outline lies."""
     own = groups[number].corners_px
-    left, _, right, _ = groups[number].box_px
+    left, _, right, _ = box
     begin, end = -np.inf, np.inf
     for other in groups:
         apart = other.path_px - groups[number].path_px

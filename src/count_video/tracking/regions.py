@@ -14,16 +14,13 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Luma
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.rigid import RigidGroup
 from count_video.tracking.samples import differences, quantile_of
 from count_video.tracking.shape import Part
 from count_video.video.pictures import reduced, scale_to
-
-Luma = NDArray[np.uint8]
 
 WIDTH_PX = 480
 """Regions are found in pictures no wider than this, and no larger than a square of this side."""
@@ -199,4 +196,4 @@ def _group(path: _Path, count: int) -> RigidGroup:
     centres[path.samples] = regions[:, :2] + (regions[:, 2:] - 1) / 2
     half = np.median(regions[:, 2:], axis=0) / 2
     signs = np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
-    return RigidGroup(centres, signs * half)
+    return RigidGroup(centres, signs * half, blurred=True)

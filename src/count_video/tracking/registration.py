@@ -15,18 +15,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Indices, Luma, Mask, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
-from count_video.tracking.template import (
-    Model,
-    Picture,
-    Pixels,
-    Template,
-    inverse_of,
-    pixels_at,
-)
+from count_video.tracking.template import Model, Template, inverse_of, pixels_at
 
 ROUNDS, FRESH_ROUNDS = 8, 2
 """In the first rounds, pixels may disagree because the place is wrong: which of them do is judged
@@ -75,11 +67,10 @@ class Fit:
     """Share of the template's pixels that lie within the picture."""
 
 
-Indices = NDArray[np.intp]
 Place = tuple[float, float]
 
 
-def register(picture: Picture, template: Template, guess: Place) -> Fit | None:
+def register(picture: Luma, template: Template, guess: Place) -> Fit | None:
     """Place the template in the picture, starting from a guess that is right to a pixel or two.
 
     Returns None where the equations have no solution or the iteration does not settle nearby.
@@ -88,7 +79,7 @@ def register(picture: Picture, template: Template, guess: Place) -> Fit | None:
 
 
 def register_all(
-    pictures: Mapping[int, Picture], template: Template, guesses: Mapping[int, Place]
+    pictures: Mapping[int, Luma], template: Template, guesses: Mapping[int, Place]
 ) -> dict[int, Fit]:
     """Place the template, as :func:`register` does, in the pictures for which there is a guess.
 
@@ -127,7 +118,7 @@ class _Search:
 
 
 def _together(
-    pictures: Sequence[Picture], template: Template, guesses: Sequence[Place]
+    pictures: Sequence[Luma], template: Template, guesses: Sequence[Place]
 ) -> dict[int, Fit]:
     """Place the template in some pictures, from a guess for each; fits by the picture's number."""
     found: dict[int, Fit] = {}
@@ -148,7 +139,7 @@ def _together(
     return found
 
 
-def _seen(pictures: Sequence[Picture], template: Template, search: _Search) -> Pixels:
+def _seen(pictures: Sequence[Luma], template: Template, search: _Search) -> Pixels:
     """Brightness of the pixels where the template may be, less its mean, shape (m, n)."""
     tiles = template.model.tiles
     places = zip(search.row.tolist(), search.place.tolist(), strict=True)
@@ -157,7 +148,7 @@ def _seen(pictures: Sequence[Picture], template: Template, search: _Search) -> P
     return np.asarray(seen - seen.mean(axis=1, keepdims=True), np.float32)
 
 
-def _begun(pictures: Sequence[Picture], template: Template, guesses: Sequence[Place]) -> _Search:
+def _begun(pictures: Sequence[Luma], template: Template, guesses: Sequence[Place]) -> _Search:
     """Begin the search in those pictures that show enough of the template."""
     model = template.model
     inside = np.array(
@@ -177,7 +168,7 @@ def _begun(pictures: Sequence[Picture], template: Template, guesses: Sequence[Pl
     return _Search(row, start, start, inside.mean(axis=1), own, own, inverse)
 
 
-def _inside(shape: tuple[int, ...], template: Template, guess: Place) -> NDArray[np.bool_]:
+def _inside(shape: tuple[int, ...], template: Template, guess: Place) -> Mask:
     """Which pixels a picture of this shape shows."""
     chosen = template.model.chosen
     height, width = template.shape
@@ -200,7 +191,7 @@ class _Step:
     """By x and y, shape (m, 2)."""
     agreement: Floats
     """Weighted correlation of the picture with the template, at the place before the step."""
-    shows: NDArray[np.bool_]
+    shows: Mask
     """Whether the template has not faded away, shape (m,)."""
     weight: Pixels
     covariance: Floats
@@ -212,7 +203,7 @@ class _Step:
         return Fit(x, y, sigma_x, sigma_y, float(self.agreement[k]), float(there.inside[k]))
 
     @property
-    def is_small(self) -> NDArray[np.bool_]:
+    def is_small(self) -> Mask:
         """Whether another step would change little, or less than what the noise leaves open."""
         enough = np.maximum(CONVERGED_PX, CONVERGED_SIGMAS * self.sigma_px)
         return np.asarray((np.abs(self.shift_px) < enough).all(axis=1))

@@ -15,10 +15,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
-from count_video.tracking.corners import Points, Trajectories
+from count_video.records import Floats, Indices, Mask, Pixels
+from count_video.tracking.corners import Trajectories
 
 RIGID_PX = 0.45
 """Standard deviation of a distance that is taken for constant: following a corner errs by 0.1 to
@@ -49,8 +48,6 @@ SCENE_SEEN = 0.6
 """Corners of the background are followed through this share of the samples."""
 ROUNDS = 3
 
-Indices = NDArray[np.intp]
-
 
 @dataclass(frozen=True)
 class RigidGroup:
@@ -60,6 +57,8 @@ class RigidGroup:
     """Common path by image x and y, shape (samples, 2); NaN where no corner was followed."""
     corners_px: Floats
     """Places of the corners from the path, shape (corners, 2)."""
+    blurred: bool = False
+    """Whether the path is right to some px only: a region's, whose corners these are."""
 
 
 def rigid_groups(trajectories: Trajectories, scene_px: Floats) -> list[RigidGroup]:
@@ -150,29 +149,29 @@ def scene_path(trajectories: Trajectories, shape: tuple[int, ...]) -> Floats:
     return np.nan_to_num(path) if moves else still
 
 
-def _means(places: Points) -> Floats:
+def _means(places: Pixels) -> Floats:
     """Mean place of each corner, shape (corners, 2)."""
     return np.asarray(np.nanmean(places, axis=1), np.float64)
 
 
-def _motion_px(places: Points) -> float:
+def _motion_px(places: Pixels) -> float:
     """Root mean square displacement of corners from their mean places, in px."""
     away = places - _means(places)[:, None]
     return float(np.sqrt(np.nanmean(away**2)))
 
 
-def _moving(places: Points, seen: NDArray[np.bool_]) -> Indices:
+def _moving(places: Pixels, seen: Mask) -> Indices:
     enough = seen.sum(axis=1) >= _shared_at_least(seen)
     highest = np.where(seen[:, :, None], places, -np.inf).max(axis=1)
     lowest = np.where(seen[:, :, None], places, np.inf).min(axis=1)
     return np.flatnonzero(enough & ((highest - lowest).max(axis=1) > MOVED_PX))
 
 
-def _shared_at_least(seen: NDArray[np.bool_]) -> float:
+def _shared_at_least(seen: Mask) -> float:
     return max(float(SHARED_SAMPLES), SHARED_SHARE * float(seen.shape[1]))
 
 
-def _joined(places: Points, seen: NDArray[np.bool_], *, still: bool = False) -> NDArray[np.bool_]:
+def _joined(places: Pixels, seen: Mask, *, still: bool = False) -> Mask:
     """Which corners keep their distance from which while they move, or at all; shape (n, n)."""
     indicator = seen.astype(np.float32)
     shared = indicator @ indicator.T
@@ -194,9 +193,7 @@ def _joined(places: Points, seen: NDArray[np.bool_], *, still: bool = False) -> 
     return np.asarray(joined)
 
 
-def _settled(
-    places: Points, seen: NDArray[np.bool_], candidates: Indices, members: Indices
-) -> Indices:
+def _settled(places: Pixels, seen: Mask, candidates: Indices, members: Indices) -> Indices:
     """Members of a body: the candidates that keep their distance from its common path."""
     for _ in range(ROUNDS):
         if len(members) < CORNERS_AT_LEAST:
@@ -206,7 +203,7 @@ def _settled(
     return members
 
 
-def _path(places: Points, seen: NDArray[np.bool_]) -> Floats:
+def _path(places: Pixels, seen: Mask) -> Floats:
     """Find the common path of corners of one body, shape (samples, 2).
 
     The corner that was followed longest gives a first path; the offsets of the others from it, and
@@ -225,7 +222,7 @@ def _path(places: Points, seen: NDArray[np.bool_]) -> Floats:
     return np.asarray(path, dtype=np.float64)
 
 
-def _offsets(places: Points, seen: NDArray[np.bool_], path: Floats) -> tuple[Floats, Floats]:
+def _offsets(places: Pixels, seen: Mask, path: Floats) -> tuple[Floats, Floats]:
     """Offset of each corner from a path, shape (n, 2), and its distance then, shape (n, samples).
 
     NaN where corner and path share no sample.
@@ -242,7 +239,7 @@ def _offsets(places: Points, seen: NDArray[np.bool_], path: Floats) -> tuple[Flo
     return offset, error
 
 
-def _keeps(places: Points, seen: NDArray[np.bool_], path: Floats) -> NDArray[np.bool_]:
+def _keeps(places: Pixels, seen: Mask, path: Floats) -> Mask:
     """Whether corners keep their distance from a path in most samples, shape (n,)."""
     _, error = _offsets(places, seen, path)
     known = np.isfinite(error)
@@ -255,7 +252,7 @@ def _keeps(places: Points, seen: NDArray[np.bool_], path: Floats) -> NDArray[np.
     return np.asarray(near & (count >= SHARED_SAMPLES) & (span > SHARED_SPAN_PX))
 
 
-def _merged(places: Points, seen: NDArray[np.bool_], found: list[Indices]) -> list[Indices]:
+def _merged(places: Pixels, seen: Mask, found: list[Indices]) -> list[Indices]:
     """Join groups whose paths keep their distance where both are known."""
     groups = [(members, _path(places[members], seen[members])) for members in found]
     place = 0
@@ -283,9 +280,7 @@ def _same_body(one: Floats, other: Floats) -> bool:
     return float(np.ptp(one[both][together], axis=0).max()) > 2 * SHARED_SPAN_PX
 
 
-def _group(
-    places: Points, seen: NDArray[np.bool_], members: Indices, scene_px: Floats
-) -> RigidGroup:
+def _group(places: Pixels, seen: Mask, members: Indices, scene_px: Floats) -> RigidGroup:
     path = _path(places[members], seen[members])
     offset, _ = _offsets(places[members], seen[members], path)
     # Of a body that comes into the picture, only what is seen most of the time.

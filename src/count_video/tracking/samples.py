@@ -13,15 +13,12 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Indices, Luma, Mask, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light, lights_of
 from count_video.tracking.shape import Part, marked
 from count_video.video.pictures import reduced
-
-Luma = NDArray[np.uint8]
 
 THUMBNAIL_BYTES = 60_000_000
 """Thumbnails are kept up to so many bytes, of longer clips every second, fourth and so on."""
@@ -47,6 +44,8 @@ BARS_IN, BAR_LEVELS = 8, 1
 MEDIAN_OF, MEDIAN_ROWS = 31, 64
 """A median is taken of so many pictures, and of so many rows at a time: that bounds its memory."""
 WHITE = 255
+REFERENCES = 3
+"""Pictures whose corners are followed: bodies hide each other's edges in some, not in all."""
 MOVED_SIGMAS = 3.0
 SEED = 20260101
 
@@ -55,11 +54,11 @@ SEED = 20260101
 class Samples:
     """Pictures chosen to find motion in."""
 
-    chosen: NDArray[np.intp]
+    chosen: Indices
     """Which of the thumbnails' pictures, in order of time; empty where nothing moves."""
     lights: list[Light]
     """By how much each is brighter than the mean one."""
-    moved: NDArray[np.bool_]
+    moved: Mask
     """Where each sample differs from the median of all, shape (len(chosen), height, width) of a
     thumbnail."""
     part: Part
@@ -128,7 +127,7 @@ def _within_bars(thumbnails: Sequence[Luma]) -> Part:
     return rows, _between(np.ptp(some[:, rows], axis=(0, 1)))
 
 
-def _between(varies: NDArray[np.uint8]) -> slice:
+def _between(varies: Luma) -> slice:
     """Rows or columns from the first to the last that vary; all of them if none does."""
     shown = np.flatnonzero(varies > BAR_LEVELS)
     if len(shown) == 0:
@@ -187,6 +186,11 @@ def median_picture(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Lum
     return middle
 
 
+def references(count: int) -> list[int]:
+    """Which of so many samples show the corners that are followed."""
+    return [*map(int, np.unique(np.linspace(0, count - 1, REFERENCES + 2).astype(int)[1:-1]))]
+
+
 def quantile_of(pictures: Sequence[Luma], share: float) -> float:
     """Level that this share of all pixels of some pictures do not exceed."""
     count = sum(cv2.calcHist([one], [0], None, [WHITE + 1], [0, WHITE + 1]) for one in pictures)
@@ -207,19 +211,20 @@ def _of_rank(levels: Luma, rank: Luma) -> Luma:
     return found
 
 
-def _moved(level: Sequence[Luma], inside: Part) -> NDArray[np.bool_]:
+def _moved(level: Sequence[Luma], inside: Part) -> Mask:
     """Mark where thumbnails differ from their median by more than noise, (n, height, width).
 
     The noise is that ``inside`` of bars.
     """
-    away = differences(level)
+    middle = _middle(level)
+    away = [np.asarray(cv2.absdiff(level[k], middle), np.uint8) for k in references(len(level))]
     least = MOVED_SIGMAS * (MEDIAN_TO_SIGMA * quantile_of([one[inside] for one in away], 0.5) + 0.5)
     # Single pixels are noise.
     moved = (cv2.medianBlur((one > least).astype(np.uint8), 3) for one in away)
     return np.stack([one > 0 for one in moved])
 
 
-def _changes(level: Sequence[Luma]) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+def _changes(level: Sequence[Luma]) -> tuple[Floats, Floats, Mask]:
     """Change of each block by noise alone, the largest by motion, and where there is any.
 
     The largest is infinite in blocks where nothing moves.
@@ -242,7 +247,7 @@ def _changes(level: Sequence[Luma]) -> tuple[Floats, Floats, NDArray[np.bool_]]:
     return noise, np.where(active, largest, np.inf), active
 
 
-def _change(one: Luma, other: Luma) -> NDArray[np.float32]:
+def _change(one: Luma, other: Luma) -> Pixels:
     """Mean difference of two thumbnails over blocks, in grey levels."""
     return reduced(cv2.absdiff(one, other).astype(np.float32), BLOCK_PX)
 

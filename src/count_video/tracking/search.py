@@ -14,9 +14,10 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 
+from count_video.records import Luma, Pixels
 from count_video.signals import peak_of
 from count_video.tracking.registration import Fit, register
-from count_video.tracking.template import Picture, Pixels, Template, cut
+from count_video.tracking.template import Template, cut
 
 COARSE_HEIGHT_PX = 28
 """The template is reduced until it is about this high."""
@@ -35,10 +36,7 @@ ROUNDING = 0.01
 
 
 def search(
-    picture: Picture,
-    template: Template,
-    near: tuple[float, float],
-    reach_px: tuple[float, float],
+    picture: Luma, template: Template, near: tuple[float, float], reach_px: tuple[float, float]
 ) -> Iterator[Fit]:
     """Find the template about a place: what is like it, that which agrees best first.
 
@@ -64,7 +62,7 @@ def search(
 
 
 def likely_places(
-    picture: Picture, template: Template, near: tuple[float, float], reach_px: tuple[float, float]
+    picture: Luma, template: Template, near: tuple[float, float], reach_px: tuple[float, float]
 ) -> list[tuple[float, float]]:
     """Places (x, y) of the template's top left pixel, right to a few px, the likeliest first.
 
@@ -115,7 +113,7 @@ def _peaks(scores: Pixels, shape: tuple[int, int]) -> list[tuple[float, float]]:
     return found
 
 
-def _reduce(picture: Picture | Pixels, scale: float) -> Pixels:
+def _reduce(picture: Luma | Pixels, scale: float) -> Pixels:
     if scale <= 1.0:
         return picture.astype(np.float32)
     size = (max(1, round(picture.shape[1] / scale)), max(1, round(picture.shape[0] / scale)))

@@ -10,11 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Floats
+from count_video.records import Floats, Indices, Luma, Mask
 from count_video.tracking.samples import Samples, quantile_of
 from count_video.video.pictures import reduced, scale_to
 
-Luma = NDArray[np.uint8]
 Depth = TypeVar("Depth", np.uint8, np.float32)
 
 CORNERS_SIDE_PX = 960
@@ -42,7 +41,7 @@ class Prepared:
 
     pictures: list[Luma]
     """Each of shape (height, width)."""
-    moved: NDArray[np.bool_]
+    moved: Mask
     """Where each differs from the median of all, at any size, shape (samples, rows, columns)."""
     cut: Cut
 
@@ -50,9 +49,7 @@ class Prepared:
 class Lumas(Mapping[int, Luma]):
     """Pictures by their frame index, read when they are asked for: together they may be large."""
 
-    def __init__(
-        self, pictures: Sequence[Luma], frames: NDArray[np.intp], *, turned: bool = False
-    ) -> None:
+    def __init__(self, pictures: Sequence[Luma], frames: Indices, *, turned: bool = False) -> None:
         """Take pictures and their frame indices, shape (n,); ``turned`` swaps x and y."""
         self._pictures, self._turned = pictures, turned
         self._rows = {frame: row for row, frame in enumerate(frames.tolist())}

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.tracking.template import Pixels
+from count_video.records import Luma, Mask, Pixels
 from count_video.video.pictures import reduced
 
-Luma = NDArray[np.uint8]
 Place = tuple[float, float]
 Box = tuple[float, float, float, float]
 """Left, top, right, bottom in px."""
@@ -43,7 +41,7 @@ class Shape:
     """Frame index -> image x and y of a point that moves with it."""
     box: Box
     """From that point."""
-    look: tuple[Pixels, NDArray[np.bool_]] | None = None
+    look: tuple[Pixels, Mask] | None = None
     """Its brightness, and which of these pixels are its own, with that point at the top left; None
     where it is not known."""
 
@@ -58,7 +56,7 @@ class Shape:
         small = {k: (x / scale, y / scale) for k, (x, y) in places.items()}
         return Shape(small, (left, top, right, bottom), look)
 
-    def paint(self, piece: Pixels, frame: int, corner: Place) -> NDArray[np.bool_]:
+    def paint(self, piece: Pixels, frame: int, corner: Place) -> Mask:
         """Paint the body over what lies behind it in a piece of a picture, in place.
 
         ``corner`` is where the piece's top left pixel lies. Returns where the body is, shape

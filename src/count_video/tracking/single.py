@@ -14,11 +14,7 @@ from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, MotionLine, Track
 from count_video.tracking.following import Followed, was_followed
 from count_video.tracking.observation import Observation
-from count_video.tracking.pairing import (
-    camera_shift,
-    unseen_warning,
-    wall_side,
-)
+from count_video.tracking.pairing import camera_shift, unseen_warning, wall_side
 
 DIRECTION_STEPS = (1, 2, 3, 4, 6, 8)
 AGREEING = 0.9

@@ -13,8 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Picture = NDArray[np.uint8]
-Pixels = NDArray[np.float32]
+from count_video.records import Indices, Luma, Mask, Pixels
 
 SMOOTHING_PX = 0.8
 REACH_PX = 3
@@ -64,7 +63,7 @@ class Tile:
     """Column and row of the template at which it begins, with the kernel's reach around it."""
     shape: tuple[int, int]
     """Height and width in px."""
-    pixels: NDArray[np.intp]
+    pixels: Indices
     """Flat indices of the chosen pixels in it."""
 
 
@@ -72,7 +71,7 @@ class Tile:
 class Model:
     """Brightness of n chosen pixels, linear in shift x, shift y, gain and offset."""
 
-    chosen: NDArray[np.intp]
+    chosen: Indices
     """Flat indices of the pixels within the template, shape (n,), tile by tile."""
     tiles: tuple[Tile, ...]
     """Where these pixels lie, in their order."""
@@ -131,7 +130,7 @@ def _slopes(appearance: Pixels) -> tuple[Pixels, Pixels]:
     return np.asarray(slope_x, dtype=np.float32), np.asarray(slope_y, dtype=np.float32)
 
 
-def _best_blocks(worth: Pixels) -> NDArray[np.bool_]:
+def _best_blocks(worth: Pixels) -> Mask:
     """Mark the pixels of the blocks that are worth most; all of them if the template is small."""
     if worth.size <= LARGE_PIXELS:
         return np.ones(worth.shape, np.bool_)
@@ -143,9 +142,7 @@ def _best_blocks(worth: Pixels) -> NDArray[np.bool_]:
     return np.asarray(best[block])
 
 
-def tiles_of(
-    chosen: NDArray[np.intp], shape: tuple[int, ...]
-) -> tuple[tuple[Tile, ...], NDArray[np.intp]]:
+def tiles_of(chosen: Indices, shape: tuple[int, ...]) -> tuple[tuple[Tile, ...], Indices]:
     """Cover chosen pixels of a template by a box, or by one a block where the template is large.
 
     Returns the tiles, and the order in which they hold the chosen pixels.
@@ -172,9 +169,7 @@ def inverse_of(design: Pixels, weight: Pixels) -> NDArray[np.float64]:
     return np.asarray((vectors[:, good] / values[good]) @ vectors[:, good].T)
 
 
-def _correlation_factor(
-    chosen: NDArray[np.intp], combination: Pixels, shape: tuple[int, ...]
-) -> float:
+def _correlation_factor(chosen: Indices, combination: Pixels, shape: tuple[int, ...]) -> float:
     """How much a combination of pixels gains in variance because smoothing made them share noise.
 
     White noise of variance v, smoothed by a kernel g, has the variance v sum(g^2) in each pixel;
@@ -190,7 +185,7 @@ def _correlation_factor(
     return shared / power / float((_kernel(0.0).astype(np.float64) ** 2).sum()) ** 2
 
 
-def piece_at(picture: Picture, x_px: float, y_px: float, shape: tuple[int, int]) -> Pixels:
+def piece_at(picture: Luma, x_px: float, y_px: float, shape: tuple[int, int]) -> Pixels:
     """Cut out a smoothed piece of the picture at a fractional place.
 
     Returns shape ``shape``: the piece whose top left pixel lies at (``x_px``, ``y_px``). Beyond
@@ -202,7 +197,7 @@ def piece_at(picture: Picture, x_px: float, y_px: float, shape: tuple[int, int])
     return smooth(piece, x_px - left, y_px - top)[REACH_PX:-REACH_PX, REACH_PX:-REACH_PX]
 
 
-def pixels_at(picture: Picture, x_px: float, y_px: float, tiles: tuple[Tile, ...]) -> Pixels:
+def pixels_at(picture: Luma, x_px: float, y_px: float, tiles: tuple[Tile, ...]) -> Pixels:
     """Read the chosen pixels of a template at a fractional place, smoothed as by `piece_at`.
 
     Returns shape (n,), tile by tile.
@@ -216,7 +211,7 @@ def pixels_at(picture: Picture, x_px: float, y_px: float, tiles: tuple[Tile, ...
     return np.concatenate(seen)
 
 
-def cut(picture: Picture, left: int, top: int, shape: tuple[int, int]) -> Picture:
+def cut(picture: Luma, left: int, top: int, shape: tuple[int, int]) -> Luma:
     """Cut out a box; beyond the picture's border its last row or column goes on."""
     height, width = shape
     rows, columns = picture.shape
@@ -231,7 +226,7 @@ def cut(picture: Picture, left: int, top: int, shape: tuple[int, int]) -> Pictur
     return np.asarray(cv2.copyMakeBorder(shown, *beyond, cv2.BORDER_REPLICATE), np.uint8)
 
 
-def smooth(piece: Picture | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
+def smooth(piece: Luma | Pixels, fraction_x: float, fraction_y: float) -> Pixels:
     """Smooth as templates are, shifted by fractions of a pixel from -0.5 to 0.5."""
     if piece.strides[1] != piece.itemsize:  # OpenCV takes rows with gaps between, not within
         return smooth(piece.copy(), fraction_x, fraction_y)

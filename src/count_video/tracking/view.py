@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from count_video.errors import UsageError
-from count_video.records import Floats, Frame, WallSide
+from count_video.records import Floats, Frame, Luma, WallSide
 from count_video.video.reader import Footage
 
-Luma = NDArray[np.uint8]
 Region = tuple[int, int, int, int]
 """x, y, width, height in px."""
 

@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Luma = NDArray[np.uint8]
+from count_video.records import Luma
+
 Depth = TypeVar("Depth", np.uint8, np.float32)
 
 THUMBNAIL_PX = 256

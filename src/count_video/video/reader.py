@@ -14,11 +14,11 @@ import numpy as np
 
 from count_video.errors import FootageError, UsageError
 from count_video.inputs import CAPTURE_RATE
-from count_video.records import FootageInfo, FootageReport, Frame
+from count_video.records import FootageInfo, FootageReport, Frame, Luma
 from count_video.video.completeness import Promise, promise_of, shortcomings
 from count_video.video.decoding import Reading
 from count_video.video.opening import MOST_FRAMES, MOST_PIXELS, check_size
-from count_video.video.pictures import Luma, luma_of
+from count_video.video.pictures import luma_of
 from count_video.video.repeats import LONGEST_RUN, mark_repeats
 
 CAPTURE_RATE_TAG = "com.android.capture.fps"

@@ -23,7 +23,7 @@ from collections.abc import Iterable, Iterator
 import cv2
 import numpy as np
 
-from count_video.video.pictures import Luma
+from count_video.records import Luma
 
 DIP_SHARE, LONE_DIP_SHARE = 0.5, 0.3
 """A copy changes less than this share of what real frames change: re-encoded copies of filmed and

@@ -15,11 +15,10 @@ from typing import IO, overload
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from count_video.errors import FootageError
-from count_video.records import Floats
-from count_video.video.pictures import Luma, reduced, scale_to
+from count_video.records import Floats, Luma, Mask, Pixels
+from count_video.video.pictures import reduced, scale_to
 
 MEMORY_BYTES = 48_000_000
 """Pictures up to so many bytes stay in memory as they are."""
@@ -167,7 +166,7 @@ class PictureStore(Sequence[Luma]):
         return picture
 
 
-def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, NDArray[np.bool_]]:
+def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, Mask]:
     """Light of each picture over the first one's, and where more than that changes."""
     first, bright = _smooth(before), max(1.0, cv2.mean(before)[0])
     light, squares = np.ones(len(thumbnails)), np.zeros(before.shape, np.float32)
@@ -181,11 +180,11 @@ def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, NDArray[
     return light, away > np.clip(4.0 * float(np.median(away)), 0.5, 4.0)
 
 
-def _smooth(small: Luma) -> NDArray[np.float32]:
+def _smooth(small: Luma) -> Pixels:
     return np.asarray(cv2.blur(small.astype(np.float32), (3, 3)), np.float32)
 
 
-def _box_around(differs: NDArray[np.bool_], shape: tuple[int, ...]) -> tuple[slice, slice]:
+def _box_around(differs: Mask, shape: tuple[int, ...]) -> tuple[slice, slice]:
     """Rows and columns of a picture that hold what differs in its thumbnail, and 2 px around."""
     scale = scale_to(shape[1])
     if not differs.any():
