@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from drawn import background, paint_ball, paint_box, paint_disc, to_luma
 
+from count_video.records import Luma
 from count_video.tracking.registration import GAIN_AT_LEAST, Fit, register
 from count_video.tracking.template import SMOOTHING_PX, Template, make_template, piece_at
 
@@ -83,7 +84,7 @@ def corner(radius: float) -> tuple[float, float]:
     return HOME[0] - half, HOME[1] - half
 
 
-def fitted(picture: NDArray[np.uint8], radius: float, guess: tuple[float, float] = (0.0, 0.0)) -> Fit:
+def fitted(picture: Luma, radius: float, guess: tuple[float, float] = (0.0, 0.0)) -> Fit:
     home = corner(radius)
     fit = register(picture, ball_template(radius), (home[0] + guess[0], home[1] + guess[1]))
     assert fit is not None

@@ -1,10 +1,9 @@
 """How the light changes from picture to picture: lamps that flicker, soft shadows that move.
 
 A picture is the background times the light, except where bodies are. The logarithm of the light is
-smooth: a sum of few cosines. What is known of it are the steps of the logarithm from one block of
-pixels to the next: those of the light are small everywhere, those of a body are nothing within and
-large at its edges, where they are left out (M-estimates with Tukey's biweight, found by modified
-residuals: Huber, Robust Statistics, 1981, section 7.8).
+smooth: a sum of few cosines, fitted to the means of blocks of pixels. Blocks that a body changes are
+left out (M-estimates with Tukey's biweight, found by modified residuals: Huber, Robust Statistics,
+1981, section 7.8).
 """
 
 from __future__ import annotations
@@ -41,6 +40,7 @@ the smallest change of light is a hundred times as large."""
 DECIDED_BY = 40
 """Whether it varies is decided by so many of the pictures."""
 FITS = 2
+"""To the blocks; the second has the noise of the first."""
 RIDGE = 1e-6
 """Amplitudes that no block shows are none, by so small a share of what the others weigh."""
 
