@@ -1,7 +1,7 @@
 """How the light changes from picture to picture: lamps that flicker, soft shadows that move.
 
 A picture is the background times the light, except where bodies are. The logarithm of the light is
-smooth: a sum of few cosines, fitted to the means of blocks of pixels. Blocks that a body changes are
+smooth: a sum of few cosines, fitted to the means of blocks of pixels. Those that a body changes are
 left out (M-estimates with Tukey's biweight, found by modified residuals: Huber, Robust Statistics,
 1981, section 7.8).
 """
