@@ -23,7 +23,7 @@ from count_video.tracking.learning import Body
 from count_video.tracking.paths import Rough, common_direction_deg, line_tilt_deg
 from count_video.tracking.proposals import propose, roughly
 from count_video.tracking.regions import find_regions, reduced_for_regions
-from count_video.tracking.rigid import scene_path
+from count_video.tracking.rigid import RigidGroup, scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
 from count_video.tracking.sequences import Lumas, Prepared, prepared
 from count_video.tracking.shape import Box, Part, Shape, size_of
@@ -83,12 +83,12 @@ def find_movers(
     if len(samples.chosen) < 2:
         return NOTHING_MOVES
     scene = _Scene(samples, frames[samples.chosen], prepared(pictures, samples))
-    roughs = scene.roughs()
-    if not roughs:
+    proposed = scene.proposals()
+    if not proposed:
         return NOTHING_MOVES
-    upright = scene.upright = abs(common_direction_deg(roughs)) > UPRIGHT_DEG
-    if upright:
-        roughs = scene.roughs()
+    upright = abs(common_direction_deg(scene.placed(proposed))) > UPRIGHT_DEG
+    scene.upright = upright
+    roughs = scene.placed(proposed)
     along = [rough for rough in roughs if abs(line_tilt_deg([rough])) <= UPRIGHT_DEG]
     tilt = line_tilt_deg(along[:2] or roughs[:2])
     lumas = Lumas(pictures, frames, turned=upright)
@@ -129,7 +129,7 @@ def _followed(
     for number in range(ROUNDS):
         known = len(found)
         if number > 0:
-            roughs = scene.roughs([few.shape(seen) for seen in found])
+            roughs = scene.placed(scene.proposals([few.shape(seen) for seen in found]))
         more, in_vain = add_bodies(few, roughs, found, in_vain)
         as_they_are = [any(one is seen for seen in found) for one in more]
         if all(as_they_are):
@@ -200,14 +200,17 @@ class _Scene:
         """Which axis of a sample is x of the pictures, and which is y."""
         return [1, 0] if self.upright else [0, 1]
 
-    def roughs(self, known: Sequence[Shape] = ()) -> list[Rough]:
-        """Find what may be a body where no known one is, in px of the clip's pictures."""
+    def proposals(self, known: Sequence[Shape] = ()) -> list[RigidGroup]:
+        """Find what may be a body where no known one is."""
         covered = self._covered(known)
         corners = self._corners.beside(covered, self._scale)
         regions = find_regions(self._small, self._scale, covered if known else ())
         if not known:
             self._all_change = regions.all_change
-        proposed = propose(corners, regions, self.shift_px, self._all_change)
+        return propose(corners, regions, self.shift_px, self._all_change)
+
+    def placed(self, proposed: Sequence[RigidGroup]) -> list[Rough]:
+        """Turn proposals into px of the clip's pictures."""
         return roughly(proposed, self.frames, self.cut, self.axes)
 
     def background(self, pictures: Mapping[int, Luma], known: Sequence[Shape] = ()) -> Background:
