@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
 from count_video.explanations import Explanation
 from count_video.motion.parameters import Knowledge
+from count_video.motion.priors import SWING_RATIO_SHARE
 from count_video.motion.swing import Swing
 from count_video.physics.theory import pi_bounds
 from count_video.reasons import Cause, Reason
@@ -132,7 +134,8 @@ def measured_ratios(explained: Explanation, *, given: bool) -> list[Estimate]:
     ratios = [] if fit is None else [fit.ratio_by_places if given else fit.mass_ratio]
     if swing is not None:
         ratio = float(swing.mass_ratio)
-        ratios.append(Estimate(ratio, ratio * swing.mass_ratio_relative_sigma))
+        share = math.hypot(swing.mass_ratio_relative_sigma, SWING_RATIO_SHARE)
+        ratios.append(Estimate(ratio, ratio * share))
     return [one for one in ratios if one.sigma <= RELATIVE_SIGMA_AT_MOST * one.value]
 
 
