@@ -38,8 +38,6 @@ REACH_OVER_HEIGHT = 0.25
 """Large bodies are seen from close by, and move by more px."""
 REACH_OVER_SPEED = 3.0
 """A search reaches this many times as far as the body ever moved in a frame."""
-COARSE = 4
-"""Every so many pictures come first."""
 BACK_FROM = 4
 """From the first picture in which a body is known it is followed on, and, from so many later, back
 to the first of the clip."""
@@ -156,21 +154,11 @@ def follow(clip: Clip, body: Body) -> Followed:
 
 
 def _at_guesses(clip: Clip, body: Body, guesses: Floats) -> dict[int, Fit | None]:
-    """Register a body where it may be in each picture, shape (n, 2), by frame index.
-
-    A few pictures come first: how far the guesses are off in them makes the others nearly exact.
-    """
-    every, places, fits = clip.frames, guesses + clip.shift_px, dict[int, Fit]()
-    some = np.arange(len(every)) % COARSE == 0
-    for rows in (np.flatnonzero(some), np.flatnonzero(~some)):
-        guessed = zip(every[rows].tolist(), places[rows].tolist(), strict=True)
-        fits |= register_all(clip.pictures, body.template, {k: (x, y) for k, (x, y) in guessed})
-        known = [row for row in rows.tolist() if int(every[row]) in fits]
-        found = [(fits[k].x_px, fits[k].y_px) for k in every[known].tolist()]
-        if known and some[rows[0]]:
-            off = np.array(found) - places[known]
-            places += np.stack([np.interp(every, every[known], one) for one in off.T], axis=1)
-    return {frame: fits.get(frame) for frame in every.tolist()}
+    """Register a body where it may be in each picture, shape (n, 2), by frame index."""
+    places = zip(clip.frames.tolist(), (guesses + clip.shift_px).tolist(), strict=True)
+    guessed = {frame: (x, y) for frame, (x, y) in places}
+    fits = register_all(clip.pictures, body.template, guessed)
+    return {frame: fits.get(frame) for frame in guessed}
 
 
 def was_followed(x_px: Floats) -> bool:
