@@ -216,9 +216,9 @@ def _moved(level: Sequence[Luma], inside: Part) -> Mask:
 
     The noise is that ``inside`` of bars.
     """
-    middle = _middle(level)
-    away = [np.asarray(cv2.absdiff(level[k], middle), np.uint8) for k in references(len(level))]
+    away = differences(level)
     least = MOVED_SIGMAS * (MEDIAN_TO_SIGMA * quantile_of([one[inside] for one in away], 0.5) + 0.5)
+    away = [away[k] for k in references(len(level))]
     # Single pixels are noise.
     moved = (cv2.medianBlur((one > least).astype(np.uint8), 3) for one in away)
     return np.stack([one > 0 for one in moved])
