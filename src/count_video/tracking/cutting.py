@@ -124,6 +124,7 @@ def _cut(
     outline = find_outline(
         Mean(mean.appearance[part], mean.variance[part], own[part], mean.behind[part]),
         (ends[0], ends[1]),
+        circles=stage.own is not None,
     )
     if outline is None:
         return None

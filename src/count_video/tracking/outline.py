@@ -73,7 +73,7 @@ class Outline:
     """Column of the mean at which the template begins."""
 
 
-def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
+def find_outline(mean: Mean, fence: tuple[float, float], *, circles: bool = True) -> Outline | None:
     """Trim the mean to the body and weight its pixels; None if there is no outline.
 
     ``fence`` gives the first and last column that can be the body's.
@@ -91,8 +91,8 @@ def find_outline(mean: Mean, fence: tuple[float, float]) -> Outline | None:
         np.concatenate([upright.places_px, level.places_px[:, ::-1]]),
         np.concatenate([upright.clarity, level.clarity]),
     )
-    circle = circle_through(every, len(body))
-    if circle is None or not _is_outline(circle, mean):
+    circle = circle_through(every, len(body)) if circles else None
+    if circles and (circle is None or not _is_outline(circle, mean)):
         circle = _circle_of_ends(mean, slope, own)
     if circle is not None:
         body = mean.moving & (_away(circle, body.shape) < BEYOND_OUTLINE_PX)
@@ -123,13 +123,12 @@ def _circle_of_ends(mean: Mean, slope: Pixels, own: Mask) -> Circle | None:
     """Find a circle through the steepest edges at both ends of what moves in each row."""
     rows = np.flatnonzero(own.any(axis=1))
     first, last = ends_of(own[rows])
-    edges = _edges(slope, rows, first, 1)[0], _edges(slope, rows, last, -1)[0]
-    for ends in (edges, (first, last)):
-        places = np.stack([np.concatenate(ends), np.r_[rows, rows]], axis=1).astype(np.float64)
-        circle = circle_through(Edges(places, np.ones(len(places))), len(own))
-        if circle and circle.sectors >= ENDS_SECTORS and _beside(circle, mean) <= OUTSIDE_SHARE:
-            return circle
-    return None
+    ends = _edges(slope, rows, first, 1)[0], _edges(slope, rows, last, -1)[0]
+    places = np.stack([np.concatenate(ends), np.r_[rows, rows]], axis=1)
+    circle = circle_through(Edges(places, np.ones(len(places))), len(own))
+    if circle is None or circle.sectors < ENDS_SECTORS or _beside(circle, mean) > OUTSIDE_SHARE:
+        return None
+    return circle
 
 
 def _is_outline(circle: Circle, mean: Mean) -> bool:
