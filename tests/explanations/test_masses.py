@@ -13,6 +13,7 @@ import pytest
 from explained import at_a_wall, bouncing
 
 from count_video.answers import RELATIVE_SIGMA_AT_MOST, answer, measured_ratios, weighed
+from count_video.motion.priors import SWING_RATIO_SHARE
 from count_video.motion.swing import Swing
 from count_video.records import (
     Estimate,
@@ -54,7 +55,8 @@ def test_a_ratio_that_is_hardly_measured_is_left_out() -> None:
     trial = at_a_wall(path_shows=True)
     assert trial.found is not None
 
-    for swing, known in ((vague, []), (sharp, [Estimate(100.0, 1.0)])):
+    known_by_swing = Estimate(100.0, 100.0 * math.hypot(0.01, SWING_RATIO_SHARE))
+    for swing, known in ((vague, []), (sharp, [known_by_swing])):
         found: Any = SimpleNamespace(path_fits=True, swing=swing)
         assert measured_ratios(replace(trial, found=found), given=False) == known
     assert stated(weighed(COUNTED, [], None)) == (None, None)
@@ -90,3 +92,13 @@ def test_masses_say_nothing_of_one_body_alone(masses: tuple[Fraction, Fraction] 
     result = answer(bouncing(4), info, report, TrialSettings(masses=masses))
     assert (result.count, *stated(result), result.pi_low) == (4, None, None, None)
     assert sum("--masses" in warning for warning in result.warnings) == (masses is not None)
+
+
+@pytest.mark.parametrize("counts", [True, False])
+def test_without_a_count_no_mass_ratio_is_measured(counts: bool) -> None:
+    info = FootageInfo(Path("a.mp4"), "h264", "yuv420p", 64, 64, 0, None, 30.0, None, "unknown")
+    trial = at_a_wall(path_shows=True, counts=counts)
+    found: Any = SimpleNamespace(path_fits=True, swing=Swing(100.0, 0.01, 0.0, 0.0, 0.0))
+    report = FootageReport(40, None, 0, 0, ())
+    result = answer(replace(trial, found=found), info, report, TrialSettings())
+    assert (result.mass_ratio is not None) == counts
