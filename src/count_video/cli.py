@@ -36,7 +36,9 @@ from count_video.progress import NO_PROGRESS, Progress, TerminalBar
 from count_video.reports.words import labelled, plural, printable
 
 if TYPE_CHECKING:
+    from count_video.batch.results import ResultStore
     from count_video.planning.request import PlanRequest
+    from count_video.reports.campaign import CampaignSummary, TrialRow
     from count_video.result import Result
 
 PROGRAM = "count-video"
@@ -111,7 +113,6 @@ def _answer_campaign(options: argparse.Namespace) -> int:
     from count_video.outputs import clear_unfinished
     from count_video.parallel import end_processes
     from count_video.reports.campaign import (
-        TrialRow,
         campaign_text,
         name_columns,
         trial_heading,
@@ -148,19 +149,31 @@ def _answer_campaign(options: argparse.Namespace) -> int:
         summary = summarise(rows)
         if not options.json:
             print(f"\n{campaign_text(rows, summary, _columns())}", flush=True)
-        if store is not None:
-            try:
-                store.write_campaign(rows, summary, kind)
-            except OSError as error:
-                unwritten = ", ".join(own)
-                _complain(
-                    f"{folder}: {unwritten} could not be written ({error.strerror}); free space "
-                    "and start again: the results of the trials are kept"
-                )
-                return EXIT_NOT_COUNTED
-            if not options.json:
-                _say_what_is_kept([folder / name for name in own], ", and NAME.json for each trial")
+        if store is not None and not _written(store, rows, summary, own, options):
+            return EXIT_NOT_COUNTED
     return EXIT_NOT_COUNTED if any(row.missing for row in rows) else EXIT_COUNTED
+
+
+def _written(
+    store: ResultStore,
+    rows: Sequence[TrialRow],
+    summary: CampaignSummary,
+    own: Sequence[str],
+    options: argparse.Namespace,
+) -> bool:
+    """Write the campaign's own files and name them; true unless they could not be written."""
+    try:
+        store.write_campaign(rows, summary, options.picture_format)
+    except OSError as error:
+        _complain(
+            f"{options.output}: {', '.join(own)} could not be written ({error.strerror}); free "
+            "space and start again: the results of the trials are kept"
+        )
+        return False
+    if not options.json:
+        files = [options.output / name for name in own]
+        _say_what_is_kept(files, ", and NAME.json for each trial")
+    return True
 
 
 def _refuse_to_overwrite_manifests(options: argparse.Namespace, own: Sequence[str]) -> None:

@@ -87,12 +87,17 @@ class Setup:
             raise UsageError("gravity_m_s2 is 0; a suspended body needs weight, or choose free")
         for body in ("heavy", "light"):
             damping = getattr(self, f"{body}_damping_per_s")
-            natural = math.sqrt(self.gravity_m_s2 / getattr(self, f"{body}_thread_m"))
+            natural = swing_rate(getattr(self, f"{body}_thread_m"), self.gravity_m_s2)
             if damping >= natural:
                 raise UsageError(
                     f"{body}_damping_per_s is {damping:g}; a pendulum that swings needs less than "
                     f"{natural:g}"
                 )
+
+
+def swing_rate(thread_m: float, gravity_m_s2: float) -> float:
+    """Angular rate of a free pendulum, in radians per second; damped as much, it swings no more."""
+    return math.sqrt(gravity_m_s2 / thread_m)
 
 
 _POSITIVE = ("heavy_mass_kg", "light_mass_kg", "heavy_thread_m", "light_thread_m")

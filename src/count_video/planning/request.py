@@ -27,7 +27,7 @@ from count_video.inputs import (
     read_json_object,
     shown,
 )
-from count_video.physics.setup import Setup
+from count_video.physics.setup import Setup, swing_rate
 from count_video.physics.theory import Mass, exact_ratio
 
 PLAN_VERSION = 1
@@ -131,7 +131,8 @@ class PlanRequest:
                 f"the release of {self.release_m:g} m is not shorter than a thread of "
                 f"{shortest_m:g} m; plan swings that are small"
             )
-        slowest_per_s = (Setup.gravity_m_s2 / max(self.heavy_thread_m, self.light_thread_m)) ** 0.5
+        longest_m = max(self.heavy_thread_m, self.light_thread_m)
+        slowest_per_s = swing_rate(longest_m, Setup.gravity_m_s2)
         if self.damping_per_s >= slowest_per_s:
             raise UsageError(
                 f"with a damping of {self.damping_per_s:g} per second nothing swings: plan less "

@@ -226,8 +226,8 @@ def _reason(comparison: PlanComparison, count: int) -> str:
     if count == comparison.planned_count:
         if others := [NAMES[one.name][0] for one in comparison.quantities if _differs(one)]:
             return f"{count} is what was planned, but not with this {', '.join(others)}"
-        differs = f"{count} is what was planned: the swing and the losses differ from the theory"
-        return "it came out as planned" if count == comparison.theory else differs
+        otherwise = f"{count} is what was planned: the swing and the losses differ from the theory"
+        return "it came out as planned" if count == comparison.theory else otherwise
     if len(names) == len(comparison.quantities) and len(names) > 1:
         return f"all differences together make it {count}, none alone does"
     if names:

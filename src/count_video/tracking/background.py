@@ -25,7 +25,6 @@ MOTION_OF = 31
 NOISE_SIGMAS, ROUNDING = 6.0, 0.5
 """Differences beyond so many standard deviations of the noise, and grey levels of rounding, count
 alike: bodies differ from what they hide however the camera moved."""
-WHOLLY_SHOWN = 0.999
 
 
 @dataclass(frozen=True)
@@ -94,10 +93,10 @@ def background_of(
 def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     """Whether pictures agree better with their median if they are moved back along a path.
 
-    Of all samples those count that the path moves furthest. The pixels that both explanations show
-    are compared, by the mean of their differences, which are limited to what noise makes. Their
-    mean must be the sharper one, too: where a plain background shows a few edges, a body that
-    moves may change more pixels than these do.
+    Of all samples those count that the path moves furthest. They are compared by the mean of their
+    differences, which are limited to what noise makes. Their mean must be the sharper one, too:
+    where a plain background shows a few edges, a body that moves may change more pixels than these
+    do. What a picture that is moved back does not show is the last that it does.
 
     Parameters
     ----------
@@ -110,9 +109,11 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     away = np.hypot(*(shift_px - np.median(shift_px, axis=0)).T)
     most = np.argsort(-away, kind="stable")[:MOTION_OF]
     even = np.linspace(0, len(pictures) - 1, min(MOTION_OF, len(pictures))).astype(int)
-    left_over, sharpness = [], []
+    both, left_over, sharpness = np.concatenate([even, most]), [], []
+    small = [reduced(pictures[k], scale) for k in both.tolist()]
     for shift in (np.zeros_like(shift_px), shift_px / scale):
-        some = [moved_back(reduced(pictures[k], scale), shift[k]) for k in (*even, *most)]
+        steps = zip(small, shift[both].tolist(), strict=True)
+        some = [_moved_back(one, (x, y)) for one, (x, y) in steps]
         middle = median_picture(some[: len(even)])
         left_over.append(np.array([cv2.absdiff(one, middle) for one in some[len(even) :]]))
         sharpness.append(np.abs(np.gradient(np.mean(some[len(even) :], axis=0))).sum())

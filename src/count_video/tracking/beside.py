@@ -44,15 +44,16 @@ def stands_beyond(seen: Observation, track: Track) -> tuple[bool, bool]:
 
     What goes to a face comes from it if time is turned round.
     """
-    last = min(LAST_PICTURES, len(seen.pictures))
-    begins, ends = list(range(last))[::-1], list(range(-last, 0))
+    begins, ends = range(LAST_PICTURES)[::-1], range(-LAST_PICTURES, 0)
     return _stands_ahead(seen, track, begins), _stands_ahead(seen, track, ends)
 
 
 def _stands_ahead(seen: Observation, track: Track, rows: Sequence[int]) -> bool:
     """Whether one of two bodies moves towards a face in some pictures, in this order."""
     ways = _ways(track, rows)
-    pictures = [_whole(seen, seen.pictures[row], track) for row in (rows[0], rows[-1]) if ways]
+    if not ways:
+        return False
+    pictures = [_whole(seen, seen.pictures[row], track) for row in (rows[0], rows[-1])]
     return any(has_face(*(_strip(luma, track, way)[0] for luma in pictures)) for way in ways)
 
 
@@ -111,7 +112,7 @@ def changes(strips: Floats) -> bool:
 
 
 def _whole(seen: Observation, luma: Luma, track: Track) -> Luma:
-    """Luma in px of the footage, with x along the line of motion; 0 beyond the region."""
+    """Picture in px of the footage, with x along the line of motion; 0 beyond the region."""
     x, y, width, height = seen.view.region
     info = seen.view.footage.info
     whole = np.zeros((info.height_px, info.width_px), dtype=np.uint8)

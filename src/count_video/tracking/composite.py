@@ -61,9 +61,8 @@ class Source:
     """What hides a body in some pictures."""
     neighbours: Sequence[Mapping[int, Place]] = ()
     """Paths of others that move otherwise: frame index -> image x and y of one of their points."""
-
     reduced_before: dict[int, dict[int, Luma]] = field(default_factory=dict)
-    """Scale -> the pictures that were reduced by it."""
+    """The pictures that were reduced already, by scale and frame index."""
 
     def reduced(self, scale: int, frames: Sequence[int]) -> Source:
         """Reduce the pictures with these frame indices, and what is known of them."""
@@ -145,6 +144,7 @@ def _away(places: Mapping[int, Place], path: Mapping[int, Place]) -> Shifts:
 
 def _levels(piece: Pixels) -> Levels:
     """Turn grey levels into steps; a dim picture that is brightened much has white beyond them."""
+    # One pass of OpenCV rounds, and stops at LAST.
     return np.asarray(cv2.addWeighted(piece, STEPS, piece, 0.0, 0.0, dtype=cv2.CV_16S), np.int16)
 
 

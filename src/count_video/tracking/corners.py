@@ -76,7 +76,8 @@ def follow_corners(pictures: Sequence[Luma], moved: Mask) -> Trajectories:
     pictures
         Samples in order of time, each of shape (height, width).
     moved
-        Where each sample shows anything that moves, at any size, shape (n, rows, columns).
+        Where the ``references`` among them show anything that moves, at any size, shape
+        (references, rows, columns).
     """
     count = len(pictures)
     begun = references(count)

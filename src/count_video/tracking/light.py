@@ -40,7 +40,7 @@ the smallest change of light is a hundred times as large."""
 DECIDED_BY = 40
 """Whether it varies is decided by so many of the pictures."""
 FITS = 2
-"""To the blocks; the second has the noise of the first."""
+"""The blocks are fitted so often; the second fit has the noise that the first one left over."""
 RIDGE = 1e-6
 """Amplitudes that no block shows are none, by so small a share of what the others weigh."""
 

@@ -59,8 +59,8 @@ class Samples:
     lights: list[Light]
     """By how much each is brighter than the mean one."""
     moved: Mask
-    """Where each sample differs from the median of all, shape (len(chosen), height, width) of a
-    thumbnail."""
+    """Where the ``references`` among the samples differ from the median of all, shape (references,
+    height, width) of a thumbnail."""
     part: Part
     """Rows and columns of a thumbnail that hold what moves and its surroundings; they have no stop
     where they reach the end of it."""
@@ -212,9 +212,9 @@ def _of_rank(levels: Luma, rank: Luma) -> Luma:
 
 
 def _moved(level: Sequence[Luma], inside: Part) -> Mask:
-    """Mark where thumbnails differ from their median by more than noise, (n, height, width).
+    """Mark where the references differ from the median of all thumbnails by more than noise.
 
-    The noise is that ``inside`` of bars.
+    The noise is that of all, ``inside`` of bars. Shape (references, height, width).
     """
     away = differences(level)
     least = MOVED_SIGMAS * (MEDIAN_TO_SIGMA * quantile_of([one[inside] for one in away], 0.5) + 0.5)

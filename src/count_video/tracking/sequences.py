@@ -42,7 +42,8 @@ class Prepared:
     pictures: list[Luma]
     """Each of shape (height, width)."""
     moved: Mask
-    """Where each differs from the median of all, at any size, shape (samples, rows, columns)."""
+    """Where the references differ from the median of all, at any size, shape (references, rows,
+    columns)."""
     cut: Cut
 
 
