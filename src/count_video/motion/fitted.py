@@ -19,7 +19,6 @@ from count_video.motion.posterior import (
     end_chances,
     ending_of,
     energy_kept,
-    goes_on,
     left_out_of,
     ratio_by_places,
     setup_estimates,
@@ -28,16 +27,15 @@ from count_video.motion.posterior import (
 )
 from count_video.motion.rivals import (
     FIRST_COLLISIONS,
-    PAIR,
     UNLIKELY,
     Rivals,
     residual_noise,
     weigh,
 )
 from count_video.motion.seen import SeenCollisions
-from count_video.motion.skips import lacks_frames, with_frames_left_out
-from count_video.motion.solving import Fit, with_likeliest_scatter
-from count_video.motion.starting import MOST_COLLISIONS, rough_values
+from count_video.motion.skips import with_frames_left_out
+from count_video.motion.solving import Fit, with_each_scatter
+from count_video.motion.starting import rough_values
 from count_video.motion.time_base import LeftOut
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
@@ -57,9 +55,6 @@ is near none that describes the track: the search from there takes minutes."""
 LIKELY = 0.5
 """The last fitted collision is left to what follows the burst if this is more likely than not; and
 more collisions than were seen are given if they are."""
-MOST_OVER_SEEN = 2
-"""Where the frames show all collisions of a burst, more that are hidden than shown are no
-explanation."""
 NOTHING_KNOWN = Knowledge()
 
 
@@ -102,9 +97,7 @@ def fit_burst(
 ) -> Between | Reason:
     """Fit the model to a track and count the collisions of its burst.
 
-    Where the frames show the whole burst, the number seen is fitted first. Others are tried only
-    if by that number the model does not describe the track, or only with frames left out. Masses
-    that the motion contradicts are left out of account where collisions are inferred.
+    Masses that the motion contradicts are left out of account where collisions are inferred.
 
     Parameters
     ----------
@@ -142,22 +135,30 @@ def _fitted(
     known: Knowledge,
     gap: LeftOut | None,
 ) -> Between | Reason:
-    """Fit the model to a track by what is known."""
+    """Fit every count that comes into question, with frames left out where that is likelier."""
     rough = rough_values(observed, found, known)
-    most = MOST_OVER_SEEN * found.burst if found.is_whole else MOST_COLLISIONS
-    rivals = Rivals(observed, prior_of(rough, known, shows_heavy=observed.shows_heavy), most)
-    begun = _begun(rivals, rough, found)
-    seen = _count_seen(track, found, rivals) if found.is_whole else None
-    if isinstance(seen, Between):
-        return seen
-    other = _any_count(track, found, rivals, begun, gap)
-    if seen is None:
-        return other
-    # As many collisions as were seen must be likelier than not, or more that those are among.
-    if not isinstance(other, Between) or other.probability[other.count] <= LIKELY:
-        return seen
-    agrees = other.count == found.burst or (other.count > found.burst and _confirms(other, found))
-    return other if agrees else seen
+    coarse = Rivals(observed, prior_of(rough, known, shows_heavy=observed.shows_heavy))
+    values, calm = _begun(coarse, rough, found)
+    if not coarse.fits or not _is_near(coarse.best):
+        coarse.scan(values)
+    coarse.climb(calm)
+    if gap is None and coarse.best.loss > LOST_A_FRAME * len(observed.frame):
+        return Reason(Cause.MODEL_FITS_NOTHING)
+    coarse = with_frames_left_out(coarse, gap, values)
+    if not np.isfinite(coarse.best.loss):
+        return Reason(Cause.MODEL_FITS_NOTHING)
+    fit, noise = residual_noise(coarse.observed, coarse.best)
+    question = replace(fit.question, noise=noise)
+    first = with_each_scatter(question, fit.values)
+    likeliest = max(first, key=lambda one: one.evidence)
+    strayed = _strayed(_misfit_px(likeliest), coarse.observed, track)
+    if strayed is not None:
+        return strayed  # before the other counts are fitted, which takes far longer
+    bearable = Fit(question, fit.values).loss + UNLIKELY
+    answer = _answer(found, weigh(coarse, question, first, bearable))
+    if isinstance(answer, Reason):
+        return answer
+    return _strayed(answer.misfit_px, coarse.observed, track) or answer
 
 
 def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> tuple[Floats, Floats | None]:
@@ -193,68 +194,6 @@ def _is_near(fit: Fit) -> bool:
     return near and 0.5 * float(led @ led) <= len(led)
 
 
-def _is_far(fit: Fit) -> bool:
-    return fit.loss > LOST_A_FRAME * len(fit.observed.frame)
-
-
-def _confirms(fit: Between, found: SeenCollisions) -> bool:
-    """Whether all collisions that the frames show are among the fitted ones.
-
-    Where a pair was missed, one may have been seen midway between two of its kind.
-    """
-    pairs = max(fit.count - found.burst, 0) // PAIR
-    return fit.shown >= found.shown - pairs
-
-
-def _count_seen(track: Track, found: SeenCollisions, coarse: Rivals) -> Between | Reason:
-    """Confirm the number seen; else say why the model does not describe the track by it."""
-    if not _is_near(coarse.best):
-        strayed = _strayed(_misfit_px(coarse.best), coarse.observed, track)
-        return strayed or Reason(Cause.MODEL_DIFFERS)
-    fit, noise = residual_noise(coarse.observed, coarse.best)
-    strayed = _strayed(_misfit_px(fit), coarse.observed, track)
-    if strayed is not None:
-        return strayed
-    if not lacks_frames(fit):
-        fine = with_likeliest_scatter(replace(fit.question, noise=noise), fit.values)
-        answer = _answer(found, [fine])
-        if isinstance(answer, Reason):
-            return answer
-        if _confirms(answer, found) and answer.count == found.burst and not goes_on(fine):
-            return answer
-    return Reason(Cause.MODEL_DIFFERS)
-
-
-def _any_count(
-    track: Track,
-    found: SeenCollisions,
-    coarse: Rivals,
-    begun: tuple[Floats, Floats | None],
-    gap: LeftOut | None,
-) -> Between | Reason:
-    """Fit every count that comes into question, with frames left out where that is likelier."""
-    values, calm = begun
-    if not coarse.fits or not _is_near(coarse.best):
-        coarse.scan(values)
-    coarse.climb(calm)
-    if gap is None and _is_far(coarse.best):
-        return Reason(Cause.MODEL_FITS_NOTHING)
-    coarse = with_frames_left_out(coarse, gap, values)
-    if not np.isfinite(coarse.best.loss):
-        return Reason(Cause.MODEL_FITS_NOTHING)
-    fit, noise = residual_noise(coarse.observed, coarse.best)
-    question = replace(fit.question, noise=noise)
-    likeliest = with_likeliest_scatter(question, fit.values)
-    strayed = _strayed(_misfit_px(likeliest), coarse.observed, track)
-    if strayed is not None:
-        return strayed  # before the other counts are fitted, which takes far longer
-    bearable = Fit(question, fit.values).loss + UNLIKELY
-    answer = _answer(found, weigh(coarse, question, likeliest, bearable))
-    if isinstance(answer, Reason):
-        return answer
-    return _strayed(answer.misfit_px, coarse.observed, track) or answer
-
-
 def _strayed(misfit_px: float, observed: Observations, track: Track) -> Reason | None:
     """Say so if the model does not describe the track."""
     least, most = (share * track.ball_diameter_px for share in (MISFIT_SHARE, MISFIT_AT_MOST))
@@ -287,9 +226,12 @@ def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Reason:
     if not fits:
         return Reason(Cause.MODEL_FITS_NOTHING)
     shares = shares_of(fits)
-    chances = {fit.count: share for fit, share in zip(fits, shares.tolist(), strict=True)}
-    best = fits[int(np.argmax(shares))]
-    count = best.count
+    chances: dict[int, float] = {}
+    for fit, share in zip(fits, shares.tolist(), strict=True):
+        chances[fit.count] = chances.get(fit.count, 0.0) + share
+    count = max(chances, key=chances.__getitem__)
+    same = [fits[k] for k in np.argsort(-shares) if fits[k].count == count]
+    best = same[0]
     following = end_chances(best)
     fewer = following.pop(-1, 0.0)
     following = following or {0: 1.0}
@@ -301,7 +243,7 @@ def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Reason:
     return Between(
         count=count,
         probability=doubted(chances),
-        collisions=collisions_of(best, found, count),
+        collisions=collisions_of(same, found, count),
         mass_ratio=mass_ratio,
         ratio_by_places=ratio_by_places(fits),
         restitution_bodies=bodies,

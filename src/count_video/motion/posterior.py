@@ -91,13 +91,6 @@ def end_chances(fit: Fit) -> dict[int, float]:
     return {number: float(np.mean(more == number)) for number in sorted(set(more.tolist()))}
 
 
-def goes_on(fit: Fit) -> bool:
-    """Whether by the fitted motion one more collision of the burst comes before the clip's end."""
-    paths = follow(within_limits(fit.values[None]), fit.count + 1, fit.observed.start)
-    end = fit.observed.end + fit.values[Column.SKIP]
-    return bool(paths.time[0, -1] < min(end, _turns(paths, fit.count)[0]))
-
-
 def _turns(paths: Paths, last: int) -> Floats:
     """Give the times of the heavy body's turn to the wall after a collision, shape (sets,)."""
     rate, rest = paths.laws[:2]
@@ -203,30 +196,36 @@ def left_out_of(fit: Fit) -> LeftOut | None:
 # ---- collisions ----------------------------------------------------------------------------------
 
 
-def collisions_of(fit: Fit, found: SeenCollisions, count: int) -> tuple[Collision, ...]:
-    """Collisions of a burst by a fit, of which so many are wanted."""
-    values, sigmas = _events(fit)
+def collisions_of(fits: Sequence[Fit], found: SeenCollisions, count: int) -> tuple[Collision, ...]:
+    """So many collisions of a burst by fits of one number, the likeliest first."""
+    fit = fits[0]
+    values, sigmas = _events(fits, count)
     observed, gap = fit.observed, left_out_of(fit)
-    rows = enumerate(zip(values[:count], sigmas[:count], strict=True))
-    modelled = [_modelled(observed.sign, event, *row) for event, row in rows]
+    modelled = [
+        _modelled(observed.sign, event, *row)
+        for event, row in enumerate(zip(values, sigmas, strict=True))
+    ]
     hidden = np.zeros(count, dtype=bool)
     if gap is not None:
         base = gap.time_base(observed.origin + observed.frame)
-        hidden = base.in_gap(values[:count, 0])
+        hidden = base.in_gap(values[:, 0])
         modelled = [base.shown(collision) for collision in modelled]
     return _confirmed(
         modelled, hidden, [one for one in found.collisions[: found.burst] if one.seen]
     )
 
 
-def _events(fit: Fit) -> tuple[Floats, Floats]:
+def _events(fits: Sequence[Fit], count: int) -> tuple[Floats, Floats]:
     """Time, state before and state after each event, and their sigmas; (events, 9) each."""
-    paths, tangents = fit.paths, fit.tangents
-    by = np.hstack([tangents.time[:, None], tangents.arriving, tangents.states[1:]])
-    by = np.where(np.isfinite(by), by, 0.0)
-    variances = np.maximum(((by @ fit.covariance) * by).sum(axis=-1), 0.0)
-    frames = fit.observed.origin + paths.time[:, 1:]
-    return np.vstack([frames, paths.before[:, 0, 1:], paths.states[:, 0, 1:]]).T, np.sqrt(variances)
+    values, variances = [], []
+    for fit in fits:
+        paths, tangents = fit.paths, fit.tangents
+        by = np.hstack([tangents.time[:, None], tangents.arriving, tangents.states[1:]])[:count]
+        by = np.where(np.isfinite(by), by, 0.0)
+        variances.append(np.maximum(((by @ fit.covariance) * by).sum(axis=-1), 0.0))
+        frames = fit.observed.origin + paths.time[:, 1:]
+        values.append(np.vstack([frames, paths.before[:, 0, 1:], paths.states[:, 0, 1:]]).T[:count])
+    return mixed(shares_of(fits), np.array(values), np.array(variances))
 
 
 def _modelled(sign: int, event: int, values: Floats, sigmas: Floats) -> Collision:

@@ -35,7 +35,7 @@ from count_video.motion.solving import (
     coarse_noise,
     noise_of,
     solve,
-    with_likeliest_scatter,
+    with_each_scatter,
 )
 from count_video.motion.starting import LONGEST_STEP, MOST_COLLISIONS, scan
 from count_video.records import Floats
@@ -79,8 +79,6 @@ class Rivals:
     observed: Observations
     prior: Prior
     """Of the parameters without deviations."""
-    most: int = MOST_COLLISIONS
-    """More collisions are not tried."""
     fits: dict[int, Fit] = field(default_factory=dict)
 
     @property
@@ -115,7 +113,7 @@ class Rivals:
 
     def scan(self, start: Floats) -> None:
         """Fit the counts that a scan from a start, shape (columns, ...), likes best."""
-        for count, values in scan(self.observed, start[:FIRST_DEVIATION], self.prior, self.most):
+        for count, values in scan(self.observed, start[:FIRST_DEVIATION], self.prior):
             self.add(count, values)
 
     def climb(self, calm: Floats | None = None) -> None:
@@ -141,7 +139,7 @@ class Rivals:
             before = self.best
             for turned in (side, -side):
                 count = before.count + turned * step
-                if 0 < count <= self.most and (before.count, count) not in tried:
+                if 0 < count <= MOST_COLLISIONS and (before.count, count) not in tried:
                     tried.add((before.count, count))
                     self.add(count, neighbouring(before, count))
                     if step % PAIR and calm is not None:
@@ -264,15 +262,16 @@ def _spread(residuals: Floats) -> float:
     return float(np.sqrt(np.nanmean(np.clip(residuals, -CLIPPED_SIGMAS, CLIPPED_SIGMAS) ** 2)))
 
 
-def weigh(rivals: Rivals, question: Question, likeliest: Fit, bearable: float) -> list[Fit]:
+def weigh(rivals: Rivals, question: Question, fits: list[Fit], bearable: float) -> list[Fit]:
     """Fit each count that comes into question beside the likeliest, up to a bearable loss.
 
     Each is fitted from its coarse fit where that is of use, or from the fit of its neighbour or, as
     the kind of the last collision is mostly seen, of the one a pair away, until all that are next
     to likely ones are.
     """
-    fits, tried = [likeliest], {likeliest.count}
-    while (count := _next_to_likely(fits, tried, rivals.most)) is not None:
+    first = fits[0].count
+    tried = {first}
+    while (count := _next_to_likely(fits, tried, first)) is not None:
         tried.add(count)
         coarse = rivals.fits.get(count)
         if coarse is None:
@@ -280,15 +279,18 @@ def weigh(rivals: Rivals, question: Question, likeliest: Fit, bearable: float) -
             nearest = min(near, key=lambda f: ((f.count - count) % PAIR, abs(f.count - count)))
             coarse = rivals.add(count, neighbouring(nearest, count))
         if coarse.loss < rivals.bearable:
-            fit = with_likeliest_scatter(replace(question, count=count), coarse.values, bearable)
-            fits += [fit] if fit.loss < bearable else []
+            fits = fits + with_each_scatter(replace(question, count=count), coarse.values, bearable)
     return fits
 
 
-def _next_to_likely(fits: Sequence[Fit], tried: set[int], most: int) -> int | None:
+def _next_to_likely(fits: Sequence[Fit], tried: set[int], first: int) -> int | None:
     """Find a count, as near to the first as possible, that is to be weighed as well."""
-    highest, first = max(fit.evidence for fit in fits), fits[0].count
+    highest = max(fit.evidence for fit in fits)
     likely = {fit.count for fit in fits if fit.evidence > highest - IMPROBABLE}
     near = {count + step for count in likely for step in (-PAIR, -1, 1, PAIR)} - tried
-    allowed = [count for count in near if 0 < count <= most and abs(count - first) <= MOST_RIVALS]
+    allowed = [
+        count
+        for count in near
+        if 0 < count <= MOST_COLLISIONS and abs(count - first) <= MOST_RIVALS
+    ]
     return min(allowed, key=lambda count: (abs(count - first), count), default=None)

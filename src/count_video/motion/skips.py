@@ -118,11 +118,6 @@ def _with_scatter(rivals: Rivals) -> Fit:
     return solve(question, best.values, enough=NEARLY)
 
 
-def lacks_frames(fit: Fit) -> bool:
-    """Whether frames left out somewhere would explain the track better, in first order."""
-    return _suspected(fit) is not None
-
-
 def _price(observed: Observations) -> float:
     """By how much a fit with frames left out must be better: their prior, place and number."""
     return float(np.log(len(observed.frame) * MOST_FRAMES / LEFT_OUT))
@@ -141,7 +136,7 @@ def _suspected(fit: Fit) -> tuple[float, float, float] | None:
 def _scores(fit: Fit) -> tuple[Floats, Floats]:
     """Time missing after each frame but the last, and by how much the loss falls with it."""
     linear, frames = fit.linearised, len(fit.observed.frame)
-    covariance = fit.with_scatter(fit.question.scatter).covariance
+    covariance = fit.white
     rows = np.tile(np.arange(frames), 2)
     moved = (rows[:, None] > rows[: frames - 1]) * linear.velocity[:, None]
     shared = linear.jacobian.T @ moved

@@ -1,10 +1,8 @@
 """The model's parameters from what was observed, for a given number of collisions.
 
-Least squares with a Cauchy loss (see ``descent``) and exact derivatives. One fit holds for every
-scatter of the restitution from collision to collision: about its solution the loss is a parabola,
-and another scatter changes that by the prior of the deviations alone. So solution, covariance and
-evidence (Laplace's approximation) for each scatter are linear algebra; only the loss is that of the
-model itself there.
+Least squares with a Cauchy loss (see ``descent``) and exact derivatives; covariance and evidence by
+Laplace's approximation. How much the restitution scatters from collision to collision is not known:
+each scatter is a fit of its own, from the solution of the next larger one.
 """
 
 from __future__ import annotations
@@ -19,7 +17,6 @@ import numpy as np
 from count_video.motion.descent import (
     CONVERGED,
     LEAST_DAMPING,
-    NEARLY,
     descend,
     loss_of,
     weights_of,
@@ -106,21 +103,6 @@ class Linearised:
     """Of the loss, shape (columns,)."""
     hessian: Floats
     """Shape (columns, columns); zero for columns without freedom."""
-
-
-@dataclass(frozen=True)
-class Scattered:
-    """A fit with one scatter of the restitution, by the parabola about that with another."""
-
-    scatter: float
-    evidence: float
-    """Logarithm of the likelihood integrated over all parameters."""
-    losses: tuple[float, float]
-    """Where the parabola is lowest, and at the values of the fit."""
-    values: Floats
-    """Shape (columns,)."""
-    covariance: Floats
-    """Shape (columns, columns)."""
 
 
 def shares_by(evidence: Floats, data: Floats, lasting: Callable[[Floats], Floats]) -> Floats:
@@ -238,101 +220,55 @@ class Fit:
         return np.where(np.isfinite(timing).all(axis=1, keepdims=True), timing, 0.0)
 
     @cached_property
-    def scattered(self) -> list[Scattered]:
-        """The fit with each scatter that comes into question."""
-        scatters = SCATTERS if self.question.scatter else (0.0,)
-        return [self.with_scatter(scatter) for scatter in scatters]
-
-    def with_scatter(self, scatter: float) -> Scattered:
-        """Solve the parabola with another scatter."""
-        sigma = self.question.prior.sigma.copy()
-        ratio = scatter / self.question.scatter if scatter else 1.0
-        surer = np.zeros_like(sigma)
-        surer[FIRST_DEVIATION:] = (ratio**-2 - 1) / sigma[FIRST_DEVIATION:] ** 2
-        hessian, slope = self.hessian + np.diag(surer), surer * self.values
+    def _gaussian(self) -> tuple[Floats, float]:
+        """Covariance by errors that are white, shape (columns, columns), and log evidence."""
+        sigma = self.question.prior.sigma
         free = np.flatnonzero(sigma > 0)
         # Scaled to a unit diagonal first: the columns' units differ by ten orders of magnitude.
-        scale = 1 / np.sqrt(np.maximum(np.diag(hessian)[free], 1e-60))
-        unit = hessian[np.ix_(free, free)] * scale[:, None] * scale
+        scale = 1 / np.sqrt(np.maximum(np.diag(self.hessian)[free], 1e-60))
+        unit = self.hessian[np.ix_(free, free)] * scale[:, None] * scale
         unit += LEAST_DAMPING * np.eye(len(free))
-        covariance = np.zeros_like(hessian)
+        covariance = np.zeros_like(self.hessian)
         covariance[np.ix_(free, free)] = np.linalg.inv(unit) * scale[:, None] * scale
-        moved = -covariance @ slope
-        stays = self.loss + float(slope @ self.values) / 2
-        loss = stays + float(slope @ moved) / 2
         volume = np.linalg.slogdet(unit)[1] - 2 * np.log(scale).sum()
-        spread = np.log(ratio * sigma[FIRST_DEVIATION:]).sum()
-        evidence = float(-loss - 0.5 * volume - spread) if np.isfinite(loss) else -np.inf
-        return Scattered(scatter, evidence, (loss, stays), self.values + moved, covariance)
+        evidence = -self.loss - 0.5 * volume - np.log(sigma[FIRST_DEVIATION:]).sum()
+        return covariance, float(evidence) if np.isfinite(self.loss) else -np.inf
 
-    @cached_property
-    def checked(self) -> list[Scattered]:
-        """The same with the losses that the model has where the parabola leads.
+    @property
+    def white(self) -> Floats:
+        """Covariance of the parameters by errors that are white, shape (columns, columns)."""
+        return self._gaussian[0]
 
-        So far away that may not hold, and foresee a loss that there is none of.
-        """
-        return [self._checked(one) for one in self.scattered]
-
-    def _checked(self, one: Scattered) -> Scattered:
-        foreseen, stays = one.losses
-        if one.scatter == self.question.scatter or not np.isfinite(foreseen):
-            return one
-        there = Fit(replace(self.question, scatter=one.scatter), one.values)
-        values = one.values if there.loss < stays else self.values
-        evidence = one.evidence + foreseen - min(there.loss, stays)
-        return replace(one, evidence=evidence, values=values)
-
-    @cached_property
+    @property
     def evidence(self) -> float:
-        """Logarithm of the evidence for the count, up to what all counts have in common.
-
-        Its mean is over the scatters, so that a count that needs an unlikely one pays for it.
-        """
-        return float(np.logaddexp.reduce([one.evidence for one in self.checked]))
+        """Logarithm of the likelihood integrated over all parameters (Laplace)."""
+        return self._gaussian[1]
 
     @cached_property
     def covariance(self) -> Floats:
-        """Of the parameters about these values, for all scatters; shape (columns, columns).
+        """The same where errors last, with correlations R: C + C J' (R - 1) J C.
 
-        Where errors of places last, with correlations R, each scatter's covariance C is that of the
-        sandwich, C + C J' (R - 1) J C: the fit weighs the places as if their errors were white.
+        The fit weighs the places as if their errors were white.
         """
         jacobian = self.linearised.jacobian * (self.question.prior.sigma > 0)
         lasting = jacobian.T @ (self._correlated(jacobian) - jacobian)
-        moved, shares = self._by_scatter
-        white = np.array([one.covariance for one in self.checked])
-        each = white + white @ lasting @ white + moved[:, :, None] * moved[:, None]
-        return np.asarray(np.tensordot(shares, each, 1))
-
-    @cached_property
-    def _by_scatter(self) -> tuple[Floats, Floats]:
-        """How far each scatter moves the parameters, (scatters, columns), and its probability."""
-        moved = np.array([one.values - self.values for one in self.checked])
-        evidence = np.array([one.evidence for one in self.checked])
-        return moved, self.shares(evidence, moved @ self.linearised.jacobian.T)
+        return np.asarray(self.white + self.white @ lasting @ self.white)
 
     def by_places(self, column: Column) -> tuple[float, float]:
         """Estimate a column by the places alone, without what was known of it before.
 
-        Returns value and standard uncertainty for all scatters, in first order; infinite where the
-        places say nothing. The other columns follow as the normal equations have it.
+        Returns value and standard uncertainty, in first order; infinite where the places say
+        nothing. The other columns follow as the normal equations have it.
         """
-        found = np.array([self._by_places(column, one) for one in self.checked])
-        _, shares = self._by_scatter
-        mean = float(shares @ found[:, 0])
-        return mean, math.sqrt(float(shares @ (found[:, 1] + (found[:, 0] - mean) ** 2)))
-
-    def _by_places(self, column: Column, one: Scattered) -> tuple[float, float]:
-        """Value and variance with one scatter."""
         mean, known = float(self.question.prior.mean[column]), self.question.weight[column] ** 2
-        variance = float(one.covariance[column, column])
+        variance = float(self.white[column, column])
         says = 1 / variance - known if variance > 0 else 0.0
         if says <= 0:
             return mean, math.inf
-        away = (float(one.values[column]) - mean) / variance / says
-        moved = self.linearised.jacobian @ (one.covariance[:, column] / variance)
+        away = (float(self.values[column]) - mean) / variance / says
+        moved = self.linearised.jacobian @ (self.white[:, column] / variance)
         lasting = max(float(moved @ (self._correlated(moved) - moved)), 0.0)
-        return mean + away, (says + lasting) / says**2
+        return mean + away, math.sqrt((says + lasting) / says**2)
 
     def shares(self, evidence: Floats, data: Floats) -> Floats:
         """Probabilities of some explanations of these places, shape (explanations,).
@@ -345,11 +281,6 @@ class Fit:
         """Multiply by the correlations of the errors of both bodies, shape (2 frames, ...)."""
         bodies = zip(np.split(values, 2), self.observed.correlations, strict=True)
         return np.concatenate([own if one is None else one @ own for own, one in bodies])
-
-    @property
-    def likeliest(self) -> Scattered:
-        """The scatter with the most evidence."""
-        return max(self.scattered, key=lambda one: one.evidence)
 
 
 def solve(
@@ -367,22 +298,16 @@ def solve(
     return descend(partial(Fit, question), start, limits_of(columns), bearable, enough)
 
 
-def with_likeliest_scatter(question: Question, start: Floats, bearable: float = np.inf) -> Fit:
-    """Fit with the scatter of the restitution that has the most evidence, from a start.
-
-    It is approached from the question's own, by one that is tried after the other: parabolas hold
-    near their solution. A fit with the question's own that is not bearable is given up.
-    """
-    fit = solve(question, start, bearable, NEARLY)
+def with_each_scatter(question: Question, start: Floats, bearable: float = np.inf) -> list[Fit]:
+    """Fit with each scatter of the restitution, the largest first; none if that is not bearable."""
+    *smaller, largest = SCATTERS
+    fit = solve(replace(question, scatter=largest), start, bearable)
     if not fit.loss < bearable:
-        return fit
-    for _ in SCATTERS:
-        own, likeliest = (SCATTERS.index(s) for s in (fit.question.scatter, fit.likeliest.scatter))
-        if own == likeliest:
-            break
-        nearer = fit.scattered[own + (1 if likeliest > own else -1)]
-        fit = solve(replace(question, scatter=nearer.scatter), nearer.values, enough=NEARLY)
-    return solve(fit.question, fit.values)
+        return []
+    fits = [fit]
+    for scatter in reversed(smaller):
+        fits.append(solve(replace(question, scatter=scatter), fits[-1].values))
+    return fits
 
 
 def noise_of(observed: Observations, values: Floats, count: int) -> Noise:

@@ -168,10 +168,8 @@ SCAN_FLOOR_FRAMES = 1.0
 """... and any time of a calm collision."""
 
 
-def scan(
-    observed: Observations, rough: Floats, prior: Prior, most: int
-) -> list[tuple[int, Floats]]:
-    """Scan lightness and restitution for counts up to the most; those with the least losses.
+def scan(observed: Observations, rough: Floats, prior: Prior) -> list[tuple[int, Floats]]:
+    """Scan lightness and restitution for counts; those with the least losses.
 
     Each comes with its set, shape (columns,), the best one first. None is another's neighbour: far
     from the solution the losses of neighbours are alike, and one of them is enough to search from.
@@ -189,7 +187,7 @@ def scan(
     longest = max(observed.calm, round(1.5 * expected_count(float(steps.min()))) + 4)
     thin = observed.at(thinned(len(observed.frame), SCAN_FRAMES))
     counts, losses = _scanned(thin, sets, longest)
-    losses[(counts < 1) | (counts > most)] = np.inf
+    losses[(counts < 1) | (counts > MOST_COLLISIONS)] = np.inf
     found: list[tuple[int, Floats]] = []
     while len(found) < SCANNED and np.isfinite(losses).any():
         best = int(np.argmin(losses))
