@@ -20,8 +20,6 @@ from count_video.motion.parameters import Column
 from count_video.motion.pendulums import Paths, Tangents, slopes, slowed, stepped, swung
 from count_video.records import Floats
 
-BLUR_MOMENTS = 16
-
 
 class Body(NamedTuple):
     """Where a body's numbers stand, and how it moves by them."""
@@ -90,17 +88,6 @@ def sample(paths: Paths, sets: Floats, frame: Floats) -> Sampled:
     from_rest = heavy - sets[:, Column.BALL_REST, None]
     outline = sets[:, Column.CONTACT, None] + sets[:, Column.PARALLAX, None] * from_rest
     return Sampled((last - first) / exposure, heavy + outline, pieces, ends, middle)
-
-
-def blur_of(paths: Paths, values: Floats, frame: Floats) -> Floats:
-    """Give the standard deviation of the ball's place over the exposures of one motion, px.
-
-    Shape (frames,); from some moments of the exposure, as nothing hangs on its last digits.
-    """
-    share = (np.arange(BLUR_MOMENTS) + 0.5) / BLUR_MOMENTS - 0.5
-    times = frame[:, None] + share * values[Column.EXPOSURE]
-    places = flown(paths, BALL, times.reshape(1, -1)).place()
-    return np.asarray(places.reshape(times.shape).std(axis=1))
 
 
 def flown(paths: Paths, body: Body, time: Floats) -> Flown:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from count_video.motion.contacts import BodyErrors
 from count_video.motion.gaps import Gaps, gaps_of
-from count_video.motion.parameters import Column, drift_shape
+from count_video.motion.parameters import Column
 from count_video.motion.seen import RESOLVED_FRAMES, SeenCollisions
 from count_video.motion.swing import FRAMES_BEYOND
 from count_video.records import Collision, Floats, Track
@@ -40,8 +40,6 @@ class Observations:
     """The ball's centre, away from the wall."""
     heavy_px: Floats
     """The heavy body's face less the ball's near half: where the ball's centre is in contact."""
-    drift: Floats
-    """Share of each rise in the drift of the heavy body's outline, shape (frames, DRIFTS)."""
     ball_sigma_px: float
     """White noise of one frame."""
     heavy_sigma_px: float
@@ -97,7 +95,7 @@ class Observations:
         return replace(self, after=after, calm=calm)
 
 
-OF_FRAMES = ("frame", "ball_px", "heavy_px", "drift", "after")
+OF_FRAMES = ("frame", "ball_px", "heavy_px", "after")
 
 
 def observe(track: Track, found: SeenCollisions) -> Observations:
@@ -120,7 +118,6 @@ def observe(track: Track, found: SeenCollisions) -> Observations:
         frame=gaps.frame[chosen] - first,
         ball_px=gaps.ball_px[chosen],
         heavy_px=gaps.heavy_px[chosen] - gaps.near_edge_px,
-        drift=drift_shape(gaps.heavy_px[chosen]),
         ball_sigma_px=sigma_of(gaps.ball_px),
         heavy_sigma_px=sigma_of(gaps.heavy_px),
         errors=found.errors,

@@ -2,13 +2,6 @@
 
 Distances grow away from the wall. The heavy body's place is that of the ball's centre when the two
 touch, so that a contact of the bodies is where ball and heavy body are at the same place.
-
-Some errors of a tracker hang together, those that depend on where in the picture a body is. An
-outline is measured a little off where it lies unluckily on the pixels, before a bright board or
-next to the ball. In one frame that is far less than the noise, but it is the same in the next, and
-the mean of a hundred frames has it still. How near the heavy body comes to the wall, from which a
-long burst is counted, is just such a mean. So the fit leaves the outline a drift along its path,
-straight between knots, of which it knows beforehand that each rise is small.
 """
 
 from __future__ import annotations
@@ -23,7 +16,6 @@ import numpy as np
 from count_video.motion.priors import (
     BALL_RATE_SIGMA,
     DAMPING,
-    DRIFT_SIGMA_PX,
     EXPOSURE,
     GIVEN_RATIO_SHARE,
     LIGHTNESS,
@@ -45,8 +37,7 @@ CONTRADICTING_SIGMAS = 4.0
 class Column(IntEnum):
     """Columns of an array of parameter sets, shape (sets, FIRST_DEVIATION + deviations).
 
-    Beyond these are the drift of the outline and the deviations of the restitution at each
-    collision.
+    Beyond these are the deviations of the restitution at each collision.
     """
 
     HEAVY = 0
@@ -82,11 +73,7 @@ class Column(IntEnum):
     """Logarithm of the ball's damping ratio in air: its swing's decay, per frame, over its rate."""
 
 
-FIRST_DRIFT = len(Column)
-DRIFTS = 8
-"""Columns for the rises of the drift of the heavy body's outline along its path, px; then follow
-the deviations."""
-FIRST_DEVIATION = FIRST_DRIFT + DRIFTS
+FIRST_DEVIATION = len(Column)
 MOST_DEVIATIONS = 60
 """Of more collisions, neighbours of a kind share a deviation: what matters is how much energy is
 lost by when, and neighbours lose it at nearly the same time."""
@@ -168,7 +155,6 @@ def prior_of(rough: Floats, known: Knowledge, *, shows_heavy: bool) -> Prior:
         normal[Column.LIGHTNESS] = -np.log(known.mass_ratio), GIVEN_RATIO_SHARE
     mean, sigmas = rough.copy(), np.full(FIRST_DEVIATION, np.inf)
     mean[list(normal)], sigmas[list(normal)] = np.transpose(list(normal.values()))
-    sigmas[FIRST_DRIFT:] = DRIFT_SIGMA_PX
     return Prior(mean, sigmas)
 
 
@@ -205,23 +191,3 @@ def limits_of(columns: int) -> tuple[Floats, Floats]:
 def within_limits(sets: Floats) -> Floats:
     """Parameter sets, shape (..., columns), brought back to where the model is defined."""
     return np.asarray(np.clip(sets, *limits_of(sets.shape[-1])))
-
-
-NEAREST_RISE_PX = 2.0
-"""The first rise, from the heavy body's nearest place on, is so long; the farther, the longer they
-are: there one px more or less matters less."""
-LENGTHENING = 2.0
-
-
-def drift_shape(heavy_px: Floats) -> Floats:
-    """Share of each rise in the drift of each frame, shape (frames, DRIFTS); 0 where not seen.
-
-    Far away the drift is 0: what remains there is part of the contact distance. A rise has its full
-    share on the side of the wall, and none on the other.
-    """
-    seen = np.isfinite(heavy_px)
-    far = heavy_px[seen, None] - heavy_px[seen].min(initial=np.inf)
-    length = NEAREST_RISE_PX * LENGTHENING ** np.arange(DRIFTS)
-    shape = np.zeros((len(heavy_px), DRIFTS))
-    shape[seen] = np.clip((np.cumsum(length) - far) / length, 0.0, 1.0)
-    return shape

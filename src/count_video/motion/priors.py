@@ -59,8 +59,6 @@ RESTITUTION: Final = (0.95, 0.1)
 """Mean and standard deviation of hard bodies' restitution."""
 SCATTERS: Final = (0.0002, 0.001, 0.005, 0.02)
 """Standard deviations of the restitution from collision to collision that are tried."""
-DRIFT_SIGMA_PX: Final = 0.02
-"""Errors of outlines that hang together, as measured on rendered clips whose truth is known."""
 
 LEFT_OUT: Final = 0.02
 """Share of clips in which frames of the burst are left out without a trace, anywhere in it and up

@@ -32,7 +32,6 @@ from count_video.motion.solving import (
     Fit,
     Noise,
     Question,
-    coarse_noise,
     noise_of,
     solve,
     with_each_scatter,
@@ -180,12 +179,12 @@ class Rivals:
         scatters; of rivals it does not, for with it long bursts resemble each other.
         """
         observed = replace(observed, calm=led)
-        noise = coarse_noise(observed, FLOORS_PX[-1], TIME_SIGMA if led else np.inf)
+        noise = noise_of(observed, FLOORS_PX[-1], TIME_SIGMA if led else np.inf)
         return Question(observed, noise, self.prior, count, SCATTERS[-2] if led else 0.0)
 
     def _within(self, floor_px: float, asked: Question, start: Floats) -> Fit:
         """Fit what is asked, where anything within a floor is as good."""
-        noise = coarse_noise(asked.observed, floor_px, asked.noise.time)
+        noise = noise_of(asked.observed, floor_px, asked.noise.time)
         return solve(replace(asked, noise=noise), start, self.bearable, NEARLY)
 
     def _led_to_the_last(self, fit: Fit) -> Fit:
@@ -245,11 +244,10 @@ def residual_noise(observed: Observations, fit: Fit) -> tuple[Fit, Noise]:
 
     The restitution may scatter as much as it ever does, or its scatter would be taken for noise.
     """
-    noise = noise_of(observed, fit.values, fit.count)
+    noise = noise_of(observed)
     known = fit.question.known.with_value(Column.DAMPING, *DAMPING)
     question = Question(observed, noise, known, fit.count, SCATTERS[-1])
     fit = solve(question, fit.values, enough=NEARLY)
-    noise = noise_of(observed, fit.values, fit.count)
     ball, heavy = np.split(fit.left_px, 2)
     spread = _spread(ball / noise.ball), _spread(heavy / noise.heavy)
     return fit, Noise(noise.ball * spread[0], noise.heavy * spread[1])

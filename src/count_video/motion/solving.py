@@ -21,11 +21,10 @@ from count_video.motion.descent import (
     loss_of,
     weights_of,
 )
-from count_video.motion.exposures import blur_of, sample, sampled_tangents
+from count_video.motion.exposures import sample, sampled_tangents
 from count_video.motion.observations import Observations
 from count_video.motion.parameters import (
     FIRST_DEVIATION,
-    FIRST_DRIFT,
     Column,
     Prior,
     limits_of,
@@ -35,9 +34,6 @@ from count_video.motion.pendulums import Tangents, follow, tangents_of
 from count_video.motion.priors import SCATTERS
 from count_video.records import Floats
 
-BLUR_SHARE = 0.06
-"""Where a tracker sees a smeared ball is uncertain by this share of the standard deviation of its
-places during the exposure: measured on rendered clips, of which the truth is known."""
 LATE_COSTS = 10.0
 """Sigmas that each frame costs by which the last collision lies beyond the observations."""
 LATE_AT_MOST = 1e4
@@ -47,8 +43,7 @@ LATE_AT_MOST = 1e4
 class Noise:
     """Standard deviations of the residuals."""
 
-    ball: Floats
-    """Shape (frames,)."""
+    ball: float
     heavy: float
     time: float = np.inf
     """Of the times of calm collisions, frames; infinite where the places decide alone."""
@@ -74,9 +69,8 @@ class Question:
     @cached_property
     def precision(self) -> Floats:
         """One over the noise of ball and heavy body, shape (2 frames,); 0 where not seen."""
-        heavy = np.full(len(self.noise.ball), self.noise.heavy)
-        seen = np.isfinite(self.observed.places_px)
-        return np.where(seen, 1 / np.concatenate([self.noise.ball, heavy]), 0.0)
+        noise = np.repeat([self.noise.ball, self.noise.heavy], len(self.observed.frame))
+        return np.where(np.isfinite(self.observed.places_px), 1 / noise, 0.0)
 
     @cached_property
     def weight(self) -> Floats:
@@ -141,9 +135,8 @@ class Fit:
         frame = observed.times(values)
         with np.errstate(invalid="ignore", over="ignore"):
             self.sampled = sample(self.paths, values[None], frame)
-        drift_px = observed.drift @ values[FIRST_DRIFT:FIRST_DEVIATION]
         self.left_px = observed.places_px - np.concatenate(
-            [self.sampled.ball[0], self.sampled.heavy[0] + drift_px]
+            [self.sampled.ball[0], self.sampled.heavy[0]]
         )
         """What is left of the places of ball and heavy body, shape (2 frames,), NaN if not seen."""
         self.data = np.where(question.precision > 0, -self.left_px * question.precision, 0.0)
@@ -194,7 +187,6 @@ class Fit:
         question, observed = self.question, self.question.observed
         with np.errstate(invalid="ignore", over="ignore"):
             ball, heavy = sampled_tangents(self.sampled, self.tangents, self.values)
-            heavy[:, FIRST_DRIFT:FIRST_DEVIATION] = observed.drift
             root = np.sqrt(weights_of(self.data))
             data = root * self.data
             jacobian = np.concatenate([ball, heavy])
@@ -310,16 +302,7 @@ def with_each_scatter(question: Question, start: Floats, bearable: float = np.in
     return fits
 
 
-def noise_of(observed: Observations, values: Floats, count: int) -> Noise:
-    """Noise to be expected where the motion of one set, shape (columns,), is smeared."""
-    paths = follow(values[None], count, observed.start)
-    with np.errstate(invalid="ignore", over="ignore"):
-        smeared = BLUR_SHARE * blur_of(paths, values, observed.times(values))
-    smeared = np.where(np.isfinite(smeared), smeared, 0.0)
-    return Noise(np.hypot(observed.ball_sigma_px, smeared), observed.heavy_sigma_px)
-
-
-def coarse_noise(observed: Observations, floor_px: float, time: float = np.inf) -> Noise:
-    """Noise where anything nearer than a floor, far above what smears, is as good."""
-    ball, heavy = (np.hypot(s, floor_px) for s in (observed.ball_sigma_px, observed.heavy_sigma_px))
-    return Noise(np.full(len(observed.frame), ball), float(heavy), time)
+def noise_of(observed: Observations, floor_px: float = 0.0, time: float = np.inf) -> Noise:
+    """Noise of single frames where anything nearer than a floor is as good."""
+    ball, heavy = np.hypot([observed.ball_sigma_px, observed.heavy_sigma_px], floor_px).tolist()
+    return Noise(ball, heavy, time)
