@@ -66,7 +66,7 @@ def struck_unseen(track: Track, known: Knowledge, report: FootageReport) -> Expl
     evened, found = struck
     shown = shown_at_wall(with_unseen_heavy(track, evened.wall_side), found)
     shown = replace(shown, notes=(Reason(Cause.HEAVY_UNSEEN),))
-    explained = completed(shown, fit_burst(evened, found, known), base, None, known, report)
+    explained = completed(shown, fit_burst(evened, found, known), base, known, report)
     return explained if explained.counts and _rests_on_frames(explained) else None
 
 

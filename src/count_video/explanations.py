@@ -24,7 +24,7 @@ from count_video.motion.posterior import doubted, with_more
 from count_video.motion.priors import UNEXPLAINED_WRONG
 from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
-from count_video.motion.time_base import LeftOut, TimeBase
+from count_video.motion.time_base import TimeBase
 from count_video.motion.timed import seen_by_time_base
 from count_video.motion.weighing import SeenImpacts
 from count_video.reasons import Cause, Reason
@@ -104,19 +104,18 @@ def at_wall(
 
     With ``seen_only`` nothing is inferred between the frames.
     """
-    base, found, gap = seen_by_time_base(track)
+    base, found = seen_by_time_base(track)
     shown = shown_at_wall(track, found)
     fit = None
     if found.burst and (not shown.against or (leaves_doubt(found) and not seen_only)):
-        fit = fit_burst(base.evened(track), found, known, gap)
-    return completed(shown, fit, base, gap, known, report)
+        fit = fit_burst(base.evened(track), found, known)
+    return completed(shown, fit, base, known, report)
 
 
 def completed(
     shown: Explanation,
     fit: Between | Reason | None,
     base: TimeBase,
-    gap: LeftOut | None,
     known: Knowledge,
     report: FootageReport,
 ) -> Explanation:
@@ -124,8 +123,7 @@ def completed(
     notes, explained = base.notes, shown
     if fit is not None:
         if isinstance(fit, Between) and fit.left_out is not None:
-            frames = fit.left_out.frames + (gap.frames if gap else 0)
-            notes = (replace(fit.left_out, frames=frames).note,) if frames else ()
+            notes = (*notes, fit.left_out.note)
         explained = by_fit(shown, fit, masses_known=known.mass_ratio is not None)
     if explained.fit is None:
         explained = doubted_for_missing(explained, report)

@@ -26,7 +26,6 @@ class Cause(Enum):
     WALL_MISSED = auto()  # between two frames [two] the ball must have met the wall ...
     BODY_MISSED = auto()  # ... or the heavy body [two]
     UNRESOLVED = auto()  # they follow each other too fast [shortest interval, what shows each]
-    LEFT_OUT = auto()  # frames are missing without a trace in the time stamps [frame, how many]
     FRAMES_MISSING = auto()  # frames that the file promises are missing [how many]
     NO_IMPACT = auto()
     TOO_FAINT = auto()

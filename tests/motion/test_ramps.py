@@ -62,7 +62,7 @@ def test_a_ramp_is_undone(factor: int) -> None:
     whole = trial()
     track, kept = ramped(whole, factor)
 
-    base, found, _ = seen_by_time_base(track)
+    base, found = seen_by_time_base(track)
 
     assert found.burst == len(whole.frames)
     assert [(note.cause, note.figures[0]) for note in base.notes] == [(Cause.RATE_CHANGES, factor)]
@@ -74,7 +74,7 @@ def test_a_ramp_is_undone(factor: int) -> None:
 def test_velocities_of_a_ramp_are_those_of_the_frames() -> None:
     whole = trial()
     track, _ = ramped(whole, 4)
-    base, found, _ = seen_by_time_base(track)
+    base, found = seen_by_time_base(track)
     assert not base.keeps_rate
 
     first = base.shown(found.collisions[0])
@@ -94,7 +94,7 @@ def test_a_ramp_next_to_a_collision_is_undone(after: float) -> None:
     end = float(whole.frames[-3] + whole.frames[-2]) / 2
     kept = np.flatnonzero((frame > begin) & (frame < end) | (frame % 4 == 0))
 
-    base, found, _ = seen_by_time_base(rows_of(whole.track, kept))
+    base, found = seen_by_time_base(rows_of(whole.track, kept))
 
     assert found.burst == len(whole.frames)
     factor, *changes = base.notes[0].figures
@@ -135,7 +135,7 @@ def test_a_ball_on_its_way_to_the_wall_at_the_end_hides_no_change() -> None:
     whole = film_motion(simulate(setup), Filming(CAPTURE_FPS, NOISE_PX, tail_frames=40))
     track, _ = ramped(whole, 2)
 
-    base, found, _ = seen_by_time_base(track)
+    base, found = seen_by_time_base(track)
 
     assert [reason.cause for reason in found.shortcomings] == [Cause.ENDS_RETURNING]
     assert not base.keeps_rate
@@ -148,7 +148,7 @@ def test_no_other_clock_makes_up_for_collisions_that_are_missed(end: int) -> Non
     whole = trial(60.0)
     kept = np.arange(0, len(whole.track.frame) * end // 4, 8)
 
-    base, found, _ = seen_by_time_base(rows_of(whole.track, kept))
+    base, found = seen_by_time_base(rows_of(whole.track, kept))
 
     assert not base.notes
     assert found.doubts or found.shortcomings

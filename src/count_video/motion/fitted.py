@@ -81,7 +81,7 @@ class Between:
     following: dict[int, float]
     """Probability that so many collisions of the burst follow after the clip's end; sums to 1."""
     left_out: LeftOut | None = None
-    """Frames that the track does not allow for yet; these collisions are placed without them."""
+    """Frames that the track does not allow for; these collisions are placed without them."""
 
     @property
     def shown(self) -> int:
@@ -93,7 +93,6 @@ def fit_burst(
     track: Track,
     found: SeenCollisions,
     known: Knowledge = NOTHING_KNOWN,
-    gap: LeftOut | None = None,
 ) -> Between | Reason:
     """Fit the model to a track and count the collisions of its burst.
 
@@ -107,18 +106,16 @@ def fit_burst(
         What its frames show; at least one collision.
     known
         What is known besides.
-    gap
-        Frames left out that the track allows for; their number is in question.
     """
     observed = observe(track, found)
     before = int(np.isfinite(observed.ball_px[observed.frame < -1]).sum())
     if len(observed.frame) < FRAMES_AT_LEAST or before < 3:
         return Reason(Cause.MODEL_LACKS_FRAMES)
-    fit = _fitted(observed, track, found, known, gap)
+    fit = _fitted(observed, track, found, known)
     if known.mass_ratio is None or (isinstance(fit, Between) and fit.shown == fit.count):
         return fit
     # Wrong masses may give a wrong count that fits as well: the motion alone shows whether they do.
-    free = _fitted(observed, track, found, replace(known, mass_ratio=None), gap)
+    free = _fitted(observed, track, found, replace(known, mass_ratio=None))
     if isinstance(fit, Reason):
         return free
     if isinstance(free, Reason):
@@ -133,7 +130,6 @@ def _fitted(
     track: Track,
     found: SeenCollisions,
     known: Knowledge,
-    gap: LeftOut | None,
 ) -> Between | Reason:
     """Fit every count that comes into question, with frames left out where that is likelier."""
     rough = rough_values(observed, found, known)
@@ -142,9 +138,9 @@ def _fitted(
     if not coarse.fits or not _is_near(coarse.best):
         coarse.scan(values)
     coarse.climb(calm)
-    if gap is None and coarse.best.loss > LOST_A_FRAME * len(observed.frame):
+    if coarse.best.loss > LOST_A_FRAME * len(observed.frame):
         return Reason(Cause.MODEL_FITS_NOTHING)
-    coarse = with_frames_left_out(coarse, gap, values)
+    coarse = with_frames_left_out(coarse)
     if not np.isfinite(coarse.best.loss):
         return Reason(Cause.MODEL_FITS_NOTHING)
     fit, noise = residual_noise(coarse.observed, coarse.best)

@@ -185,7 +185,7 @@ def ending_of(fit: Fit, count: int) -> Ending:
 
 
 def left_out_of(fit: Fit) -> LeftOut | None:
-    """Frames left out that a fit found besides those that the track allows for."""
+    """Frames that are left out by a fit."""
     observed, frames = fit.observed, round(fit.values[Column.SKIP])
     if frames == 0:
         return None
@@ -205,11 +205,9 @@ def collisions_of(fits: Sequence[Fit], found: SeenCollisions, count: int) -> tup
         _modelled(observed.sign, event, *row)
         for event, row in enumerate(zip(values, sigmas, strict=True))
     ]
-    hidden = np.zeros(count, dtype=bool)
+    hidden = np.array([gap is not None and gap.hides(one.frame) for one in modelled])
     if gap is not None:
-        base = gap.time_base(observed.origin + observed.frame)
-        hidden = base.in_gap(values[:, 0])
-        modelled = [base.shown(collision) for collision in modelled]
+        modelled = list(map(gap.shown, modelled))
     return _confirmed(
         modelled, hidden, [one for one in found.collisions[: found.burst] if one.seen]
     )

@@ -22,58 +22,27 @@ from count_video.motion.parameters import Column
 from count_video.motion.priors import LEFT_OUT, SCATTERS
 from count_video.motion.rivals import FLOORS_PX, Rivals
 from count_video.motion.solving import Fit, Question, noise_of, solve
-from count_video.motion.time_base import LeftOut
-from count_video.motion.time_hypotheses import SIDE_FRAMES
 from count_video.records import Floats
 
 MOST_FRAMES = 24
 """So many frames may be left out of a burst: more hold most of it."""
-ROUNDS = 3
-"""So often a place is sought by the best fit until then."""
+BESIDE_FRAMES = 8
+"""Places so near to the one that is suspected are tried as well."""
 
 
-def with_frames_left_out(even: Rivals, gap: LeftOut | None, rough: Floats) -> Rivals:
-    """Let frames be left out where that explains the track better, and fit the counts anew.
-
-    Where some are known to be left out, in the ``gap``, their number is free, if that is among the
-    frames of the burst.
-    """
-    price = _price(even.observed)
-    if gap is not None and (later := even.observed.left_out_after(gap.after)).after.any():
-        values = rough.copy()
-        values[Column.SKIP] = -gap.frames
-        there = _free(even, later)
-        there.scan(values)
-        there.climb()
-        other, fit = _with_scatter(there), _with_scatter(even)
-        dearer = price if other.values[Column.SKIP] != -gap.frames else 0.0
-        return there if other.loss + dearer < fit.loss + price else even
-    best, fit = even, _with_scatter(even)
-    for _ in range(ROUNDS):
-        suspect = _most_suspected(best, fit)
-        if suspect is None:
-            break
-        start, frame, skip = suspect
-        some = _skipping(best, start, even.observed.left_out_after(frame), skip)
-        beside = _skipping(some, some.best, _placed(some), float(some.best.values[Column.SKIP]))
-        some = min(some, beside, key=lambda one: one.best.loss)
-        other, dearer = _with_scatter(some), price if best is even else 0.0
-        if best is even and not other.values[Column.SKIP] and other.loss < fit.loss:
-            # The search found what the one without frames left out had missed, and lacks none.
-            even.add(other.count, other.values)
-            even.climb()
-            fit = _with_scatter(even)
-            continue
-        if not (other.values[Column.SKIP] > 0 and other.loss + dearer < fit.loss):
-            break
-        best, fit = some, other
-    return best
-
-
-def _free(even: Rivals, observed: Observations) -> Rivals:
-    """Begin anew, with the number of frames that are left out free."""
-    free = even.prior.with_value(Column.SKIP, 0.0, np.inf)
-    return replace(even, observed=observed, prior=free, fits={})
+def with_frames_left_out(even: Rivals) -> Rivals:
+    """Let frames be left out where that explains the track better, and fit the counts anew."""
+    fit = _with_scatter(even)
+    suspect = _most_suspected(even, fit)
+    if suspect is None:
+        return even
+    start, frame, skip = suspect
+    some = _skipping(even, start, even.observed.left_out_after(frame), skip)
+    beside = _skipping(some, some.best, _placed(some), float(some.best.values[Column.SKIP]))
+    some = min(some, beside, key=lambda one: one.best.loss)
+    other = _with_scatter(some)
+    better = other.values[Column.SKIP] > 0 and other.loss + _price(even.observed) < fit.loss
+    return some if better else even
 
 
 def _most_suspected(rivals: Rivals, fit: Fit) -> tuple[Fit, float, float] | None:
@@ -94,7 +63,8 @@ def _skipping(even: Rivals, fit: Fit, observed: Observations, skip: float) -> Ri
     """Fit with frames left out, from a fit and so many of them on."""
     values = fit.values.copy()
     values[Column.SKIP] = skip
-    rivals = _free(even, observed)
+    free = even.prior.with_value(Column.SKIP, 0.0, np.inf)
+    rivals = replace(even, observed=observed, prior=free, fits={})
     rivals.add(fit.count, values)
     rivals.climb()
     return rivals
@@ -104,7 +74,7 @@ def _placed(rivals: Rivals) -> Observations:
     """Place the frames left out near where they are, by the best fit as it is."""
     best, observed = rivals.best, rivals.observed
     frames = observed.origin + observed.frame
-    near = frames[np.abs(frames - frames[observed.after == 0][-1]) <= SIDE_FRAMES].tolist()
+    near = frames[np.abs(frames - frames[observed.after == 0][-1]) <= BESIDE_FRAMES].tolist()
     moved = [observed.left_out_after(at) for at in near]
     return min(moved, key=lambda one: Fit(replace(best.question, observed=one), best.values).loss)
 

@@ -7,10 +7,10 @@ r"""When the pictures of a clip were taken: hypotheses about its frames, and whi
                .'                                          .-'
               +------------------> frame                  +------------------> frame
 
-Frames are usually as even as the camera took them. Converters put copies between them, slow-motion
-exports leave pictures out in a part of the clip, and cuts leave some out without a trace. Each such
-hypothesis gives every picture its time; collisions are found by these times and placed among the
-frames that show them.
+Frames are usually as even as the camera took them. Converters put copies between them, and
+slow-motion exports leave pictures out in a part of the clip. Each such hypothesis gives every
+picture its time; collisions are found by these times and placed among the frames that show them.
+Cuts leave frames out without a trace: the fit of the whole burst finds them (see ``skips``).
 """
 
 from __future__ import annotations
@@ -44,8 +44,6 @@ class TimeBase:
     keeps_rate: bool = True
     """Whether the frames count as even but for what is left out or put in between them; else
     velocities and uncertainties are those of the frames about a collision."""
-    gap: int | None = None
-    """Number of the picture after which frames are left out; None if none are."""
     notes: tuple[Reason, ...] = ()
     """What is unusual about the clip."""
 
@@ -64,17 +62,8 @@ class TimeBase:
         k = min(max(k, 0), len(self.time) - 2)
         pace = self._pace(k)
         frame = self.until[k] + (collision.frame - self.time[k]) / pace
-        if self.in_gap(collision.frame):
-            sigma = max(collision.frame_sigma, UNSURE_FRAMES)
-            return replace(collision, frame=float(frame), frame_sigma=sigma)
         scaled = collision if self.keeps_rate else in_frames(collision, 1 / pace)
         return replace(scaled, frame=float(frame))
-
-    def in_gap(self, time: float | Floats) -> NDArray[np.bool_]:
-        """Whether times lie where frames are left out, of the shape of the times."""
-        k = self.gap
-        inside = k is not None and (self.time[k] < time) & (time < self.time[k + 1])
-        return np.broadcast_to(inside, np.shape(time))
 
     def timed(self, collision: Collision) -> Collision:
         """Convert a collision from frames to these times."""
@@ -109,11 +98,18 @@ class LeftOut:
         """What is unusual about the clip."""
         return Reason(Cause.GAP_MADE_UP_FOR, (self.after, self.frames))
 
-    def time_base(self, frame: Floats) -> TimeBase:
-        """Time pictures in these frames, shape (n,), as if those left out were there."""
-        late = frame > self.after
-        time, gap = frame + self.frames * late, int(np.argmax(late)) - 1
-        return replace(even(frame), time=time, gap=gap, notes=(self.note,))
+    def hides(self, frame: float) -> bool:
+        """Whether a frame coordinate that counts them lies where they are."""
+        return self.after < frame < self.after + self.frames + 1
+
+    def shown(self, collision: Collision) -> Collision:
+        """Place a collision, of which the frame counts them, among the frames that are there."""
+        since = collision.frame - self.after
+        if self.hides(collision.frame):
+            frame = self.after + since / (self.frames + 1)
+            sigma = max(collision.frame_sigma, UNSURE_FRAMES)
+            return replace(collision, frame=frame, frame_sigma=sigma)
+        return replace(collision, frame=collision.frame - self.frames * (since > 0))
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 r"""Hypotheses about the times of a clip's pictures, which the bodies' own paths show.
 
-Frames are usually even. Three hypotheses say otherwise:
+Frames are usually even. Two hypotheses say otherwise:
 
 *Copies.* A clip of 25 pictures a second that is shown at 30 holds a copy after every fifth::
 
@@ -11,21 +11,6 @@ By the frames' numbers a body would stand still during each. Where a camera lost
 repeated the one before, it is the other way round: the frames are even, and the body moves two
 steps in one.
 
-*Frames left out* without a trace in the time stamps::
-
-    place            .'
-                   .'        after so many frames left out a body goes on from
-                             where it would have been by then: its place steps,
-             .'              its velocity does not
-           .'
-          ----------+------> frame
-
-No collision makes a place step. Two lines with one slope v are fitted to the places before and
-after each picture; the step s between them, over its uncertainty, is clear or not, and s / v is the
-number of frames. The heavy body shows it best, as it turns round but once; the ball may have
-collided in what is left out. Where collisions are close no flight is long enough for a line: there
-the fit of the whole burst seeks them (see ``skips``).
-
 *Changes of the rate* by a whole factor, as slow-motion exports leave pictures out in parts of a
 clip. All speeds change at once. No collision does that: the energy of both bodies together is the
 same after it, but for what each restitution takes. So changes of its root are the places in
@@ -34,20 +19,15 @@ question.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.gaps import Gaps, gaps_of
-from count_video.motion.linear import least_squares
-from count_video.motion.priors import LEFT_OUT
-from count_video.motion.time_base import LeftOut, Ramp, TimeBase
-from count_video.records import Collision, Floats, Track
+from count_video.motion.time_base import Ramp, TimeBase
+from count_video.records import Collision, Track
 from count_video.signals import sigma_of
 
 CLEAR_SIGMAS = 8.0
@@ -130,130 +110,6 @@ def _stands_still(track: Track) -> NDArray[np.intp]:
         clear = way > CLEAR_SIGMAS * np.nanmedian(body.sigma_px)
         still[2:-1] |= clear & (np.abs(here) < STILL_SHARE * way)
     return np.flatnonzero(still)
-
-
-# ---- frames left out -----------------------------------------------------------------------------
-
-SIDE_FRAMES = 8
-"""So many frames on either side show a step; threads and slopes hardly bend a path in them."""
-SIDE_ROWS = 3
-FRAMES_AT_LEAST, FRAMES_AT_MOST = 0.75, 500
-"""What moves a body by less than this part of a frame's way is an uneven time base, no frame."""
-FRAMES_TO = 0.02
-"""Their number is sought to this part of one, before it is rounded: lines are not quite paths."""
-
-
-def left_out(track: Track, collisions: Sequence[Collision], burst: int) -> LeftOut | None:
-    """Find the clearest place where frames of the burst are left out; None if there is none.
-
-    Parameters
-    ----------
-    track
-        Both bodies by the times that are in question.
-    collisions
-        What it shows by them.
-    burst
-        How many of these belong to the burst; what is left out beyond them may hold more of it.
-    """
-    if burst == 0:
-        return None
-    gaps, bodies = gaps_of(track), []
-    end = min((one.frame for one in collisions[burst:]), default=np.inf)
-    for signal, kinds in ((gaps.ball_px, ("bodies", "wall")), (gaps.heavy_px, ("bodies",))):
-        struck = [one.frame for one in collisions[:burst] if one.kind in kinds]
-        flights = np.array([-np.inf, *struck, end])
-        bodies.append(_steps(gaps.frame, signal, flights, collisions[0].frame))
-    clear = [step for body in bodies for step in body.clear]
-    if not clear:
-        return None
-    _, row = max(clear)
-    shown = [body.at(row) for body in bodies if row in body.row]
-    worth = np.arange(FRAMES_AT_LEAST, FRAMES_AT_MOST, FRAMES_TO)
-    strays = np.sum([one.beyond(worth) for one in shown], axis=0)
-    frames = float(worth[np.argmin(strays)])
-    if frames == worth[-1] or _is_misplaced(shown, float(strays.min())):
-        return None
-    return LeftOut(float(gaps.frame[row]), round(frames))
-
-
-@dataclass(frozen=True)
-class _Steps:
-    """Two lines of one slope, fitted to places of a body before and after each of m pictures."""
-
-    row: NDArray[np.intp]
-    """Rows of these pictures, shape (m,)."""
-    lines: Floats
-    """Place after it by the line before, and by that after; the slope; px and frames, (m, 3)."""
-    covariance: Floats
-    """Shape (m, 3, 3)."""
-
-    @property
-    def step_px(self) -> Floats:
-        """By how much the places step, shape (m,)."""
-        return np.asarray(self.lines[:, 1] - self.lines[:, 0])
-
-    def variance(self, frames: Floats | float) -> Floats:
-        """Variance of what steps are beyond the way of so many frames, in px squared."""
-        weight = np.stack(np.broadcast_arrays(-1.0, 1.0, -np.asarray(frames)), axis=-1)
-        return np.asarray(np.einsum("...i,...ij,...j->...", weight, self.covariance, weight))
-
-    def beyond(self, frames: Floats | float) -> Floats:
-        """Squares of what steps are beyond the way of so many frames, over their variance."""
-        return (self.step_px - frames * self.lines[:, 2]) ** 2 / self.variance(frames)
-
-    @property
-    def clear(self) -> list[tuple[float, int]]:
-        """Those that are clear, and of a frame or more: squares over variance, and row of each."""
-        squares, rate = self.beyond(0.0), self.lines[:, 2]
-        forward = self.step_px * rate > FRAMES_AT_LEAST * rate**2
-        chosen = (squares > CLEAR_SIGMAS**2) & forward
-        return list(zip(squares[chosen].tolist(), self.row[chosen].tolist(), strict=True))
-
-    def at(self, row: int) -> _Steps:
-        """Take that after the picture of a row."""
-        chosen = self.row == row
-        return _Steps(self.row[chosen], self.lines[chosen], self.covariance[chosen])
-
-
-def _steps(frame: Floats, signal: Floats, struck: Floats, begin: float) -> _Steps:
-    """Fit the places of a body about each picture between the contacts at which it is struck."""
-    rows = np.flatnonzero((frame[:-1] > begin) & (frame[1:] < struck[-1]))
-    number = np.searchsorted(struck[:-1], frame[rows], side="right")
-    rows, number = (each[struck[number] > frame[rows + 1]] for each in (rows, number))
-    near = rows[:, None] + np.arange(1 - SIDE_FRAMES, SIDE_FRAMES + 1)
-    inside = (near >= 0) & (near < len(frame))
-    near = near.clip(0, len(frame) - 1)
-    flight = struck[number - 1] + HALF_EXPOSURE, struck[number] - HALF_EXPOSURE
-    inside &= (frame[near] > flight[0][:, None]) & (frame[near] < flight[1][:, None])
-    time = frame[near] - (frame[rows] + frame[rows + 1])[:, None] / 2
-    inside &= np.isfinite(signal[near]) & (np.abs(time) < SIDE_FRAMES)
-    sides = np.stack([inside & (time < 0), inside & (time > 0)], axis=-1)
-    known = sides.sum(axis=1).min(axis=1) >= SIDE_ROWS
-    rows, near, inside = rows[known], near[known], inside[known]
-    design = np.concatenate([sides[known], (inside * time[known])[..., None]], axis=-1)
-    place = np.where(inside, signal[near] - signal[rows][:, None], 0.0)
-    lines, covariance, squares = least_squares(design, place)
-    freedom = np.maximum(inside.sum(axis=1) - 3, 1)
-    variance = np.maximum(sigma_of(signal) ** 2, squares / freedom)
-    return _Steps(rows, lines, covariance * variance[:, None, None])
-
-
-def _is_misplaced(shown: Sequence[_Steps], strays: float) -> bool:
-    """Whether bodies are misplaced after a picture, for no frames left out explain their steps.
-
-    Those move each body by as much as its velocity makes it. A knock of the camera moves both by
-    the same, and a template that slips moves one alone; that both slip is as rare as frames are
-    left out, once more. ``strays`` are the squares, over their variance, that the likeliest number
-    of frames leaves.
-    """
-    if len(shown) < 2:
-        return False
-    ball, heavy = shown
-    variance = ball.variance(0.0) + heavy.variance(0.0)
-    knocked = float(((ball.step_px - heavy.step_px) ** 2 / variance)[0])
-    slipped = min(float(one.beyond(0.0)[0]) for one in shown)
-    # Frames left out are as likely beforehand as one of these three: a knock, or either that slips.
-    return min(knocked, slipped, -2 * math.log(LEFT_OUT)) + 2 * math.log(3) < strays
 
 
 # ---- changes of the rate -------------------------------------------------------------------------

@@ -23,17 +23,14 @@ from count_video.motion.seen import (
     shows_motion,
 )
 from count_video.motion.swing import fit_path
-from count_video.motion.time_base import LeftOut, Ramp, TimeBase, even
-from count_video.motion.time_hypotheses import TRIED, left_out, ramps_of, with_copies
-from count_video.reasons import Cause, Reason
+from count_video.motion.time_base import Ramp, TimeBase, even
+from count_video.motion.time_hypotheses import TRIED, ramps_of, with_copies
 from count_video.records import Collision, Floats, Track
 
 STRAYS_LESS = 0.6
 """A changing rate has two more parameters to choose. What the path leaves over hangs together over
 some ten pictures: of a hundred that is worth ten numbers, and by chance, at three standard
 deviations, two parameters take up to two thirds of their squares."""
-STEP_FRAMES = 3.0
-"""A change of the rate this near to a step of the places is that step: a rate makes none."""
 MOVED_AT_MOST_FRAMES, SHARP_FRAMES = 1.5, 0.05
 """Changes are moved to where the path fits best, to this part of a picture, but no farther than
 that: the steps show on which side of it a picture was taken."""
@@ -41,35 +38,21 @@ NO_PATH_PX = 1e9
 """Stray of times that are out of the question."""
 
 
-def seen_by_time_base(track: Track) -> tuple[TimeBase, SeenCollisions, LeftOut | None]:
-    """Find the collisions by the times that the pictures were taken at.
-
-    Returns the times, what the track shows by them, and the frames left out that they allow for.
-    """
+def seen_by_time_base(track: Track) -> tuple[TimeBase, SeenCollisions]:
+    """Find the collisions by the times that the pictures were taken at, which come with them."""
     if not shows_motion(track):
-        return even(track.frame), NOTHING_SEEN, None
-    copies = with_copies(track)
-    base = copies or even(track.frame)
+        return even(track.frame), NOTHING_SEEN
+    base = with_copies(track) or even(track.frame)
     found = seen_collisions(base.evened(track))
-    gap = None if copies else left_out(track, found.collisions, found.burst)
-    if gap is None and found.path_fits and found.is_whole:
-        return base, found, None
-    whole = gap.time_base(track.frame) if gap else base
-    without = seen_collisions(whole.evened(track)) if gap else found
+    if found.path_fits and found.is_whole:
+        return base, found
     ramp = _likeliest_ramp(track, base, found)
     if ramp is not None:
         steady = ramp.time_base(track.frame)
         other = seen_collisions(steady.evened(track), pace=1.0)
-        likelier = gap is None or (
-            min(abs(change - gap.after) for change in ramp.changes) > STEP_FRAMES
-            and stray_px(steady, track, _burst(steady, other))
-            < stray_px(whole, track, _burst(whole, without))
-        )
-        if likelier and _is_sure(other) and resolves(steady, other):
-            return steady, other, None
-    # In frames left out there may have been collisions.
-    lacks = (Reason(Cause.LEFT_OUT, (gap.after, gap.frames)),) if gap else ()
-    return whole, replace(without, doubts=(*without.doubts, *lacks)), gap
+        if _is_sure(other) and resolves(steady, other):
+            return steady, other
+    return base, found
 
 
 def stray_px(base: TimeBase, track: Track, shown: Iterable[Collision]) -> float:

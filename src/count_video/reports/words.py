@@ -121,8 +121,6 @@ SENTENCES: Final = {
     "was missed",
     Cause.UNRESOLVED: "collisions follow each other within {:.2g} pictures, less than the {} that "
     "show each for certain; film at a higher rate",
-    Cause.LEFT_OUT: "frames are left out after frame {0:.0f} (about {1:.0f}), in which "
-    "collisions may have happened",
     Cause.FRAMES_MISSING: "{:.0f} frames are missing, in which collisions may have happened; copy "
     "the file again if it was cut off",
     Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at all, "
