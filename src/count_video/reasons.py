@@ -17,10 +17,7 @@ class Cause(Enum):
     STARTS_MOVING = auto()  # the ball moves to the wall when the clip starts
     STARTS_CLOSE = auto()  # too few frames before the first collision show the ball at rest
     STARTS_LATE = auto()  # the ball is not at rest before the first collision that is seen
-    ENDS_AT_CONTACT = auto()
-    ENDS_APPROACHING = auto()  # the heavy body still moves to the wall at the end
-    ENDS_CATCHING_UP = auto()  # the ball catches up with the heavy body at the end
-    ENDS_RETURNING = auto()  # the ball moves to the wall at the end
+    ENDS_WITHIN = auto()  # after the last collision the bodies do not part and leave the wall
     ENDS_BEFORE_NEXT = auto()  # by the fitted motion one more follows after the end [probability]
     STRAYS = auto()  # the heavy body's path does not follow from its swing and the collisions
     WALL_MISSED = auto()  # between two frames [two] the ball must have met the wall ...
@@ -68,16 +65,7 @@ class Cause(Enum):
     MASSES_CONTRADICT = auto()  # the motion shows another ratio [given, shown, its uncertainty]
 
 
-LEFT_TO_THE_FIT = frozenset(
-    (
-        Cause.STARTS_CLOSE,
-        Cause.ENDS_AT_CONTACT,
-        Cause.ENDS_APPROACHING,
-        Cause.ENDS_CATCHING_UP,
-        Cause.ENDS_RETURNING,
-        Cause.STRAYS,
-    )
-)
+LEFT_TO_THE_FIT = frozenset((Cause.STARTS_CLOSE, Cause.ENDS_WITHIN, Cause.STRAYS))
 """A fitted model of the motion makes up for these: it knows what came before, and what follows."""
 
 

@@ -137,7 +137,7 @@ def test_a_ball_on_its_way_to_the_wall_at_the_end_hides_no_change() -> None:
 
     base, found = seen_by_time_base(track)
 
-    assert [reason.cause for reason in found.shortcomings] == [Cause.ENDS_RETURNING]
+    assert [reason.cause for reason in found.shortcomings] == [Cause.ENDS_WITHIN]
     assert not base.keeps_rate
     assert found.burst == len(whole.frames)
 

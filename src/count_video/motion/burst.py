@@ -47,7 +47,8 @@ def find_burst(
     """
     end = turn_round(gaps, contacts)
     inside = [c for c in collisions if c.frame <= end]
-    causes = (_beginning(inside, contacts), _ending(inside, contacts, end))
+    goes_on = bool(inside) and not np.isfinite(end) and _may_go_on(contacts, len(inside) - 1)
+    causes = (_beginning(inside, contacts), Cause.ENDS_WITHIN if goes_on else None)
     return len(inside), tuple(Reason(cause) for cause in causes if cause)
 
 
@@ -90,17 +91,9 @@ def _approach(first: Collision) -> float:
     return speed if np.isfinite(speed) else np.inf
 
 
-def _ending(inside: Sequence[Collision], contacts: Contacts, end: float) -> Cause | None:
-    """Judge the velocities after the last collision: bodies that part, and no contact ahead."""
-    if not inside or np.isfinite(end):
-        return None
-    last = len(inside) - 1
+def _may_go_on(contacts: Contacts, last: int) -> bool:
+    """Whether another contact may follow one: not where the bodies part and leave the wall."""
     ball, heavy = contacts.rate[last, 1]
     unsure = SIGMAS * contacts.rate_sigma[last, 1]
-    if not np.isfinite([ball, heavy]).all():
-        return Cause.ENDS_AT_CONTACT
-    if heavy < -unsure[1]:
-        return Cause.ENDS_APPROACHING
-    if heavy - ball < -np.hypot(*unsure):
-        return Cause.ENDS_CATCHING_UP
-    return Cause.ENDS_RETURNING if ball < -unsure[0] else None
+    leave = ball >= -unsure[0] and heavy >= -unsure[1]
+    return not (leave and heavy - ball >= -np.hypot(*unsure))

@@ -94,7 +94,6 @@ def answer_text(
 
 # ---- what stands against a count, leaves it in doubt, or is unusual about a clip ---------------
 
-ENDS = "the clip ends {}, before the burst can be over; let it run longer"
 SENTENCES: Final = {
     Cause.NO_COLLISION: "no collision is seen: no gap between two bodies closes and opens with a "
     "jump",
@@ -106,13 +105,10 @@ SENTENCES: Final = {
     "was at rest; start it some frames earlier",
     Cause.STARTS_LATE: "the clip starts after the first collision: the ball is not at rest before "
     "the first one seen; start the clip earlier",
-    Cause.ENDS_AT_CONTACT: ENDS.format("right after a collision"),
-    Cause.ENDS_APPROACHING: ENDS.format("while the cylinder still moves to the wall"),
-    Cause.ENDS_CATCHING_UP: ENDS.format("while the ball still catches up with the cylinder"),
-    Cause.ENDS_RETURNING: ENDS.format("while the ball still moves to the wall"),
-    Cause.ENDS_BEFORE_NEXT: ENDS.format(
-        "when by the fitted motion more collisions follow, with a probability of {:.0%}"
-    ),
+    Cause.ENDS_WITHIN: "the clip ends before the burst can be over: after the last collision seen "
+    "ball and cylinder do not part and leave the wall; let it run longer",
+    Cause.ENDS_BEFORE_NEXT: "the clip ends before the burst can be over: by the fitted motion more "
+    "collisions follow, with a probability of {:.0%}; let it run longer",
     Cause.STRAYS: "the cylinder does not move as its swing and these collisions would have it: "
     "some were missed, or something else was taken for a body",
     Cause.WALL_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the wall was "
