@@ -26,10 +26,6 @@ FRAMES_BEYOND = 60.0
 POINTS_AT_LEAST = 20
 UNSHOWN_AT_MOST = 0.34
 """Share of the velocity steps that need not be shown."""
-FREE_SHARE = 0.5
-"""A step that is not shown is filled in from its neighbours, for of many steps each is like the
-next; of few it need not be, and where the path strays less than this share with a step of its own
-instead, it is not."""
 STRAY_AT_LEAST_PX, STRAY_SHARE, STRAY_SIGMAS = 0.5, 0.004, 3.0
 """A heavy body that was followed rightly, through collisions that are all known, strays less than
 this from its path, or than this share of its way (lenses bend a straight line, converted clips
@@ -93,8 +89,19 @@ def fit_path(gaps: Gaps, collisions: Sequence[Collision]) -> HeavyPath | None:
     frame, place = gaps.frame[used], gaps.heavy_px[used]
     if len(frame) < POINTS_AT_LEAST:
         return None
-    solved = _solved(frame, place, times, steps)
-    return None if solved is None else HeavyPath(*solved, float(place.mean()), float(np.ptp(place)))
+    clock, shown = frame - frame[0], np.isfinite(steps)
+    twice = integral(frame, integral(frame, place - place.mean()))
+    ramps = np.maximum(frame[:, None] - times, 0.0)
+    given = -ramps[:, shown] @ steps[shown]
+    law = np.stack([np.ones_like(clock), clock, clock**2, -twice, given], axis=1)
+    # A step that is not shown is an unknown of its own.
+    law = np.hstack([law, ramps[:, ~shown]])
+    solution, covariance, squares = least_squares(law, place)
+    if np.isnan(squares):
+        return None
+    variance = CORRELATED_FRAMES * float(squares) / (len(place) - len(solution))
+    sigma, stray = np.sqrt(variance * np.diag(covariance)), float(np.sqrt(squares / len(place)))
+    return HeavyPath(solution[:5], sigma[:5], stray, float(place.mean()), float(np.ptp(place)))
 
 
 def _let_go(gaps: Gaps, first: float) -> float:
@@ -105,37 +112,6 @@ def _let_go(gaps: Gaps, first: float) -> float:
     frame, place = gaps.frame[seen], gaps.heavy_px[seen]
     away = np.abs(place - place[0]) > REST_SIGMAS * sigma_of(gaps.heavy_px)
     return float(frame[np.argmax(away)]) if away.any() else -np.inf
-
-
-def _solved(
-    frame: Floats, place: Floats, times: Floats, steps: Floats
-) -> tuple[Floats, Floats, float] | None:
-    """Solve for the five unknowns, with steps as they are shown, NaN where they are not.
-
-    Returns them, their standard uncertainties, and the RMS of what is left over.
-    """
-    clock, shown = frame - frame[0], np.isfinite(steps)
-    twice = integral(frame, integral(frame, place - place.mean()))
-    law = np.stack([np.ones_like(clock), clock, clock**2, -twice], axis=1)
-    ramps = np.maximum(frame[:, None] - times, 0.0)
-    number = np.arange(len(steps))
-    by_neighbours = np.interp(number, number[shown], steps[shown])
-    filled = _solve(np.column_stack([law, -ramps @ by_neighbours]), place)
-    if filled is None or shown.all():
-        return filled
-    own = np.column_stack([law, -ramps[:, shown] @ steps[shown], ramps[:, ~shown]])
-    free = _solve(own, place)
-    return filled if free is None or free[2] > FREE_SHARE * filled[2] else free
-
-
-def _solve(design: Floats, place: Floats) -> tuple[Floats, Floats, float] | None:
-    """Solve for the first five of all unknowns; None where the columns are not independent."""
-    solution, covariance, squares = least_squares(design, place)
-    if np.isnan(squares):
-        return None
-    variance = CORRELATED_FRAMES * float(squares) / (len(place) - design.shape[1])
-    sigma = np.sqrt(variance * np.diag(covariance))
-    return solution[:5], sigma[:5], float(np.sqrt(squares / len(place)))
 
 
 def swing_of(path: HeavyPath | None) -> Swing | None:
