@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.signals import MEDIAN_TO_SIGMA, low_points
+from count_video.signals import MEDIAN_TO_SIGMA, low_points, noise_px
 
-QUARTILE = 0.3186
-"""Lower quartile of a standard normal value without its sign."""
 NOISE_AT_LEAST_PX = 0.1
 """The centre of a patch is known no better than this."""
 HYSTERESIS_SIGMAS = 3.0
@@ -96,20 +94,8 @@ def motion_of(
     frame: Floats, place_px: Floats, noise_at_least_px: float = NOISE_AT_LEAST_PX
 ) -> Motion:
     """Measure acceleration and noise of a path, shape (n,), in pictures and px."""
-    noise_px = max(_noise_px(place_px), noise_at_least_px)
-    return Motion(frame, place_px, *usual_acceleration(frame, place_px), noise_px)
-
-
-def _noise_px(place_px: Floats) -> float:
-    """Estimate the noise of one place from third differences, as ``signals.noise_px`` does.
-
-    The lower quartile gives it: short flights leave fewer than half of them clear of corners.
-    """
-    third = np.diff(place_px, n=3)
-    third = third[np.isfinite(third)]
-    if len(third) == 0:
-        return 0.0
-    return float(np.quantile(np.abs(third), 0.25)) / QUARTILE / float(np.sqrt(20.0))
+    sigma_px = max(noise_px(place_px), noise_at_least_px)
+    return Motion(frame, place_px, *usual_acceleration(frame, place_px), sigma_px)
 
 
 def usual_acceleration(frame: Floats, place_px: Floats) -> tuple[float, float]:
@@ -135,6 +121,6 @@ def usual_acceleration(frame: Floats, place_px: Floats) -> tuple[float, float]:
 
 def _between_turns(frame: Floats, place_px: Floats) -> float:
     """Median time in pictures between turns of a path, of whatever sort; 0 for fewer than two."""
-    depth = HYSTERESIS_SIGMAS * max(_noise_px(place_px), NOISE_AT_LEAST_PX)
+    depth = HYSTERESIS_SIGMAS * max(noise_px(place_px), NOISE_AT_LEAST_PX)
     turns = np.sort(np.concatenate([low_points(sign * place_px, depth) for sign in (1, -1)]))
     return float(np.median(np.diff(frame[turns]))) if len(turns) > 1 else 0.0
