@@ -34,8 +34,7 @@ CLEAR_SIGMAS = 8.0
 """Steps of places and of speeds are clear from so many standard uncertainties: of all steps of a
 thousand clips none is so large by noise, also by noise that lasts for some frames."""
 TRIED = 3
-"""So many changes of the rate of each sort are tried, the greatest first, and so many ramps are
-fitted closely, those by which the heavy body strays least."""
+"""So many changes of the rate of each sort are tried, the greatest first."""
 
 # ---- copies --------------------------------------------------------------------------------------
 

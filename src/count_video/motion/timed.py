@@ -9,10 +9,7 @@ own times.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from itertools import pairwise
-
-import numpy as np
 
 from count_video.motion.gaps import gaps_of
 from count_video.motion.seen import (
@@ -24,18 +21,13 @@ from count_video.motion.seen import (
 )
 from count_video.motion.swing import fit_path
 from count_video.motion.time_base import Ramp, TimeBase, even
-from count_video.motion.time_hypotheses import TRIED, ramps_of, with_copies
-from count_video.records import Collision, Floats, Track
+from count_video.motion.time_hypotheses import ramps_of, with_copies
+from count_video.records import Collision, Track
 
 STRAYS_LESS = 0.6
 """A changing rate has two more parameters to choose. What the path leaves over hangs together over
 some ten pictures: of a hundred that is worth ten numbers, and by chance, at three standard
 deviations, two parameters take up to two thirds of their squares."""
-MOVED_AT_MOST_FRAMES, SHARP_FRAMES = 1.5, 0.05
-"""Changes are moved to where the path fits best, to this part of a picture, but no farther than
-that: the steps show on which side of it a picture was taken."""
-NO_PATH_PX = 1e9
-"""Stray of times that are out of the question."""
 
 
 def seen_by_time_base(track: Track) -> tuple[TimeBase, SeenCollisions]:
@@ -81,43 +73,19 @@ def resolves(base: TimeBase, found: SeenCollisions) -> bool:
 def _likeliest_ramp(track: Track, base: TimeBase, found: SeenCollisions) -> Ramp | None:
     """Find the changing rate by which the heavy body strays least; None if the ``base`` does.
 
-    ``found`` is what the clip shows by the base: by its collisions the likeliest are chosen, then
-    by their own.
+    ``found`` is what the clip shows by the base: by its collisions the places are chosen, and then
+    the factor by those that it shows with them.
     """
 
     def stray(ramp: Ramp, shown: Sequence[Collision]) -> float:
         return stray_px(ramp.time_base(track.frame), track, shown)
 
     shown = _burst(base, found)
-    plain = stray_px(base, track, shown)
-    nearest = sorted(ramps_of(track, shown), key=lambda ramps: stray(ramps[0], shown))
-    tried = []
-    for ramps in nearest[:TRIED]:
-        steady = ramps[0].time_base(track.frame)
-        own = _burst(steady, seen_collisions(steady.evened(track), pace=1.0))
-        slow = [ramp for ramp in ramps if ramp.slows([one.frame for one in own])]
-        tried += [(stray(ramp, own), ramp, own) for ramp in slow]
-    best = sorted((one for one in tried if one[0] < plain), key=lambda one: one[0])[:TRIED]
-    sharp = [_sharpened(ramp, track, own) for _, ramp, own in best]
-    least, ramp = min(sharp, key=lambda one: one[0], default=(float("inf"), None))
-    return ramp if least < STRAYS_LESS * plain else None
-
-
-def _sharpened(ramp: Ramp, track: Track, shown: Sequence[Collision]) -> tuple[float, Ramp]:
-    """Move the changes to where the heavy body strays least; returns the stray with the ramp."""
-    from scipy.optimize import fmin  # noqa: PLC0415 - few clips have such a rate
-
-    first = np.array(ramp.changes)
-
-    def at(changes: Floats) -> Ramp:
-        return replace(ramp, changes=tuple(changes.tolist()))
-
-    def stray(changes: Floats) -> float:
-        far = np.abs(changes - first).max() > MOVED_AT_MOST_FRAMES
-        if far or np.any(np.diff([track.frame[0], *changes, track.frame[-1]]) <= 0):
-            return NO_PATH_PX
-        return min(stray_px(at(changes).time_base(track.frame), track, shown), NO_PATH_PX)
-
-    simplex = np.vstack([first, first + np.eye(len(first))])
-    best = fmin(stray, first, xtol=SHARP_FRAMES, initial_simplex=simplex, disp=False)
-    return stray(best), at(best)
+    nearest = min(ramps_of(track, shown), key=lambda ramps: stray(ramps[0], shown), default=None)
+    if nearest is None:
+        return None
+    steady = nearest[0].time_base(track.frame)
+    own = _burst(steady, seen_collisions(steady.evened(track), pace=1.0))
+    frames, most = [one.frame for one in own], STRAYS_LESS * stray_px(base, track, shown)
+    slow = [ramp for ramp in nearest if ramp.slows(frames) and stray(ramp, own) < most]
+    return min(slow, key=lambda ramp: stray(ramp, own), default=None)
