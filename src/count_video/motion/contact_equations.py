@@ -6,8 +6,8 @@ See ``contacts`` for the law.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +21,12 @@ from count_video.signals import integral
 BEND_CHANGES = 3.0
 """An acceleration changes at a contact by up to so many times what those of the flights scatter:
 hands and slopes act on one side only."""
-LAW = 4
-"""Columns of a flight: p, v, a and b; then what changes at the contact: v, and a by little."""
+VELOCITY, ACCELERATION, JUMP, WIDTH = 1, 2, 4, 6
+"""Columns of each body: p, v, a and b; then what changes at the contact: v, and a by little."""
 
 
-@dataclass(frozen=True)
-class Body:
-    """One body's path, and the contacts at which its velocity jumps."""
+class Body(NamedTuple):
+    """One body's path, and at which contacts its velocity jumps, shape (contacts,)."""
 
     frame: Floats
     place_px: Floats
@@ -35,141 +34,107 @@ class Body:
     errors: Errors | None
     sigma_px: float
     jumps: NDArray[np.bool_]
-    """Whether each contact is one of this body, shape (contacts,)."""
-
-
-@dataclass(frozen=True)
-class Side:
-    """What one body shows of one contact: n of its places next to it, and their design."""
-
-    body: Body
-    jumps: bool
-    since: Floats
-    """Frames since the contact, shape (n,)."""
-    place: Floats
-    """Shape (n,), from ``middle_px``."""
-    middle_px: float
-    design: Floats
-    """Shape (n, columns)."""
-    mean: Floats
-    scales: Floats
-    """Prior of the columns, shape (columns,) each."""
-    shown: NDArray[np.bool_]
-    """Whether there are places before, and after the contact, shape (2,)."""
-
-    @classmethod
-    def of(cls, body: Body, times: Floats, number: int, touching: float) -> Side:
-        """Choose and describe the places of a body next to a contact."""
-        time, jumps, motion = float(times[number]), bool(body.jumps[number]), body.motion
-        others = times[body.jumps & (np.arange(len(times)) != number)]
-        low = float(others[others < time].max(initial=-np.inf)) + touching
-        high = float(others[others > time].min(initial=np.inf)) - touching
-        free = touching if jumps else 0.0
-        seen = np.isfinite(body.place_px) & (np.abs(body.frame - time) < WINDOW_FRAMES)
-        before = seen & (body.frame > low) & (body.frame < time - free)
-        after = seen & (body.frame >= time + free) & (body.frame < high)
-        near = [np.flatnonzero(flight) for flight in (before, after)]
-        rows, shown = np.concatenate(near), np.array([len(one) > 0 for one in near])
-        since, place = body.frame[rows] - time, body.place_px[rows]
-        middle = float(place.mean()) if len(rows) else 0.0
-        flight = [np.ones(len(rows)), since, since**2 / 2, _fallen(since, place - middle)]
-        scales = [motion.way_px, motion.speed, motion.acceleration_sigma, motion.swing_sigma]
-        if jumps:
-            later = np.maximum(since, 0.0)
-            flight += [later, later**2 / 2]
-            scales += [2 * motion.speed, BEND_CHANGES * motion.acceleration_sigma]
-        mean = np.zeros(len(scales))
-        mean[2] = motion.acceleration
-        return cls(
-            body, jumps, since, place - middle, middle, np.stack(flight, 1), mean,
-            np.array(scales), shown if jumps else np.full(2, shown.any()),
-        )  # fmt: skip
 
 
 class Equations:
-    """The equations of one contact: of all places next to it in sigmas, and of the priors.
+    """The equations of one contact: of the n places next to it, in their standard deviations.
 
-    The last column is by how much the contact is later.
+    Coefficients count in standard deviations of their priors: of a body that does not take part
+    those of what changes have none, and stay 0. The last one is by how much the contact is later.
     """
 
-    def __init__(self, sides: Sequence[Side]) -> None:
-        self.sides = sides
-        ends = np.cumsum([0, *(len(side.mean) for side in sides)]).tolist()
-        self.columns = [slice(*pair) for pair in pairwise(ends)]
-        ends = np.cumsum([0, *(len(side.since) for side in sides)]).tolist()
-        self.rows = [slice(*pair) for pair in pairwise(ends)]
-        scales = np.concatenate([*(side.scales for side in sides), [TIME_MOVES_FRAMES]])
-        mean = np.concatenate([*(side.mean for side in sides), [0.0]])
-        self.prior, self.wanted = np.diag(1 / scales), mean / scales
-        self.place = np.concatenate([side.place / side.body.sigma_px for side in sides])
-        self.design = np.zeros((len(self.place), len(scales)))
-        self._touch = np.zeros(len(scales))
-        self._offset_px = 0.0
-        touching = [side.jumps for side in sides]
-        for k, side in enumerate(sides):
-            self.design[self.rows[k], self.columns[k]] = side.design / side.body.sigma_px
-            if side.jumps:
-                sign = -1.0 if k == 0 and sum(touching) > 1 else 1.0
-                self._touch[self.columns[k].start] = sign
-                self._offset_px += sign * side.middle_px
-
-    def let_time_move(self, values: Floats) -> None:
-        """Fill in the last column, given the other parameters, shape (columns,)."""
-        for side, rows, columns in zip(self.sides, self.rows, self.columns, strict=True):
-            if side.jumps:
-                jump = values[columns][LAW]
-                self.design[rows, -1] = -jump * (side.since > 0) / side.body.sigma_px
+    def __init__(self, bodies: Sequence[Body], times: Floats, number: int, touching: float) -> None:
+        jumps = np.array([body.jumps[number] for body in bodies], dtype=np.float64)
+        scales = [_scales(body.motion, jump) for body, jump in zip(bodies, jumps, strict=True)]
+        self.scale = np.array([*np.concatenate(scales), TIME_MOVES_FRAMES])
+        self.prior, self.wanted = np.eye(len(self.scale)), np.zeros(len(self.scale))
+        self.sign = jumps * (np.array([-1.0, 1.0]) if jumps.sum() > 1 else 1.0)
+        rows = [_near(body, times, number, touching) for body in bodies]
+        self.middle_px = np.array([place.mean() if len(place) else 0.0 for _, place in rows])
+        self.shown = np.array([[(t < 0).any(), (t >= 0).any()] for t, _ in rows]).T
+        self.shown |= self.shown.any(axis=0) & (jumps == 0)
+        ends = np.cumsum([0, *(len(since) for since, _ in rows)]).tolist()
+        self.place, self.errors = np.zeros(ends[-1]), np.eye(ends[-1])
+        self.design = np.zeros((ends[-1], len(self.scale)))
+        own = [slice(*pair) for pair in pairwise(ends)]
+        for k, (body, (since, place)) in enumerate(zip(bodies, rows, strict=True)):
+            first, away = WIDTH * k, place - self.middle_px[k]
+            self.place[own[k]] = away / body.sigma_px
+            law = _law(since, away) * scales[k] / body.sigma_px
+            self.design[own[k], first : first + WIDTH] = law
+            usual = body.motion.acceleration / scales[k][ACCELERATION]
+            self.wanted[first + ACCELERATION] = usual
+            if body.errors is not None:
+                self.errors[own[k], own[k]] = body.errors.covariance_of(since) / body.sigma_px**2
+        # Taken for right, the time gives the jumps; by these a later one changes what follows.
+        jump = (self.solved() * self.scale)[JUMP:-1:WIDTH]
+        for k, (body, (since, _)) in enumerate(zip(bodies, rows, strict=True)):
+            later = -jump[k] * (since > 0) / body.sigma_px
+            self.design[own[k], -1] = later * TIME_MOVES_FRAMES
 
     def touch(self, values: Floats) -> Floats:
-        """How the ball's place, or the bodies' distance, at the contact depends on the parameters.
+        """How the ball's place, or the bodies' distance, at the contact depends on the values.
 
-        They move on until they touch: their velocities stand next to their places.
+        They move on until they touch.
         """
-        touch = self._touch.copy()
-        touch[-1] = touch[:-2] @ values[1:-1]
-        return touch
+        touch = np.zeros(len(values))
+        touch[:-1:WIDTH] = self.sign
+        touch[-1] = self.sign @ (values * self.scale)[VELOCITY:-1:WIDTH]
+        return np.asarray(touch * self.scale)
 
     def touch_px(self, values: Floats) -> float:
         """Place of the ball, or distance of the bodies, where they touch."""
-        return float(self.touch(values) @ values) + self._offset_px
+        return float(self.touch(values) @ values + self.sign @ self.middle_px)
 
     def hold(self, level_px: float, sigma_px: float, values: Floats) -> None:
         """Add that the bodies touch at a place; ``values`` give their velocities."""
         self.prior = np.vstack([self.prior, self.touch(values) / sigma_px])
-        self.wanted = np.append(self.wanted, (level_px - self._offset_px) / sigma_px)
+        level = (level_px - self.sign @ self.middle_px) / sigma_px
+        self.wanted = np.append(self.wanted, level)
 
     def solved(self, weight: Floats | float = 1.0) -> Floats:
         """Least squares with weights of the places, shape (places,); shape (columns,)."""
         weighted = (weight * self.design.T).T
+        hessian = weighted.T @ self.design + self.prior.T @ self.prior
         gradient = weighted.T @ self.place + self.prior.T @ self.wanted
-        scale, unit = self._scaled(weighted)
-        return np.asarray(np.linalg.solve(unit, gradient * scale) * scale)
+        return np.asarray(np.linalg.solve(hessian, gradient))
 
     def covariance(self, weight: Floats) -> Floats:
-        """Covariance of the parameters, shape (columns, columns), by what lasts of the errors."""
-        weighted, total = weight[:, None] * self.design, self.prior.T @ self.prior
-        scale, unit = self._scaled(weighted)
-        inverse = np.linalg.inv(unit) * scale[:, None] * scale
-        for side, rows in zip(self.sides, self.rows, strict=True):
-            summed, errors = weighted[rows], side.body.errors
-            if errors is None:
-                total = total + summed.T @ summed
-            else:
-                covariance = errors.covariance_of(side.since) / side.body.sigma_px**2
-                total = total + summed.T @ covariance @ summed
-        return np.asarray(inverse @ total @ inverse)
-
-    def _scaled(self, weighted: Floats) -> tuple[Floats, Floats]:
-        """Scale of the columns, and the Hessian with a unit diagonal: their units differ much."""
-        hessian = weighted.T @ self.design + self.prior.T @ self.prior
-        scale = 1 / np.sqrt(np.diag(hessian))
-        return scale, hessian * scale[:, None] * scale
+        """Covariance of the values, shape (columns, columns), by what lasts of the errors."""
+        weighted, known = weight[:, None] * self.design, self.prior.T @ self.prior
+        inverse = np.linalg.inv(weighted.T @ self.design + known)
+        return np.asarray(inverse @ (weighted.T @ self.errors @ weighted + known) @ inverse)
 
 
-def _fallen(since: Floats, place: Floats) -> Floats:
-    """Minus the double integral of places, 0 with its slope at the contact; shape (n,)."""
+def _near(body: Body, times: Floats, number: int, touching: float) -> tuple[Floats, Floats]:
+    """Frames since a contact, and places, of a body in its flights next to it."""
+    time, jumps = float(times[number]), bool(body.jumps[number])
+    others = times[body.jumps & (np.arange(len(times)) != number)]
+    low = float(others[others < time].max(initial=-np.inf)) + touching
+    high = float(others[others > time].min(initial=np.inf)) - touching
+    free = touching if jumps else 0.0
+    near = np.isfinite(body.place_px) & (np.abs(body.frame - time) < WINDOW_FRAMES)
+    near &= (body.frame > low) & (body.frame < high)
+    near &= (body.frame < time - free) | (body.frame >= time + free)
+    return body.frame[near] - time, body.place_px[near]
+
+
+def _scales(motion: Motion, jumps: float) -> Floats:
+    """Give the standard deviations of a body's coefficients, shape (WIDTH,)."""
+    bend, speed = motion.acceleration_sigma, motion.speed
+    changes = jumps * 2 * speed, jumps * BEND_CHANGES * bend
+    return np.array([motion.way_px, speed, bend, motion.swing_sigma, *changes])
+
+
+def _law(since: Floats, place: Floats) -> Floats:
+    """Give the columns that a path next to a contact is made of, shape (n, WIDTH).
+
+    For the swing, minus the double integral of the places, 0 with its slope at the contact.
+    """
     if len(since) == 0:
-        return np.empty(0)
+        return np.empty((0, WIDTH))
     once = integral(since, place)
     twice = integral(since, once - np.interp(0.0, since, once))
-    return np.asarray(np.interp(0.0, since, twice) - twice)
+    fallen, later = np.interp(0.0, since, twice) - twice, np.maximum(since, 0.0)
+    columns = (np.ones(len(since)), since, since**2 / 2, fallen, later, later**2 / 2)
+    return np.stack(columns, axis=1)

@@ -20,11 +20,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from count_video.motion.contact_equations import LAW, Body, Equations, Side
+from count_video.motion.contact_equations import JUMP, VELOCITY, WIDTH, Body, Equations
 from count_video.motion.descent import weights_of
 from count_video.motion.errors_of_places import HALF_EXPOSURE, Errors, errors_about
 from count_video.motion.flight import motion_of
@@ -76,20 +76,17 @@ class Contacts:
     """Of the places of each body."""
 
 
-@dataclass(frozen=True)
-class _Fitted:
-    """One contact: values and standard uncertainties."""
+class _Fitted(NamedTuple):
+    """One contact: values and standard uncertainties; rates before and after, (2, bodies)."""
 
     moved: float
     """By how much it is later than it was taken to be, in frames."""
     moved_sigma: float
     ball_px: float
-    """Place of the ball."""
     touch_px: float
     """Place of the ball, or distance of the bodies where they touch, by this contact alone."""
     touch_sigma: float
     rate: Floats
-    """Before and after, shape (2, bodies)."""
     rate_sigma: Floats
 
 
@@ -185,31 +182,29 @@ def _step(
     touching: float,
 ) -> _Fitted:
     """Take one step of one contact, which may be held to a place with its uncertainty."""
-    equations = Equations([Side.of(body, times, number, touching) for body in bodies])
-    # Taken for right, the time gives the jumps; by these a later one changes what follows.
-    equations.let_time_move(equations.solved())
-    weight = weights_of(equations.design @ equations.solved() - equations.place)
+    equations = Equations(bodies, times, number, touching)
+    values = equations.solved()
+    weight = weights_of(equations.design @ values - equations.place)
     values, covariance = equations.solved(weight), equations.covariance(weight)
     touch = equations.touch(values)
     touch_px, touch_sigma = equations.touch_px(values), float(np.sqrt(touch @ covariance @ touch))
     if held is not None:
         equations.hold(*held, values)
         values, covariance = equations.solved(weight), equations.covariance(weight)
-    rate, sigma = [], []
-    for side, columns in zip(equations.sides, equations.columns, strict=True):
-        own = np.arange(columns.start, columns.stop)[[1, LAW] if side.jumps else [1]]
-        square = covariance[np.ix_(own, own)]
-        rate.append(np.where(side.shown, [values[own[0]], values[own].sum()], np.nan))
-        variances = np.maximum([square[0, 0], square.sum()], 0.0)
-        sigma.append(np.where(side.shown, np.sqrt(variances), np.nan))
+    # Velocities before and after the contact are sums of these coefficients.
+    sums = np.zeros((2, len(bodies), len(values)))
+    for k in range(len(bodies)):
+        sums[:, k, WIDTH * k + VELOCITY] = sums[1, k, WIDTH * k + JUMP] = 1.0
+    sums *= equations.scale
+    variances = np.einsum("abi,ij,abj->ab", sums, covariance, sums)
     return _Fitted(
-        moved=float(values[-1]),
-        moved_sigma=float(np.sqrt(covariance[-1, -1])),
-        ball_px=float(values[0]) + equations.sides[0].middle_px,
+        moved=float(values[-1]) * TIME_MOVES_FRAMES,
+        moved_sigma=float(np.sqrt(covariance[-1, -1])) * TIME_MOVES_FRAMES,
+        ball_px=float(values[0] * equations.scale[0] + equations.middle_px[0]),
         touch_px=touch_px,
         touch_sigma=touch_sigma,
-        rate=np.array(rate).T,
-        rate_sigma=np.array(sigma).T,
+        rate=np.where(equations.shown, sums @ values, np.nan),
+        rate_sigma=np.where(equations.shown, np.sqrt(np.maximum(variances, 0.0)), np.nan),
     )
 
 
