@@ -26,8 +26,6 @@ class Cause(Enum):
     FRAMES_MISSING = auto()  # frames that the file promises are missing [how many]
     NO_IMPACT = auto()
     TOO_FAINT = auto()
-    NO_FLIGHTS = auto()  # the path between the turns is not that of a body that bounces
-    NOT_FREE = auto()  # the body does not fly freely in some frames [first and last of each span]
     BEFORE_UNSEEN = auto()
     FIRST_UNSEEN = auto()  # no picture shows the first impact [its frame]
     TURNS_OPEN = auto()  # turns at a stop may be impacts [all frames]

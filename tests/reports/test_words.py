@@ -23,7 +23,6 @@ def test_each_cause_has_a_sentence_of_its_own(cause: Cause) -> None:
 
 def test_figures_stand_in_their_order() -> None:
     assert "12.3 and 45.7" in sentence(Reason(Cause.WALL_MISSED, (12.34, 45.67)))
-    assert "frames 3 to 9, 14 to 20" in sentence(Reason(Cause.NOT_FREE, (3.0, 9.0, 14.0, 20.0)))
     assert "after frame 663" in sentence(Reason(Cause.GAP_MADE_UP_FOR, (663.0, 8)))
 
 

@@ -18,7 +18,7 @@ from count_video.motion.impacts import find_impacts, find_turns, usual_flight
 from count_video.motion.priors import TURN_LOG_RATIO
 from count_video.motion.seen import RESOLVED_FRAMES, shows_motion
 from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
-from count_video.motion.weighing import SeenImpacts, until_rest, weighed
+from count_video.motion.weighing import SeenImpacts, weighed
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track
 
@@ -44,7 +44,6 @@ def seen_impacts(track: Track) -> SeenImpacts:
     if heavy is None:
         motion = motion_of(slow.frame, ball.position_px)
         turns, contact = find_impacts(motion)
-        turns = until_rest(turns)
     else:
         gap_px = heavy.position_px - ball.position_px - ball.high_edge_px
         motion = motion_of(slow.frame, gap_px)

@@ -72,8 +72,6 @@ CHANCE_CUT_OFF: Final = 0.5
 body at its stop shows one more."""
 CHANCE_UNSEEN: Final = 0.3
 """Chance that an impact lies before the first one, in pictures that do not show the body."""
-CHANCE_STRAYING: Final = 0.4
-"""Chance that a flight which strays from free flight hides one more."""
 CHANCE_DYING: Final = 0.25
 """Where the flights shrink below what pictures show, the chance that these show one more impact:
 where that limit lies is known to about one flight."""

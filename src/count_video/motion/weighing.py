@@ -8,27 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, pairwise, takewhile
+from itertools import pairwise, takewhile
 
 import numpy as np
 
 from count_video.motion.beginnings import before_first, inferred, struck_at_rest
 from count_video.motion.contacts import BodyErrors
 from count_video.motion.corners import CERTAIN_LOG_ODDS, Impact
-from count_video.motion.errors_of_places import flight_of
 from count_video.motion.flight import (
     HYSTERESIS_SIGMAS,
-    LAW_SHARE,
-    LAW_SIGMAS,
     PULL_SHARE,
     Motion,
 )
-from count_video.motion.linear import least_squares
 from count_video.motion.priors import (
     CHANCE_CLEAR,
     CHANCE_CUT_OFF,
     CHANCE_DYING,
-    CHANCE_STRAYING,
     CHANCES_LOST,
     FLIGHT_FACTOR,
 )
@@ -39,10 +34,6 @@ from count_video.records import Collision
 
 CERTAIN_PICTURES = 4
 """One impact at least shows itself by so many pictures on either side, as certain as can be."""
-STRAYING_AT_MOST = 0.4
-"""Where a larger share of the flights strays, the turns are not those of a body that bounces."""
-PARAMETERS = 5
-"""Of a free flight: place, velocity, acceleration, swing and friction."""
 CHANCE_AT_LEAST = 0.005
 """Less probable counts, and less probable impacts, are left out."""
 GAIN_FACTOR, GAIN_SIGMAS = 1.1, 4.0
@@ -85,8 +76,6 @@ def weighed(
     impacts = [turn for turn in turns if turn.likely]
     if not impacts:
         return SeenImpacts((), (Reason(Cause.NO_IMPACT),), (), {0: 1.0})
-    inside = [(a.frame, b.frame) for a, b in pairwise(impacts)]
-    straying = [span for span in inside if strays(motion, span, contact)]
     unlikely = [turn for turn in turns if turn.chance > CHANCE_AT_LEAST and not turn.likely]
     dying = dies_out(motion, impacts)
     lost = not dying and _lost(motion, impacts)
@@ -96,7 +85,6 @@ def weighed(
     unsure = earlier[len(likely) :]
     unseen = [in_frames(inferred(one, collisions[0]), pace) for one in likely[::-1]]
     doubts: list[tuple[Cause, Sequence[float], Iterable[float]]] = [
-        (Cause.NOT_FREE, (CHANCE_STRAYING,) * len(straying), chain(*straying)),
         (Cause.FIRST_UNSEEN, [e.chance for e in likely], [e.frame for e in likely[-1:]]),
         (Cause.BEFORE_UNSEEN, [one.chance for one in unsure], ()),
         (Cause.TURNS_OPEN, [one.chance for one in unlikely], [one.frame for one in unlikely]),
@@ -108,20 +96,18 @@ def weighed(
     chances += [chance for _, more, _ in doubts for chance in more]
     return SeenImpacts(
         tuple(replace(one, number=number) for number, one in enumerate([*unseen, *collisions], 1)),
-        _shortcomings(motion, impacts, len(straying), contact, pace) or _gains(collisions),
+        _shortcomings(motion, impacts, contact, pace) or _gains(collisions),
         tuple(Reason(why, tuple(pace * f for f in frames)) for why, more, frames in doubts if more),
         chances_of_sum(chances),
     )
 
 
 def _shortcomings(
-    motion: Motion, impacts: Sequence[Impact], straying: int, contact: float, pace: float
+    motion: Motion, impacts: Sequence[Impact], contact: float, pace: float
 ) -> tuple[Reason, ...]:
     certain = (i.log_odds > CERTAIN_LOG_ODDS and i.pictures >= CERTAIN_PICTURES for i in impacts)
     if not any(certain):
         return (Reason(Cause.TOO_FAINT),)
-    if straying > STRAYING_AT_MOST * max(len(impacts) - 1, 1):
-        return (Reason(Cause.NO_FLIGHTS),)
     blow = struck_at_rest(motion, impacts[0].frame - contact)
     return () if blow is None else (Reason(Cause.STRUCK, (pace * blow.frame,)),)
 
@@ -135,25 +121,6 @@ def _gains(collisions: Sequence[Collision]) -> tuple[Reason, ...]:
         if one.kind == "wall" and speed[1] - GAIN_FACTOR * speed[0] > GAIN_SIGMAS * sigma:
             return (Reason(Cause.STRUCK_MOVING, (one.frame,)),)
     return ()
-
-
-def strays(motion: Motion, span: tuple[float, float], contact: float) -> bool:
-    """Whether the path between two impacts is not that of a free body.
-
-    Dry friction, if there is any, changes its sign at the highest or the lowest place.
-    """
-    inside = (motion.frame > span[0] + contact) & (motion.frame < span[1] - contact)
-    flight = flight_of(motion.frame[inside], motion.place_px[inside])
-    if flight is None or len(flight.clock) <= PARAMETERS:
-        return False
-    place = flight.place_px
-    turned = flight.clock[[int(np.argmax(place)), int(np.argmin(place))]]
-    friction = np.maximum(flight.clock - turned[:, None], 0.0) ** 2
-    law = np.hstack([flight.own, flight.shared])
-    designs = np.stack([np.column_stack([law, one]) for one in friction])
-    squares = np.fmin.reduce([*least_squares(designs, place)[2], least_squares(law, place)[2]])
-    left = float(np.sqrt(squares / (len(place) - PARAMETERS)))
-    return left > max(LAW_SIGMAS * motion.sigma_px, LAW_SHARE * float(np.ptp(place)))
 
 
 def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
@@ -208,21 +175,6 @@ def dies_out(motion: Motion, impacts: Sequence[Impact]) -> bool:
     pull = abs(motion.acceleration)
     shown = pull * following**2 / 8 > 2 * HYSTERESIS_SIGMAS * motion.sigma_px
     return bool(following < TAIL_PICTURES or (pull > motion.acceleration_spread and not shown))
-
-
-def until_rest(turns: Sequence[Impact]) -> list[Impact]:
-    """Leave out what noise makes of a body that lies at rest after its bounces have died out.
-
-    There, nothing clear comes after a flight longer than all that the series has left to last.
-    """
-    impacts = [turn for turn in turns if turn.likely]
-    flights = np.diff([impact.frame for impact in impacts])
-    for last in range(FLIGHTS_AT_LEAST, len(flights)):
-        kept = float(np.median(flights[1:last] / flights[: last - 1]))
-        ends = kept < 1.0 and flights[last] * (1 - kept) > flights[last - 1] * kept
-        if ends and all(impact.log_odds < CERTAIN_LOG_ODDS for impact in impacts[last + 1 :]):
-            return [one for one in turns if one.frame <= impacts[last].frame or not one.likely]
-    return list(turns)
 
 
 def _ends_at_stop(motion: Motion, turns: Sequence[Impact]) -> int:

@@ -123,9 +123,6 @@ SENTENCES: Final = {
     "and jumps nowhere; if it is the heavy body of a trial, its ball could not be followed: film "
     "from nearer, with more light or before a plainer background",
     Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to be called impacts",
-    Cause.NO_FLIGHTS: "the body's path between its turns is not that of one that bounces: impacts "
-    "and smooth turns cannot be distinguished",
-    Cause.NOT_FREE: "the body does not fly freely in frames {spans}",
     Cause.BEFORE_UNSEEN: "what came before the first impact is not seen: one may be missing",
     Cause.FIRST_UNSEEN: "no picture shows the first impact; that there was one, about frame "
     "{:.0f}, follows from the flight after it",
@@ -190,14 +187,12 @@ def sentence(reason: Reason) -> str:
     figures = reason.figures
     first = figures[0] if figures else 0.0
     listed, several = ", ".join(f"{frame:.0f}" for frame in figures), "s"[len(figures) == 1 :]
-    pairs = list(zip(figures[::2], figures[1::2], strict=False))
     return SENTENCES[reason.cause].format(
         *figures,
         turns=f"the turn{several} in frame{several} {listed}",
-        spans=", ".join(f"{begin:.0f} to {end:.0f}" for begin, end in pairs),
         changes=" and ".join(f"{figure:.0f}" for figure in figures[1:]),
         apart=f"{'are apart' if first > 0 else 'overlap'} by {abs(first):.0f}",
-        open_counts=_open_counts(pairs),
+        open_counts=_open_counts(list(zip(figures[::2], figures[1::2], strict=False))),
     )
 
 
