@@ -221,7 +221,7 @@ def _not_described(shown: Explanation, reason: Reason) -> Explanation:
     """
     if shown.against:
         return replace(shown, against=(*shown.against, reason))
-    if reason.cause not in (Cause.MODEL_STRAYS, Cause.MODEL_DIFFERS):
+    if reason.cause not in (Cause.MODEL_STRAYS, Cause.MODEL_FITS_NOTHING):
         return shown
     missed = {0: 1 - UNEXPLAINED_WRONG, PAIR: UNEXPLAINED_WRONG}
     return replace(shown, doubts=(reason,), probability=with_more(shown.probability, missed))

@@ -267,4 +267,4 @@ def test_as_many_frames_as_the_noise_asks_for_show_the_ball_at_rest(
 
     whole = found.burst == motion.count and not found.shortcomings
     assert whole or found.shortcomings
-    assert whole is (noise_px < 0.1 or (lead_frames > 1 and noise_px < 1.0))
+    assert whole is (noise_px < 0.1 or (lead_frames > 2 and noise_px < 1.0))

@@ -29,8 +29,9 @@ AT_REST_SHARE = 0.3
 """A ball slower than this share of the approach speed is at rest before the first collision; in
 the midst of a burst it is never slower than the heavy body itself, ..."""
 REST_SIGMAS = 1.5
-"""... so that it has half the approach speed at least: rest differs from that by so many standard
-uncertainties, a likelihood ratio of 3; and one clip of thirty, at most, begins that late."""
+"""... so that it has half the approach speed at least. A speed that is 0 lies so many standard
+uncertainties from that: a likelihood ratio of 3 for rest; and one clip of thirty, at most, begins
+that late."""
 SIGMAS = 4.0
 """A velocity or a change of it counts from this many standard uncertainties on."""
 TURN_SIGMAS = 12.0
@@ -79,10 +80,11 @@ def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
     if first.kind == "wall":
         return Cause.STARTS_MOVING
     speed, sigma = abs(contacts.rate[0, 0, 0]), contacts.rate_sigma[0, 0, 0]
-    if not REST_SIGMAS * sigma < _approach(first) / 2:
-        return Cause.STARTS_CLOSE
-    late = speed - SIGMAS * sigma > AT_REST_SHARE * _approach(first)
-    return Cause.STARTS_LATE if late else None
+    if speed - SIGMAS * sigma > AT_REST_SHARE * _approach(first):
+        return Cause.STARTS_LATE
+    too_slow = max(_approach(first) / 2 - speed, 0.0)
+    at_rest = too_slow**2 - speed**2 > (REST_SIGMAS * sigma) ** 2
+    return None if at_rest else Cause.STARTS_CLOSE
 
 
 def _approach(first: Collision) -> float:

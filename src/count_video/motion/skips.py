@@ -46,17 +46,24 @@ def with_frames_left_out(even: Rivals) -> Rivals:
 
 
 def _most_suspected(rivals: Rivals, fit: Fit) -> tuple[Fit, float, float] | None:
-    """Find the fit in which time seems to be missing most clearly, after which frame and how much.
+    """Find the fit that time which is missing would make the best, after which frame and how much.
 
-    It is the best one, or that of another count which frames left out might make the best.
+    It is the best one, or that of another count which it would bring up to the best. None if it is
+    worth its price nowhere.
     """
     price, least = _price(fit.observed), rivals.best.loss
-    others = [other for other in rivals.fits.values() if 0 < other.loss - least < price]
-    found = [(*suspect, one) for one in (fit, *others) if (suspect := _suspected(one)) is not None]
+    found = []
+    for one in (fit, *(other for other in rivals.fits.values() if other.loss > least)):
+        skip, gain = _scores(one)
+        row = int(np.argmax(np.where(skip > 0, gain, 0.0)))
+        behind = max(one.loss - least, 0.0)
+        if skip[row] > 0 and gain[row] > max(price, behind):
+            frame = one.observed.origin + one.observed.frame[row]
+            found.append((float(gain[row]) - behind, float(frame), float(skip[row]), one))
     if not found:
         return None
-    _, frame, skip, one = max(found, key=lambda suspect: suspect[0])
-    return one, frame, skip
+    _, frame, skip_frames, one = max(found, key=lambda suspect: suspect[0])
+    return one, frame, skip_frames
 
 
 def _skipping(even: Rivals, fit: Fit, observed: Observations, skip: float) -> Rivals:
@@ -91,16 +98,6 @@ def _with_scatter(rivals: Rivals) -> Fit:
 def _price(observed: Observations) -> float:
     """By how much a fit with frames left out must be better: their prior, place and number."""
     return float(np.log(len(observed.frame) * MOST_FRAMES / LEFT_OUT))
-
-
-def _suspected(fit: Fit) -> tuple[float, float, float] | None:
-    """Fall of the loss, frame after which time seems to be missing, and how much; None if none."""
-    skip, gain = _scores(fit)
-    row = int(np.argmax(np.where(skip > 0, gain, 0.0)))
-    if gain[row] < _price(fit.observed) or not skip[row] > 0:
-        return None
-    frame = fit.observed.origin + fit.observed.frame[row]
-    return float(gain[row]), float(frame), float(skip[row])
 
 
 def _scores(fit: Fit) -> tuple[Floats, Floats]:
