@@ -164,6 +164,11 @@ def test_a_file_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
         count_video.count(tmp_path / "missing.mp4")
 
 
+def test_an_address_on_the_web_is_no_file() -> None:
+    with pytest.raises(FootageError, match="address on the web; download it"):
+        count_video.count(Path("https://example.org/clip.mp4"))
+
+
 @pytest.mark.parametrize(
     ("settings", "words"),
     [

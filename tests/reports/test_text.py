@@ -92,10 +92,10 @@ def test_every_collision_has_its_row_with_kind_and_frame() -> None:
 
 def test_collisions_after_the_burst_stand_under_a_line_of_their_own() -> None:
     lines = result_text(made_result(3, after=1)).splitlines()
-    border = lines.index("  after the heavy body turned back:")
+    border = lines.index("  after the cylinder turned back:")
     assert lines[border - 1].split()[0] == "3"
     assert lines[border + 1].split()[0] == "4"
-    assert "1 more collision after the heavy body turned back" in "\n".join(lines)
+    assert "1 more collision after the cylinder turned back" in "\n".join(lines)
 
 
 def test_an_inferred_collision_is_marked() -> None:
@@ -215,7 +215,7 @@ def test_what_was_found_is_shown_also_where_nothing_is_counted() -> None:
     found = tuple(made_collision(number) for number in (1, 2, 3))
     text = result_text(made_refusal(collisions=found))
     assert len(rows(text)) == 3
-    assert "after the heavy body turned back" not in text
+    assert "after the cylinder turned back" not in text
 
 
 def test_every_warning_is_given() -> None:

@@ -182,6 +182,6 @@ def collision_lines(result: TrialResult) -> list[str]:
                 # A cell wider than its column keeps its gap: the numbers never touch.
                 rows[k] += f" {' '.join(f'{number:>8}' for number in numbers).strip():>{width}}"
     if result.count is not None and result.count < len(rows):
-        rows.insert(result.count, "  after the heavy body turned back:")
+        rows.insert(result.count, "  after the cylinder turned back:")
     inferred = [] if table["seen"].all() else ["  * inferred between frames"]
     return [*filter(None, [above.rstrip()]), headings, *map(str.rstrip, rows), *inferred]

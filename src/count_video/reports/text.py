@@ -26,13 +26,13 @@ from count_video.reports.words import (
 _CLOSE_FRAMES = 2.5
 """Collisions closer than this follow from fits on both sides, not from frames between them."""
 _ENDINGS = {
-    "geometric": "geometric: both move away, the ball no faster than the heavy body",
-    "pendulum": "by the threads: they turn the heavy body before the ball meets anything",
+    "geometric": "geometric: both move away, the ball no faster than the cylinder",
+    "pendulum": "by the threads: they turn the cylinder before the ball meets anything",
     "dissipative": "dissipative: the energy is used up",
 }
 _RATE_SOURCES = {"option": "as given", "metadata": "from the clip", "unknown": "of unknown source"}
 _ADVICE = (
-    "The clip must show the trial from before the first collision until the heavy body turns back. "
+    "The clip must show the trial from before the first collision until the cylinder turns back. "
     "Cut away what does not belong to it with --start, --end and --region X,Y,W,H, or name the "
     "side of the wall with --wall."
 )
@@ -115,7 +115,7 @@ def _collision_notes(result: TrialResult) -> Iterator[Note]:
     yield "Probability", f"{chances_words(chances)}{beyond}"
     if result.count_after_burst:
         more = plural(result.count_after_burst, "more collision")
-        yield "Afterwards", f"{more} after the heavy body turned back, which the count leaves out"
+        yield "Afterwards", f"{more} after the cylinder turned back, which the count leaves out"
     yield "Mass ratio", "" if result.ratio is None else ratio_words(result.ratio, "+-")
     yield "Expected", _expected(expected_counts(result), result.count)
     yield "Pi", _pi(result)
@@ -128,7 +128,7 @@ def _collision_notes(result: TrialResult) -> Iterator[Note]:
         yield (
             "Ending",
             f"{_ENDINGS[ending.kind]}; {ending.energy_kept:.0%} of the energy is left; of the "
-            f"heavy body's first speed it has {ending.heavy_speed:z.2f} away from the wall, "
+            f"cylinder's first speed it has {ending.heavy_speed:z.2f} away from the wall, "
             f"the ball {ending.ball_speed:z.2f}",
         )
 

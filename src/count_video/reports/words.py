@@ -120,7 +120,7 @@ SENTENCES: Final = {
     Cause.FRAMES_MISSING: "{:.0f} frames are missing, in which collisions may have happened; copy "
     "the file again if it was cut off",
     Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at all, "
-    "and jumps nowhere; if it is the heavy body of a trial, its ball could not be followed: film "
+    "and jumps nowhere; if it is the cylinder of a trial, its ball could not be followed: film "
     "from nearer, with more light or before a plainer background",
     Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to be called impacts",
     Cause.BEFORE_UNSEEN: "what came before the first impact is not seen: one may be missing",
@@ -138,13 +138,13 @@ SENTENCES: Final = {
     Cause.SEVERAL_BOUNCE: "{:.0f} bodies each bounce by themselves, and which of them is meant is "
     "not known; give its part of the picture with --region",
     Cause.OTHERS_MOVE: "few impacts of one body are seen ({:.0f}) where more move by themselves "
-    "({:.0f}): it may be the ball of a trial whose heavy body could not be followed",
+    "({:.0f}): it may be the ball of a trial whose cylinder could not be followed",
     Cause.UNLIKE: "the two bodies are not of a kind, and neither reaches a wall: let the clip run "
     "until the burst is over",
     Cause.STRUCK: "something that could not be followed strikes the body at rest in frame "
-    "{:.0f}: it may be the ball of a trial whose heavy body was not found",
+    "{:.0f}: it may be the ball of a trial whose cylinder was not found",
     Cause.STRUCK_MOVING: "the body leaves the impact in frame {:.0f} faster than it came: what it "
-    "struck moves; it may be the ball of a trial whose heavy body was not found",
+    "struck moves; it may be the ball of a trial whose cylinder was not found",
     Cause.HEAVY_UNSEEN: "the cylinder could not be followed: it is known only by what it does to "
     "the ball",
     Cause.MOVES_BESIDE: "something that could not be followed moves where the body turns in frame "
@@ -152,12 +152,12 @@ SENTENCES: Final = {
     Cause.PARTNER_UNSEEN: "one body alone turns a few times: with a probability of {:.0%} it is "
     "the cylinder of a trial whose ball was not found",
     Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else: show the trial "
-    "from the ball at rest until the heavy body is driven back, or bodies that meet nothing but "
+    "from the ball at rest until the cylinder is driven back, or bodies that meet nothing but "
     "each other",
     Cause.ENDS_TOGETHER: "the clip ends before the bodies have parted; let it run longer",
     Cause.STARTS_TOGETHER: "the clip starts when the bodies are next to each other; start it "
     "earlier",
-    Cause.PARTS_OF_BODIES: "what was followed as ball and heavy body may be parts of them: their "
+    Cause.PARTS_OF_BODIES: "what was followed as ball and cylinder may be parts of them: their "
     "outlines do not meet where they collide, and their motion shows no momentum to be kept; light "
     "the bodies better, or give their part of the picture with --region",
     Cause.OTHERS_LIKELY: "that the impacts seen ({:.0f}) are all of them is {:.0%} probable",

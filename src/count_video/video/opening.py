@@ -19,6 +19,8 @@ from av.stream import Disposition
 from count_video.errors import FootageError
 from count_video.process import check_memory
 
+WEB_ADDRESSES = (("http:",), ("https:",), ("ftp:",))
+"""First parts of paths that were meant for addresses on the web."""
 MOST_PIXELS = 20_000_000
 """Of one picture: above the 4096 x 4320 of today's cameras, and 16 reference pictures of this size
 take half a gigabyte in the decoder."""
@@ -165,6 +167,10 @@ def _check_readable(path: Path) -> None:
                 raise FootageError(f"{path}: the file is empty; copy it again from the camera")
             frames = frames_in_index(file)
     except FileNotFoundError as error:
+        if path.parts[:1] in WEB_ADDRESSES:
+            raise FootageError(
+                f"{path}: this is an address on the web; download it first"
+            ) from error
         lost = "is a link to a file that is not there" if path.is_symlink() else "no such file"
         raise FootageError(f"{path}: {lost}; check the name") from error
     except (OSError, ValueError) as error:
