@@ -53,8 +53,7 @@ LOST_A_FRAME = 4.0
 """A fit that loses so much in each frame, as if all of them strayed by four standard deviations,
 is near none that describes the track: the search from there takes minutes."""
 LIKELY = 0.5
-"""The last fitted collision is left to what follows the burst if this is more likely than not; and
-more collisions than were seen are given if they are."""
+"""The last fitted collision is left to what follows the burst if this is more likely than not."""
 NOTHING_KNOWN = Knowledge()
 
 
@@ -138,14 +137,14 @@ def _fitted(
     if not coarse.fits or not _is_near(coarse.best):
         coarse.scan(values)
     coarse.climb(calm)
-    if coarse.best.loss > LOST_A_FRAME * len(observed.frame):
+    if not coarse.best.loss < LOST_A_FRAME * len(observed.frame):
         return Reason(Cause.MODEL_FITS_NOTHING)
     coarse = with_frames_left_out(coarse)
-    if not np.isfinite(coarse.best.loss):
-        return Reason(Cause.MODEL_FITS_NOTHING)
     fit, noise = residual_noise(coarse.observed, coarse.best)
     question = replace(fit.question, noise=noise)
     first = with_each_scatter(question, fit.values)
+    if not first:
+        return Reason(Cause.MODEL_FITS_NOTHING)
     likeliest = max(first, key=lambda one: one.evidence)
     strayed = _strayed(_misfit_px(likeliest), coarse.observed, track)
     if strayed is not None:
