@@ -24,6 +24,7 @@ from count_video.signals import integral, sigma_of
 FRAMES_BEYOND = 60.0
 """The path is used this far before the first and after the last collision."""
 POINTS_AT_LEAST = 20
+"""Places, besides one for each step that is not shown."""
 UNSHOWN_AT_MOST = 0.34
 """Share of the velocity steps that need not be shown."""
 STRAY_AT_LEAST_PX, STRAY_SHARE, STRAY_SIGMAS = 0.5, 0.004, 3.0
@@ -87,7 +88,7 @@ def fit_path(gaps: Gaps, collisions: Sequence[Collision]) -> HeavyPath | None:
     used = (gaps.frame > times[0] - FRAMES_BEYOND) & (gaps.frame < times[-1] + FRAMES_BEYOND)
     used &= np.isfinite(gaps.heavy_px) & (gaps.frame >= _let_go(gaps, times[0]))
     frame, place = gaps.frame[used], gaps.heavy_px[used]
-    if len(frame) < POINTS_AT_LEAST:
+    if len(frame) < POINTS_AT_LEAST + np.isnan(steps).sum():
         return None
     clock, shown = frame - frame[0], np.isfinite(steps)
     twice = integral(frame, integral(frame, place - place.mean()))
