@@ -80,9 +80,10 @@ def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
     if first.kind == "wall":
         return Cause.STARTS_MOVING
     speed, sigma = abs(contacts.rate[0, 0, 0]), contacts.rate_sigma[0, 0, 0]
-    if speed - SIGMAS * sigma > AT_REST_SHARE * _approach(first):
+    approach = _approach(first)
+    if speed - SIGMAS * sigma > AT_REST_SHARE * approach:
         return Cause.STARTS_LATE
-    too_slow = max(_approach(first) / 2 - speed, 0.0)
+    too_slow = max(approach / 2 - speed, 0.0)
     at_rest = too_slow**2 - speed**2 > (REST_SIGMAS * sigma) ** 2
     return None if at_rest else Cause.STARTS_CLOSE
 

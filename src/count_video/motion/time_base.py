@@ -1,8 +1,8 @@
 r"""When the pictures of a clip were taken: hypotheses about its frames, and which one stands.
 
     time                          .             time                 .
-                             _..-'   rate                         .-'   frames left out:
-                       __..-'        changes                     |      time steps
+                             _..-'   rate                         .-'   frames left out
+                       __..-'        changes                     |      (`LeftOut`)
                  _..-''                                       .-'
                .'                                          .-'
               +------------------> frame                  +------------------> frame
