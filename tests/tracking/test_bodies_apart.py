@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -42,40 +43,44 @@ def right_at(frame: int) -> float:
     return left_at(frame) + SIDE + 5.0 * max(0, frame - TOGETHER)
 
 
-def pictures() -> dict[int, Luma]:
-    seen = {}
+def path_of(left: Callable[[int], float], top: float = TOP) -> Floats:
+    """Place of a body in each picture, shape (pictures, 2)."""
+    return np.array([(left(frame), top) for frame in FRAMES])
+
+
+STILL, LIGHTS = np.zeros((len(FRAMES), 2)), [Light()] * len(FRAMES)
+
+
+def pictures() -> list[Luma]:
+    seen = []
     for frame in FRAMES:
         picture = texture(1, SIZE, 90, 130, BLOCK_PX)
         for seed, x in ((2, left_at(frame)), (3, right_at(frame))):
             body = texture(seed, (SIDE, SIDE), 20, 230, BLOCK_PX)
             picture[TOP : TOP + SIDE, round(x) : round(x) + SIDE] = body
-        seen[frame] = picture
+        seen.append(picture)
     return seen
 
 
 def shape_of_right() -> Shape:
     whole = piece_at(texture(3, (SIDE, SIDE), 20, 230, BLOCK_PX), 0.0, 0.0, (SIDE, SIDE))
     template = make_template(whole, np.ones((SIDE, SIDE), np.float32))
-    places = {frame: (right_at(frame), float(TOP)) for frame in FRAMES}
-    return Shape(
-        places, (0.0, 0.0, SIDE - 1.0, SIDE - 1.0), (template.appearance, template.weight > 0)
-    )
+    look = template.appearance, template.weight > 0
+    return Shape(path_of(right_at), (0.0, 0.0, SIDE - 1.0, SIDE - 1.0), look)
 
 
 def test_a_neighbour_that_touches_most_of_the_time_is_no_part_of_a_body() -> None:
-    path = {frame: (left_at(frame), float(TOP)) for frame in FRAMES}
-    right = shape_of_right()
+    path, right = path_of(left_at), shape_of_right()
     known = [Shape(path, (0.0, 0.0, SIDE - 1.0, SIDE - 1.0)), right]
-    still = dict.fromkeys(FRAMES, (0.0, 0.0))
     seen = pictures()
-    background = background_of(seen, still, dict.fromkeys(FRAMES, Light()), known)
+    background = background_of(seen, STILL, LIGHTS, known)
     rough = Rough(path, (0.0, 0.0, float(SIDE), float(SIDE)), (-np.inf, np.inf))
 
-    body = learn(seen, background, rough, [right.places], [right])
+    body = learn(seen, background, rough, [right.path_px], [right])
 
     assert body is not None
-    first = body.learnt[0]
-    right_px = body.sightings[first][0] + body.right_edge_px - left_at(first)
+    first = int(body.learnt[0])
+    right_px = body.path_px[first, 0] + body.right_edge_px - left_at(first)
     assert right_px == pytest.approx(SIDE - 0.5, abs=EDGE_PX)
 
 
@@ -86,13 +91,11 @@ def test_a_plain_body_is_learnt_whole_from_corners_on_a_small_part_of_it(
     """A cylinder shows along its axis nothing but its two ends."""
     height, width = 50, 90
     shading = np.linspace(40, 220, height).astype(np.uint8)[:, None]
-    path = {frame: (40.0 + 3.0 * frame, 20.0) for frame in FRAMES}
-    seen = {}
-    for frame, (left, top) in path.items():
-        seen[frame] = texture(1, SIZE, 90, 130, BLOCK_PX)
-        seen[frame][int(top) : int(top) + height, int(left) : int(left) + width] = shading
-    still = dict.fromkeys(FRAMES, (0.0, 0.0))
-    background = background_of(seen, still, dict.fromkeys(FRAMES, Light()))
+    path = path_of(lambda frame: 40.0 + 3.0 * frame, top=20)
+    seen = [texture(1, SIZE, 90, 130, BLOCK_PX) for _ in FRAMES]
+    for picture, (left, top) in zip(seen, path.astype(int).tolist(), strict=True):
+        picture[top : top + height, left : left + width] = shading
+    background = background_of(seen, STILL, LIGHTS)
 
     rough = Rough(path, corners, (-np.inf, np.inf))
     body = learn(seen, background, rough, [])
@@ -103,24 +106,23 @@ def test_a_plain_body_is_learnt_whole_from_corners_on_a_small_part_of_it(
 
 @pytest.mark.parametrize(("alike", "learnt"), [(24, True), (16, False)])
 def test_what_looks_alike_in_few_of_its_pictures_is_no_body(alike: int, *, learnt: bool) -> None:
-    path = {frame: (left_at(frame), float(TOP)) for frame in FRAMES}
-    seen = {frame: texture(1, SIZE, 90, 130, BLOCK_PX) for frame in FRAMES}
+    seen = [texture(1, SIZE, 90, 130, BLOCK_PX) for _ in FRAMES]
     for frame in FRAMES:
         left = round(left_at(frame))
         body = texture(2 if frame < alike else 100 + frame, (SIDE, SIDE), 20, 230, BLOCK_PX)
         seen[frame][TOP : TOP + SIDE, left : left + SIDE] = body
-    still = dict.fromkeys(FRAMES, (0.0, 0.0))
-    background = background_of(seen, still, dict.fromkeys(FRAMES, Light()))
+    background = background_of(seen, STILL, LIGHTS)
 
-    rough = Rough(path, (0.0, 0.0, float(SIDE), float(SIDE)), (-np.inf, np.inf))
+    rough = Rough(path_of(left_at), (0.0, 0.0, float(SIDE), float(SIDE)), (-np.inf, np.inf))
 
     assert (learn(seen, background, rough, []) is not None) == learnt
 
 
 def test_a_body_is_painted_where_it_is() -> None:
     right = shape_of_right()
+    right.path_px[-1] = np.nan
     piece = np.zeros((SIDE + 20, SIDE + 20), np.float32)
-    corner = right.places[0][0] - 10.0, TOP - 10.0
+    corner = right.path_px[0, 0] - 10.0, TOP - 10.0
 
     painted = right.paint(piece, 0, corner)
 
@@ -128,7 +130,7 @@ def test_a_body_is_painted_where_it_is() -> None:
     inside = slice(10, 10 + SIDE)
     assert np.array_equal(piece[inside, inside], right.look[0])
     assert painted.sum() == SIDE * SIDE
-    assert not right.paint(piece, len(FRAMES), corner).any()  # not seen in that frame
+    assert not right.paint(piece, len(FRAMES) - 1, corner).any()  # not seen in that one
 
 
 def template() -> Template:
@@ -136,7 +138,8 @@ def template() -> Template:
 
 
 def followed(x_px: Floats) -> Followed:
-    body = Body(template(), 0.0, float(SIDE), (0.0, float(SIDE)), False, {}, (), 1.0)
+    nowhere = np.empty((0, 2)), np.empty(0, np.intp)
+    body = Body(template(), 0.0, float(SIDE), (0.0, float(SIDE)), False, *nowhere, 1.0)
     known = np.where(np.isfinite(x_px), 1.0, np.nan)
     return Followed(body, x_px, TOP * known, 0.01 * known)
 

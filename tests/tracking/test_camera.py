@@ -19,10 +19,11 @@ from count_video.records import Floats
 from count_video.tracking.background import background_of
 from count_video.tracking.camera import Motion, camera_motion, scenery
 from count_video.tracking.light import Light
+from count_video.tracking.sequences import Chosen
 from count_video.tracking.shape import Box
 
 FRAMES = 96
-SAMPLES = 32
+SAMPLES = 29
 SHIFT_PX = 0.05
 """Four parts of some thousand px with slopes of some grey levels a px, noise of 0.8: 0.01 px, and
 what the displacing of a picture adds."""
@@ -51,14 +52,13 @@ def measured(
     lamp: Floats | None = None,
 ) -> Motion | None:
     """Measure the camera's motion, known to a px in some pictures; without shifts, none there."""
-    some = np.linspace(0, len(pictures) - 1, SAMPLES).astype(int).tolist()
+    some = np.linspace(0, len(pictures) - 1, SAMPLES).astype(int)
     rough = np.zeros((len(pictures), 2)) if shifts_px is None else np.round(shifts_px)
-    shifts = {k: (float(rough[k, 0]), float(rough[k, 1])) for k in some}
-    lights = {k: Light() if lamp is None else Light(float(lamp[k])) for k in some}
-    behind = background_of({k: pictures[k] for k in some[::2]}, shifts, lights)
-    seen = dict(enumerate(pictures))
-    parts = scenery(seen, behind, swept)
-    return camera_motion(parts, seen, np.arange(len(pictures)), shifts)
+    lights = [Light() if lamp is None else Light(float(lamp[k])) for k in some]
+    samples = Chosen(pictures, some)
+    parts = scenery(samples, background_of(samples, rough[some], lights), swept)
+    every = [np.interp(range(len(pictures)), some, along) for along in rough[some].T]
+    return camera_motion(parts, pictures, np.stack(every, axis=1))
 
 
 def shake(count: int = FRAMES) -> Floats:

@@ -7,10 +7,12 @@ import pytest
 from drawn import texture
 from numpy.typing import NDArray
 
+from count_video.records import Floats
 from count_video.tracking import following
 from count_video.tracking.background import Background
 from count_video.tracking.following import Clip, Followed, follow
 from count_video.tracking.learning import Body
+from count_video.tracking.light import Light
 from count_video.tracking.template import make_template, piece_at
 
 Luma = NDArray[np.uint8]
@@ -55,17 +57,22 @@ def pictures(behind: Luma) -> list[Luma]:
 
 
 def clip(behind: Luma, shown: list[Luma]) -> Clip:
-    pictures, still = dict(enumerate(shown)), np.zeros((len(shown), 2))
-    return Clip(pictures, np.arange(len(shown)), Background(behind, {}, {}), still)
+    every, still = np.arange(len(shown)), np.zeros((len(shown), 2))
+    return Clip(shown, every, every, Background(behind, still, [Light()] * len(shown)), still)
+
+
+def body_along(path: Floats) -> Body:
+    """The body, learnt from the pictures in which its path is known."""
+    whole = piece_at(BODY, 0.0, 0.0, (SIDE, SIDE))
+    template = make_template(whole, np.ones((SIDE, SIDE), np.float32))
+    learnt = np.flatnonzero(np.isfinite(path[:, 0]))
+    return Body(template, 0.0, SIDE - 1.0, (0.0, SIDE - 1.0), False, path, learnt, 1.0)
 
 
 def followed(behind: Luma, shown: list[Luma]) -> Followed:
-    whole = piece_at(BODY, 0.0, 0.0, (SIDE, SIDE))
-    template = make_template(whole, np.ones((SIDE, SIDE), np.float32))
-    sightings = {frame: (round(body_x(frame)), TOP) for frame in range(0, LEAVES, 4)}
-    places = {frame: (float(x), float(y)) for frame, (x, y) in sightings.items()}
-    body = Body(template, 0.0, SIDE - 1.0, (0.0, SIDE - 1.0), False, places, tuple(places), 1.0)
-    return follow(clip(behind, shown), body)
+    sighted, path = np.arange(0, LEAVES, 4), np.full((len(shown), 2), np.nan)
+    path[sighted] = [(round(body_x(frame)), TOP) for frame in sighted]
+    return follow(clip(behind, shown), body_along(path))
 
 
 @pytest.mark.parametrize("likeness", [0.5, 0.6])
@@ -118,12 +125,9 @@ def followed_falling(
             other = decoy[1][frame - sighted]
             picture[other : other + SIDE, SIDE : 2 * SIDE] = decoy[0]
         shown.append(picture)
-    template = make_template(
-        piece_at(BODY, 0.0, 0.0, (SIDE, SIDE)), np.ones((SIDE, SIDE), np.float32)
-    )
-    places = {frame: (float(SIDE), float(tops[frame])) for frame in range(sighted)}
-    body = Body(template, 0.0, SIDE - 1.0, (0.0, SIDE - 1.0), False, places, tuple(places), 1.0)
-    return follow(clip(behind, shown), body)
+    path = np.full((len(tops), 2), np.nan)
+    path[:sighted] = [(SIDE, top) for top in tops[:sighted]]
+    return follow(clip(behind, shown), body_along(path))
 
 
 def test_a_lost_body_is_found_where_its_own_motion_took_it() -> None:

@@ -11,6 +11,7 @@ from count_video.tracking.regions import find_regions
 from count_video.tracking.shape import MARGIN_PX, Shape, hidden
 
 FRAMES = range(20)
+STILL, LIGHTS = np.zeros((len(FRAMES), 2)), [Light()] * len(FRAMES)
 SIZE = 60, 160
 BODY = 30
 """Side of a square body, in px."""
@@ -22,26 +23,19 @@ def scene() -> NDArray[np.uint8]:
 
 def resting_then_moving() -> Shape:
     """A body that rests for most of the clip."""
-    return Shape(
-        {k: (20.0 + (6.0 * (k - 14) if k > 14 else 0.0), 15.0) for k in FRAMES}, (0, 0, BODY, BODY)
-    )
+    path = [(20.0 + (6.0 * (k - 14) if k > 14 else 0.0), 15.0) for k in FRAMES]
+    return Shape(np.array(path), (0, 0, BODY, BODY))
 
 
-def with_body(body: Shape) -> dict[int, NDArray[np.uint8]]:
-    pictures = {}
-    for k in FRAMES:
-        picture = scene()
-        x, y = (round(place) for place in body.places[k])
+def with_body(body: Shape) -> list[NDArray[np.uint8]]:
+    pictures = [scene() for _ in FRAMES]
+    for picture, (x, y) in zip(pictures, body.path_px.astype(int).tolist(), strict=True):
         picture[y : y + BODY, x : x + BODY] = 255
-        pictures[k] = picture
     return pictures
 
 
 def background(known: list[Shape]) -> NDArray[np.uint8]:
-    still = dict.fromkeys(FRAMES, (0.0, 0.0))
-    return background_of(
-        with_body(resting_then_moving()), still, dict.fromkeys(FRAMES, Light()), known
-    ).luma
+    return background_of(with_body(resting_then_moving()), STILL, LIGHTS, known).luma
 
 
 def test_a_body_at_rest_is_taken_for_background_until_it_is_known() -> None:
@@ -56,7 +50,7 @@ def test_a_known_body_is_no_background_where_it_ever_leaves_it_free() -> None:
 
 def test_what_a_known_body_hid_is_no_region_that_moves() -> None:
     body = resting_then_moving()
-    pictures = list(with_body(body).values())
+    pictures = with_body(body)
     regions = find_regions(pictures)
     assert any(len(boxes) for boxes in regions.boxes)
     without = find_regions(pictures, known=[[body.part(k)] for k in FRAMES])
@@ -64,9 +58,8 @@ def test_what_a_known_body_hid_is_no_region_that_moves() -> None:
 
 
 def test_the_camera_moves_the_background_and_not_what_stands_in_it() -> None:
-    moved = {k: np.roll(scene(), k % 3, axis=1) for k in FRAMES}
-    shifts = {k: (float(k % 3), 0.0) for k in FRAMES}
-    seen = background_of(moved, shifts, dict.fromkeys(FRAMES, Light()))
+    moved = [np.roll(scene(), k % 3, axis=1) for k in FRAMES]
+    seen = background_of(moved, np.array([(k % 3, 0.0) for k in FRAMES]), LIGHTS)
     assert np.array_equal(seen.luma[:, 4:-4], scene()[:, 4:-4])
     piece = seen.behind(1, (50.0, 10.0), (20, 30))
     assert piece.shape == (20, 30)
@@ -115,28 +108,28 @@ def test_a_knock_of_few_pictures_counts() -> None:
 
 
 def test_flicker_is_taken_out() -> None:
-    lamps = {k: Light(1.0 + 0.1 * (k % 2)) for k in FRAMES}
-    flickering = {k: np.asarray(np.rint(scene() * lamps[k].gain), np.uint8) for k in FRAMES}
-    seen = background_of(flickering, dict.fromkeys(FRAMES, (0.0, 0.0)), lamps)
+    lamps = [Light(1.0 + 0.1 * (k % 2)) for k in FRAMES]
+    flickering = [np.asarray(np.rint(scene() * lamp.gain), np.uint8) for lamp in lamps]
+    seen = background_of(flickering, STILL, lamps)
     assert np.abs(seen.luma.astype(int) - scene()).max() <= 1  # rounded twice
 
 
 def test_a_shape_is_marked_where_it_is_with_a_margin() -> None:
-    shape = Shape({3: (10.0, 5.0)}, (0.0, 0.0, 8.0, 6.0))
-    marked = hidden([shape], 3, (0.0, 0.0), (30, 40))
+    shape = Shape(np.array([(10.0, 5.0), (np.nan, np.nan)]), (0.0, 0.0, 8.0, 6.0))
+    marked = hidden([shape], 0, (0.0, 0.0), (30, 40))
     rows, columns = np.nonzero(marked)
     margin = int(MARGIN_PX)
     assert (columns.min(), columns.max() + 1) == (10 - margin, 18 + margin)
     assert (rows.min(), rows.max() + 1) == (5 - margin, 11 + margin)
-    assert not hidden([shape], 4, (0.0, 0.0), (30, 40)).any()  # not seen in that frame
-    piece = hidden([shape], 3, (10.0, 5.0), (30, 40))
+    assert not hidden([shape], 1, (0.0, 0.0), (30, 40)).any()  # not seen in that one
+    piece = hidden([shape], 0, (10.0, 5.0), (30, 40))
     assert np.nonzero(piece)[1].max() + 1 == 8 + margin
 
 
 def test_shapes_of_one_body_keep_their_distance() -> None:
     one = resting_then_moving()
-    part = Shape({k: (x + 11.0, y + 3.0) for k, (x, y) in one.places.items()}, (0, 0, 4, 4))
-    still = Shape(dict.fromkeys(FRAMES, (20.0, 15.0)), (0, 0, 4, 4))
+    part = Shape(one.path_px + np.array([11.0, 3.0]), (0, 0, 4, 4))
+    still = Shape(np.full((len(FRAMES), 2), (20.0, 15.0)), (0, 0, 4, 4))
     assert one.moves_with(part)
     assert part.moves_with(one)
     assert not one.moves_with(still)

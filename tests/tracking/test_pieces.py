@@ -19,10 +19,10 @@ DIM = 0.3
 
 @pytest.mark.parametrize("luma", [30, 255])
 def test_a_dim_picture_is_brightened_up_to_white_at_most(luma: int) -> None:
-    behind = Background(np.full(SIZE, 100, np.uint8), {}, {0: Light(DIM)})
-    source = Source({0: np.full(SIZE, luma, np.uint8)}, behind, ())
+    behind = Background(np.full(SIZE, 100, np.uint8), np.zeros((1, 2)), [Light(DIM)])
+    source = Source([np.full(SIZE, luma, np.uint8)], behind, ())
 
-    seen = cut_pieces(source, {0: (20.0, 20.0)}, ((16, 24), (2, 2))).seen
+    seen = cut_pieces(source, np.array([(20.0, 20.0)]), ((16, 24), (2, 2))).seen
 
     brightest = np.iinfo(seen.dtype).max
     assert seen == pytest.approx(min(luma / DIM * STEPS, brightest), abs=1)
@@ -37,22 +37,25 @@ PICTURES = 15
 OFTEN = 10
 """In so many of the pictures they are NEAR_PX apart."""
 NEAR_PX = 6
-PATHS = {k: (40.0 + 12 * k, float(TOP_PX)) for k in range(PICTURES)}
-BESIDE = {k: (x + BODY_PX + NEAR_PX + 7 * max(0, k - OFTEN + 1), y) for k, (x, y) in PATHS.items()}
+PATH = np.array([(40.0 + 12 * k, TOP_PX) for k in range(PICTURES)])
+BESIDE = PATH + [(BODY_PX + NEAR_PX + 7 * max(0, k - OFTEN + 1), 0) for k in range(PICTURES)]
 MARGIN = 20, 50
 
 
-def side_by_side(*neighbours: dict[int, tuple[float, float]]) -> Source:
+def before(scene: NDArray[np.uint8]) -> Background:
+    """Background of pictures in which the camera stands still and so does the light."""
+    return Background(scene, np.zeros((PICTURES, 2)), [Light()] * PICTURES)
+
+
+def side_by_side(*neighbours: Floats) -> Source:
     """Two plain squares that move over a scene, at one distance in most pictures."""
     scene = np.random.default_rng(3).integers(80, 120, WIDE).astype(np.uint8)
-    pictures: dict[int, NDArray[np.uint8]] = {}
-    for k in range(PICTURES):
-        pictures[k] = scene.copy()
-        for (x, y), level in ((PATHS[k], 220), (BESIDE[k], 180)):
+    pictures = [scene.copy() for _ in range(PICTURES)]
+    for k, picture in enumerate(pictures):
+        for (x, y), level in ((PATH[k], 220), (BESIDE[k], 180)):
             rows, columns = (slice(int(at), int(at) + BODY_PX) for at in (y, x))
-            pictures[k][rows, columns] = level
-    still = Background(scene, {}, {})
-    return Source(pictures, still, (), neighbours)
+            picture[rows, columns] = level
+    return Source(pictures, before(scene), (), neighbours)
 
 
 def around(better: Floats, left_px: int) -> float:
@@ -62,7 +65,7 @@ def around(better: Floats, left_px: int) -> float:
 
 
 def test_what_moves_with_a_neighbour_is_explained_better_by_its_motion() -> None:
-    pieces = cut_pieces(side_by_side(BESIDE), PATHS, ((BODY_PX, BODY_PX), MARGIN))
+    pieces = cut_pieces(side_by_side(BESIDE), PATH, ((BODY_PX, BODY_PX), MARGIN))
 
     (better,) = (one() for one in median_of(pieces).theirs)
 
@@ -70,7 +73,7 @@ def test_what_moves_with_a_neighbour_is_explained_better_by_its_motion() -> None
 
 
 def cut_px(source: Source) -> float:
-    stage = Stage(1, (0.0, 0.0), (BODY_PX, BODY_PX), PATHS)
+    stage = Stage(1, (0.0, 0.0), (BODY_PX, BODY_PX), PATH)
     found = wide_cut(source, stage, MARGIN, (-np.inf, np.inf))
     assert found is not None
     return found[1].right_px - found[1].left_px
@@ -85,7 +88,7 @@ def test_a_body_ends_where_what_moves_with_its_neighbour_begins() -> None:
 
 # ---- a plain body on two threads, which also hangs in the background -----------------------------
 
-HANGING = {k: (100.0 + 2 * k, 60.0) for k in range(PICTURES)}
+HANGING = np.array([(100.0 + 2 * k, 60.0) for k in range(PICTURES)])
 WIDE_PX, HIGH_PX = 60, 40
 THREADS_PX = 15, 45
 STUB_PX = 20
@@ -104,8 +107,8 @@ def hung(scene: NDArray[np.uint8], left: int, contrast: int) -> NDArray[np.uint8
 @pytest.mark.parametrize("contrast", [40, -40])
 def test_two_threads_are_no_part_of_a_body(contrast: int) -> None:
     scene = np.full((140, 320), 100, np.uint8)
-    pictures = {k: hung(scene, int(x), contrast) for k, (x, _) in HANGING.items()}
-    still = Background(hung(scene, 114, contrast), {}, {})
+    pictures = [hung(scene, int(x), contrast) for x, _ in HANGING]
+    still = before(hung(scene, 114, contrast))
     stage = Stage(1, (0.0, 0.0), (HIGH_PX, WIDE_PX), HANGING)
 
     found = wide_cut(Source(pictures, still, ()), stage, (60, 60), (-np.inf, np.inf))
@@ -117,20 +120,16 @@ def test_two_threads_are_no_part_of_a_body(contrast: int) -> None:
 def test_thin_lines_within_a_body_are_its_own() -> None:
     scene = np.full((140, 320), 100, np.uint8)
     ends, struts = (0, WIDE_PX - 4), THREADS_PX
-    pictures = {}
-    for k, (x, y) in HANGING.items():
-        pictures[k] = scene.copy()
-        left, top = int(x), int(y)
+    pictures = [scene.copy() for _ in HANGING]
+    for picture, (left, top) in zip(pictures, HANGING.astype(int).tolist(), strict=True):
         for at in ends:
-            pictures[k][top : top + HIGH_PX // 2, left + at : left + at + 4] = 180
-        pictures[k][top : top + HIGH_PX // 2, left + 4 : left + WIDE_PX - 4] = 150
+            picture[top : top + HIGH_PX // 2, left + at : left + at + 4] = 180
+        picture[top : top + HIGH_PX // 2, left + 4 : left + WIDE_PX - 4] = 150
         for at in struts:  # below, it is all struts
-            pictures[k][top + HIGH_PX // 2 : top + HIGH_PX, left + at : left + at + 6] = 200
+            picture[top + HIGH_PX // 2 : top + HIGH_PX, left + at : left + at + 6] = 200
     stage = Stage(1, (0.0, 0.0), (HIGH_PX, WIDE_PX), HANGING)
 
-    found = wide_cut(
-        Source(pictures, Background(scene, {}, {}), ()), stage, (40, 60), (-np.inf, np.inf)
-    )
+    found = wide_cut(Source(pictures, before(scene), ()), stage, (40, 60), (-np.inf, np.inf))
 
     assert found is not None
     assert found[0].shape[0] >= HIGH_PX

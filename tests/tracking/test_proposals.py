@@ -47,15 +47,14 @@ def test_what_makes_next_to_nothing_of_all_that_changes_is_no_body() -> None:
 def test_most_paths_say_how_the_bodies_move_and_not_the_longest_one() -> None:
     ways = [(30.0, 1.0), (12.0, 0.0), (20.0, 0.5), (60.0, 160.0)]
     box, fence = (0.0, 0.0, 9.0, 9.0), (-np.inf, np.inf)
-    paths = [{k: (x * k / FRAMES, y * k / FRAMES) for k in range(FRAMES)} for x, y in ways]
+    paths = [np.outer(np.arange(FRAMES) / FRAMES, way) for way in ways]
 
     assert abs(common_direction_deg([Rough(path, box, fence) for path in paths])) < 20.0
 
 
 def test_regions_say_nothing_of_the_direction_where_corners_show_bodies() -> None:
     box, fence = (0.0, 0.0, 9.0, 9.0), (-np.inf, np.inf)
-    body = {k: (12.0 * k / FRAMES, 0.0) for k in range(FRAMES)}
-    thread = {k: (0.0, 80.0 * k / FRAMES) for k in range(FRAMES)}
+    body, thread = (np.outer(np.arange(FRAMES) / FRAMES, way) for way in ((12, 0), (0, 80)))
     regions = [Rough(thread, box, fence, blurred=True, sure=False)] * 3
 
     assert abs(common_direction_deg([Rough(body, box, fence), *regions])) < 20.0

@@ -5,7 +5,7 @@ A body that rests for most of a clip is in the median as well, until it is known
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -14,12 +14,14 @@ import numpy as np
 from count_video.records import Floats, Luma, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light
-from count_video.tracking.samples import median_picture
-from count_video.tracking.sequences import moved_back
+from count_video.tracking.medians import median_picture
+from count_video.tracking.sequences import Lumas, moved_back
 from count_video.tracking.shape import Place, Shape, hidden
 from count_video.tracking.template import piece_at
 from count_video.video.pictures import reduced, scale_to
 
+BACKGROUND_OF = 15
+"""The background is the median of so many samples."""
 MOTION_OF = 31
 """Whether the camera moved is decided by so many reduced pictures."""
 NOISE_SIGMAS, ROUNDING = 6.0, 0.5
@@ -33,61 +35,52 @@ class Background:
 
     luma: Luma
     """Of the mean brightness, freed of the camera's motion, shape (height, width)."""
-    shift_px: Mapping[int, Place]
-    """Frame index -> how far the camera has moved the picture, by x and y."""
-    lights: Mapping[int, Light]
-    """Frame index -> how lamps that flicker and soft shadows change the picture."""
+    shift_px: Floats
+    """How far the camera has moved each sample, by x and y, shape (samples, 2)."""
+    lights: Sequence[Light]
+    """How lamps that flicker and soft shadows change each sample."""
 
-    def reduced(self, scale: int, frames: Sequence[int]) -> Background:
-        """Reduce it, for pictures with these frame indices that are reduced alike."""
-        shifts = {k: self.shift_px.get(k, (0.0, 0.0)) for k in frames}
-        small = {k: (x / scale, y / scale) for k, (x, y) in shifts.items()}
-        return Background(reduced(self.luma, scale), small, self.lights)
+    def reduced(self, scale: int) -> Background:
+        """Reduce it, for pictures that are reduced alike."""
+        return Background(reduced(self.luma, scale), self.shift_px / scale, self.lights)
 
-    def as_it_stands(self, picture: Luma, frame: int) -> Luma:
+    def as_it_stands(self, picture: Luma, sample: int) -> Luma:
         """Bring a whole picture to the background's brightness and place."""
-        level = self.lights.get(frame, Light()).levelled(picture)
-        return _moved_back(level, self.shift_px.get(frame, (0.0, 0.0)))
+        return _moved_back(self.lights[sample].levelled(picture), self.shift_px[sample])
 
-    def behind(self, frame: int, place: Place, shape: tuple[int, int]) -> Pixels:
+    def behind(self, sample: int, place: Place, shape: tuple[int, int]) -> Pixels:
         """Cut out what lies behind a piece of a picture."""
-        x, y = self.shift_px.get(frame, (0.0, 0.0))
+        x, y = self.shift_px[sample].tolist()
         return piece_at(self.luma, place[0] - x, place[1] - y, shape)
 
-    def levelled(self, picture: Luma, frame: int, place: Place, shape: tuple[int, int]) -> Pixels:
+    def levelled(self, picture: Luma, sample: int, place: Place, shape: tuple[int, int]) -> Pixels:
         """Cut out a piece of a picture and bring it to the background's brightness."""
-        light = self.lights.get(frame, Light())
-        return piece_at(picture, *place, shape) / light.over(place, shape, picture.shape)
+        light = self.lights[sample].over(place, shape, picture.shape)
+        return piece_at(picture, *place, shape) / light
 
 
 def background_of(
-    pictures: Mapping[int, Luma],
-    shift_px: Mapping[int, Place],
-    lights: Mapping[int, Light],
-    known: Sequence[Shape] = (),
+    pictures: Lumas, shift_px: Floats, lights: Sequence[Light], known: Sequence[Shape] = ()
 ) -> Background:
-    """Take the median of pictures of one scene.
+    """Take the median of some pictures of one scene, evenly spread.
 
     Parameters
     ----------
     pictures
-        Frame index -> luma, shape (height, width).
+        Samples, each of shape (height, width).
     shift_px, lights
-        As those of the background, by frame index.
+        As those of the background.
     known
-        What hides it in some pictures.
+        What hides it in some of them.
     """
-    level = {
-        frame: _moved_back(lights[frame].levelled(picture), shift_px[frame])
-        for frame, picture in pictures.items()
-    }
-    marked = {}
-    if known:
-        size = next(iter(level.values())).shape
-        for frame in level:
-            mark = hidden(known, frame, (0.0, 0.0), (size[0], size[1]))
-            marked[frame] = _moved_back(mark, shift_px[frame])
-    return Background(median_picture(list(level.values()), list(marked.values())), shift_px, lights)
+    levelled, marks = [], []
+    some = np.unique(np.linspace(0, len(lights) - 1, BACKGROUND_OF).astype(int))
+    for sample in some.tolist():
+        level, shift = lights[sample].levelled(pictures[sample]), shift_px[sample]
+        levelled.append(_moved_back(level, shift))
+        if known:
+            marks.append(_moved_back(hidden(known, sample, (0.0, 0.0), level.shape), shift))
+    return Background(median_picture(levelled, marks), shift_px, lights)
 
 
 def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
@@ -112,8 +105,7 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     both, left_over, sharpness = np.concatenate([even, most]), [], []
     small = [reduced(pictures[k], scale) for k in both.tolist()]
     for shift in (np.zeros_like(shift_px), shift_px / scale):
-        steps = zip(small, shift[both].tolist(), strict=True)
-        some = [_moved_back(one, (x, y)) for one, (x, y) in steps]
+        some = [_moved_back(*one) for one in zip(small, shift[both], strict=True)]
         middle = median_picture(some[: len(even)])
         left_over.append(np.array([cv2.absdiff(one, middle) for one in some[len(even) :]]))
         sharpness.append(np.abs(np.gradient(np.mean(some[len(even) :], axis=0))).sum())
@@ -122,5 +114,5 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     return bool(moves < stands and sharpness[1] > sharpness[0])
 
 
-def _moved_back(picture: Luma, shift_px: Place) -> Luma:
-    return picture if shift_px == (0.0, 0.0) else moved_back(picture, shift_px)
+def _moved_back(picture: Luma, shift_px: Floats) -> Luma:
+    return moved_back(picture, shift_px) if shift_px.any() else picture

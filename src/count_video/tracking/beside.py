@@ -17,7 +17,7 @@ import numpy as np
 
 from count_video.records import Floats, Luma, Mask, Track
 from count_video.tracking.observation import Observation
-from count_video.tracking.single import Places, places_of
+from count_video.tracking.pairing import Places, places_of
 
 LAST_PICTURES = 8
 """The velocity at an end is that of so many pictures; what stands still does so in the first and
@@ -69,7 +69,7 @@ def moves_beside(seen: Observation, track: Track, frame: float) -> bool:
     face = np.nanmax(place) + body.high_edge_px if side > 0 else np.nanmin(place) + body.low_edge_px
     way = (float(face) + side * APART_PX, side)
     length = body.high_edge_px - body.low_edge_px
-    others = [places_of(one, seen) for one in seen.movers.bodies]
+    others = [places_of(one, seen.movers, seen.view) for one in seen.movers.bodies]
     strips = []
     rows = np.flatnonzero(np.isfinite(place))
     for row in rows[np.linspace(0, len(rows) - 1, PICTURES).astype(int)].tolist():

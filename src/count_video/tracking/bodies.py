@@ -8,7 +8,7 @@ picture.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,12 +20,12 @@ from count_video.tracking.corners import follow_corners
 from count_video.tracking.following import Clip, Followed, follow
 from count_video.tracking.layers import BODIES_AT_MOST, add_bodies, apart, learn_again
 from count_video.tracking.learning import Body
-from count_video.tracking.paths import Rough, common_direction_deg, line_tilt_deg
+from count_video.tracking.paths import Rough, common_direction_deg, known_of, line_tilt_deg
 from count_video.tracking.proposals import propose, roughly
 from count_video.tracking.regions import find_regions, reduced_for_regions
 from count_video.tracking.rigid import RigidGroup, scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
-from count_video.tracking.sequences import Lumas, Prepared, prepared
+from count_video.tracking.sequences import Chosen, Lumas, Prepared, Turned, prepared
 from count_video.tracking.shape import Box, Part, Shape, size_of
 
 PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
@@ -33,8 +33,6 @@ PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
 UPRIGHT_DEG = 45.0
 TREMBLE_OF = 32
 """That the camera stands still shows in so many samples."""
-BACKGROUND_OF = 15
-"""The background is the median of so many samples."""
 TIMES_LEARNT, SETTLED_PX = 1, 2.0
 """Outlines are learnt at most so often more, until their sizes change by less than this."""
 ROUNDS = 4
@@ -82,7 +80,7 @@ def find_movers(
     samples = choose_samples(thumbnails.taken())
     if len(samples.chosen) < 2:
         return NOTHING_MOVES
-    scene = _Scene(samples, frames[samples.chosen], prepared(pictures, samples))
+    scene = _Scene(samples, prepared(pictures, samples))
     proposed = scene.proposals()
     if not proposed:
         return NOTHING_MOVES
@@ -91,13 +89,14 @@ def find_movers(
     roughs = scene.placed(proposed)
     along = [rough for rough in roughs if abs(line_tilt_deg([rough])) <= UPRIGHT_DEG]
     tilt = line_tilt_deg(along[:2] or roughs[:2])
-    lumas = Lumas(pictures, frames, turned=upright)
-    clip = Clip(lumas, frames, scene.background(lumas), np.zeros((len(frames), 2)))
+    lumas: Lumas = Turned(pictures) if upright else pictures
+    few = Chosen(lumas, samples.chosen)
+    clip = Clip(lumas, frames, samples.chosen, scene.background(few), np.zeros((len(frames), 2)))
     motion = _camera_motion(clip, scene, roughs)
     if motion is not None:
         shift = motion.everywhere_px
         scene.shift_px = shift[samples.chosen][:, scene.axes] / scene.cut.scale
-        clip = replace(clip, background=scene.background(lumas), shift_px=shift)
+        clip = replace(clip, background=scene.background(few), shift_px=shift)
     followed = _followed(clip, scene, roughs, enough)
     if motion is None:
         return Movers(followed, tilt, upright, None)
@@ -109,20 +108,21 @@ def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion
     """Measure the camera's motion; where corners show none, only if a few samples do."""
     # What only a region or few corners show may be scenery.
     swept = [_swept(rough) for rough in roughs if rough.sure]
-    parts = scenery(clip.pictures, clip.background, swept)
-    roughly = clip.background.shift_px
+    few, roughly = clip.sampled(), clip.background.shift_px
+    parts = scenery(few.pictures, clip.background, swept)
     if not scene.shift_px.any():
-        some = scene.frames[:: 1 + len(scene.frames) // TREMBLE_OF]
-        if camera_motion(parts, clip.pictures, some, roughly) is None:
+        some = np.arange(len(roughly))[:: 1 + len(roughly) // TREMBLE_OF]
+        if camera_motion(parts, Chosen(few.pictures, some), roughly[some]) is None:
             return None
-    return camera_motion(parts, clip.pictures, clip.frames, roughly)
+    between = [np.interp(clip.frames, few.frames, along) for along in roughly.T]
+    return camera_motion(parts, clip.pictures, np.stack(between, axis=1))
 
 
 def _followed(
     clip: Clip, scene: _Scene, roughs: Sequence[Rough], enough: Callable[[Sequence[Followed]], bool]
 ) -> list[Followed]:
     """Find bodies in the samples, round after round, and follow them through all pictures."""
-    few = clip.only(scene.samples.chosen)
+    few = clip.sampled()
     found: list[Followed] = []
     in_vain: list[Rough] = []
     settled: list[bool] = []
@@ -181,9 +181,8 @@ class _Scene:
     Those that are given are taken out of their list once they are reduced further.
     """
 
-    def __init__(self, samples: Samples, frames: Indices, small: Prepared) -> None:
-        self.samples, self.frames = samples, frames
-        self.cut = small.cut
+    def __init__(self, samples: Samples, small: Prepared) -> None:
+        self._lights, self.cut = samples.lights, small.cut
         self.upright = False
         """Whether x and y of the pictures are swapped; those of the samples never are."""
         self._corners = follow_corners(small.pictures, small.moved)
@@ -211,23 +210,18 @@ class _Scene:
 
     def placed(self, proposed: Sequence[RigidGroup]) -> list[Rough]:
         """Turn proposals into px of the clip's pictures."""
-        return roughly(proposed, self.frames, self.cut, self.axes)
+        return roughly(proposed, self.cut, turned=self.upright)
 
-    def background(self, pictures: Mapping[int, Luma], known: Sequence[Shape] = ()) -> Background:
+    def background(self, pictures: Lumas, known: Sequence[Shape] = ()) -> Background:
         """Learn what stands still from the samples, but for what shapes hide."""
-        frames = self.frames.tolist()
-        shift = self.cut.scale * self.shift_px[:, self.axes]
-        shifts = {frame: (x, y) for frame, (x, y) in zip(frames, shift.tolist(), strict=True)}
-        lights = [one.turned() if self.upright else one for one in self.samples.lights]
-        lamps = dict(zip(frames, lights, strict=True))
-        some = np.linspace(0, len(frames) - 1, BACKGROUND_OF).astype(int)
-        return background_of({frames[k]: pictures[frames[k]] for k in some}, shifts, lamps, known)
+        lights = [one.turned() if self.upright else one for one in self._lights]
+        return background_of(pictures, self.cut.scale * self.shift_px[:, self.axes], lights, known)
 
     def _covered(self, shapes: Sequence[Shape]) -> list[list[Part]]:
         """Parts of each sample that known bodies cover, as it is reduced for regions."""
         x, y = (self.cut.corner_px[axis] for axis in self.axes)
         scale = self.cut.scale * self._scale
-        each = ([one.part(k, (x, y), scale) for one in shapes] for k in self.frames.tolist())
+        each = ([one.part(k, (x, y), scale) for one in shapes] for k in range(len(self._lights)))
         return [[part[::-1] if self.upright else part for part in parts] for parts in each]
 
 
@@ -241,7 +235,7 @@ def _less_sure(seen: Followed, motion: Motion) -> Followed:
 
 def _swept(rough: Rough) -> Box:
     """Box that a body passes over."""
-    x, y = np.array(list(rough.path_px.values())).T
+    x, y = known_of(rough.path_px).T
     left, top, right, bottom = rough.box
     return (
         float(x.min()) + left,

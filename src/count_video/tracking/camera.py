@@ -12,17 +12,19 @@ the shift is taken from every position, and its uncertainty is added.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from count_video.records import Floats, Indices, Luma, Mask, Pixels
+from count_video.records import Floats, Indices, Mask, Pixels
 from count_video.signals import interpolated
 from count_video.tracking.background import ROUNDING, Background
-from count_video.tracking.registration import Fit, register_all
-from count_video.tracking.shape import Box, Place
+from count_video.tracking.paths import only
+from count_video.tracking.registration import register_all
+from count_video.tracking.sequences import Chosen, Lumas
+from count_video.tracking.shape import Box
 from count_video.tracking.template import Template, make_template, piece_at
 from count_video.video.pictures import reduced
 
@@ -77,23 +79,22 @@ class Motion:
         return Motion(self.shift_px[:, ::-1], self.sigma_px[:, ::-1])
 
 
-def scenery(
-    pictures: Mapping[int, Luma], background: Background, swept: Sequence[Box]
-) -> Scenery | None:
+def scenery(pictures: Lumas, background: Background, swept: Sequence[Box]) -> Scenery | None:
     """Blocks of the background that show where a picture lies; None if nothing does.
 
     Parameters
     ----------
     pictures
-        Frame index -> luma, shape (height, width), for some pictures.
+        Samples, each of shape (height, width).
     background
         What stands still in them, and how far the camera has roughly moved them.
     swept
         Boxes that what may be bodies passes over, the likeliest first.
     """
-    known, luma = sorted(background.shift_px), background.luma
-    some = [known[k] for k in np.linspace(0, len(known) - 1, MEASURED_OF).astype(int)]
-    changes = [_of_blocks(cv2.absdiff(background.as_it_stands(pictures[k], k), luma)) for k in some]
+    luma, guesses = background.luma, background.shift_px
+    some = np.unique(np.linspace(0, len(guesses) - 1, MEASURED_OF).astype(int))
+    stands = (background.as_it_stands(pictures[k], k) for k in some.tolist())
+    changes = [_of_blocks(cv2.absdiff(one, luma)) for one in stands]
     change = np.quantile(changes, CHANGED_SHARE, axis=0)
     whole = piece_at(luma, 0.0, 0.0, (luma.shape[0], luma.shape[1]))
     # Threads swing above the bodies; what trembles with the scenery is among what may be a body;
@@ -104,9 +105,7 @@ def scenery(
         if len(clear) < BLOCKS_AT_LEAST:
             continue
         halves = [_made(whole, part, change.shape) for part in (clear[::2], clear[1::2])]
-        found = [
-            _places(half, pictures, {k: background.shift_px[k] for k in some})[0] for half in halves
-        ]
+        found = [_places(half, Chosen(pictures, some), guesses[some])[0] for half in halves]
         # The mean of two errors is half their difference.
         apart = np.abs(np.subtract(*found))
         if np.isnan(apart).any(axis=1).mean() > 0.5:
@@ -118,12 +117,7 @@ def scenery(
     return None
 
 
-def camera_motion(
-    parts: Scenery | None,
-    pictures: Mapping[int, Luma],
-    frames: Indices,
-    roughly: Mapping[int, Place],
-) -> Motion | None:
+def camera_motion(parts: Scenery | None, pictures: Lumas, roughly_px: Floats) -> Motion | None:
     """Measure how the camera moved; None where it stood still or nothing shows it.
 
     Parameters
@@ -131,18 +125,13 @@ def camera_motion(
     parts
         Of the background.
     pictures
-        Frame index -> luma, shape (height, width).
-    frames
-        Indices of those to measure it in, in order of time, shape (n,).
-    roughly
-        Frame index -> how far it moved some of them, by x and y, right to some px.
+        Those to measure it in, in order of time, n of them, each of shape (height, width).
+    roughly_px
+        How far it moved them, by x and y, right to some px, shape (n, 2).
     """
     if parts is None:
         return None
-    some = sorted(roughly)
-    x, y = (np.interp(frames, some, [roughly[k][axis] for k in some]) for axis in (0, 1))
-    guesses = dict(zip(frames.tolist(), zip(x.tolist(), y.tolist(), strict=True), strict=True))
-    place, unsure = _places(parts.template, pictures, guesses)
+    place, unsure = _places(parts.template, pictures, roughly_px)
     if not np.isfinite(place).any():
         return None
     # By x and y apart: edges along one of them may be lost where those along the other are not.
@@ -158,19 +147,14 @@ def camera_motion(
     return Motion(np.where(moves, place, 0.0), np.where(moves, sigma, 0.0))
 
 
-def _places(
-    template: Template, pictures: Mapping[int, Luma], guesses: Mapping[int, Place]
-) -> tuple[Floats, Floats]:
+def _places(template: Template, pictures: Lumas, guesses_px: Floats) -> tuple[Floats, Floats]:
     """Find a template near to guesses: its places by x and y and their sigmas, shape (n, 2)."""
-    found: dict[int, Fit] = {}
-    for along, across in AROUND_PX:
-        left = {k: (x + along, y + across) for k, (x, y) in guesses.items() if k not in found}
-        fits = register_all(pictures, template, left)
-        found |= {k: fit for k, fit in fits.items() if fit.agreement > AGREEMENT_AT_LEAST}
-    place, sigma = (np.full((len(guesses), 2), np.nan) for _ in range(2))
-    for row, frame in enumerate(guesses):
-        if fit := found.get(frame):
-            place[row], sigma[row] = (fit.x_px, fit.y_px), (fit.sigma_x_px, fit.sigma_y_px)
+    place, sigma = (np.full(guesses_px.shape, np.nan) for _ in range(2))
+    for around in AROUND_PX:
+        left = np.flatnonzero(np.isnan(place[:, 0]))
+        fits = register_all(pictures, template, only(guesses_px + around, left))
+        good = fits.agreement > AGREEMENT_AT_LEAST
+        place[good], sigma[good] = fits.places_px[good], fits.sigmas_px[good]
     return place, sigma
 
 
@@ -181,7 +165,7 @@ def _clear_blocks(background: Background, change: Floats, swept: Sequence[Box]) 
     in the background.
     """
     rows, columns = change.shape
-    far = np.abs(np.array(list(background.shift_px.values()))).max(axis=0) + 1
+    far = np.abs(background.shift_px).max(axis=0) + 1
     right, down = (1 + int(edge) // BLOCK_PX for edge in far)
     free = np.zeros((rows, columns), np.bool_)
     free[down : rows - down, right : columns - right] = True

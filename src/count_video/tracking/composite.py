@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
 
@@ -10,12 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Floats, Indices, Luma, Mask, Pixels
+from count_video.records import Floats, Indices, Mask, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.background import Background
+from count_video.tracking.medians import of_rank
 from count_video.tracking.outline import Mean
+from count_video.tracking.sequences import Lumas, Reduced
 from count_video.tracking.shape import Place, Shape, hidden
-from count_video.video.pictures import reduced
 
 Levels = NDArray[np.int16]
 """Smoothed brightness in steps of a grey level: half the bytes of floats, and sorted faster."""
@@ -54,28 +55,25 @@ much as from their median, over a neighbourhood of this side in the pictures as 
 class Source:
     """What bodies are cut out of."""
 
-    pictures: Mapping[int, Luma]
-    """Frame index -> luma, shape (height, width)."""
+    pictures: Lumas
+    """Samples, each of shape (height, width)."""
     background: Background
     known: Sequence[Shape]
     """What hides a body in some pictures."""
-    neighbours: Sequence[Mapping[int, Place]] = ()
-    """Paths of others that move otherwise: frame index -> image x and y of one of their points."""
-    reduced_before: dict[int, dict[int, Luma]] = field(default_factory=dict)
-    """The pictures that were reduced already, by scale and frame index."""
+    neighbours: Sequence[Floats] = ()
+    """Paths of others that move otherwise: image x and y of one of their points, shape (samples,
+    2); NaN where it is not seen."""
+    reduced_before: dict[int, Reduced] = field(default_factory=dict)
+    """The pictures reduced by a scale."""
 
-    def reduced(self, scale: int, frames: Sequence[int]) -> Source:
-        """Reduce the pictures with these frame indices, and what is known of them."""
+    def reduced(self, scale: int) -> Source:
+        """Reduce the pictures, and what is known of them."""
         if scale == 1:
             return self
-        small = self.reduced_before.setdefault(scale, {})
-        small |= {k: reduced(self.pictures[k], scale) for k in frames if k not in small}
-        pictures = {k: small[k] for k in frames}
-        known = [one.reduced(scale, frames) for one in self.known]
-        paths = [
-            {k: (x / scale, y / scale) for k, (x, y) in path.items()} for path in self.neighbours
-        ]
-        return Source(pictures, self.background.reduced(scale, frames), known, paths)
+        small = self.reduced_before.setdefault(scale, Reduced(self.pictures, scale))
+        known = [one.reduced(scale) for one in self.known]
+        paths = [path / scale for path in self.neighbours]
+        return Source(small, self.background.reduced(scale), known, paths)
 
 
 @dataclass(frozen=True)
@@ -102,13 +100,18 @@ class Pieces:
 
 def cut_pieces(
     source: Source,
-    places: Mapping[int, Place],
+    places_px: Floats,
     shape_and_margin: tuple[tuple[int, int], tuple[int, int]],
 ) -> Pieces:
-    """Cut pieces out of pictures at these places, with a margin of some rows and columns around."""
-    pictures, background, known = source.pictures, source.background, source.known
+    """Cut pieces out of samples, with a margin of some rows and columns around.
+
+    ``places_px`` is image x and y of the inner part's top left pixel, shape (samples, 2); NaN for
+    the samples that are left out.
+    """
+    background, known = source.background, source.known
     (height, width), margin = shape_and_margin
-    corners = np.array(list(places.values())) - margin[::-1]
+    samples = np.flatnonzero(np.isfinite(places_px[:, 0]))
+    corners = places_px[samples] - margin[::-1]
     size = background.luma.shape
     columns, rows = (
         _shown(corners[:, axis], length + 2 * margin[1 - axis], size[1 - axis])
@@ -117,29 +120,30 @@ def cut_pieces(
     shape = height + 2 * margin[0] - sum(rows), width + 2 * margin[1] - sum(columns)
     boxes = [one for one in known if one.look is None]
     bodies = [one for one in known if one.look is not None]
-    seen, behind = (np.empty((len(places), *shape), np.int16) for _ in range(2))
-    covered, others = (np.zeros((len(places), *shape), np.bool_) for _ in range(2))
-    for number, (frame, inner) in enumerate(places.items()):
-        place = inner[0] + (columns[0] - margin[1]), inner[1] + (rows[0] - margin[0])
-        back = background.behind(frame, place, shape)
+    seen, behind = (np.empty((len(samples), *shape), np.int16) for _ in range(2))
+    covered, others = (np.zeros((len(samples), *shape), np.bool_) for _ in range(2))
+    begins = (places_px[samples] + np.subtract((columns[0], rows[0]), margin[::-1])).tolist()
+    for number, (sample, (x, y)) in enumerate(zip(samples.tolist(), begins, strict=True)):
+        picture, place = source.pictures[sample], (x, y)
+        back = background.behind(sample, place, shape)
         for one in bodies:
-            others[number] |= one.paint(back, frame, place)
-        seen[number] = _levels(background.levelled(pictures[frame], frame, place, shape))
+            others[number] |= one.paint(back, sample, place)
+        seen[number] = _levels(background.levelled(picture, sample, place, shape))
         behind[number] = _levels(back)
-        covered[number] = _outside(place, shape, pictures[frame].shape)
-        covered[number] |= hidden(boxes, frame, place, shape) > 0
-    away = [_away(places, path) for path in source.neighbours]
+        covered[number] = _outside(place, shape, size)
+        covered[number] |= hidden(boxes, sample, place, shape) > 0
+    away = [_away(places_px[samples], path[samples]) for path in source.neighbours]
     return Pieces(seen, behind, covered, others, (rows, columns), away)
 
 
-def _away(places: Mapping[int, Place], path: Mapping[int, Place]) -> Shifts:
-    """How far another body is from its usual place beside a body."""
-    apart = {k: np.subtract(path[k], place)[::-1] for k, place in places.items() if k in path}
-    if not apart:
-        return np.full((len(places), 2), FAR)
-    usual = np.median(list(apart.values()), axis=0)
-    shifts = [np.rint(apart[k] - usual) if k in apart else (FAR, FAR) for k in places]
-    return np.array(shifts, np.intp)
+def _away(path_px: Floats, other_px: Floats) -> Shifts:
+    """How far another body is from its usual place beside a body, by their paths."""
+    apart, shifts = other_px - path_px, np.full(path_px.shape, FAR)
+    known = np.isfinite(apart[:, 0])
+    if known.any():
+        away = apart[known] - np.median(apart[known], axis=0)
+        shifts[known] = np.rint(away[:, ::-1])
+    return shifts
 
 
 def _levels(piece: Pixels) -> Levels:
@@ -266,35 +270,7 @@ def _mean(values: Levels, covered: Mask) -> Pixels:
 def _quantile(values: Levels, covered: Mask, share: float) -> Pixels:
     """Quantile where a pixel is not covered, shape (height, width), in grey levels; else 0."""
     count = len(values) - _count(covered)
+    rank = np.minimum((share * count).astype(np.intp), len(values) - 1)
     # Covered ones come last.
-    ordered = _sorted(np.where(covered, LAST, values))
-    place = np.minimum((share * count).astype(np.intp), len(values) - 1)
-    found = np.take_along_axis(ordered, place[None], axis=0)[0]
+    found = of_rank(np.where(covered, LAST, values), rank)
     return np.where(count > 0, found, 0).astype(np.float32) / np.float32(STEPS)
-
-
-def _sorted(values: Levels) -> Levels:
-    """Sort each pixel's values, in place, by a network of comparisons of whole pieces.
-
-    It takes a tenth of the time of numpy's sort of one pixel after the other.
-    """
-    spare = np.empty_like(values[0])
-    for low, high in _comparisons(len(values)):
-        np.minimum(values[low], values[high], out=spare)
-        np.maximum(values[low], values[high], out=values[high])
-        values[low] = spare
-    return values
-
-
-@cache
-def _comparisons(count: int) -> list[tuple[int, int]]:
-    """Which values to compare, one after the other, to sort so many (Batcher 1968)."""
-    steps = [1 << k for k in range(max(count - 1, 0).bit_length())]
-    return [
-        (low, low + apart)
-        for merged in steps
-        for apart in steps[: steps.index(merged) + 1][::-1]
-        for begin in range(apart % merged, count - apart, 2 * apart)
-        for low in range(begin, min(begin + apart, count - apart))
-        if low // (2 * merged) == (low + apart) // (2 * merged)
-    ]

@@ -6,15 +6,15 @@ and neighbours; within that, a close view of the pictures as they are gives its 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
-from count_video.records import Mask
+from count_video.records import Floats, Indices, Mask
 from count_video.tracking.composite import NEIGHBOURHOOD_PX, Source, cut_pieces, median_of
 from count_video.tracking.outline import Mean, Outline, find_outline, widths_of
+from count_video.tracking.paths import only
 from count_video.tracking.shape import Place
 
 EDGE_PX = 3
@@ -59,8 +59,9 @@ class Stage:
     """Of the box around it, from its path."""
     shape: tuple[int, int]
     """Height and width of the box."""
-    places: Mapping[int, Place]
-    """Frame index -> image x and y of the box's top left pixel."""
+    path_px: Floats
+    """Image x and y of the box's top left pixel, shape (samples, 2); NaN in samples that are left
+    out."""
     own: Mask | None = None
     """Which pixels of the box are the body's; None where that is not known."""
     unsure_px: int = 1
@@ -68,24 +69,26 @@ class Stage:
     agreement: float = 0.0
     """Median correlation with the pictures it was registered in."""
 
-    def at(self, path_px: Mapping[int, Place], frames: Sequence[int]) -> Stage:
-        """Put it where its path is in some pictures."""
-        x, y = self.corner
-        return replace(self, places={k: (path_px[k][0] + x, path_px[k][1] + y) for k in frames})
+    @property
+    def samples(self) -> Indices:
+        """Those that are not left out."""
+        return np.flatnonzero(np.isfinite(self.path_px[:, 0]))
+
+    def at(self, path_px: Floats, samples: Indices) -> Stage:
+        """Put it where its path is in some samples."""
+        return replace(self, path_px=only(path_px + self.corner, samples))
 
     def reduced(self, scale: int) -> Stage:
         """Turn px of pictures into those of reduced ones."""
         (x, y), (height, width) = self.corner, self.shape
-        places = {k: (x / scale, y / scale) for k, (x, y) in self.places.items()}
         shape = round(height / scale), round(width / scale)
-        return Stage(scale, (x / scale, y / scale), shape, places)
+        return Stage(scale, (x / scale, y / scale), shape, self.path_px / scale)
 
     def enlarged(self) -> Stage:
         """Turn px of reduced pictures into those of the pictures."""
         by, (x, y), (height, width) = self.scale, self.corner, self.shape
-        places = {k: (by * x, by * y) for k, (x, y) in self.places.items()}
         own = None if self.own is None else self.own.repeat(by, axis=0).repeat(by, axis=1)
-        return Stage(1, (by * x, by * y), (by * height, by * width), places, own, by)
+        return Stage(1, (by * x, by * y), (by * height, by * width), by * self.path_px, own, by)
 
     def fills(self, source: Source) -> bool:
         """Whether it takes up more of the picture than a body does."""
@@ -109,7 +112,7 @@ def close_cut(source: Source, wide: Stage, fence: Fence) -> tuple[Stage, Outline
 def _cut(
     source: Source, stage: Stage, margin: tuple[int, int], fence: Fence
 ) -> tuple[Stage, Outline] | None:
-    if len(stage.places) < SIGHTINGS_AT_LEAST or stage.fills(source):
+    if len(stage.samples) < SIGHTINGS_AT_LEAST or stage.fills(source):
         return None
     mean = _mean(source, stage, margin)
     own = _connected(mean, stage, margin)
@@ -130,20 +133,20 @@ def _cut(
         return None
     x, y = begin + outline.begin_px, top - margin[0]
     shape = outline.template.shape
-    places = {k: (place[0] + x, place[1] + y) for k, place in stage.places.items()}
     held = own[part][:, outline.begin_px : outline.begin_px + shape[1]]
     corner = stage.corner[0] + x, stage.corner[1] + y
-    return Stage(stage.scale, corner, shape, places, held), outline
+    path_px = stage.path_px + np.array([x, y])
+    return Stage(stage.scale, corner, shape, path_px, held), outline
 
 
 def _mean(source: Source, stage: Stage, margin: tuple[int, int]) -> Mean:
-    """Lay pieces of some pictures upon each other."""
-    frames = list(stage.places)
+    """Lay pieces of some samples upon each other."""
+    samples = stage.samples
     pixels = (stage.shape[0] + 2 * margin[0]) * (stage.shape[1] + 2 * margin[1])
     count = max(PIECES_AT_LEAST, PIXELS // pixels)
-    some = np.linspace(0, len(frames) - 1, min(count, len(frames))).astype(int).tolist()
-    places = {frames[k]: stage.places[frames[k]] for k in some}
-    return median_of(cut_pieces(source, places, (stage.shape, margin)), stage.scale)
+    some = np.linspace(0, len(samples) - 1, min(count, len(samples))).astype(int)
+    pieces = cut_pieces(source, only(stage.path_px, samples[some]), (stage.shape, margin))
+    return median_of(pieces, stage.scale)
 
 
 def _connected(mean: Mean, stage: Stage, margin: tuple[int, int]) -> Mask | None:

@@ -10,16 +10,17 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.records import Floats, Indices, Luma, Pixels
+from count_video.records import Floats, Indices, Pixels
 from count_video.tracking.background import Background
 from count_video.tracking.learning import Body
 from count_video.tracking.registration import Fit, register, register_all
 from count_video.tracking.search import search
+from count_video.tracking.sequences import Chosen, Lumas
 from count_video.tracking.shape import Place, Shape
 from count_video.tracking.template import pixels_at
 
@@ -94,71 +95,54 @@ class Followed:
 class Clip:
     """What bodies are followed in; pictures lie so that the motion is nearer to their x axis."""
 
-    pictures: Mapping[int, Luma]
-    """By frame index."""
+    pictures: Lumas
+    """In order of time, n of them."""
     frames: Indices
-    """Which of them to follow bodies in, in order of time, shape (n,)."""
+    """Frame index of each, shape (n,)."""
+    samples: Indices
+    """Which of them bodies are learnt from, shape (samples,)."""
     background: Background
     shift_px: Floats
     """The camera's motion, shape (n, 2)."""
 
-    def only(self, chosen: Indices) -> Clip:
-        """Take some of the pictures."""
-        return replace(self, frames=self.frames[chosen], shift_px=self.shift_px[chosen])
+    def sampled(self) -> Clip:
+        """Take the samples alone."""
+        frames, shift_px = self.frames[self.samples], self.shift_px[self.samples]
+        pictures, every = Chosen(self.pictures, self.samples), np.arange(len(frames))
+        return Clip(pictures, frames, every, self.background, shift_px)
 
     def as_learnt(self, body: Body) -> Followed:
         """Take a body to be where it was when it was learnt, without an uncertainty."""
-        places = np.array([body.sightings.get(int(k), (np.nan, np.nan)) for k in self.frames])
-        x, y = (places - self.shift_px).T
+        x, y = (body.path_px - self.shift_px[self.samples]).T
         return Followed(body, x, y, 0.0 * x)
-
-    def sightings(self, seen: Followed) -> dict[int, Place]:
-        """Places in the pictures as they are, by frame index."""
-        x, y = seen.x_px + self.shift_px[:, 0], seen.y_px + self.shift_px[:, 1]
-        known = np.isfinite(x)
-        frames = self.frames[known].tolist()
-        places = zip(frames, x[known].tolist(), y[known].tolist(), strict=True)
-        return {frame: (along, across) for frame, along, across in places}
 
     def shape(self, seen: Followed) -> Shape:
         """Describe what a body hides."""
         template = seen.body.template
         look = template.appearance, template.weight > 0
-        return Shape(self.sightings(seen), seen.body.box, look)
+        return Shape(seen.xy_px + self.shift_px, seen.body.box, look)
 
 
 def follow(clip: Clip, body: Body) -> Followed:
     """Find a body in all pictures."""
-    frames, shift_px = clip.frames, clip.shift_px
-    rows = np.searchsorted(frames, np.array(sorted(body.sightings)))
-    seen = np.array([body.sightings[k] for k in sorted(body.sightings)]) - shift_px[rows]
-    guesses = np.stack(
-        [np.interp(frames, frames[rows], seen[:, axis]) for axis in range(2)], axis=1
-    )
+    frames, known = clip.frames, np.isfinite(body.path_px[:, 0])
+    rows = clip.samples[known]
+    seen = body.path_px[known] - clip.shift_px[rows]
+    guesses = np.stack([np.interp(frames, frames[rows], along) for along in seen.T], axis=1)
     found = np.full((len(frames), 3), np.nan)
-    at_guess = _at_guesses(clip, body, guesses)
+    at_guess = register_all(clip.pictures, body.template, guesses + clip.shift_px)
     first = int(rows[0])
     ways = range(first, len(frames)), range(min(first + BACK_FROM, len(frames)) - 1, -1, -1)
     for way in ways:
         path = _Path(clip, body)
         for row in way:
-            frame, shift = int(frames[row]), (float(shift_px[row, 0]), float(shift_px[row, 1]))
-            if np.isfinite(found[row, 0]):
-                path.pass_by(frame, (float(found[row, 0]), float(found[row, 1])))
-                continue
-            guess = (float(guesses[row, 0]), float(guesses[row, 1]))
-            fit = path.find(frame, guess, at_guess, shift)
-            if fit is not None:
-                found[row] = fit.x_px - shift[0], fit.y_px - shift[1], fit.sigma_x_px
+            x, y, _ = found[row].tolist()
+            if math.isfinite(x):
+                path.pass_by(row, (x, y))
+            elif fit := path.find(row, (guesses[row, 0], guesses[row, 1]), at_guess.fit(row)):
+                along, across = clip.shift_px[row].tolist()
+                found[row] = fit.x_px - along, fit.y_px - across, fit.sigma_x_px
     return Followed(body, *found.T)
-
-
-def _at_guesses(clip: Clip, body: Body, guesses: Floats) -> dict[int, Fit | None]:
-    """Register a body where it may be in each picture, shape (n, 2), by frame index."""
-    places = zip(clip.frames.tolist(), (guesses + clip.shift_px).tolist(), strict=True)
-    guessed = {frame: (x, y) for frame, (x, y) in places}
-    fits = register_all(clip.pictures, body.template, guessed)
-    return {frame: fits.get(frame) for frame in guessed}
 
 
 def was_followed(x_px: Floats) -> bool:
@@ -174,40 +158,34 @@ class _Path:
 
     def __init__(self, clip: Clip, body: Body) -> None:
         self._template, self._typical = body.template, body.typical_agreement
-        self._pictures, self._background = clip.pictures, clip.background.luma
+        self._clip = clip
         self._trail: deque[tuple[int, Place]] = deque(maxlen=max(ORDERS) + 1)
         self._fastest: Place = (0.0, 0.0)
         self.lost = self._unsure = 0
         """Pictures since the last that showed the body, and since the last that did so surely."""
 
-    def find(
-        self, frame: int, guess: Place, at_guess: Mapping[int, Fit | None], shift: Place
-    ) -> Fit | None:
-        """Find the body in the next picture, by the camera's shift.
-
-        ``at_guess`` has what was registered from the guesses already, by frame index.
-        """
+    def find(self, row: int, guess: Place, at_guess: Fit | None) -> Fit | None:
+        """Find the body in the next picture; ``at_guess`` is what was registered from the guess."""
         moves_on = bool(self._trail) and not self.lost
-        onward = [self.onward(frame, guess, order) for order in ORDERS if moves_on]
+        onward = [self.onward(row, guess, order) for order in ORDERS if moves_on]
         best: Fit | None = None
-        for place in (guess, *onward):
-            known = at_guess if place is guess else {}
-            fit = known[frame] if frame in known else self._registered(frame, place, shift)
-            fit = self._believed(fit, frame, shift)
+        for number, place in enumerate((guess, *onward)):
+            fit = self._believed(self._registered(row, place) if number else at_guess, row)
             if fit is not None and (best is None or fit.agreement > best.agreement):
                 best = fit
-            if best is not None and self._settles(best, [_plus(one, shift) for one in onward]):
+            if best is not None and self._settles(best, [self._shown(row, one) for one in onward]):
                 break
         else:
-            best = self._or_searched(best, frame, onward[0] if onward else guess, shift)
+            best = self._or_searched(best, row, onward[0] if onward else guess)
         self._unsure = 0 if best is not None and self._is_sure(best) else self._unsure + 1
         if best is None:
             self.lose()
             return None
-        self.pass_by(frame, (best.x_px - shift[0], best.y_px - shift[1]))
+        right, down = self._clip.shift_px[row].tolist()
+        self.pass_by(row, (best.x_px - right, best.y_px - down))
         return best
 
-    def _or_searched(self, best: Fit | None, frame: int, near: Place, shift: Place) -> Fit | None:
+    def _or_searched(self, best: Fit | None, row: int, near: Place) -> Fit | None:
         """Take what is found further away if that agrees better: than a sure place, much better.
 
         The longer no fit has been sure, the rarer are the searches: in the 1st, 2nd, 4th, 8th
@@ -215,19 +193,24 @@ class _Path:
         """
         if self._unsure & (self._unsure - 1):
             return best
-        found = self._searched(frame, near, shift)
+        found = self._searched(row, near)
         if found is None or best is None:
             return found or best
         much = USUAL_RATIO if self._is_sure(best) else 1.0
         return found if much * (1 - found.agreement) < 1 - best.agreement else best
 
-    def _registered(self, frame: int, place: Place, shift: Place) -> Fit | None:
-        return register(self._pictures[frame], self._template, _plus(place, shift))
+    def _shown(self, row: int, place: Place) -> Place:
+        """Where a picture shows what is at a place when the camera has not moved."""
+        right, down = self._clip.shift_px[row].tolist()
+        return place[0] + right, place[1] + down
 
-    def _searched(self, frame: int, near: Place, shift: Place) -> Fit | None:
-        place, picture = _plus(near, shift), self._pictures[frame]
+    def _registered(self, row: int, place: Place) -> Fit | None:
+        return register(self._clip.pictures[row], self._template, self._shown(row, place))
+
+    def _searched(self, row: int, near: Place) -> Fit | None:
+        picture, place = self._clip.pictures[row], self._shown(row, near)
         fits = search(picture, self._template, place, self._reach())
-        return next((fit for fit in fits if self._believed(fit, frame, shift)), None)
+        return next((fit for fit in fits if self._believed(fit, row)), None)
 
     def _reach(self) -> Place:
         """How far to search by x and by y: further, the longer the body has been lost."""
@@ -236,9 +219,9 @@ class _Path:
         away = 1 + self.lost
         return max(REACH_AT_LEAST_PX, large, along) * away, large + across * away
 
-    def onward(self, frame: int, guess: Place, order: int = 1) -> Place:
+    def onward(self, row: int, guess: Place, order: int = 1) -> Place:
         """Extrapolate the last places by a polynomial; the guess where there are none."""
-        known = list(self._trail)[-order - 1 :]
+        known, frame = list(self._trail)[-order - 1 :], int(self._clip.frames[row])
         x = y = 0.0
         for at, place in known:
             share = math.prod((frame - other) / (at - other) for other, _ in known if other != at)
@@ -249,8 +232,9 @@ class _Path:
         """Take note that a picture does not show the body."""
         self.lost += 1
 
-    def pass_by(self, frame: int, place: Place) -> None:
+    def pass_by(self, row: int, place: Place) -> None:
         """Take note of where the body is in a picture."""
+        frame = int(self._clip.frames[row])
         if self._trail:
             last, before = self._trail[-1]
             steps = abs(frame - last)
@@ -271,7 +255,7 @@ class _Path:
         away = (max(abs(fit.x_px - x), abs(fit.y_px - y)) for x, y in onward)
         return self._is_sure(fit) and min(away, default=0.0) < ONWARD_PX
 
-    def _believed(self, fit: Fit | None, frame: int, shift: Place) -> Fit | None:
+    def _believed(self, fit: Fit | None, row: int) -> Fit | None:
         """Take a fit only if it is the body's, and not a place of the scenery that is like it."""
         if fit is None or fit.inside < INSIDE_AT_LEAST:
             return None
@@ -280,8 +264,9 @@ class _Path:
         if fit.agreement < AGREEMENT_SHARE * self._typical:
             return None
         model = self._template.model
-        seen = pixels_at(self._pictures[frame], fit.x_px, fit.y_px, model.tiles)
-        behind = pixels_at(self._background, fit.x_px - shift[0], fit.y_px - shift[1], model.tiles)
+        seen = pixels_at(self._clip.pictures[row], fit.x_px, fit.y_px, model.tiles)
+        x, y = fit.x_px - self._clip.shift_px[row, 0], fit.y_px - self._clip.shift_px[row, 1]
+        behind = pixels_at(self._clip.background.luma, float(x), float(y), model.tiles)
         like = _correlation(seen, behind, model.weight)
         return None if 1 - like < SCENERY_RATIO * (1 - fit.agreement) else fit
 
@@ -291,7 +276,3 @@ def _correlation(one: Pixels, other: Pixels, weight: Pixels) -> float:
     a, b = (piece - np.average(piece, weights=weight) for piece in (one, other))
     power = float((weight * a) @ a) * float((weight * b) @ b)
     return float((weight * a) @ b) / power**0.5 if power > 0 else 0.0
-
-
-def _plus(place: Place, shift: Place) -> Place:
-    return place[0] + shift[0], place[1] + shift[1]

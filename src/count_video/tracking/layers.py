@@ -51,15 +51,15 @@ def add_bodies(
         enough = BODIES_AT_MOST if rough.sure else BODIES_ENOUGH
         if len(found) - len(known) >= enough:
             break
-        if any(_holds(rough, other, clip.frames) for other in found):
+        if any(_holds(rough, other) for other in found):
             continue
-        if any(one.box == rough.box and one.path_px == rough.path_px for one in in_vain):
+        if any(_alike(rough, one) for one in in_vain):
             continue
         others = [other.path_px for other in roughs if other is not rough][:NEIGHBOURS]
         seeds = _seeds_beside(rough, roughs)
         bodies = [clip.shape(other) for other in found]
         hide = [*seeds, *(one for one in bodies if rough.blurred or not _holds_seed(one, rough))]
-        paths = [seed.places for seed in seeds]
+        paths = [seed.path_px for seed in seeds]
         body = learn(clip.pictures, clip.background, rough, others, hide, paths[:NEIGHBOURS])
         if body is None or any(
             _part_of(body, other, clip) and _stands_for_both(other.body, body) for other in found
@@ -221,29 +221,31 @@ def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | 
     return learn(
         few.pictures,
         few.background,
-        Rough(few.sightings(sure), box, (-np.inf, np.inf)),
-        [shape.places for shape in shapes][:NEIGHBOURS],
+        Rough(few.shape(sure).path_px, box, (-np.inf, np.inf)),
+        [shape.path_px for shape in shapes][:NEIGHBOURS],
         [shape for shape in shapes if not shape.holds(own)],
-        [shape.places for shape in shapes if not shape.moves_with(own)][:NEIGHBOURS],
+        [shape.path_px for shape in shapes if not shape.moves_with(own)][:NEIGHBOURS],
     )
 
 
-def _holds(rough: Rough, other: Followed, frames: Indices) -> bool:
+def _alike(one: Rough, other: Rough) -> bool:
+    """Whether two proposals are the same."""
+    return one.box == other.box and np.array_equal(one.path_px, other.path_px, equal_nan=True)
+
+
+def _holds(rough: Rough, other: Followed) -> bool:
     """Whether the box of a proposal holds the middle of a known body in most of its samples."""
-    rows = np.searchsorted(frames, np.array(list(rough.path_px)))
-    path = np.array(list(rough.path_px.values()))
-    x = other.middle_px[rows] - path[:, 0]
-    y = other.y_px[rows] + other.body.template.shape[0] / 2 - path[:, 1]
+    x = other.middle_px - rough.path_px[:, 0]
+    y = other.y_px + other.body.template.shape[0] / 2 - rough.path_px[:, 1]
     left, top, right, bottom = rough.box
     inside = (x > left) & (x < right) & (y > top) & (y < bottom)
-    return bool(inside.mean() > 0.5)
+    return bool(inside[np.isfinite(rough.path_px[:, 0])].mean() > 0.5)
 
 
 def _part_of(body: Body, other: Followed, clip: Clip) -> bool:
     """Whether a template, where it was learnt, keeps its distance from a body that was followed."""
-    rows = np.searchsorted(clip.frames, np.array(body.learnt))
-    places = np.array([body.sightings[frame] for frame in body.learnt]) - clip.shift_px[rows]
-    return _together(other.xy_px[rows], places)
+    path_px = body.path_px - clip.shift_px
+    return _together(other.xy_px[body.learnt], path_px[body.learnt])
 
 
 def same_body(one: Followed, other: Followed) -> bool:

@@ -9,19 +9,20 @@ only its box is read.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from count_video.records import Luma
+from count_video.records import Floats, Indices
 from count_video.tracking.background import Background
 from count_video.tracking.composite import Source
 from count_video.tracking.cutting import SIGHTINGS_AT_LEAST, Stage, close_cut, wide_cut
 from count_video.tracking.outline import Outline, widths_of
-from count_video.tracking.paths import Rough, choose
+from count_video.tracking.paths import Rough, choose, only
 from count_video.tracking.registration import register_all
-from count_video.tracking.shape import Box, Place, Shape
+from count_video.tracking.sequences import Lumas
+from count_video.tracking.shape import Box, Shape
 from count_video.tracking.template import Template, make_template, piece_at
 
 SURROUNDINGS, ENDS_APART = 0.6, 1.5
@@ -56,7 +57,7 @@ INSIDE_AT_LEAST = 0.7
 """Share of the template that must lie within a picture to learn from it."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Body:
     """A template with its outline; x is measured from the template's left column."""
 
@@ -68,10 +69,11 @@ class Body:
     """Its uppermost and lowest point, from the template's first row."""
     round_: bool
     """Whether the outline is a circle, or as high as one of its width."""
-    sightings: dict[int, Place]
-    """Frame index -> (x, y) of the template's top left pixel, roughly where it was not learnt."""
-    learnt: tuple[int, ...]
-    """Frames of the pictures it was learnt from, in which it was registered."""
+    path_px: Floats
+    """Image x and y of the template's top left pixel, roughly where it was not learnt, shape
+    (samples, 2); NaN where it is not known."""
+    learnt: Indices
+    """Samples it was learnt from, in which it was registered."""
     typical_agreement: float
     """Median correlation with the pictures it was learnt from."""
 
@@ -85,7 +87,7 @@ class Body:
 class _View:
     """What a view of reduced pictures shows of a body."""
 
-    pictures: Mapping[int, Luma]
+    pictures: Lumas
     stage: Stage
     outline: Outline
     whole: bool
@@ -93,27 +95,27 @@ class _View:
 
 
 def learn(
-    pictures: Mapping[int, Luma],
+    pictures: Lumas,
     background: Background,
     rough: Rough,
-    others: Sequence[Mapping[int, Place]],
+    others: Sequence[Floats],
     known: Sequence[Shape] = (),
-    neighbours: Sequence[Mapping[int, Place]] = (),
+    neighbours: Sequence[Floats] = (),
 ) -> Body | None:
     """Learn the template of a body that is roughly known.
 
     Parameters
     ----------
     pictures
-        Frame index -> luma, shape (height, width).
+        Samples, each of shape (height, width).
     background
         What stands still in them.
     rough
         The body as its corners show it.
     others
-        Paths of the other bodies, by which pictures are known to be alike.
+        Paths of the other bodies, by which samples are known to be alike, shape (samples, 2) each.
     known
-        What hides the body in some pictures.
+        What hides the body in some samples.
     neighbours
         Paths of other bodies that move otherwise: what they explain better is not the body's.
 
@@ -131,16 +133,16 @@ def learn(
     stage = _registered(pictures, *found)
     share = 0.0 if rough.blurred else AGREEING_AT_LEAST
     least = max(SIGHTINGS_AT_LEAST, share * len(chosen))
-    if len(stage.places) < least or stage.fills(source):
+    if len(stage.samples) < least or stage.fills(source):
         return None
     return _body(found[1], rough.path_px, stage)
 
 
-def _wide(source: Source, rough: Rough, chosen: Sequence[int]) -> Stage | None:
-    """Learn what a body is, and where it ends, from reduced pictures with these frame indices."""
+def _wide(source: Source, rough: Rough, chosen: Indices) -> Stage | None:
+    """Learn what a body is, and where it ends, from some samples, reduced."""
     again = rough.corners is None
     left, top, right, bottom = (round(edge) for edge in rough.box)
-    stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), {})
+    stage = Stage(1, (float(left), float(top)), (bottom - top, right - left), rough.path_px)
     few = chosen[:: -(-len(chosen) // WIDE_PICTURES)] if rough.sure else chosen
     stage = stage.at(rough.path_px, few)
     seen = None
@@ -154,7 +156,7 @@ def _wide(source: Source, rough: Rough, chosen: Sequence[int]) -> Stage | None:
             break
     if again or seen is None:
         return stage.at(rough.path_px, chosen)
-    small = source.reduced(after.scale, chosen).pictures
+    small = source.reduced(after.scale).pictures
     whole = stage.at(rough.path_px, chosen).reduced(after.scale)
     return _registered(small, replace(whole, own=after.own), seen.outline).enlarged()
 
@@ -180,9 +182,9 @@ def _seen(
     ends = 0.0 if rough.blurred or width > height else ENDS_APART * height
     scale = max(1, wider * min(height, width) // REDUCED_PX)
     margin = round(around / scale), round(max(around, ends) / scale)
-    small, before = source.reduced(scale, list(stage.places)), stage.reduced(scale)
+    small, before = source.reduced(scale), stage.reduced(scale)
     if align:
-        before = replace(before, places=_aligned(small.pictures, before))
+        before = replace(before, path_px=_aligned(small.pictures, before))
     cut = wide_cut(small, before, margin, rough.fence)
     if cut is None:
         return None
@@ -206,39 +208,38 @@ def _outgrows(stage: Stage, box: Box) -> bool:
     return width > REGION_HOLDS * (right - left) or height > REGION_HOLDS * (bottom - top)
 
 
-def _aligned(pictures: Mapping[int, Luma], stage: Stage) -> dict[int, Place]:
+def _aligned(pictures: Lumas, stage: Stage) -> Floats:
     """Places that are right to some px, made better by registration to one of the pieces."""
-    places, (height, width) = stage.places, stage.shape
+    samples, (height, width) = stage.samples, stage.shape
     weight = np.zeros(stage.shape, dtype=np.float32)
     y, x = np.indices(weight.shape)
     across, along = (height - 1) / 2, (width - 1) / 2
     weight[((y - across) / across) ** 2 + ((x - along) / along) ** 2 < INNER_SHARE] = 1.0
-    best: dict[int, Place] = {}
-    for first in sorted(places)[len(places) // 4 :: max(1, len(places) // 4)]:
-        template = make_template(piece_at(pictures[first], *places[first], (height, width)), weight)
-        fits = register_all(pictures, template, places)
-        good = {
-            k: (fit.x_px, fit.y_px) for k, fit in fits.items() if fit.agreement > AGREEMENT_AT_LEAST
-        }
-        best = max(best, good, key=len)
-    return best
+    best = np.empty(0, np.intp)
+    path = stage.path_px
+    for first in samples[len(samples) // 4 :: max(1, len(samples) // 4)].tolist():
+        x, y = stage.path_px[first].tolist()
+        template = make_template(piece_at(pictures[first], x, y, (height, width)), weight)
+        fits = register_all(pictures, template, stage.path_px)
+        good = np.flatnonzero(fits.agreement > AGREEMENT_AT_LEAST)
+        if len(good) > len(best):
+            best, path = good, fits.places_px
+    return only(path, best)
 
 
-def _body(outline: Outline, path: Mapping[int, Place], stage: Stage) -> Body:
-    places, corner = stage.places, stage.corner
-    away = np.array([np.subtract(places[k], _plus(path[k], corner)) for k in places])
-    drift = np.median(away, axis=0)
-    rough = {
-        k: _plus(place, (corner[0] + drift[0], corner[1] + drift[1])) for k, place in path.items()
-    }
+def _body(outline: Outline, path_px: Floats, stage: Stage) -> Body:
+    learnt, corner = stage.samples, np.array(stage.corner)
+    drift = np.median(stage.path_px[learnt] - (path_px[learnt] + corner), axis=0)
+    path = path_px + (corner + drift)
+    path[learnt] = stage.path_px[learnt]
     return Body(
         outline.template,
         outline.left_px,
         outline.right_px,
         outline.rows_px,
         outline.round_ or _as_high_as_wide(outline),
-        rough | dict(places),
-        tuple(sorted(places)),
+        path,
+        learnt,
         stage.agreement,
     )
 
@@ -254,22 +255,10 @@ def _as_high_as_wide(outline: Outline) -> bool:
     return ROUND_HEIGHT[0] * width < high < ROUND_HEIGHT[1] * width
 
 
-def _plus(place: Place, corner: tuple[float, float]) -> Place:
-    return place[0] + corner[0], place[1] + corner[1]
-
-
-def _registered(pictures: Mapping[int, Luma], stage: Stage, outline: Outline) -> Stage:
-    """Register a template in the pictures; of those that agree, its places and their agreement."""
-    fits = register_all(pictures, outline.template, stage.places)
-    good = {
-        k: fit
-        for k, fit in fits.items()
-        if fit.agreement >= AGREEMENT_AT_LEAST and fit.inside >= INSIDE_AT_LEAST
-    }
-    typical = float(np.median([fit.agreement for fit in good.values()])) if good else 0.0
-    places = {
-        k: (fit.x_px, fit.y_px)
-        for k, fit in good.items()
-        if fit.agreement > AGREEMENT_SHARE * typical
-    }
-    return replace(stage, places=places, agreement=typical)
+def _registered(pictures: Lumas, stage: Stage, outline: Outline) -> Stage:
+    """Register a template in the samples; of those that agree, its places and their agreement."""
+    fits = register_all(pictures, outline.template, stage.path_px)
+    good = (fits.agreement >= AGREEMENT_AT_LEAST) & (fits.inside >= INSIDE_AT_LEAST)
+    typical = float(np.median(fits.agreement[good])) if good.any() else 0.0
+    agree = np.flatnonzero(good & (fits.agreement > AGREEMENT_SHARE * typical))
+    return replace(stage, path_px=only(fits.places_px, agree), agreement=typical)

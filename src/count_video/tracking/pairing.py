@@ -7,6 +7,7 @@ its velocity. The heavy body reverses on its far side too, when it swings back, 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -200,28 +201,28 @@ def _track(
     given: WallSide | None,
 ) -> Track | None:
     """Make the track of two bodies, the one on the left (or above) first; None if one was lost."""
-    places = [view.in_picture(seen.sure_x_px, upright=movers.upright) for seen in pair]
-    if not all(was_followed(x_px) for x_px in places):
+    upright = movers.upright
+    places = [places_of(one, movers, view) for one in pair]
+    if not all(was_followed(one.x_px) for one in places):
         return None
-    sigmas = [view.factor * seen.sigma_px for seen in pair]
-    edges = [
-        (view.factor * seen.body.left_edge_px, view.factor * seen.body.right_edge_px)
-        for seen in pair
-    ]
-    found = wall_side(places[0] + edges[0][0], places[1] + edges[1][1])
+    paths = [one.y_px if upright else one.x_px for one in places]
+    halves = [(one.height_px if upright else one.width_px) / 2 for one in places]
+    found = wall_side(paths[0] - halves[0], paths[1] + halves[1])
     side: WallSide = given or found or "left"
     ball, heavy = (0, 1) if side == "left" else (1, 0)
-    face = edges[heavy][0] if side == "left" else edges[heavy][1]
+    # Of the cylinder it is the place of the face that the ball strikes.
+    low, high = (0.0, 2 * halves[heavy]) if side == "left" else (-2 * halves[heavy], 0.0)
+    x, y = (float(np.nanmedian(path)) for path in (places[ball].x_px, places[ball].y_px))
     return Track(
         frame=frames.astype(np.float64),
-        ball=_about(places[ball], sigmas[ball], edges[ball], sum(edges[ball]) / 2),
-        heavy=_about(places[heavy], sigmas[heavy], edges[heavy], face),
+        ball=BodyTrack(paths[ball], places[ball].sigma_px, -halves[ball], halves[ball]),
+        heavy=BodyTrack(paths[heavy] - (low + high) / 2, places[heavy].sigma_px, low, high),
         wall_side=side,
-        ball_diameter_px=float(edges[ball][1] - edges[ball][0]),
-        line=_line(pair[ball], movers, view),
+        ball_diameter_px=2 * halves[ball],
+        line=MotionLine(x, y, movers.tilt_deg, upright),
         warnings=(
-            *unseen_warning("ball", places[ball]),
-            *unseen_warning("cylinder", places[heavy]),
+            *unseen_warning("ball", paths[ball]),
+            *unseen_warning("cylinder", paths[heavy]),
             *contradiction(given, found),
         ),
         shift_px=camera_shift(movers, view),
@@ -229,27 +230,44 @@ def _track(
     )
 
 
+@dataclass(frozen=True)
+class Places:
+    """Where the middle of a body's outline was in every picture, in px of the footage.
+
+    Arrays have shape (n,), NaN where it is not seen for sure.
+    """
+
+    x_px: Floats
+    y_px: Floats
+    sigma_px: Floats
+    """Standard uncertainty along the line of motion."""
+    width_px: float
+    height_px: float
+
+    @property
+    def xy_px(self) -> Floats:
+        """Shape (n, 2)."""
+        return np.stack([self.x_px, self.y_px], axis=1)
+
+
+def places_of(body: Followed, movers: Movers, view: View) -> Places:
+    """Turn places of a template in a view into those of the body in the footage."""
+    left, top, right, bottom = body.body.box
+    x_px = body.sure_x_px + (left + right) / 2
+    y_px = np.where(np.isfinite(x_px), body.y_px + (top + bottom) / 2, np.nan)
+    along = view.in_picture(x_px, upright=movers.upright)
+    across = view.in_picture(y_px, upright=not movers.upright)
+    long_px, high_px = view.factor * (right - left), view.factor * (bottom - top)
+    if movers.upright:
+        return Places(across, along, view.factor * body.sigma_px, high_px, long_px)
+    return Places(along, across, view.factor * body.sigma_px, long_px, high_px)
+
+
 def camera_shift(movers: Movers, view: View) -> Floats | None:
     """How far the camera moved each picture, shape (n, 2), in px of the footage; None if not."""
     if movers.motion is None:
         return None
     return np.asarray(view.factor * movers.motion.everywhere_px, dtype=np.float64)
-
-
-def _about(x_px: Floats, sigma_px: Floats, edges: tuple[float, float], place: float) -> BodyTrack:
-    """Track of a place of a body, given as the edges are from where its template begins."""
-    return BodyTrack(x_px + place, sigma_px, edges[0] - place, edges[1] - place)
-
-
-def _line(ball: Followed, movers: Movers, view: View) -> MotionLine:
-    """Line of motion through the middle of the ball's places."""
-    left, top, right, bottom = ball.body.box
-    along = view.in_picture(ball.x_px + (left + right) / 2, upright=movers.upright)
-    across = view.in_picture(ball.y_px + (top + bottom) / 2, upright=not movers.upright)
-    x, y = float(np.nanmedian(along)), float(np.nanmedian(across))
-    if movers.upright:
-        x, y = y, x
-    return MotionLine(x, y, movers.tilt_deg, movers.upright)
 
 
 def unseen_warning(name: str, x_px: Floats) -> list[str]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.records import Floats
-from count_video.tracking.shape import Box, Place, Shape
+from count_video.records import Floats, Indices
+from count_video.tracking.shape import Box, Shape
 
 PICTURES = 30
 """A template is learnt from so many: those that show something new of a body. Pictures in which it
@@ -21,12 +20,12 @@ PLACE_BIN_PX = 3.0
 """Pictures with the same bin of places, or of distances to the neighbour, are alike."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rough:
     """A body as its corners show it; positions are those of a point that moves with it."""
 
-    path_px: Mapping[int, Place]
-    """Frame index -> image x and y of that point."""
+    path_px: Floats
+    """Image x and y of that point in each sample, shape (samples, 2); NaN where it is not seen."""
     box: Box
     """Around the corners, from that point."""
     fence: tuple[float, float]
@@ -55,7 +54,7 @@ def common_direction_deg(roughs: Sequence[Rough]) -> float:
     """
     turned = 0j
     for rough in [rough for rough in roughs if rough.sure] or roughs:
-        count, moments = len(rough.path_px), _moments(rough)
+        count, moments = len(known_of(rough.path_px)), _moments(rough)
         across, along = np.linalg.eigvalsh(moments) / count + PLACE_NOISE_PX**2
         across = max(across, STRAIGHT_SHARE**2 * along)
         twice = 2 * np.radians(_direction_deg(moments))
@@ -63,9 +62,21 @@ def common_direction_deg(roughs: Sequence[Rough]) -> float:
     return float(np.degrees(np.angle(turned) / 2))
 
 
+def known_of(path_px: Floats) -> Floats:
+    """Places of a path in the samples that show it, shape (n, 2)."""
+    return np.asarray(path_px[np.isfinite(path_px[:, 0])])
+
+
+def only(path_px: Floats, samples: Indices) -> Floats:
+    """Leave out all places of a path but those in some samples."""
+    some = np.full(path_px.shape, np.nan)
+    some[samples] = path_px[samples]
+    return some
+
+
 def _moments(rough: Rough) -> Floats:
     """Sum squares and products of a path's places about their mean, shape (2, 2)."""
-    path = np.array(list(rough.path_px.values()))
+    path = known_of(rough.path_px)
     away = path - path.mean(axis=0)
     return np.asarray(away.T @ away)
 
@@ -74,18 +85,17 @@ def _direction_deg(moments: Floats) -> float:
     return float(np.degrees(0.5 * np.arctan2(2 * moments[0, 1], moments[0, 0] - moments[1, 1])))
 
 
-def choose(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) -> list[int]:
-    """Choose pictures to learn from, by their frame index, evenly spread by their rarity.
+def choose(path_px: Floats, others_px: Sequence[Floats]) -> Indices:
+    """Choose samples to learn from, evenly spread by their rarity.
 
-    ``path`` is that of the body, ``others`` are those by which pictures are known to be alike.
+    ``path_px`` is that of the body, ``others_px`` are those by which samples are known to be alike.
     """
-    rarity = _rarity(path, others)
-    frames = sorted(rarity)
-    if len(frames) <= PICTURES:
-        return frames
-    share = np.cumsum(_inclusion(np.array([rarity[frame] for frame in frames])))
+    samples = np.flatnonzero(np.isfinite(path_px[:, 0]))
+    if len(samples) <= PICTURES:
+        return samples
+    share = np.cumsum(_inclusion(_rarity(path_px, others_px)[samples]))
     picked = np.searchsorted(share, np.arange(PICTURES) + 0.5)
-    return [frames[place] for place in np.unique(picked)]
+    return np.asarray(samples[np.unique(picked)])
 
 
 def _inclusion(weight: Floats) -> Floats:
@@ -103,14 +113,12 @@ def _inclusion(weight: Floats) -> Floats:
     return np.asarray(np.minimum(each[certain] * weight, 1.0))
 
 
-def _rarity(path: Mapping[int, Place], others: Sequence[Mapping[int, Place]]) -> dict[int, float]:
-    """Weight of each picture: rare places and rare distances from other bodies count more."""
-    bins = [{k: round(x / PLACE_BIN_PX) for k, (x, _) in path.items()}]
-    for other in others:
-        apart = {k: other[k][0] - x for k, (x, _) in path.items() if k in other}
-        bins.append({k: round(x / PLACE_BIN_PX) for k, x in apart.items()})
-    counts = [Counter(binned.values()) for binned in bins]
-    return {
-        k: float(np.prod([1 / c[b[k]] for b, c in zip(bins, counts, strict=True) if k in b]))
-        for k in path
-    }
+def _rarity(path_px: Floats, others_px: Sequence[Floats]) -> Floats:
+    """Weight of each sample: rare places and rare distances from other bodies count more."""
+    weight, x = np.ones(len(path_px)), path_px[:, 0]
+    for place in (x, *(other[:, 0] - x for other in others_px)):
+        known = np.isfinite(place)
+        bins = np.rint(place[known] / PLACE_BIN_PX)
+        _, each, count = np.unique(bins, return_inverse=True, return_counts=True)
+        weight[known] *= 1 / count[each]
+    return weight

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from count_video.records import Floats, Indices
+from count_video.records import Floats
 from count_video.tracking.corners import Trajectories
 from count_video.tracking.paths import Rough
 from count_video.tracking.regions import Regions, moving_regions
@@ -59,15 +59,13 @@ def box_of(group: RigidGroup) -> Box:
     return (*(low - margin).tolist(), *(high + margin).tolist())
 
 
-def roughly(
-    proposals: Sequence[RigidGroup], frames: Indices, cut: Cut, axes: Sequence[int]
-) -> list[Rough]:
-    """Turn px of samples into those of the pictures, and paths into those by frame.
+def roughly(proposals: Sequence[RigidGroup], cut: Cut, *, turned: bool) -> list[Rough]:
+    """Turn px of samples into those of the pictures, whose x and y are swapped if ``turned``.
 
-    ``frames`` has the index of each sample, and ``axes`` are those of theirs that are x and y of
-    the pictures. Where the neighbours' corners begin is found as well.
+    Where the neighbours' corners begin is found as well.
     """
-    scale, begin = cut.scale, np.add(cut.corner_px, (cut.scale - 1) / 2)
+    scale, axes = cut.scale, [1, 0] if turned else [0, 1]
+    begin = np.add(cut.corner_px, (scale - 1) / 2)
     whole = [
         RigidGroup(
             (one.path_px * scale + begin)[:, axes], (one.corners_px * scale)[:, axes], one.blurred
@@ -77,15 +75,12 @@ def roughly(
     boxes = [(scale * np.reshape(box_of(one), (2, 2)))[:, axes].ravel() for one in proposals]
     roughs = []
     for number, one in enumerate(whole):
-        known = np.isfinite(one.path_px[:, 0])
-        path = zip(frames[known].tolist(), one.path_px[known].tolist(), strict=True)
-        places = {frame: (x, y) for frame, (x, y) in path}
         sure = not one.blurred and len(one.corners_px) >= NEIGHBOUR_CORNERS
         low, high = one.corners_px.min(axis=0).tolist(), one.corners_px.max(axis=0).tolist()
-        corners = Shape(places, (low[0], low[1], high[0], high[1]))
+        corners = Shape(one.path_px, (low[0], low[1], high[0], high[1]))
         box: Box = tuple(boxes[number].tolist())
         fence = _fence(whole, number, box)
-        roughs.append(Rough(places, box, fence, one.blurred, sure, corners))
+        roughs.append(Rough(one.path_px, box, fence, one.blurred, sure, corners))
     return roughs
 
 

@@ -17,8 +17,9 @@ import numpy as np
 
 from count_video.records import Floats, Luma
 from count_video.signals import MEDIAN_TO_SIGMA
+from count_video.tracking.medians import quantile_of
 from count_video.tracking.rigid import RigidGroup
-from count_video.tracking.samples import differences, quantile_of
+from count_video.tracking.samples import differences
 from count_video.tracking.shape import Part
 from count_video.video.pictures import reduced, scale_to
 

@@ -11,13 +11,15 @@ equations, with the correlation that the smoothing causes taken into account.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from count_video.records import Floats, Indices, Luma, Mask, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
+from count_video.tracking.sequences import Lumas
 from count_video.tracking.template import Model, Template, inverse_of, pixels_at
 
 ROUNDS, FRESH_ROUNDS = 8, 2
@@ -67,6 +69,39 @@ class Fit:
     """Share of the template's pixels that lie within the picture."""
 
 
+@dataclass(frozen=True)
+class Fits:
+    """Places of a template in n pictures."""
+
+    rows: Floats
+    """What is in a ``Fit``, in that order, shape (n, 6); NaN for a picture that shows no place."""
+
+    @property
+    def places_px(self) -> Floats:
+        """Image x and y, shape (n, 2)."""
+        return self.rows[:, :2]
+
+    @property
+    def sigmas_px(self) -> Floats:
+        """Their standard uncertainties, shape (n, 2)."""
+        return self.rows[:, 2:4]
+
+    @property
+    def agreement(self) -> Floats:
+        """Shape (n,)."""
+        return self.rows[:, 4]
+
+    @property
+    def inside(self) -> Floats:
+        """Shape (n,)."""
+        return self.rows[:, 5]
+
+    def fit(self, number: int) -> Fit | None:
+        """Take what one of the pictures shows."""
+        row = self.rows[number].tolist()
+        return None if math.isnan(row[0]) else Fit(*row)
+
+
 Place = tuple[float, float]
 
 
@@ -75,23 +110,21 @@ def register(picture: Luma, template: Template, guess: Place) -> Fit | None:
 
     Returns None where the equations have no solution or the iteration does not settle nearby.
     """
-    return _together([picture], template, [guess]).get(0)
+    return Fits(_together([picture], template, np.array([guess]))).fit(0)
 
 
-def register_all(
-    pictures: Mapping[int, Luma], template: Template, guesses: Mapping[int, Place]
-) -> dict[int, Fit]:
+def register_all(pictures: Lumas, template: Template, guesses_px: Floats) -> Fits:
     """Place the template, as :func:`register` does, in the pictures for which there is a guess.
 
-    Some pictures are worked on together, which takes half the time. Those that show no place are
-    left out.
+    Some pictures are worked on together, which takes half the time. ``guesses_px`` has shape
+    (n, 2), NaN where there is none.
     """
-    found: dict[int, Fit] = {}
-    every = list(guesses)
-    for some in (every[k : k + AT_ONCE] for k in range(0, len(every), AT_ONCE)):
-        fits = _together([pictures[k] for k in some], template, [guesses[k] for k in some])
-        found |= {some[row]: fit for row, fit in fits.items()}
-    return found
+    found = np.full((len(guesses_px), 6), np.nan)
+    known = np.flatnonzero(np.isfinite(guesses_px[:, 0]))
+    for some in (known[k : k + AT_ONCE] for k in range(0, len(known), AT_ONCE)):
+        seen = [pictures[k] for k in some.tolist()]
+        found[some] = _together(seen, template, guesses_px[some])
+    return Fits(found)
 
 
 @dataclass(frozen=True)
@@ -117,20 +150,19 @@ class _Search:
         return _Search(*(getattr(self, one.name)[which] for one in fields(self)))
 
 
-def _together(
-    pictures: Sequence[Luma], template: Template, guesses: Sequence[Place]
-) -> dict[int, Fit]:
-    """Place the template in some pictures, from a guess for each; fits by the picture's number."""
-    found: dict[int, Fit] = {}
-    search = _begun(pictures, template, guesses)
+def _together(pictures: Sequence[Luma], template: Template, guesses_px: Floats) -> Floats:
+    """Place the template in some pictures, from a guess for each; rows of ``Fits``."""
+    found = np.full((len(pictures), 6), np.nan)
+    search = _begun(pictures, template, guesses_px)
     for number in range(ROUNDS):
         if len(search.row) == 0:
             break
         step = _step(template.model, search, _seen(pictures, template, search))
         there = replace(search, place=search.place + step.shift_px)
         near = step.shows & (np.abs(there.place - there.start).max(axis=1) <= ASTRAY_PX)
-        for k in np.flatnonzero(near & step.is_small).tolist():
-            found[int(search.row[k])] = step.fit(there, k)
+        parts = there.place, step.sigma_px, step.agreement, there.inside
+        settled = near & step.is_small
+        found[search.row[settled]] = np.column_stack(parts)[settled]
         left = np.flatnonzero(near & ~step.is_small)
         search = there.only(left)
         # What was found to disagree may not lead the next step astray.
@@ -148,15 +180,11 @@ def _seen(pictures: Sequence[Luma], template: Template, search: _Search) -> Pixe
     return np.asarray(seen - seen.mean(axis=1, keepdims=True), np.float32)
 
 
-def _begun(pictures: Sequence[Luma], template: Template, guesses: Sequence[Place]) -> _Search:
+def _begun(pictures: Sequence[Luma], template: Template, guesses_px: Floats) -> _Search:
     """Begin the search in those pictures that show enough of the template."""
     model = template.model
-    inside = np.array(
-        [
-            _inside(picture.shape, template, guess)
-            for picture, guess in zip(pictures, guesses, strict=True)
-        ]
-    )
+    each = zip(pictures, guesses_px.tolist(), strict=True)
+    inside = np.array([_inside(picture.shape, template, guess) for picture, guess in each])
     row = np.flatnonzero(np.count_nonzero(inside, axis=1) >= PIXELS_AT_LEAST)
     inside = inside[row]
     # Pixels that a picture does not show are read as well, but have no say.
@@ -164,11 +192,11 @@ def _begun(pictures: Sequence[Luma], template: Template, guesses: Sequence[Place
     inverse = np.tile(model.inverse, (len(row), 1, 1))
     for k in np.flatnonzero(~inside.all(axis=1)).tolist():
         inverse[k] = inverse_of(model.design, own[k])
-    start = np.array(guesses)[row]
+    start = guesses_px[row]
     return _Search(row, start, start, inside.mean(axis=1), own, own, inverse)
 
 
-def _inside(shape: tuple[int, ...], template: Template, guess: Place) -> Mask:
+def _inside(shape: tuple[int, ...], template: Template, guess: Sequence[float]) -> Mask:
     """Which pixels a picture of this shape shows."""
     chosen = template.model.chosen
     height, width = template.shape
@@ -196,11 +224,6 @@ class _Step:
     weight: Pixels
     covariance: Floats
     """Weights that were left, shape (m, n), and the inverse of the equations with them."""
-
-    def fit(self, there: _Search, k: int) -> Fit:
-        """Take what the k-th picture shows, at its place after the step."""
-        (x, y), (sigma_x, sigma_y) = there.place[k].tolist(), self.sigma_px[k].tolist()
-        return Fit(x, y, sigma_x, sigma_y, float(self.agreement[k]), float(there.inside[k]))
 
     @property
     def is_small(self) -> Mask:

@@ -17,6 +17,7 @@ import numpy as np
 from count_video.records import Floats, Indices, Luma, Mask, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light, lights_of
+from count_video.tracking.medians import median_picture, quantile_of
 from count_video.tracking.shape import Part, marked
 from count_video.video.pictures import reduced
 
@@ -41,9 +42,8 @@ SURROUNDINGS = 4
 are no larger part of it than a third, and what stands still tells whether the camera does."""
 BARS_IN, BAR_LEVELS = 8, 1
 """Bars around a picture vary by so little in grey levels, over so many thumbnails."""
-MEDIAN_OF, MEDIAN_ROWS = 31, 64
-"""A median is taken of so many pictures, and of so many rows at a time: that bounds its memory."""
-WHITE = 255
+MEDIAN_OF = 31
+"""A median is taken of so many pictures."""
 REFERENCES = 3
 """Pictures whose corners are followed: bodies hide each other's edges in some, not in all."""
 MOVED_SIGMAS = 3.0
@@ -166,49 +166,9 @@ def _middle(pictures: Sequence[Luma], hidden: Sequence[Sequence[Part]] = ()) -> 
     return median_picture(shown, [marked(hidden[k], shown[0].shape) for k in some if hidden])
 
 
-def median_picture(pictures: Sequence[Luma], hidden: Sequence[Luma] = ()) -> Luma:
-    """Take the median of each pixel; of an even number the upper one of the middle two.
-
-    At most 255 pictures. Pixels that are marked by ``hidden``, picture by picture, do not count
-    unless all are.
-    """
-    middle = np.empty(pictures[0].shape, np.uint8)
-    for top in range(0, len(middle), MEDIAN_ROWS):
-        rows = slice(top, top + MEDIAN_ROWS)
-        levels = np.array([one[rows] for one in pictures])
-        count = np.full(levels.shape[1:], len(levels), np.uint8)
-        if hidden:
-            marks = np.array([one[rows] for one in hidden], dtype=np.bool_)
-            marks &= ~marks.all(axis=0)
-            levels[marks] = WHITE  # the last of all
-            count -= marks.sum(axis=0, dtype=np.uint8)
-        middle[rows] = _of_rank(levels, np.minimum(count // 2, len(levels) - 1))
-    return middle
-
-
 def references(count: int) -> list[int]:
     """Which of so many samples show the corners that are followed."""
     return [*map(int, np.unique(np.linspace(0, count - 1, REFERENCES + 2).astype(int)[1:-1]))]
-
-
-def quantile_of(pictures: Sequence[Luma], share: float) -> float:
-    """Level that this share of all pixels of some pictures do not exceed."""
-    count = sum(cv2.calcHist([one], [0], None, [WHITE + 1], [0, WHITE + 1]) for one in pictures)
-    total = np.cumsum(count, dtype=np.float64)
-    return float(np.searchsorted(total, share * total[-1]))
-
-
-def _of_rank(levels: Luma, rank: Luma) -> Luma:
-    """Level of each pixel, shape (n, ...), below which so many are, shape (...).
-
-    Bit by bit: eight comparisons of bytes cost a fifth of sorting them.
-    """
-    found = np.zeros_like(rank)
-    for bit in range(7, -1, -1):
-        tried = found | np.uint8(1 << bit)
-        below = (levels < tried).view(np.uint8).sum(axis=0, dtype=np.uint8)
-        found = np.where(below <= rank, tried, found)
-    return found
 
 
 def _moved(level: Sequence[Luma], inside: Part) -> Mask:

@@ -1,17 +1,18 @@
-"""Pictures as the stages of following want them: by frame index, or made alike for corners."""
+"""Pictures as the stages of following want them: read one by one, or made alike for corners."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TypeVar
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Protocol, TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats, Indices, Luma, Mask
-from count_video.tracking.samples import Samples, quantile_of
+from count_video.tracking.medians import quantile_of
+from count_video.tracking.samples import Samples
 from count_video.video.pictures import reduced, scale_to
 
 Depth = TypeVar("Depth", np.uint8, np.float32)
@@ -47,23 +48,47 @@ class Prepared:
     cut: Cut
 
 
-class Lumas(Mapping[int, Luma]):
-    """Pictures by their frame index, read when they are asked for: together they may be large."""
+class Lumas(Protocol):
+    """Pictures of one size, each read when it is asked for: together they may be large."""
 
-    def __init__(self, pictures: Sequence[Luma], frames: Indices, *, turned: bool = False) -> None:
-        """Take pictures and their frame indices, shape (n,); ``turned`` swaps x and y."""
-        self._pictures, self._turned = pictures, turned
-        self._rows = {frame: row for row, frame in enumerate(frames.tolist())}
+    def __getitem__(self, place: int, /) -> Luma:
+        """Read a picture, shape (height, width)."""
 
-    def __getitem__(self, frame: int) -> Luma:
-        picture = self._pictures[self._rows[frame]]
-        return picture.T if self._turned else picture
 
-    def __iter__(self) -> Iterator[int]:
-        return iter(self._rows)
+@dataclass(frozen=True)
+class Chosen:
+    """Some of the pictures of a clip."""
 
-    def __len__(self) -> int:
-        return len(self._rows)
+    pictures: Lumas
+    rows: Indices
+    """Which, shape (n,)."""
+
+    def __getitem__(self, place: int, /) -> Luma:
+        return self.pictures[int(self.rows[place])]
+
+
+@dataclass(frozen=True)
+class Turned:
+    """Pictures whose x and y are swapped."""
+
+    pictures: Lumas
+
+    def __getitem__(self, place: int, /) -> Luma:
+        return self.pictures[place].T
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """Pictures reduced by a scale; they are kept."""
+
+    pictures: Lumas
+    scale: int
+    kept: dict[int, Luma] = field(default_factory=dict)
+
+    def __getitem__(self, place: int, /) -> Luma:
+        if place not in self.kept:
+            self.kept[place] = reduced(self.pictures[place], self.scale)
+        return self.kept[place]
 
 
 def prepared(pictures: Sequence[Luma], samples: Samples) -> Prepared:

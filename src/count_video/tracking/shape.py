@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from count_video.records import Luma, Mask, Pixels
+from count_video.records import Floats, Luma, Mask, Pixels
 from count_video.video.pictures import reduced
 
 Place = tuple[float, float]
@@ -33,41 +33,39 @@ def size_of(box: Box) -> Place:
     return box[2] - box[0], box[3] - box[1]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shape:
     """A box that moves."""
 
-    places: Mapping[int, Place]
-    """Frame index -> image x and y of a point that moves with it."""
+    path_px: Floats
+    """Image x and y of a point that moves with it, in each sample, shape (samples, 2); NaN where it
+    is not seen."""
     box: Box
     """From that point."""
     look: tuple[Pixels, Mask] | None = None
     """Its brightness, and which of these pixels are its own, with that point at the top left; None
     where it is not known."""
 
-    def reduced(self, scale: int, frames: Sequence[int]) -> Shape:
-        """Reduce it, for pictures with these frame indices that are reduced alike."""
-        places = {k: self.places[k] for k in frames if k in self.places}
+    def reduced(self, scale: int) -> Shape:
+        """Reduce it, for pictures that are reduced alike."""
         left, top, right, bottom = (edge / scale for edge in self.box)
         look = None
         if self.look is not None:
             share = reduced(self.look[1].astype(np.float32), scale)
             look = reduced(self.look[0], scale), share > MOSTLY
-        small = {k: (x / scale, y / scale) for k, (x, y) in places.items()}
-        return Shape(small, (left, top, right, bottom), look)
+        return Shape(self.path_px / scale, (left, top, right, bottom), look)
 
-    def paint(self, piece: Pixels, frame: int, corner: Place) -> Mask:
+    def paint(self, piece: Pixels, sample: int, corner: Place) -> Mask:
         """Paint the body over what lies behind it in a piece of a picture, in place.
 
         ``corner`` is where the piece's top left pixel lies. Returns where the body is, shape
         (height, width).
         """
         covered = np.zeros(piece.shape, np.bool_)
-        place = self.places.get(frame)
-        if place is None or self.look is None:
+        x, y = (self.path_px[sample] - corner).tolist()
+        if math.isnan(x) or self.look is None:
             return covered
         appearance, held = self.look
-        x, y = place[0] - corner[0], place[1] - corner[1]
         height, width = appearance.shape
         left, top = max(0, math.floor(x)), max(0, math.floor(y))
         part = (
@@ -85,44 +83,41 @@ class Shape:
         np.copyto(under, seen, where=covered[part])
         return covered
 
-    def part(self, frame: int, corner: Place = (0.0, 0.0), scale: int = 1) -> Part:
+    def part(self, sample: int, corner: Place = (0.0, 0.0), scale: int = 1) -> Part:
         """Rows and columns of a picture that lie within the box; none if it is not there.
 
         ``corner`` is where the picture's top left pixel lies, ``scale`` how many px one of its
         holds.
         """
-        place = self.places.get(frame)
-        if place is None:
+        x, y = (self.path_px[sample] - corner).tolist()
+        if math.isnan(x):
             return NO_PART
-        x, y = place[0] - corner[0], place[1] - corner[1]
         left, top, right, bottom = self.box
         low_x, low_y = (max(0, round((v - MARGIN_PX) / scale)) for v in (x + left, y + top))
         high_x, high_y = (max(0, round((v + MARGIN_PX) / scale)) for v in (x + right, y + bottom))
         return slice(low_y, high_y), slice(low_x, high_x)
 
     def holds(self, other: Shape) -> bool:
-        """Whether it covers the middle of another in most of the frames that show both."""
+        """Whether it covers the middle of another in most of the samples that show both."""
         left, top, right, bottom = self.box
         middle = (other.box[0] + other.box[2]) / 2, (other.box[1] + other.box[3]) / 2
-        both = sorted(self.places.keys() & other.places.keys())
-        if not both:
-            return False
-        here, there = (np.array([one.places[k] for k in both]) for one in (self, other))
-        x, y = (there + np.array(middle) - here).T
-        return bool(np.mean((x > left) & (x < right) & (y > top) & (y < bottom)) > 0.5)
+        x, y = _known(other.path_px + middle - self.path_px).T
+        inside = (x > left) & (x < right) & (y > top) & (y < bottom)
+        return len(x) > 0 and bool(inside.mean() > 0.5)
 
     def moves_with(self, other: Shape) -> bool:
-        """Whether two boxes may be parts of one body; true if no frame shows both."""
-        both = sorted(self.places.keys() & other.places.keys())
-        if not both:
-            return True
-        here, there = (np.array([one.places[k] for k in both]) for one in (self, other))
-        return bool(np.std(there - here, axis=0).max() < DIFFERENT_PX)
+        """Whether two boxes may be parts of one body; true if no sample shows both."""
+        apart = _known(other.path_px - self.path_px)
+        return len(apart) == 0 or bool(np.std(apart, axis=0).max() < DIFFERENT_PX)
 
 
-def hidden(shapes: Sequence[Shape], frame: int, corner: Place, size: tuple[int, ...]) -> Luma:
+def _known(path_px: Floats) -> Floats:
+    return np.asarray(path_px[np.isfinite(path_px[:, 0])])
+
+
+def hidden(shapes: Sequence[Shape], sample: int, corner: Place, size: tuple[int, ...]) -> Luma:
     """Mark what shapes cover of a piece of a picture, shape (height, width)."""
-    return marked([shape.part(frame, corner) for shape in shapes], size)
+    return marked([shape.part(sample, corner) for shape in shapes], size)
 
 
 def marked(parts: Sequence[Part], size: tuple[int, ...]) -> Luma:

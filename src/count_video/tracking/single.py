@@ -5,16 +5,20 @@ Asked when no two bodies that meet can be followed, or when they give no count.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, MotionLine, Track
-from count_video.tracking.following import Followed, was_followed
+from count_video.tracking.following import was_followed
 from count_video.tracking.observation import Observation
-from count_video.tracking.pairing import camera_shift, unseen_warning, wall_side
+from count_video.tracking.pairing import (
+    Places,
+    camera_shift,
+    places_of,
+    unseen_warning,
+    wall_side,
+)
 
 DIRECTION_STEPS = (1, 2, 3, 4, 6, 8)
 AGREEING = 0.9
@@ -30,22 +34,6 @@ GOES_WITH_SHARE, GOES_WITH_SEEN = 0.1, 0.25
 pictures that show both, if these are such a share of all."""
 
 
-@dataclass(frozen=True)
-class Places:
-    """Where one body was in every picture, in px of the footage; NaN where not seen."""
-
-    x_px: Floats
-    y_px: Floats
-    sigma_px: Floats
-    width_px: float
-    height_px: float
-
-    @property
-    def xy_px(self) -> Floats:
-        """Shape (n, 2)."""
-        return np.stack([self.x_px, self.y_px], axis=1)
-
-
 def single_tracks(seen: Observation) -> list[Track]:
     """Measure where each body that moves on its own was, along the line of its impacts.
 
@@ -58,7 +46,8 @@ def single_tracks(seen: Observation) -> list[Track]:
     TrackingError
         If there is no such body; the message says why.
     """
-    places = [places_of(body, seen) for body in seen.movers.bodies if was_followed(body.x_px)]
+    movers, view = seen.movers, seen.view
+    places = [places_of(body, movers, view) for body in movers.bodies if was_followed(body.x_px)]
     if not places:
         raise TrackingError("nothing moves that can be followed through the clip as one body")
     places = [place for place in places if _is_followed(place)]
@@ -96,26 +85,6 @@ def _track(body: Places, seen: Observation) -> Track:
         warnings=tuple(unseen_warning("body", ball.position_px)),
         shift_px=camera_shift(seen.movers, seen.view),
     )
-
-
-def places_of(body: Followed, seen: Observation) -> Places:
-    """Turn the places of a template into those of its middle in the footage."""
-    view, upright = seen.view, seen.movers.upright
-    along = np.where(np.isfinite(body.sure_x_px), body.middle_px, np.nan)
-    height = body.body.template.shape[0]
-    x, y = (
-        view.in_picture(along, upright=upright),
-        view.in_picture(
-            np.where(np.isfinite(along), body.y_px + (height - 1) / 2, np.nan), upright=not upright
-        ),
-    )
-    width, height = (
-        view.factor * (body.body.right_edge_px - body.body.left_edge_px),
-        view.factor * height,
-    )
-    if upright:
-        return Places(y, x, view.factor * body.sigma_px, height, width)
-    return Places(x, y, view.factor * body.sigma_px, width, height)
 
 
 def _goes_with(other: Places, body: Places) -> bool:
