@@ -80,7 +80,7 @@ def test_an_end_before_what_changes_is_where_the_body_stops_moving_with_its_temp
     box = boxed(25, 105)
     mean = mean_of(np.asarray(WALL * (1 - box) + BODY * box, np.float32))
     variance = mean.variance.copy()
-    variance[:, 95:] = 120.0**2  # the slope of an edge over that is no clear edge
+    variance[:, 95:] += (120.0 * (1 - box[:, 95:])) ** 2  # what lies behind it, as far as it shows
     unclear = replace(mean, variance=variance)
 
     outline = find_outline(unclear, EVERYWHERE)

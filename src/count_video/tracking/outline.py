@@ -2,8 +2,9 @@
 
 What belongs to the body stays the same, so its edges stay sharp in the mean; what lies behind it,
 the neighbour, or a reflection that does not quite follow, smears out and varies. The slope of the
-mean over the standard deviation of the pixels is therefore high on the body's own edges only: it
-gives the outline and the weights without a word on shape, colour or brightness.
+mean over the standard deviation of the pixels is therefore high on the body's own edges only, and
+so is that of the deviation where it begins to grow: they give the outline and the weights without a
+word on shape, colour or brightness.
 """
 
 from __future__ import annotations
@@ -36,6 +37,8 @@ ENDS_SECTORS = 11.5
 ROWS_AT_LEAST = 8
 FAINT_SHARE = 0.5
 """Edges in a smaller share of the rows, or across a smaller share of what moves, are no outline."""
+EDGE_WIDTH_PX = 2
+"""An edge that is blurred as pictures are smoothed reaches so far to both sides."""
 EDGE_REACH_PX = 4
 OUTERMOST_SHARE, NEAR_OUTERMOST_PX = 0.1, 1.0
 """Outermost is the edge beyond which lies this share of the rows' steepness. Edges of rows this
@@ -78,15 +81,15 @@ def find_outline(mean: Mean, fence: tuple[float, float], *, circles: bool = True
 
     ``fence`` gives the first and last column that can be the body's.
     """
-    slope, across = (np.gradient(mean.appearance, axis=axis) for axis in (1, 0))
+    slope, across = (_steepness(mean, axis) for axis in (1, 0))
     columns = np.arange(mean.appearance.shape[1])
     own = mean.moving & (columns >= fence[0]) & (columns <= fence[1])
     clarity, clear_across = (
-        np.where(own, np.abs(one) / np.sqrt(mean.variance), 0) for one in (slope, across)
+        np.where(own, one / np.sqrt(mean.variance), 0) for one in (slope, across)
     )
     body = _own_edges(clarity)
-    upright = _edge_points(np.where(body, clarity, 0))
-    level = _edge_points(np.where(_own_edges(clear_across.T), clear_across.T, 0))
+    upright = _edge_points(slope, clarity, body)
+    level = _edge_points(across.T, clear_across.T, _own_edges(clear_across.T))
     every = Edges(
         np.concatenate([upright.places_px, level.places_px[:, ::-1]]),
         np.concatenate([upright.clarity, level.clarity]),
@@ -111,6 +114,18 @@ def find_outline(mean: Mean, fence: tuple[float, float], *, circles: bool = True
     if ends[1] - ends[0] < ROWS_AT_LEAST:  # an edge and no body
         return None
     return _cut_out(mean, (rows, left, right), ends, circle)
+
+
+def _steepness(mean: Mean, axis: int) -> Pixels:
+    """How fast the law of the pixels' brightness changes along an axis, in grey levels per px.
+
+    Of a normal law with mean m and standard deviation s, a pixel holds Fisher's information on a
+    shift of (m'^2 + 2 s'^2) / s^2: where a body is as bright as the mean of what it hides, it ends
+    where the deviation begins to grow.
+    """
+    both = np.stack([mean.appearance, np.sqrt(2 * mean.variance)])
+    level, spread = np.gradient(both, axis=axis + 1)
+    return np.asarray(np.hypot(level, spread), np.float32)
 
 
 def _one_end(body: Mask, own: Mask) -> bool:
@@ -208,16 +223,19 @@ def _own_edges(clarity: Pixels) -> Mask:
     return np.asarray(own & np.isin(labels, pieces), dtype=bool)
 
 
-def _edge_points(clarity: Pixels) -> Edges:
-    """Find the edges that are clearest among their neighbours in the row.
+def _edge_points(slope: Pixels, clarity: Pixels, own: Mask) -> Edges:
+    """Find those of a body's own edges that are steepest among their neighbours in the row.
 
-    Between the columns the parabola through the neighbours gives the place.
+    Between the columns the parabola through the neighbours gives the place. An edge is clearest a
+    little further within the body, where what lies behind it does not vary yet.
     """
-    before = np.pad(clarity, ((0, 0), (1, 0)))[:, :-1]
-    after = np.pad(clarity, ((0, 0), (0, 1)))[:, 1:]
-    y, x = np.nonzero((clarity > before) & (clarity >= after) & (clarity > 0))
-    places = np.stack([x + beyond(before[y, x], clarity[y, x], after[y, x]), y], axis=1)
-    return Edges(places, clarity[y, x].astype(np.float64))
+    clearest = cv2.dilate(clarity, np.ones((1, 2 * EDGE_WIDTH_PX + 1)))
+    steep = np.where(own, slope, 0)
+    before = np.pad(steep, ((0, 0), (1, 0)))[:, :-1]
+    after = np.pad(steep, ((0, 0), (0, 1)))[:, 1:]
+    y, x = np.nonzero((steep > before) & (steep >= after))
+    places = np.stack([x + beyond(before[y, x], steep[y, x], after[y, x]), y], axis=1)
+    return Edges(places, clearest[y, x].astype(np.float64))
 
 
 def _edge(slope: Pixels, rows: Indices, ends: Indices, inward: int) -> float:
@@ -239,7 +257,7 @@ def _edges(slope: Pixels, rows: Indices, ends: Indices, inward: int) -> tuple[Fl
     first = np.minimum(ends - (EDGE_REACH_PX - 1) * inward, ends + EDGE_REACH_PX * inward)
     columns = first[:, None] + np.arange(2 * EDGE_REACH_PX)
     inside = (columns >= 0) & (columns < slope.shape[1])
-    steepness = np.abs(slope[rows[:, None], columns.clip(0, slope.shape[1] - 1)])
+    steepness = slope[rows[:, None], columns.clip(0, slope.shape[1] - 1)]
     steepness[~inside] = -1.0
     best, each = np.argmax(steepness, axis=1), np.arange(len(rows))
     around = np.pad(steepness, ((0, 0), (1, 1)), constant_values=-1.0)
