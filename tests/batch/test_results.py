@@ -11,10 +11,10 @@ from count_video.answers import Followed
 from count_video.batch import executor, results
 from count_video.batch.executor import Answer, tool_version
 from count_video.batch.manifest import Job
-from count_video.batch.results import HIDDEN, ResultStore, open_store
+from count_video.batch.results import ResultStore, open_store
 from count_video.errors import UsageError
 from count_video.inputs import content_digest, signature
-from count_video.outputs import OutputFolder
+from count_video.outputs import HIDDEN, OutputFolder
 from count_video.pipeline import TrialSettings
 from count_video.records import unread_result
 from count_video.reports.json_object import json_line
@@ -54,7 +54,8 @@ def test_a_result_is_known_while_nothing_changes(kept: ResultStore, job: Job) ->
     assert kept.known(job) is None
     result = keep(kept, job)
     assert kept.known(job) == result
-    assert (kept.folder / "trial.json").read_text("utf-8") == f"{json_line(result.result)}\n"
+    written = (kept.outputs.folder / "trial.json").read_text("utf-8")
+    assert written == f"{json_line(result.result)}\n"
 
 
 def test_another_content_makes_a_result_unknown(kept: ResultStore, job: Job) -> None:
@@ -103,7 +104,7 @@ def test_a_fresh_start_knows_nothing(kept: ResultStore, job: Job) -> None:
 def test_a_result_that_was_tampered_with_is_unknown(kept: ResultStore, job: Job) -> None:
     result = keep(kept, job)
     text = json_line(result.result).replace("null", "0")
-    (kept.folder / "trial.json").write_text(f"{text}\n", "utf-8")
+    (kept.outputs.folder / "trial.json").write_text(f"{text}\n", "utf-8")
     assert kept.known(job) is None
 
 
@@ -115,7 +116,7 @@ def test_a_result_of_which_it_is_lost_what_it_depends_on_is_unknown(
     answer = answer_to(job)
     kept.keep(job, answer)
     assert kept.known(job) == answer.result.followed
-    place = kept.folder / HIDDEN / "trial.jsonl"
+    place = kept.outputs.folder / HIDDEN / "trial.jsonl"
     place.unlink() if damage is None else place.write_text(damage)
     assert kept.known(job) is None
     kept.keep(job, answer)
@@ -128,14 +129,14 @@ def test_what_was_kept_for_a_result_that_never_came_is_no_result(
     replace_file = os.replace
 
     def power_cut(source: Path, target: Path) -> None:
-        if target.parent == kept.folder:
+        if target.parent == kept.outputs.folder:
             raise KeyboardInterrupt
         replace_file(source, target)
 
     monkeypatch.setattr(os, "replace", power_cut)
     with pytest.raises(KeyboardInterrupt):
         keep(kept, job)
-    assert (kept.folder / HIDDEN / "trial.jsonl").exists()
+    assert (kept.outputs.folder / HIDDEN / "trial.jsonl").exists()
     assert kept.known(job) is None
 
 
@@ -147,14 +148,13 @@ def test_a_moved_clip_is_known_under_its_new_path(kept: ResultStore, job: Job) -
     assert found is not None
     result = found.result
     assert (result.clip, found.pendulum) == (moved.clip, SWING)
-    assert (kept.folder / "trial.json").read_text("utf-8") == f"{json_line(result)}\n"
+    assert (kept.outputs.folder / "trial.json").read_text("utf-8") == f"{json_line(result)}\n"
 
 
 def test_a_passing_failure_is_written_but_not_used_again(kept: ResultStore, job: Job) -> None:
     kept.keep(job, answer_to(job, final=False, reason="the worker died"))
-    assert (
-        json.loads((kept.folder / "trial.json").read_text("utf-8"))["reason"] == "the worker died"
-    )
+    written = (kept.outputs.folder / "trial.json").read_text("utf-8")
+    assert json.loads(written)["reason"] == "the worker died"
     assert kept.known(job) is None
 
 
@@ -169,7 +169,7 @@ def test_one_process_at_a_time_has_the_folder(tmp_path: Path) -> None:
     with first, pytest.raises(UsageError, match="another run is at work"), second:
         pass
     with open_store(tmp_path / "results", fresh=False) as again:
-        assert again.folder.is_dir()
+        assert again.outputs.folder.is_dir()
 
 
 def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:

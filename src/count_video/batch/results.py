@@ -26,7 +26,7 @@ from count_video.batch.executor import Answer, tool_version
 from count_video.batch.manifest import Job
 from count_video.errors import UsageError
 from count_video.inputs import content_digest, json_value, read_text, regular_file, signature
-from count_video.outputs import HIDDEN, CsvDialect, OutputFolder, held, open_outputs, write_whole
+from count_video.outputs import CsvDialect, OutputFolder, held, open_outputs, write_whole
 from count_video.reports.campaign import CampaignSummary, TrialRow, campaign_json
 from count_video.reports.json_object import json_line
 from count_video.reports.tables import trials_csv
@@ -47,21 +47,16 @@ class ResultStore:
     fresh: bool
     """True if results of earlier runs are not to be used."""
 
-    @property
-    def folder(self) -> Path:
-        """Where the results are."""
-        return self.outputs.folder
-
     def recall(self, job: Job) -> TrialRow | Job:
         """Return the row of an earlier run if it holds, or what is left to do of the job."""
         found = self.known(job)
         if found is None:
             return job
-        there = self.evidence(job)
-        if job.pages is not None and self._kept(job).get("read"):
+        kept, there = self._kept(job), self.evidence(job)
+        if job.pages is not None and kept.get("read"):
             # A clip in which no bodies were found has a page alone.
             pictured = len(there) == 1 or f"{job.name}.{job.pages.picture_format}" in there
-            if not pictured or there != self._listed(job).keys():
+            if not pictured or there != kept["evidence"].keys():
                 return replace(job, found=found)
         return TrialRow(job.name, found.result, job.settings.masses, files=there)
 
@@ -88,13 +83,8 @@ class ResultStore:
 
     def evidence(self, job: Job) -> frozenset[str]:
         """Return the names of the files that show the job's kept result, as they were written."""
-        files = self._listed(job).items()
+        files = self._kept(job).get("evidence", {}).items()
         return frozenset(name for name, at in files if at and at == self._written_at(name))
-
-    def _listed(self, job: Job) -> Mapping[str, object]:
-        """Return the names of these files and when they were written, as it was kept."""
-        listed = self._kept(job).get("evidence")
-        return listed if isinstance(listed, dict) else {}
 
     def shows_another_clip(self, job: Job) -> bool:
         """Return whether the result kept under a job's name is that of a clip elsewhere."""
@@ -142,19 +132,19 @@ class ResultStore:
             regular_file(self._kept_place(job)) as file,
         ):
             kept = json_value(file.readline(_MOST_BYTES))
-            if isinstance(kept, dict) and _made_with(job).items() <= kept.items():
-                return kept
+            if isinstance(kept, dict) and isinstance(kept.get("evidence"), dict):
+                return kept if _made_with(job).items() <= kept.items() else {}
         return {}
 
     def _written_at(self, name: str) -> list[int]:
         """Size and time of the last change of a file, as JSON has them; empty if it is missing."""
-        return list(signature(self.folder / name)[:2])
+        return list(signature(self.outputs.folder / name)[:2])
 
     def _place(self, job: Job) -> Path:
-        return self.folder / f"{job.name}.json"
+        return self.outputs.folder / f"{job.name}.json"
 
     def _kept_place(self, job: Job) -> Path:
-        return self.folder / HIDDEN / f"{job.name}.jsonl"
+        return self.outputs.hidden / f"{job.name}.jsonl"
 
 
 @contextmanager
@@ -166,10 +156,8 @@ def open_store(
     UsageError if that fails, another run is at work in it, or one of the campaign's ``own`` files
     is somebody else's.
     """
-    outputs = open_outputs(folder, (), csv_dialect)
+    outputs = open_outputs(folder, own, csv_dialect)
     with held(outputs.hidden / "lock"):
-        for name in own:
-            outputs.check(name)
         yield ResultStore(outputs, fresh)
 
 

@@ -97,22 +97,23 @@ def _groups(rows: Sequence[TrialRow]) -> list[list[TrialRow]]:
         return math.inf if ratio is None else ratio.sigma / ratio.value
 
     groups: list[list[TrialRow]] = []
-    firsts: list[Estimate | None] = []
-    known = [row for row in rows if row.count is not None or row.masses is not None]
-    for row in sorted(known, key=vagueness):
-        apart = [_apart(row.mass_ratio, first) for first in firsts]
-        nearest = min(range(len(groups)), key=apart.__getitem__, default=None)
-        if nearest is None or math.isinf(apart[nearest]):
+    for row in sorted(_weighed(rows), key=vagueness):
+        nearest = min(groups, key=lambda group: _apart(row, group[0]), default=None)
+        if nearest is None or math.isinf(_apart(row, nearest[0])):
             groups.append([row])
-            firsts.append(row.mass_ratio)
         else:
-            groups[nearest].append(row)
-    order = sorted(range(len(groups)), key=lambda k: getattr(firsts[k], "value", math.inf))
-    return [groups[k] for k in order]
+            nearest.append(row)
+    return sorted(groups, key=lambda group: getattr(group[0].mass_ratio, "value", math.inf))
 
 
-def _apart(one: Estimate | None, other: Estimate | None) -> float:
+def _weighed(rows: Sequence[TrialRow]) -> list[TrialRow]:
+    """Return those whose mass ratio counts: it was given, or measured in a clip with a count."""
+    return [row for row in rows if row.count is not None or row.masses is not None]
+
+
+def _apart(row: TrialRow, first: TrialRow) -> float:
     """Difference of two mass ratios; infinite where they are not of the same bodies."""
+    one, other = row.mass_ratio, first.mass_ratio
     if one is None or other is None:
         return 0.0 if one is other else math.inf
     apart = abs(one.value - other.value)
@@ -143,12 +144,8 @@ def _summary(rows: Sequence[TrialRow]) -> Summary:
         theory_low=theories[0] if theories else None,
         theory_high=theories[-1] if theories else None,
         mass_ratio=ratio,
-        restitution_bodies=_spread(
-            one.restitution_bodies.value for one in counted if one.restitution_bodies
-        ),
-        restitution_wall=_spread(
-            one.restitution_wall.value for one in counted if one.restitution_wall
-        ),
+        restitution_bodies=_spread_of(one.restitution_bodies for one in counted),
+        restitution_wall=_spread_of(one.restitution_wall for one in counted),
         energy_kept=_spread(one.energy_kept[-1] for one in counted if one.energy_kept),
         geometric_share=endings.count("geometric") / len(endings) if endings else None,
         **count_figures(counts),
@@ -177,8 +174,7 @@ def _by_the_probabilities(counted: Sequence[TrialResult]) -> tuple[float | None,
 
 def _ratio(rows: Sequence[TrialRow]) -> Estimate | None:
     """Mean of the mass ratios, weighted by their uncertainties; one that is given stands."""
-    known = [row.mass_ratio for row in rows if row.count is not None or row.masses is not None]
-    ratios = [ratio for ratio in known if ratio is not None]
+    ratios = [row.mass_ratio for row in _weighed(rows) if row.mass_ratio is not None]
     if not ratios or any(ratio.sigma == 0 for ratio in ratios):
         return min(ratios, key=lambda ratio: ratio.sigma, default=None)
     weight = sum(ratio.sigma**-2 for ratio in ratios)
@@ -187,6 +183,10 @@ def _ratio(rows: Sequence[TrialRow]) -> Estimate | None:
     # Where they scatter by more than their uncertainties say, those are too small (Birge 1932).
     birge = math.sqrt(max(1.0, squares / max(1, len(ratios) - 1)))
     return Estimate(mean, birge * weight**-0.5)
+
+
+def _spread_of(estimates: Iterable[Estimate | None]) -> Spread | None:
+    return _spread(one.value for one in estimates if one is not None)
 
 
 def _spread(values: Iterable[float]) -> Spread | None:
