@@ -189,8 +189,6 @@ def _refuse_to_overwrite_manifests(options: argparse.Namespace, own: Sequence[st
 
 def _answer_clips(options: argparse.Namespace) -> int:
     """Answer clip by clip; the exit code is that of the worst."""
-    from count_video.result import refused
-
     plan = None
     if options.plan_file is not None:
         from count_video.planning.request import read_request
@@ -206,14 +204,7 @@ def _answer_clips(options: argparse.Namespace) -> int:
     code, gap = EXIT_COUNTED, ""
     progress = _progress()
     for path in options.clips:
-        kept: list[Path] = []
-        unwritten = ""
-        try:
-            result, kept, unwritten = _count(path, options, plan, progress)
-        except (CountVideoError, OSError) as error:
-            result = refused(path, error)
-        finally:
-            progress.finish()
+        result, kept, unwritten = _count(path, options, plan, progress)
         if _show(result, gap, kept, as_json=options.json):
             gap = "\n"
         if result.count is None:
@@ -235,22 +226,27 @@ def _count(
     Returns the result, these files and why they could not be written, if so: the count stands.
     """
     from count_video.api import count_with
+    from count_video.result import refused
 
-    if options.output is not None:
-        from count_video.evidence import check_evidence
-
-        check_evidence(path, options.evidence)
-    result = count_with(path, options.settings, progress)
-    if options.corrections is not None:
-        result = result.reviewed(options.corrections)
-    if plan is not None:
-        result = result.compared(plan)
-    if options.output is None:
-        return result, [], ""
     try:
-        return result, result.write(options.evidence, progress), ""
+        if options.output is not None:
+            from count_video.evidence import check_evidence
+
+            check_evidence(path, options.evidence)
+        result = count_with(path, options.settings, progress)
+        if options.corrections is not None:
+            result = result.reviewed(options.corrections)
+        if plan is not None:
+            result = result.compared(plan)
+    except (CountVideoError, OSError) as error:
+        return refused(path, error), [], ""
+    try:
+        kept = [] if options.output is None else result.write(options.evidence, progress)
+        return result, kept, ""
     except (CountVideoError, OSError) as error:
         return result, [], reason_of(error, path)
+    finally:
+        progress.finish()
 
 
 def _show(result: Result, gap: str, kept: Sequence[Path], *, as_json: bool) -> bool:
