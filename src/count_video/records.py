@@ -42,9 +42,6 @@ class FootageInfo:
     """What a file says about itself before a frame is decoded."""
 
     path: Path
-    codec: str
-    """FFmpeg's name of the decoder, as ``h264``; that of the pixels may be ``yuv420p10le``."""
-    pixel_format: str
     width_px: int
     """As displayed, after rotation; so is the height."""
     height_px: int
@@ -65,8 +62,6 @@ class Frame:
 
     index: int
     """Place in decoding order, from 0; repeated pictures count."""
-    footage_time_s: float
-    """Time stamp of the container in seconds; NaN where it has none."""
     luma: NDArray[np.uint8]
     """Brightness, shape (height, width), 0 to 255; 10-bit footage is rounded down to 8."""
     repeats_previous: bool
@@ -79,10 +74,6 @@ class FootageReport:
 
     frames_decoded: int
     frames_promised: int | None
-    frames_repeated: int
-    """Those that were copies of the frame before."""
-    decode_errors: int
-    """Packets that the decoder refused."""
     warnings: tuple[str, ...]
     """Sentences with numbers for the user; empty when all is well."""
     frames_missing: int = 0

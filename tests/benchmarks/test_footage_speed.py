@@ -52,7 +52,7 @@ def pictures() -> Iterator[np.ndarray]:
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("speed") / "clip.mp4"
-    write_clip(path, pictures(), WriteOptions(crf=21, gop=GOP, threads=0))
+    write_clip(path, pictures(), WriteOptions(crf=21, more={"g": str(GOP), "threads": "0"}))
     return path
 
 

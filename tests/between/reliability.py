@@ -140,10 +140,10 @@ def counted(trial: HardTrial, *, ball_alone: bool = False) -> Outcome:
     """
     frames = len(trial.track.frame)
     info = FootageInfo(
-        *(Path("trial.mp4"), "h264", "yuv420p", 640, 240, 0),
+        *(Path("trial.mp4"), 640, 240, 0),
         *(frames, 30.0, trial.capture_fps, "option"),
     )
-    report = FootageReport(frames, frames, 0, 0, ())
+    report = FootageReport(frames, frames, ())
     footage = SimpleNamespace(info=info, report=lambda: report)
     seen = SimpleNamespace(view=SimpleNamespace(footage=footage), movers=None, frames=None)
 

@@ -90,8 +90,8 @@ def explained(count: int, chances: dict[int, float], *, masses_known: bool = Tru
 
 
 def stated(count: int, chances: dict[int, float], *, masses_known: bool = True) -> TrialResult:
-    info = FootageInfo(Path("trial.mp4"), "h264", "yuv420p", 640, 240, 0, None, 30.0, FPS, "option")
-    report = FootageReport(len(filmed().track.frame), None, 0, 0, ())
+    info = FootageInfo(Path("trial.mp4"), 640, 240, 0, None, 30.0, FPS, "option")
+    report = FootageReport(len(filmed().track.frame), None, ())
     one = explained(count, chances, masses_known=masses_known)
     return answer(one, info, report, TrialSettings())
 

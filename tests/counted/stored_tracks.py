@@ -104,7 +104,7 @@ def follow(clip: Path) -> StoredClip | None:
     if worked.track is None or worked.result.frames_decoded is None:
         return None
     found, truth = worked.result, truth_of(clip)
-    report = FootageReport(worked.result.frames_decoded, found.frames_promised, 0, 0, ())
+    report = FootageReport(worked.result.frames_decoded, found.frames_promised, ())
     events = [{"frame": round(one["frame"], 3), "kind": one["kind"]} for one in truth["events"]]
     kept = {key: truth[key] for key in ("count", "expect", "accept") if key in truth}
     with open_footage(clip) as footage:
@@ -133,8 +133,7 @@ def _packed(track: Track) -> Integers:
 
 
 def _unpacked(name: str, about: dict[str, Any], rows: Integers) -> StoredClip:
-    known = {field.name for field in fields(Track)}
-    track = {key: value for key, value in about["track"].items() if key in known}
+    track = _known(Track, about["track"])
     bodies = (
         BodyTrack(_values(rows[k], STEP), np.exp(_values(rows[k + 1], SIGMA_STEP)), *track[body])
         for k, body in zip((1, 3), BODIES, strict=True)
@@ -142,9 +141,14 @@ def _unpacked(name: str, about: dict[str, Any], rows: Integers) -> StoredClip:
     )
     track |= {"frame": _values(rows[0], STEP), "line": MotionLine(**track["line"])}
     track |= {"warnings": tuple(track["warnings"])} | dict(zip(BODIES, bodies, strict=False))
-    info = FootageInfo(**about["info"] | {"path": Path(f"{name}.mp4")})
-    report = FootageReport(**about["report"] | {"warnings": ()})
+    info = FootageInfo(**_known(FootageInfo, about["info"]) | {"path": Path(f"{name}.mp4")})
+    report = FootageReport(**_known(FootageReport, about["report"]) | {"warnings": ()})
     return StoredClip(Track(**track), info, report, about["truth"])
+
+
+def _known(record: type, stored: dict[str, Any]) -> dict[str, Any]:
+    """Return of what is stored the fields that a record has today."""
+    return {field.name: stored[field.name] for field in fields(record) if field.name in stored}
 
 
 def _steps(values: Floats, step: float) -> Integers:

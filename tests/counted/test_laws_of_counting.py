@@ -26,7 +26,7 @@ from tiers import rest_slow
 Luma = NDArray[np.uint8]
 
 CLIPS = ["half-the-size", "ratio16-count12", "cluttered-1to16"]
-ENCODING = WriteOptions(crf=18, preset="superfast", threads=0)
+ENCODING = WriteOptions(crf=18, preset="superfast", more={"threads": "0"})
 PLACE_ERROR_PX = 1.0
 """The same body in the same picture, found a second time from other pictures."""
 

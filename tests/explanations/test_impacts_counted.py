@@ -24,10 +24,8 @@ from count_video.records import (
 from count_video.settings import TrialSettings
 
 FRAMES, SPEED_PX, WIDTH_PX = 200, 3.0, 150.0
-INFO = FootageInfo(
-    *(Path("clip"), "h264", "yuv420p", 640, 240, 0), *(FRAMES, 30.0, None, "unknown")
-)
-REPORT = FootageReport(FRAMES, FRAMES, 0, 0, ())
+INFO = FootageInfo(*(Path("clip"), 640, 240, 0), *(FRAMES, 30.0, None, "unknown"))
+REPORT = FootageReport(FRAMES, FRAMES, ())
 
 
 def track() -> Track:

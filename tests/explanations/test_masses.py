@@ -87,8 +87,8 @@ def test_masses_that_contradict_the_motion_are_named(
 
 @pytest.mark.parametrize("masses", [(Fraction(100), Fraction(1)), None])
 def test_masses_say_nothing_of_one_body_alone(masses: tuple[Fraction, Fraction] | None) -> None:
-    info = FootageInfo(Path("a.mp4"), "h264", "yuv420p", 64, 64, 0, None, 30.0, None, "unknown")
-    report = FootageReport(40, None, 0, 0, ())
+    info = FootageInfo(Path("a.mp4"), 64, 64, 0, None, 30.0, None, "unknown")
+    report = FootageReport(40, None, ())
     result = answer(bouncing(4), info, report, TrialSettings(masses=masses))
     assert (result.count, *stated(result), result.pi_low) == (4, None, None, None)
     assert sum("--masses" in warning for warning in result.warnings) == (masses is not None)
@@ -96,9 +96,9 @@ def test_masses_say_nothing_of_one_body_alone(masses: tuple[Fraction, Fraction] 
 
 @pytest.mark.parametrize("counts", [True, False])
 def test_without_a_count_no_mass_ratio_is_measured(counts: bool) -> None:
-    info = FootageInfo(Path("a.mp4"), "h264", "yuv420p", 64, 64, 0, None, 30.0, None, "unknown")
+    info = FootageInfo(Path("a.mp4"), 64, 64, 0, None, 30.0, None, "unknown")
     trial = at_a_wall(path_shows=True, counts=counts)
     found: Any = SimpleNamespace(path_fits=True, swing=Swing(100.0, 0.01, 0.0, 0.0, 0.0))
-    report = FootageReport(40, None, 0, 0, ())
+    report = FootageReport(40, None, ())
     result = answer(replace(trial, found=found), info, report, TrialSettings())
     assert (result.mass_ratio is not None) == counts

@@ -20,7 +20,7 @@ SURE = {1: 0.01, 2: 0.98, 3: 0.01}
 
 
 def report(decoded: int, missing: int) -> FootageReport:
-    return FootageReport(decoded, None, 0, 0, (), missing)
+    return FootageReport(decoded, None, (), missing)
 
 
 @given(st.integers(0, 40), st.integers(1, 10_000), st.integers(0, 10_000))

@@ -142,7 +142,9 @@ CONTAINERS: Mapping[str, Reader] = {
     "ts": Reader("clip.ts", _clip("libx264"), _read_clip),
     # as phones write them: a modern codec, the index last, a turned picture, uneven times
     "hevc": Reader("clip.mov", _clip("libx265", index_first=False, rotation_deg=90), _read_clip),
-    "uneven": Reader("clip.mp4", _clip("libx264", frame_times_s=_UNEVEN_S, b_frames=2), _read_clip),
+    "uneven": Reader(
+        "clip.mp4", _clip("libx264", frame_times_s=_UNEVEN_S, more={"bf": "2"}), _read_clip
+    ),
     "vp9": Reader("clip.mkv", _clip("libvpx-vp9"), _read_clip),
     "av1": Reader("clip.mp4", _clip("libsvtav1"), _read_clip),
     "mpeg4": Reader("clip.avi", _clip("mpeg4"), _read_clip),

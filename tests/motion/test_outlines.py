@@ -19,7 +19,7 @@ from count_video.settings import TrialSettings
 BALL_MM = 40.0
 CONTACT_PX = 0.3
 """Contacts are known to a few times the noise of the places, 0.05 px."""
-INFO = FootageInfo(Path("a.mp4"), "h264", "yuv420p", 640, 360, 0, None, 30.0, None, "unknown")
+INFO = FootageInfo(Path("a.mp4"), 640, 360, 0, None, 30.0, None, "unknown")
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def narrowed(track: Track, share: float) -> Track:
 
 def answered(track: Track) -> TrialResult:
     explained = shown_at_wall(track, seen_collisions(track))
-    report, settings = FootageReport(100, None, 0, 0, ()), TrialSettings(ball_diameter_mm=BALL_MM)
+    report, settings = FootageReport(100, None, ()), TrialSettings(ball_diameter_mm=BALL_MM)
     return answer(explained, INFO, report, settings)
 
 

@@ -52,7 +52,7 @@ def fitted(ratio: float, side: WallSide = "left", interval: float = RESOLVED_FRA
 
 
 def explained(track: Track, *, seen_only: bool = False) -> Explanation:
-    report = FootageReport(len(track.frame), len(track.frame), 0, 0, ())
+    report = FootageReport(len(track.frame), len(track.frame), ())
     return of_one(track, Knowledge(), report, lambda _: False, seen_only=seen_only)
 
 
@@ -109,10 +109,8 @@ def test_the_explanation_says_that_the_cylinder_is_not_seen() -> None:
     filmed = trial(10.0)
     one = explained(alone(filmed))
     frames = len(filmed.track.frame)
-    info = FootageInfo(
-        *(Path("clip"), "h264", "yuv420p", 640, 240, 0), *(frames, 30.0, None, "unknown")
-    )
-    result = answer(one, info, FootageReport(frames, frames, 0, 0, ()), TrialSettings())
+    info = FootageInfo(*(Path("clip"), 640, 240, 0), *(frames, 30.0, None, "unknown"))
+    result = answer(one, info, FootageReport(frames, frames, ()), TrialSettings())
 
     assert (one.scene, one.counts, one.count) == ("wall", True, len(filmed.frames))
     assert [note.cause for note in one.notes] == [Cause.HEAVY_UNSEEN]

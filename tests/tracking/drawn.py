@@ -159,8 +159,5 @@ def displaced(luma: Luma, shift: tuple[float, float]) -> Luma:
 
 
 def as_frames(pictures: Sequence[Luma], first: int = 0) -> list[Frame]:
-    """Wrap pictures as consecutive frames of 30 to the second."""
-    return [
-        Frame(first + place, (first + place) / 30, luma, repeats_previous=False)
-        for place, luma in enumerate(pictures)
-    ]
+    """Wrap pictures as consecutive frames."""
+    return [Frame(k, luma, repeats_previous=False) for k, luma in enumerate(pictures, first)]

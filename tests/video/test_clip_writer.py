@@ -57,8 +57,8 @@ def test_lossless_luma_is_stored_to_the_bit(tmp_path: Path) -> None:
 
 def test_key_frames_come_as_often_as_asked(tmp_path: Path) -> None:
     sizes = [
-        write_numbered(tmp_path / f"{gop}.mp4", 60, WriteOptions(gop=gop)).stat().st_size
-        for gop in (1, 60)
+        write_numbered(tmp_path / f"{gop}.mp4", 60, WriteOptions(more={"g": gop})).stat().st_size
+        for gop in ("1", "60")
     ]
     assert sizes[0] > 2 * sizes[1]
 

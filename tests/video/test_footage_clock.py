@@ -7,13 +7,8 @@ import numpy as np
 import pytest
 from numbered_frames import write_numbered
 
-from count_video.video.reader import open_footage
+from coded import time_stamps_s
 from count_video.video.writer import WriteOptions
-
-
-def stamps(path: Path) -> list[float]:
-    with open_footage(path) as footage:
-        return [frame.footage_time_s for frame in footage.frames()]
 
 
 @pytest.mark.parametrize(
@@ -23,7 +18,7 @@ def test_time_stamps_are_multiples_of_the_playing_rate_rounded_once(
     tmp_path: Path, fps: Fraction
 ) -> None:
     path = write_numbered(tmp_path / "clip.mp4", 20, WriteOptions(container_fps=fps))
-    assert stamps(path) == [float(k / fps) for k in range(20)]
+    assert time_stamps_s(path) == [float(k / fps) for k in range(20)]
 
 
 @pytest.mark.parametrize("codec", ["libx264", "libx265"])
@@ -33,9 +28,9 @@ def test_time_stamps_of_a_variable_rate_are_exact(tmp_path: Path, codec: str) ->
     times = [Fraction(int(ticks), 90_000) for ticks in np.concatenate([[0], np.cumsum(steps)])]
     options = WriteOptions(codec=codec, frame_times_s=times)
     path = write_numbered(tmp_path / "clip.mp4", 30, options)
-    assert stamps(path) == [float(time) for time in times]
+    assert time_stamps_s(path) == [float(time) for time in times]
 
 
 def test_matroska_rounds_time_stamps_to_its_own_milliseconds(tmp_path: Path) -> None:
     path = write_numbered(tmp_path / "clip.mkv", 20)
-    assert stamps(path) == [round(k * 1000 / 30) / 1000 for k in range(20)]
+    assert time_stamps_s(path) == [round(k * 1000 / 30) / 1000 for k in range(20)]

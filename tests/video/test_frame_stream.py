@@ -22,7 +22,7 @@ LUMAS_ALIVE = 8
 
 @pytest.fixture
 def clip(tmp_path: Path) -> Path:
-    return write_numbered(tmp_path / "clip.mp4", FRAMES, WriteOptions(gop=30))
+    return write_numbered(tmp_path / "clip.mp4", FRAMES, WriteOptions(more={"g": "30"}))
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,8 @@ def whole(path: Path, codec: str) -> Path:
 @cache
 def whole_file(suffix: str, codec: str) -> bytes:
     with TemporaryDirectory() as folder:
-        options = WriteOptions(codec=codec, gop=GOP, b_frames=3)
+        reordered = {"bf": "3"} if codec in ("libx264", "libx265") else {}
+        options = WriteOptions(codec=codec, more={"g": str(GOP), **reordered})
         return write_numbered(Path(folder, f"clip{suffix}"), FRAMES, options).read_bytes()
 
 
@@ -122,7 +123,7 @@ def test_a_picture_that_cannot_be_decoded_is_counted_as_an_error(tmp_path: Path)
     blank(path, 20)
     numbers, report = numbers_read(path)
     assert numbers == [number for number in range(FRAMES) if number != 20]
-    assert (report.decode_errors, report.frames_decoded) == (1, FRAMES - 1)
+    assert (report.frames_missing, report.frames_decoded) == (1, FRAMES - 1)
     refused, short, jump = report.warnings
     assert {1, 20} <= numbers_in(refused)
     assert {FRAMES, FRAMES - 1} <= numbers_in(short)

@@ -73,7 +73,7 @@ Repeating = Callable[[list[Luma]], tuple[list[Luma], list[bool]]]
 def read(folder: Path, frames: list[Luma], crf: int, codec: str = "libx264") -> list[Frame]:
     """Send frames through an encoder and read them back."""
     path = folder / "clip.mp4"
-    write_clip(path, frames, WriteOptions(codec=codec, crf=crf, gop=GOP))
+    write_clip(path, frames, WriteOptions(codec=codec, crf=crf, more={"g": str(GOP)}))
     with open_footage(path) as footage:
         return list(footage.frames())
 
@@ -174,9 +174,7 @@ def test_the_report_counts_copies_and_says_so(tmp_path: Path) -> None:
     write_clip(path, frames, WriteOptions(codec="ffv1", pixel_format="gray"))
     with open_footage(path) as footage:
         assert [frame.repeats_previous for frame in footage.frames()] == copies
-        report = footage.report()
-    assert report.frames_repeated == 40
-    (warning,) = report.warnings
+        (warning,) = footage.report().warnings
     assert "40 of 80 frames repeat" in warning
 
 

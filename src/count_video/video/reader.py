@@ -47,9 +47,6 @@ class Footage:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
         """End the stream of frames, if there is one, and release the file."""
         if self._stream is not None:
             self._stream.close()
@@ -76,7 +73,7 @@ class Footage:
         # A pass alone holds what it reads: a decoder keeps its pictures until it is forgotten.
         reading, self._opened = self._opened or Reading(self.info.path), None
         self._tally, self._runs = reading.tally, [0]
-        self._stream = self._frames(reading, self._runs, start, end)
+        self._stream = self._frames(reading, start, end)
         return self._stream
 
     def report(self) -> FootageReport:
@@ -94,35 +91,30 @@ class Footage:
         return FootageReport(
             frames_decoded=tally.pictures,
             frames_promised=self._promise.frames,
-            frames_repeated=sum(self._runs),
-            decode_errors=len(tally.refused),
             warnings=tuple(warnings),
             # By what misses most of them.
             frames_missing=round(max([0, *(lost for _, lost in found if math.isfinite(lost))])),
         )
 
     def _frames(
-        self, reading: Reading, runs: list[int], start: int, end: int | None
+        self, reading: Reading, start: int, end: int | None
     ) -> Generator[Frame, None, None]:
         # Whether a frame is a copy is known when the next one is there: it waits here till then.
-        waiting: deque[tuple[float, Luma]] = deque()
+        waiting: deque[Luma] = deque()
         try:
             copies = mark_repeats(self._lumas(reading, end, waiting))
             for index, copy in enumerate(copies):
                 if copy:
-                    runs[-1] += 1
-                elif runs[-1]:
-                    runs.append(0)
-                time_s, luma = waiting.popleft()
+                    self._runs[-1] += 1
+                elif self._runs[-1]:
+                    self._runs.append(0)
+                luma = waiting.popleft()
                 if index >= start:
-                    turned = np.rot90(luma, self.info.rotation_deg // 90)
-                    yield Frame(index, time_s, turned, copy)
+                    yield Frame(index, np.rot90(luma, self.info.rotation_deg // 90), copy)
         finally:
             reading.container.close()
 
-    def _lumas(
-        self, reading: Reading, end: int | None, waiting: deque[tuple[float, Luma]]
-    ) -> Iterator[Luma]:
+    def _lumas(self, reading: Reading, end: int | None, waiting: deque[Luma]) -> Iterator[Luma]:
         """Yield the luma of every picture, as long as these keep their size."""
         first = None
         for index, picture in enumerate(islice(reading.pictures, end)):
@@ -139,7 +131,7 @@ class Footage:
                     f"{self.info.path}: more than {MOST_FRAMES} frames; give a part of the clip "
                     "with start and end"
                 )
-            waiting.append((reading.tally.time_s, luma))
+            waiting.append(luma)
             yield luma
 
 
@@ -198,8 +190,6 @@ def _info(
     stated_fps = stated_rate(tags) if capture_fps is None else None
     return FootageInfo(
         path=path,
-        codec=reading.stream.codec_context.name,
-        pixel_format=first.format.name,
         width_px=width_px,
         height_px=height_px,
         rotation_deg=90 * turns,

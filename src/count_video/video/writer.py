@@ -49,13 +49,9 @@ class WriteOptions:
     """Tags of the container, e.g. ``com.android.capture.fps``."""
     rotation_deg: int = 0
     """Counter-clockwise turn that display is asked for: 0, 90, 180 or 270."""
-    gop: int | None = None
-    """Frames from one key frame to the next; None leaves it to the encoder."""
-    b_frames: int | None = None
-    """Frames in a row that are stored after one that they are shown before, in H.264 and HEVC;
-    None leaves it to the encoder."""
-    threads: int = 1
-    """Encoder threads; more than one may change the bytes, 0 takes all cores."""
+    more: dict[str, str] = field(default_factory=dict)
+    """Other options of the encoder, by FFmpeg's names, e.g. ``g``, the frames from one key frame to
+    the next, or ``threads``: more than one may change the bytes, 0 takes all cores."""
     frame_times_s: Sequence[Fraction | float] | None = None
     """Footage time of every frame for a variable rate, increasing; None for a constant rate."""
     index_first: bool = True
@@ -136,11 +132,7 @@ def _add_stream(
         raise _RefusalError(error) from error
     if "420" in options.pixel_format and (stream.height % 2 or stream.width % 2):
         raise _RefusalError(f"{stream.width} x {stream.height} px: both sides must be even")
-    context = stream.codec_context
-    context.thread_count = options.threads
-    context.time_base = 1 / rate if options.frame_times_s is None else FINEST_TICK_S
-    if options.gop is not None:
-        context.gop_size = options.gop
+    stream.codec_context.time_base = 1 / rate if options.frame_times_s is None else FINEST_TICK_S
     if options.rotation_deg:
         stream.set_display_rotation(options.rotation_deg)
     return stream
@@ -171,11 +163,9 @@ def _encode(
 
 
 def _encoder_options(options: WriteOptions) -> dict[str, str]:
-    chosen = {"flags": "+bitexact"}
+    chosen = {"flags": "+bitexact", "threads": "1"}
     if options.codec in ("libx264", "libx265"):
         chosen |= {"crf": str(options.crf), "preset": options.preset}
-        if options.b_frames is not None:
-            chosen["bf"] = str(options.b_frames)
     if options.codec == "libx264" and platform.machine() in ("x86_64", "AMD64"):
         # With the wider instructions of newer processors libx264's mb-tree gives other bytes now
         # and then on a busy machine.
@@ -190,7 +180,7 @@ def _encoder_options(options: WriteOptions) -> dict[str, str]:
         # JPEG's quantiser runs from 2 (best) to 31; spread the 0 to 51 of crf over it.
         scale = str(max(2, round(options.crf * 31 / 51)))
         chosen |= {"qmin": scale, "qmax": scale}
-    return chosen
+    return chosen | options.more
 
 
 def _time_stamp(options: WriteOptions, number: int, last: int) -> int:
