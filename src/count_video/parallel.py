@@ -46,27 +46,22 @@ def as_done(
     waiting = deque((job, 1) for job in jobs)
     running: dict[Future[_Done], tuple[ProcessPoolExecutor, _Job, int]] = {}
     pools: list[ProcessPoolExecutor] = []
-    idle: list[ProcessPoolExecutor] = []
-    startable = processes or _cores()
+    free: list[ProcessPoolExecutor | None] = [None] * (processes or _cores())  # None: to start
     try:
         while waiting or running:
-            while waiting and (idle or startable):
-                if not idle:
-                    idle.append(_new_pool())
-                    pools.append(idle[0])
-                    startable -= 1
+            while waiting and free:
+                pool = free.pop()
+                if pool is None:
+                    pool = _new_pool()
+                    pools.append(pool)
                 job, attempt = waiting.popleft()
-                pool = idle.pop()
                 with _inherited():
                     running[pool.submit(work, job)] = (pool, job, attempt)
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 pool, job, attempt = running.pop(future)
-                if not isinstance(future.exception(), BrokenExecutor):
-                    idle.append(pool)
-                    yield job, future
-                    continue
-                startable += 1
-                if attempt < ATTEMPTS:
+                died = isinstance(future.exception(), BrokenExecutor)
+                free.append(None if died else pool)
+                if died and attempt < ATTEMPTS:
                     waiting.appendleft((job, attempt + 1))
                 else:
                     yield job, future
