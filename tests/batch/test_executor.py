@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from count_video import pipeline
 from count_video.answers import Followed
-from count_video.batch.executor import Answer, answers, count_job, failure, tool_version
+from count_video.batch.executor import Answer, answers, count_job, tool_version
 from count_video.batch.manifest import Job
 from count_video.batch.summary import run_campaign
 from count_video.errors import UsageError
@@ -123,7 +123,7 @@ def test_a_campaign_that_is_done_lets_its_workers_end() -> None:
 
 
 def test_a_failure_is_no_final_answer() -> None:
-    assert not failure(job("a"), "the worker died").final
+    assert "the worker died" in reason_of("dies")
 
 
 @pytest.mark.parametrize("error", [UsageError("cannot write"), OSError(errno.ENOSPC, "full")])

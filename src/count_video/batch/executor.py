@@ -105,11 +105,6 @@ def _drawn(job: Job, found: Followed) -> tuple[str, ...]:
     return draw_evidence(found, replace(job.pages, folder=folder, name=job.name))
 
 
-def failure(job: Job, reason: str) -> Answer:
-    """Make the answer of a job that failed for a reason other than its clip."""
-    return Answer(refused(job.clip, CountVideoError(reason)), None, tool_version())
-
-
 Done = Generator[tuple[Job, Future[Answer]], None, None]
 """Jobs with their futures, which are done."""
 
@@ -132,10 +127,11 @@ def answers(done: Done) -> Generator[tuple[Job, Answer], None, None]:
 
 
 def _answer(job: Job, future: Future[Answer]) -> Answer:
+    """Return what came of a job, or why that is not known for a reason other than its clip."""
+    error = None if future.cancelled() else future.exception()
     if future.cancelled():
-        return failure(job, "the cluster let the clip go; check its scheduler and start again")
-    error = future.exception()
-    if error is None:
+        reason = "the cluster let the clip go; check its scheduler and start again"
+    elif error is None:
         answer, ours = future.result(), tool_version()
         if answer.tool == ours:
             return answer
@@ -145,7 +141,7 @@ def _answer(job: Job, future: Future[Answer]) -> Answer:
     else:  # not the clip's error but the program's (or the cluster's): the others do not suffer
         words = " ".join(f"{type(error).__name__}: {error}".split())
         reason = f"the work on this clip failed ({words}); please report it"
-    return failure(job, reason)
+    return Answer(refused(job.clip, CountVideoError(reason)), None, tool_version())
 
 
 def _on_cluster(jobs: Iterable[Job], client: Any) -> Done:
