@@ -78,6 +78,8 @@ def answer(
     lacks = report.frames_missing and not counts
     missing = (Reason(Cause.FRAMES_MISSING, (report.frames_missing,)),) if lacks else ()
     scaled = at_wall and not explained.outlines_apart
+    unused = not at_wall and settings.masses is not None
+    notes = (*explained.notes, *([Reason(Cause.MASSES_UNUSED)] if unused else ()))
     result = replace(
         nothing_to_count(info, report, ""),
         status="counted" if counts else "not_counted",
@@ -96,7 +98,7 @@ def answer(
             *report.warnings,
             *track.warnings,
             *contradiction(settings.wall, track.wall_side if at_wall else None),
-            *map(sentence, explained.notes),
+            *map(sentence, notes),
         ),
     )
     if fit is not None:
@@ -108,9 +110,8 @@ def answer(
             ending=fit.ending if counts else None,
             setup=fit.setup,
         )
-    if not at_wall and settings.masses is not None:
-        warnings = (*result.warnings, sentence(Reason(Cause.MASSES_UNUSED)))
-        return replace(result, warnings=warnings)
+    if unused:
+        return result
     measured = measured_ratios(explained, given=settings.masses is not None) if counts else []
     return weighed(result, measured, settings.masses)
 
@@ -151,7 +152,10 @@ def weighed(
     sigma, warnings = None, result.warnings
     if masses is not None:
         heavy, light = masses
-        warnings += _other_masses(float(heavy / light), measured[:1])
+        given = float(heavy / light)
+        if measured and Knowledge(mass_ratio=given).contradicts(measured[0]):
+            clash = (given, measured[0].value, measured[0].sigma)
+            warnings += (sentence(Reason(Cause.MASSES_CONTRADICT, clash)),)
     elif measured:
         heavy, light, sigma = measured[0].value, 1.0, measured[0].sigma
     else:
@@ -164,13 +168,4 @@ def weighed(
         mass_ratio_sigma=sigma,
         pi_low=pi.low if pi else None,
         pi_high=pi.high if pi else None,
-    )
-
-
-def _other_masses(given: float, measured: list[Estimate]) -> tuple[str, ...]:
-    """Say that a given mass ratio contradicts what the motion shows."""
-    return tuple(
-        sentence(Reason(Cause.MASSES_CONTRADICT, (given, shown.value, shown.sigma)))
-        for shown in measured
-        if Knowledge(mass_ratio=given).contradicts(shown)
     )
