@@ -11,6 +11,7 @@ import tempfile
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import IO, overload
 
 import cv2
@@ -25,7 +26,7 @@ MEMORY_BYTES = 48_000_000
 CHUNK_BYTES = 12_000_000
 """Pictures that are written together, in one box."""
 LIGHTS = 8
-"""The first picture is kept in so many lights."""
+"""The first picture is kept in so many lights, those of the pictures that were read last."""
 LIGHT_STEPS = 256
 """Steps of the light, as parts of that of the first picture: one of them changes no pixel by more
 than a grey level, and pictures in the same light share what is not stored."""
@@ -70,16 +71,15 @@ class PictureStore(Sequence[Luma]):
         self._count = 0
         self._kept: list[Luma] = []
         """In memory: the first picture at least."""
-        self._before: Luma = np.empty((0, 0), np.uint8)
-        """Thumbnail of the first picture."""
         self._waiting = np.empty((0, 0, 0), np.uint8)
         """Room for the pictures of one chunk. It is used again and again, for to take new memory
         for a picture costs far more than to copy into it."""
         self._thumbnails: list[Luma] = []
         """Of the pictures that wait in it."""
         self._chunks: list[_Chunk] = []
-        self._lit: dict[float, Luma] = {}
-        """The first picture in the lights of those that were read last."""
+        self._first_in_light = lru_cache(LIGHTS)(
+            lambda light: np.asarray(cv2.convertScaleAbs(self._kept[0], alpha=light), np.uint8)
+        )
         self.bytes_written = 0
         """Length of the temporary file."""
 
@@ -96,10 +96,7 @@ class PictureStore(Sequence[Luma]):
         self._count += 1
         if self._count == 1 or (all_kept and self._count * picture.size <= self._memory_bytes):
             self._kept.append(np.array(picture, order="C"))
-            small = reduced(self._kept[-1], scale)
-            if self._count == 1:
-                self._before = small
-            return small
+            return reduced(self._kept[-1], scale)
         if not len(self._waiting):
             room = -(-self._chunk_bytes // picture.size)
             self._waiting = np.empty((room, *picture.shape), np.uint8)
@@ -113,8 +110,10 @@ class PictureStore(Sequence[Luma]):
 
     def _write(self) -> None:
         """Write the pictures that wait to the file."""
-        light, differs = _changes(self._thumbnails, self._before)
-        box = _box_around(differs, self._kept[0].shape)
+        first = self._kept[0]
+        scale = scale_to(first.shape[1])
+        light, differs = _changes(self._thumbnails, reduced(first, scale))
+        box = _box_around(differs, scale, first.shape)
         try:
             if self._file is None:
                 self._file = tempfile.TemporaryFile()  # noqa: SIM115  closed by close()
@@ -127,8 +126,8 @@ class PictureStore(Sequence[Luma]):
                 f"({error.strerror}): free some space there, set TMPDIR to another folder, or give "
                 "a part of the clip with --region, --start and --end"
             ) from error
-        first = self._count - len(self._thumbnails)
-        self._chunks.append(_Chunk(first, self.bytes_written, box, light))
+        place = self._count - len(self._thumbnails)
+        self._chunks.append(_Chunk(place, self.bytes_written, box, light))
         self.bytes_written, self._thumbnails = end, []
 
     def __len__(self) -> int:
@@ -156,12 +155,7 @@ class PictureStore(Sequence[Luma]):
         piece = np.frombuffer(self._file.read(height * width), np.uint8).reshape(height, width)
         if piece.shape == self._kept[0].shape:
             return piece
-        light = float(chunk.light[place - chunk.first])
-        if light not in self._lit:
-            if len(self._lit) == LIGHTS:
-                self._lit.clear()
-            self._lit[light] = np.asarray(cv2.convertScaleAbs(self._kept[0], alpha=light), np.uint8)
-        picture = self._lit[light].copy()
+        picture = self._first_in_light(float(chunk.light[place - chunk.first])).copy()
         picture[chunk.box] = piece
         return picture
 
@@ -184,9 +178,8 @@ def _smooth(small: Luma) -> Pixels:
     return np.asarray(cv2.blur(small.astype(np.float32), (3, 3)), np.float32)
 
 
-def _box_around(differs: Mask, shape: tuple[int, ...]) -> tuple[slice, slice]:
+def _box_around(differs: Mask, scale: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
     """Rows and columns of a picture that hold what differs in its thumbnail, and 2 px around."""
-    scale = scale_to(shape[1])
     if not differs.any():
         return slice(0, 0), slice(0, 0)
     found = np.argwhere(differs)
