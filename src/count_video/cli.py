@@ -230,9 +230,9 @@ def _count(
 
     try:
         if options.output is not None:
-            from count_video.evidence import check_evidence
+            from count_video.evidence import open_files
 
-            check_evidence(path, options.evidence)
+            open_files(path, options.evidence, "json")  # refused before a long count
         result = count_with(path, options.settings, progress)
         if options.corrections is not None:
             result = result.reviewed(options.corrections)

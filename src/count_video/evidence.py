@@ -24,7 +24,7 @@ from count_video.outputs import (
     write_whole,
 )
 from count_video.process import DRAWING_BYTES, check_memory
-from count_video.progress import NO_PROGRESS, Progress, counted_off
+from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Floats, Frame, Track
 from count_video.reports.clip import Gif, pictures, presented
 from count_video.reports.clip_layout import frame_times_s, layout_of
@@ -38,17 +38,6 @@ from count_video.reports.tables import collisions_array, table_csv, track_array
 from count_video.settings import EvidenceSettings
 from count_video.video.reader import Footage, open_footage
 from count_video.video.writer import WriteOptions, write_clip
-
-
-def check_evidence(path: Path, evidence: EvidenceSettings) -> None:
-    """Make the folder if needed and refuse it before a long count if files are in the way.
-
-    Raises
-    ------
-    UsageError
-        The folder cannot be made, or a file in it was not written by this program.
-    """
-    _opened(path, evidence, "json")
 
 
 def draw_evidence(
@@ -74,7 +63,7 @@ def draw_evidence(
         If the evidence cannot be written.
     """
     check_memory(DRAWING_BYTES)
-    files = _opened(found.path, evidence)
+    files = open_files(found.path, evidence)
     # Two clips of one name that are drawn at the same time would leave files of both.
     with held(files.outputs.hidden / f"{files.name}.lock", wait=True):
         if with_json:
@@ -109,9 +98,10 @@ def _rows(footage: Footage, track: Track, progress: Progress) -> Iterator[tuple[
     rows = {int(index): row for row, index in enumerate(track.frame)}
     first, end = int(track.frame[0]), int(track.frame[-1]) + 1
     progress.start(end - first, "drawing")
-    for frame in counted_off(footage.frames(first, end), progress):
+    for frame in footage.frames(first, end):
         if frame.index in rows:
             yield frame, rows[frame.index]
+        progress.advance(1)
 
 
 @dataclass(frozen=True)
@@ -142,8 +132,11 @@ class _Files:
             write_whole(target, self.outputs.as_written(target.name, data))
 
 
-def _opened(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
-    """Open the folder for the evidence, and for files with ``more`` endings; check all names."""
+def open_files(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
+    """Open the folder for the evidence, made if needed, and for files with ``more`` endings.
+
+    UsageError if that fails, or if one of these files is there and not written by this program.
+    """
     name, kind = evidence.name or output_name(path.stem), evidence.picture_format
     suffixes = ["html", "annotated.mp4", "strip.jpg", "track.csv", "collisions.csv", kind, *more]
     suffixes += [f"{panel}.{kind}" for panel in PANELS]

@@ -114,11 +114,8 @@ class Reading:
 def _threads_allowed() -> int:
     """As many as cores, or fewer if so allowed."""
     cores = os.cpu_count() or 1
-    allowed = os.environ.get(THREADS_VARIABLE)
-    if allowed is None:
-        return cores
     try:
-        return min(THREADS(allowed), cores)
+        return min(THREADS(os.environ.get(THREADS_VARIABLE, str(cores))), cores)
     except UsageError as error:
         raise UsageError(f"{THREADS_VARIABLE}: {error}") from error
 
