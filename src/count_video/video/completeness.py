@@ -46,55 +46,53 @@ def promise_of(path: Path, reading: Reading) -> Promise:
     return Promise(_packets_shown(path) or None, *_stated_end_s(reading))
 
 
-def shortcomings(promise: Promise, tally: Tally) -> Iterator[tuple[str, float]]:
-    """Yield a sentence for everything that is missing or damaged, and how many pictures it costs.
+@dataclass(frozen=True)
+class Shortcoming:
+    """What is missing or damaged, in a sentence."""
 
-    That number is NaN or infinite where it cannot be known.
-    """
+    sentence: str
+    lost: float = 0
+    """How many pictures it costs; NaN or infinite where that cannot be known."""
+
+
+def shortcomings(promise: Promise, tally: Tally) -> Iterator[Shortcoming]:
+    """Yield everything that is missing or damaged."""
     if tally.refused:
         refused = len(tally.refused)
-        yield (
-            (
-                f"{_count(refused, 'packet')} could not be decoded (the first near frame "
-                f"{tally.refused[0]}): pictures are missing there"
-            ),
+        yield Shortcoming(
+            f"{_count(refused, 'packet')} could not be decoded (the first near frame "
+            f"{tally.refused[0]}): pictures are missing there",
             refused,
         )
     if tally.cut_off:
-        yield "the file ends in the middle of a packet: it was cut", 0
+        yield Shortcoming("the file ends in the middle of a packet: it was cut")
     if tally.damaged:
-        yield (
-            (
-                f"{_count(len(tally.damaged), 'frame')} decoded with damage (the first is frame "
-                f"{tally.damaged[0]}): positions there may be wrong"
-            ),
-            0,
+        yield Shortcoming(
+            f"{_count(len(tally.damaged), 'frame')} decoded with damage (the first is frame "
+            f"{tally.damaged[0]}): positions there may be wrong",
         )
     if tally.broke_off:
-        yield f"reading broke off after {_count(tally.pictures, 'frame')}: {tally.broke_off}", 0
+        read = _count(tally.pictures, "frame")
+        yield Shortcoming(f"reading broke off after {read}: {tally.broke_off}")
     if tally.exhausted:
         yield from _shortfalls(promise, tally)
 
 
-def _shortfalls(promise: Promise, tally: Tally) -> Iterator[tuple[str, float]]:
+def _shortfalls(promise: Promise, tally: Tally) -> Iterator[Shortcoming]:
     """Yield what a clip that was decoded to its end lacks."""
     if promise.frames is not None and promise.frames != tally.pictures:
-        yield (
-            (
-                f"the container promises {_count(promise.frames, 'frame')}, {tally.pictures} "
-                "could be decoded: the file may be cut or damaged; copy it again from the camera"
-            ),
+        yield Shortcoming(
+            f"the container promises {_count(promise.frames, 'frame')}, {tally.pictures} "
+            "could be decoded: the file may be cut or damaged; copy it again from the camera",
             promise.frames - tally.pictures,
         )
     # A picture that does not say how long it lasts may last longer than the others.
     end_s = tally.time_s + (tally.lasts_s or 2 * tally.usual_step_s)
     if promise.end_s - end_s > promise.tolerance_s:
-        yield (
-            (
-                f"the container promises {promise.end_s:.2f} s of film, the last frame decoded "
-                f"(number {tally.pictures}) ends at {end_s:.2f} s: the file may be cut; copy it "
-                "again from the camera"
-            ),
+        yield Shortcoming(
+            f"the container promises {promise.end_s:.2f} s of film, the last frame decoded "
+            f"(number {tally.pictures}) ends at {end_s:.2f} s: the file may be cut; copy it "
+            "again from the camera",
             (promise.end_s - end_s) / tally.usual_step_s,
         )
     if not tally.jumps:
@@ -102,12 +100,10 @@ def _shortfalls(promise: Promise, tally: Tally) -> Iterator[tuple[str, float]]:
     widest = max(tally.jumps, key=lambda jump: jump.share)
     # Jumps over lost pictures are wide; or rare, for then the rate is constant.
     if widest.share >= GAP_SHARE or len(tally.jumps) <= max(1.0, 0.02 * tally.pictures):
-        yield (
-            (
-                f"the time stamps jump {_count(len(tally.jumps), 'time')}, most after frame "
-                f"{widest.after}, by {widest.step_s:.3f} s "
-                f"({widest.share:.1f} times the usual step): pictures may be missing there"
-            ),
+        yield Shortcoming(
+            f"the time stamps jump {_count(len(tally.jumps), 'time')}, most after frame "
+            f"{widest.after}, by {widest.step_s:.3f} s "
+            f"({widest.share:.1f} times the usual step): pictures may be missing there",
             widest.share - 1,
         )
 

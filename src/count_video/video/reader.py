@@ -79,7 +79,7 @@ class Footage:
     def report(self) -> FootageReport:
         """Return what became of the file, as far as it was decoded."""
         tally, found = self._tally, list(shortcomings(self._promise, self._tally))
-        warnings = [sentence for sentence, _ in found]
+        warnings = [one.sentence for one in found]
         # A long run is a still picture, as it should be while nothing moves.
         between = sum(run for run in self._runs if run <= LONGEST_RUN)
         if between > 2:
@@ -93,7 +93,7 @@ class Footage:
             frames_promised=self._promise.frames,
             warnings=tuple(warnings),
             # By what misses most of them.
-            frames_missing=round(max([0, *(lost for _, lost in found if math.isfinite(lost))])),
+            frames_missing=round(max([0, *(one.lost for one in found if math.isfinite(one.lost))])),
         )
 
     def _frames(
