@@ -51,6 +51,8 @@ _OF_A_COUNT = (
 """Options that go with a plan alone, and those that do not go with one."""
 _NOT_OF_A_THEORY = (*_OF_A_PLAN, *_OF_A_COUNT, "plan", "json", "capture_fps", "ball_diameter_mm")
 """What the exact count of two masses needs not."""
+_FIELDS = {"gap": "gap_m", "release": "release_m", "damping": "damping_per_s"}
+"""Fields of a ``PlanRequest`` that are not called as the options are."""
 
 
 def _value(metavar: str, read: Callable[[str], object], **more: Any) -> dict[str, Any]:
@@ -251,22 +253,12 @@ def is_campaign(options: argparse.Namespace) -> bool:
 
 def plan_values(options: argparse.Namespace) -> dict[str, Any]:
     """Collect what was given, by the names of the fields of ``PlanRequest``."""
-    heavy, light = options.plan
+    given = dict(zip(("heavy", "light"), options.plan, strict=True))
+    for name in ("gap", "release", "restitution", "damping", "trials", "seed", "capture_fps"):
+        given[_FIELDS.get(name, name)] = getattr(options, name)
     threads = options.thread or [None]
-    given = {
-        "heavy": heavy,
-        "light": light,
-        "gap_m": options.gap,
-        "release_m": options.release,
-        "heavy_thread_m": threads[0],
-        "light_thread_m": threads[-1],
-        "capture_fps": options.capture_fps,
-        "restitution": options.restitution,
-        "damping_per_s": options.damping,
-        "ball_diameter_m": options.ball_diameter_mm / 1000.0,
-        "trials": options.trials,
-        "seed": options.seed,
-    }
+    given |= {"heavy_thread_m": threads[0], "light_thread_m": threads[-1]}
+    given["ball_diameter_m"] = options.ball_diameter_mm / 1000.0
     return {name: value for name, value in given.items() if value is not None}
 
 
