@@ -6,7 +6,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from count_video.records import Ending, Estimate, unread_result
+from count_video.records import Ending, Estimate, TrialResult
 from count_video.reports.campaign import TrialRow
 
 Masses = tuple[Fraction, Fraction] | None
@@ -38,7 +38,9 @@ def row(
             changes[kind] = Estimate(changes[kind], 0.01)
     if "ending" in changes:
         changes["ending"] = Ending(changes["ending"], 1.0, 1.0, 0.5)
-    result = replace(unread_result(f"clips/{name}.mp4", "nothing moves"), **values | changes)
+    result = replace(
+        TrialResult(f"clips/{name}.mp4", "not_counted", "nothing moves"), **values | changes
+    )
     return TrialRow(name, result, masses, not_kept, files)
 
 

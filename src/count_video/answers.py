@@ -13,14 +13,7 @@ from count_video.motion.priors import SWING_RATIO_SHARE
 from count_video.motion.swing import Swing
 from count_video.physics.theory import pi_bounds
 from count_video.reasons import Cause, Reason
-from count_video.records import (
-    Estimate,
-    FootageInfo,
-    FootageReport,
-    Track,
-    TrialResult,
-    unread_result,
-)
+from count_video.records import Estimate, FootageInfo, FootageReport, Track, TrialResult
 from count_video.reports.material import Pendulum
 from count_video.reports.words import sentence, sentences
 from count_video.settings import TrialSettings
@@ -55,8 +48,10 @@ def nothing_to_count(info: FootageInfo, report: FootageReport, reason: str) -> T
     """Answer for a clip that was read but shows nothing that can be counted."""
     if report.frames_decoded == 1:
         reason = "one picture alone could be read, in which nothing moves; give the whole clip"
-    return replace(
-        unread_result(str(info.path), reason),
+    return TrialResult(
+        clip=str(info.path),
+        status="not_counted",
+        reason=reason,
         capture_fps=info.capture_fps,
         capture_fps_source=info.capture_fps_source,
         frames_decoded=report.frames_decoded,

@@ -327,8 +327,3 @@ class TrialResult:
     def beyond_burst(self) -> tuple[Collision, ...]:
         """The collisions found that do not belong to it."""
         return tuple(c for c in self.collisions if c.number > self.burst_size)
-
-
-def unread_result(clip: str, reason: str) -> TrialResult:
-    """Make the answer for a clip of which nothing is known but why it could not be read."""
-    return TrialResult(clip=clip, status="not_counted", reason=reason)

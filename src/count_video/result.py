@@ -19,7 +19,7 @@ from count_video.inputs import Signature, signature
 from count_video.outputs import CsvDialect
 from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import Collision, Estimate, Track, TrialResult, unread_result
+from count_video.records import Collision, Estimate, Track, TrialResult
 from count_video.reports.json_object import json_object
 from count_video.reports.tables import collisions_array, track_array
 from count_video.reports.text import headline, result_text
@@ -235,4 +235,4 @@ class Result:
 
 def refused(clip: AnyPath, error: CountVideoError | OSError) -> Result:
     """Make the result of a clip that could not be worked on."""
-    return Result(Followed(unread_result(fspath(clip), reason_of(error, clip))), error)
+    return Result(Followed(TrialResult(fspath(clip), "not_counted", reason_of(error, clip))), error)

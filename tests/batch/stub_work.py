@@ -17,7 +17,7 @@ from count_video import pipeline
 from count_video.answers import Followed
 from count_video.errors import FootageError
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import unread_result
+from count_video.records import TrialResult
 
 
 def work_through(
@@ -40,7 +40,7 @@ def work_through(
     ratio = float(stated.get("ratio", 100.0))
     return Followed(
         replace(
-            unread_result(str(path), ""),
+            TrialResult(str(path), "not_counted", ""),
             status="counted",
             reason=None,
             count=count,

@@ -4,7 +4,6 @@ import errno
 from collections.abc import Generator, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,7 +17,7 @@ from count_video.batch.manifest import Job
 from count_video.batch.summary import run_campaign
 from count_video.errors import UsageError
 from count_video.pipeline import TrialSettings
-from count_video.records import unread_result
+from count_video.records import TrialResult
 from count_video.result import Result
 from count_video.settings import EvidenceSettings
 
@@ -40,7 +39,7 @@ def future_of(job: Job) -> Future[Answer]:
         future.cancel()
     else:
         tool = "0.0.0" if job.name == "outdated" else tool_version()
-        result = Result(Followed(unread_result(job.clip, job.name)))
+        result = Result(Followed(TrialResult(job.clip, "not_counted", job.name)))
         future.set_result(Answer(result, "content", tool))
     return future
 
@@ -135,7 +134,7 @@ def test_a_count_stands_though_its_pages_cannot_be_drawn(
 
     (tmp_path / "a.mp4").touch()
     wanted = Job("a", str(tmp_path / "a.mp4"), TrialSettings(), pages=EvidenceSettings(tmp_path))
-    counted = replace(unread_result("a.mp4", ""), status="counted", count=31)
+    counted = TrialResult("a.mp4", "counted", "", count=31)
     monkeypatch.setattr(pipeline, "work_through", lambda *_: Followed(counted))
     monkeypatch.setattr("count_video.evidence.draw_evidence", undrawn)
 

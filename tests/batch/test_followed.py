@@ -10,7 +10,7 @@ import pytest
 
 from count_video.answers import Followed
 from count_video.batch.results import packed, unpacked
-from count_video.records import BodyTrack, Collision, MotionLine, Track, Velocities, unread_result
+from count_video.records import BodyTrack, Collision, MotionLine, Track, TrialResult, Velocities
 
 NAN, INF = float("nan"), float("inf")
 
@@ -24,7 +24,9 @@ def followed_once() -> Followed:
     unknown = Velocities(NAN, -INF)
     collision = Collision(1, "wall", 2.5, NAN, None, True, 80.0, unknown, unknown)
     return Followed(
-        replace(unread_result("clip.mp4", "nothing moves"), collisions=(collision,)), track, None
+        replace(TrialResult("clip.mp4", "not_counted", "nothing moves"), collisions=(collision,)),
+        track,
+        None,
     )
 
 

@@ -16,7 +16,7 @@ from count_video.errors import UsageError
 from count_video.inputs import content_digest, signature
 from count_video.outputs import HIDDEN, OutputFolder
 from count_video.pipeline import TrialSettings
-from count_video.records import unread_result
+from count_video.records import TrialResult
 from count_video.reports.json_object import json_line
 from count_video.reports.material import Pendulum
 from count_video.result import Result
@@ -39,7 +39,7 @@ def kept(tmp_path: Path) -> ResultStore:
 
 
 def answer_to(job: Job, *, final: bool = True, reason: str = "nothing moves") -> Answer:
-    found = Followed(unread_result(job.clip, reason), pendulum=SWING)
+    found = Followed(TrialResult(job.clip, "not_counted", reason), pendulum=SWING)
     content = content_digest(job.file) if final else None
     return Answer(Result(found, signature=signature(job.file)), content, tool_version())
 

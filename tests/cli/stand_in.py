@@ -9,7 +9,7 @@ from pathlib import Path
 from count_video import pipeline
 from count_video.answers import Followed
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import Collision, TrialResult, Velocities, unread_result
+from count_video.records import Collision, TrialResult, Velocities
 
 Work = Callable[[Path], TrialResult]
 
@@ -19,7 +19,7 @@ def counted(path: Path) -> TrialResult:
     still, away = Velocities(-2.0, 0.0), Velocities(2.0, 0.0)
     collision = Collision(1, "wall", 12.5, 0.1, None, True, 80.0, still, away)
     return replace(
-        unread_result(str(path), ""),
+        TrialResult(str(path), "not_counted", ""),
         status="counted",
         reason=None,
         count=1,
@@ -31,7 +31,7 @@ def counted(path: Path) -> TrialResult:
 
 def not_counted(path: Path) -> TrialResult:
     """Answer that nothing moves."""
-    return unread_result(str(path), "nothing moves")
+    return TrialResult(str(path), "not_counted", "nothing moves")
 
 
 @dataclass

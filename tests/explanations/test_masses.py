@@ -20,11 +20,10 @@ from count_video.records import (
     FootageInfo,
     FootageReport,
     TrialResult,
-    unread_result,
 )
 from count_video.settings import TrialSettings
 
-COUNTED = replace(unread_result(str(Path("a.mp4")), ""), status="counted", count=31)
+COUNTED = TrialResult("a.mp4", "counted", "", count=31)
 ROUNDING = 1e-9
 
 

@@ -20,7 +20,7 @@ from count_video.errors import CountVideoError
 from count_video.outputs import OutputFolder
 from count_video.pipeline import TrialSettings
 from count_video.planning.request import PLAN_VERSION, PlanRequest, read_request, request_object
-from count_video.records import TrialResult, unread_result
+from count_video.records import TrialResult
 from count_video.reports.json_object import json_line
 from count_video.settings import EvidenceSettings
 from count_video.video.reader import open_footage
@@ -77,7 +77,9 @@ def _write_corrections(path: Path) -> None:
 
 
 def _read_corrections(path: Path) -> None:
-    reviewed(replace(unread_result("clip.mp4", "nothing moves"), frames_decoded=100), path)
+    reviewed(
+        replace(TrialResult("clip.mp4", "not_counted", "nothing moves"), frames_decoded=100), path
+    )
 
 
 def _write_plan(path: Path) -> None:
@@ -86,7 +88,7 @@ def _write_plan(path: Path) -> None:
 
 
 def _write_result(path: Path) -> None:
-    path.write_text(packed(unread_result("clip.mp4", "nothing moves")), "utf-8")
+    path.write_text(packed(TrialResult("clip.mp4", "not_counted", "nothing moves")), "utf-8")
 
 
 def _read_result(path: Path) -> None:
@@ -108,7 +110,7 @@ def _read_record(path: Path) -> None:
 
 def _write_kept(path: Path) -> None:
     path.parent.mkdir(exist_ok=True)
-    result = unread_result("clip.mp4", "nothing moves")
+    result = TrialResult("clip.mp4", "not_counted", "nothing moves")
     (path.parents[1] / "clip.json").write_text(f"{json_line(result)}\n", "utf-8")
     options = json.dumps(asdict(TrialSettings()), default=str, sort_keys=True)
     kept = {"clip": "0", "tool": tool_version(), "options": options, "signature": []}
@@ -123,7 +125,9 @@ def _read_kept(path: Path) -> None:
 
 
 def _write_followed(path: Path) -> None:
-    path.write_text(packed(Followed(unread_result("clip.mp4", "nothing moves"), None, None)))
+    path.write_text(
+        packed(Followed(TrialResult("clip.mp4", "not_counted", "nothing moves"), None, None))
+    )
 
 
 def _read_followed(path: Path) -> None:

@@ -24,7 +24,7 @@ from count_video.errors import CountVideoError, FootageError, TrackingError, Usa
 from count_video.inputs import content_digest, signature
 from count_video.parallel import as_done
 from count_video.process import shortage_explained
-from count_video.records import unread_result
+from count_video.records import TrialResult
 from count_video.reports.json_object import SCHEMA_VERSION
 from count_video.result import Result, refused
 
@@ -90,7 +90,7 @@ def count_job(job: Job) -> Answer:
         found = replace(found, result=replace(found.result, clip=job.clip))
         return Answer(Result(found, signature=before), content, tool_version(), evidence, undrawn)
     except (CountVideoError, OSError) as error:
-        unread = unread_result(job.clip, reason_of(error, job.file))
+        unread = TrialResult(job.clip, "not_counted", reason_of(error, job.file))
         return Answer(Result(Followed(unread), error, before), content, tool_version())
 
 
