@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
 from count_video import inputs, pipeline
-from count_video.batch.executor import answers, count_job
+from count_video.batch.executor import answer_of, count_job
 from count_video.batch.manifest import jobs_of
 from count_video.inputs import signature
 from count_video.parallel import as_done
@@ -135,8 +135,8 @@ def count_all(
         checked("jobs", jobs, inputs.CLIPS_AT_A_TIME)
     given = [paths] if isinstance(paths, str | PathLike) else paths
     wanted = jobs_of(map(Path, given), trial_settings(**settings))
-    with closing(answers(as_done(count_job, wanted, jobs))) as done:
-        yield from (answer.result for _, answer in done)
+    with closing(as_done(count_job, wanted, jobs)) as done:
+        yield from (answer_of(job, future).result for job, future in done)
 
 
 def theory(heavy: Mass, light: Mass = 1) -> Theory:

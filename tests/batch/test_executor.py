@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from count_video import pipeline
 from count_video.answers import Followed
-from count_video.batch.executor import Answer, answers, count_job, tool_version
+from count_video.batch.executor import Answer, answer_of, count_job, tool_version
 from count_video.batch.manifest import Job
 from count_video.batch.summary import run_campaign
 from count_video.errors import UsageError
@@ -53,15 +53,17 @@ def done(jobs: Sequence[Job]) -> Done:
 def done_by(*names: str) -> dict[str, str | None]:
     """What became of each job: its answer, or None where it failed."""
     found: dict[str, str | None] = {}
-    for asked, answer in answers(done([job(name) for name in names])):
+    for asked, future in done([job(name) for name in names]):
         assert asked.name not in found
+        answer = answer_of(asked, future)
         found[asked.name] = answer.result.answer.reason if answer.final else None
     return found
 
 
 def reason_of(name: str) -> str:
     """Why a job failed."""
-    ((_, answer),) = answers(done([job(name)]))
+    ((asked, future),) = done([job(name)])
+    answer = answer_of(asked, future)
     assert not answer.final
     return answer.result.answer.reason or ""
 
@@ -94,7 +96,7 @@ def test_an_answer_of_another_version_of_the_tool_is_refused() -> None:
     assert "the worker has count-video 0.0.0" in reason_of("outdated")
 
 
-def test_who_leaves_the_answers_lets_go_of_the_workers() -> None:
+def test_who_leaves_a_campaign_lets_go_of_the_workers() -> None:
     ended: list[bool] = []
 
     def working(jobs: Sequence[Job]) -> Done:
@@ -103,7 +105,7 @@ def test_who_leaves_the_answers_lets_go_of_the_workers() -> None:
         finally:
             ended.append(True)
 
-    some = answers(working([job("a"), job("b")]))
+    some = run_campaign([job("a"), job("b")], working, None)
     next(some)
     some.close()
     assert ended == [True]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
-from contextlib import closing, suppress
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from hashlib import sha256
@@ -119,14 +119,7 @@ def jobs_done(jobs: Sequence[Job], processes: int | None, scheduler: str | None)
     return _on_cluster(jobs, _joined(scheduler))
 
 
-def answers(done: Done) -> Generator[tuple[Job, Answer], None, None]:
-    """Yield every job with its answer, as they come; what fails is the answer of its job alone."""
-    with closing(done):
-        for job, future in done:
-            yield job, _answer(job, future)
-
-
-def _answer(job: Job, future: Future[Answer]) -> Answer:
+def answer_of(job: Job, future: Future[Answer]) -> Answer:
     """Return what came of a job, or why that is not known for a reason other than its clip."""
     error = None if future.cancelled() else future.exception()
     if future.cancelled():

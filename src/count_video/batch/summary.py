@@ -9,7 +9,7 @@ from dataclasses import replace
 from statistics import fmean, pstdev
 from typing import Any
 
-from count_video.batch.executor import Answer, Done, answers
+from count_video.batch.executor import Answer, Done, answer_of
 from count_video.batch.manifest import Job
 from count_video.batch.results import ResultStore
 from count_video.errors import UsageError
@@ -46,11 +46,11 @@ def run_campaign(
         return
     progress.start(len(rest), f"{len(done)} known already," if done else "")
     try:
-        with closing(answers(count(rest))) as arriving:
+        with closing(count(rest)) as arriving:
             for job in jobs:
                 while job.name not in done:
-                    asked, answer = next(arriving)
-                    done[asked.name] = _kept_row(asked, answer, store)
+                    asked, future = next(arriving)
+                    done[asked.name] = _kept_row(asked, answer_of(asked, future), store)
                     progress.advance(1)
                 yield done[job.name]
             next(arriving, None)  # to its end, where the workers, who have nothing more to do, end
