@@ -178,18 +178,20 @@ def appearing(target: Path) -> Iterator[Path]:
     """Yield a place to write to; what is there appears under its name when all went well."""
     kind = "".join(target.suffixes[-2:])[-_SUFFIX_CHARACTERS:]
     partial = target.with_name(f".{uuid.uuid4().hex[:12]}.part{kind}")
-    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_LINK
     _unfinished.add(partial)
     try:
-        with _opened(partial, flags) as descriptor:
+        with open(partial, "xb") as file:
             with suppress(OSError):  # a file system without locks: then it stays if we are killed
-                _take(descriptor)
+                _take(file.fileno())
             yield partial
-            os.fsync(descriptor)
+            os.fsync(file)
             os.replace(partial, target)
-            # The renaming lasts through a power cut; Windows needs this not.
-            with suppress(OSError), _opened(target.parent, os.O_RDONLY) as folder:
+        with suppress(OSError):  # the renaming lasts through a power cut; Windows needs this not
+            folder = os.open(target.parent, os.O_RDONLY)
+            try:
                 os.fsync(folder)
+            finally:
+                os.close(folder)
     finally:
         partial.unlink(missing_ok=True)
         _unfinished.discard(partial)
@@ -207,8 +209,8 @@ def clear_unfinished(folder: Path) -> None:
     for entry in folder.iterdir():
         if _UNFINISHED.fullmatch(entry.name):
             # Somebody is at work on it, or has just finished.
-            with suppress(OSError), _opened(entry, os.O_RDWR | _NO_LINK) as descriptor:
-                _take(descriptor)
+            with suppress(OSError), open(_open_own(entry, os.O_RDWR), "rb") as file:
+                _take(file.fileno())
                 entry.unlink()
 
 
@@ -236,16 +238,6 @@ def held(file: Path, *, wait: bool = False) -> Iterator[None]:
             if not wait:
                 raise UsageError(f"{folder}: {why} -o") from error
         yield
-
-
-@contextmanager
-def _opened(place: Path, flags: int) -> Iterator[int]:
-    """Open a file or folder and yield its descriptor."""
-    descriptor = os.open(place, flags, 0o666)
-    try:
-        yield descriptor
-    finally:
-        os.close(descriptor)
 
 
 @contextmanager
