@@ -59,7 +59,7 @@ class WriteOptions:
     to the cut. Cameras write it last."""
 
 
-def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | None = None) -> int:
+def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | None = None) -> None:
     """Encode pictures into a file that appears under its name only when it is complete.
 
     Parameters
@@ -71,11 +71,6 @@ def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | Non
         RGB, shape (height, width, 3). All of one shape; sides even for 4:2:0 formats.
     options
         Defaults to H.264 at 30 frames/s.
-
-    Returns
-    -------
-    int
-        Number of frames written.
 
     Raises
     ------
@@ -91,7 +86,7 @@ def write_clip(path: Path, frames: Iterable[Pixels], options: WriteOptions | Non
     try:
         with appearing(path) as partial, _open(partial, options) as container:
             stream = _add_stream(container, first.shape, options)
-            return _encode(chain([first], pictures), stream, container, options)
+            _encode(chain([first], pictures), stream, container, options)
     except (av.error.FFmpegError, OSError, _RefusalError) as error:
         # The text of the system's errors repeats a name that nobody gave.
         raise UsageError(
@@ -143,23 +138,20 @@ def _encode(
     stream: av.VideoStream,
     container: OutputContainer,
     options: WriteOptions,
-) -> int:
-    """Encode all pictures and return their number."""
-    shape, count, last = None, 0, -1
-    for picture in pictures:
+) -> None:
+    shape, last = None, -1
+    for number, picture in enumerate(pictures):
         shape = shape or picture.shape
         if picture.shape != shape or picture.dtype != np.uint8:
             raise _RefusalError(
-                f"frame {count} is {picture.dtype} of shape {picture.shape}; all must be uint8 of "
+                f"frame {number} is {picture.dtype} of shape {picture.shape}; all must be uint8 of "
                 f"shape {shape}"
             )
         frame = _video_frame(picture, stream.codec_context.pix_fmt or options.pixel_format)
-        frame.pts = last = _time_stamp(options, count, last)
+        frame.pts = last = _time_stamp(options, number, last)
         frame.time_base = stream.codec_context.time_base
         container.mux(stream.encode(frame))
-        count += 1
     container.mux(stream.encode(None))
-    return count
 
 
 def _encoder_options(options: WriteOptions) -> dict[str, str]:
