@@ -130,11 +130,6 @@ class Law:
         time_s = np.where(angle > 0.0, angle, angle + 2.0 * np.pi) / divisor
         return np.where(swings & ((velocity_m_s != 0.0) | (pull != 0.0)), time_s, np.inf)
 
-    def potential(self, position_m: Any) -> Any:
-        """Potential energy per unit mass, J/kg; 0 at the rest, or at the origin of a throw."""
-        q = position_m - self.rest_m
-        return 0.5 * (self.natural_rad_s * q) ** 2 - self.acceleration_m_s2 * position_m
-
 
 class Mover(NamedTuple):
     """n bodies at the start of their flights; places and velocities have shape (n,)."""

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from count_video.errors import UsageError
-from count_video.physics.events import Flags, Run, Step, laws_of
+from count_video.physics.events import Run, Step, laws_of
 from count_video.physics.laws import Whole
 from count_video.physics.setup import Setup
 from count_video.records import CollisionKind, Floats
@@ -40,8 +40,6 @@ class SimulatedCollision:
     heavy_after_m_s: float
     light_before_m_s: float
     light_after_m_s: float
-    energy_after_j: float
-    """Kinetic energy of both bodies and, on threads, their potential energy above rest."""
     restitution: float
     """Relative speed after over before, as drawn for this bounce."""
 
@@ -87,11 +85,6 @@ class Motion:
     def burst(self) -> tuple[SimulatedCollision, ...]:
         """The collisions that count: those before the cylinder turns back toward the wall."""
         return tuple(bounce for bounce in self.collisions if bounce.time_s <= self.burst_end_s)
-
-    @property
-    def after_burst(self) -> tuple[SimulatedCollision, ...]:
-        """The collisions after that."""
-        return self.collisions[self.count :]
 
     @property
     def count(self) -> int:
@@ -142,16 +135,10 @@ class ManyBursts:
     """What became of each of n trials; all arrays have shape (n,)."""
 
     count: Whole
-    """Collisions of the burst; ``NO_COUNT`` where that is endless."""
+    """Collisions of the burst; ``NO_COUNT`` where that is endless, as in ``Motion``."""
     shortest_s: Floats
     """Shortest time from one of them to the next; inf if there are fewer than two, NaN without a
     count."""
-    last_s: Floats
-    """Time of the last one."""
-    turn_s: Floats
-    """When the cylinder, driven back, turns round; inf if it never does, NaN without a count."""
-    endless: Flags
-    """As in ``Motion``."""
 
 
 def simulate(
@@ -191,7 +178,7 @@ def simulate(
             break
         events.append(run.events())
         if step.met[0]:
-            collisions.append(_collision(setup, run, step))
+            collisions.append(_collision(run, step))
     states = np.concatenate(events)
     return Motion(setup, seed, limit_s, tuple(collisions), burst_end_s, endless, states)
 
@@ -207,27 +194,21 @@ def simulate_many(
     size = len(setups)
     run = Run(setups, [0] * size if seeds is None else seeds)
     limit_s = LONGEST_BURST_PERIODS * run.heavy.law.period_s
-    count, endless = np.zeros(size, np.int64), np.zeros(size, np.bool_)
-    shortest_s, turn_s = np.full((2, size), np.inf)
-    last_s = np.full(size, np.nan)
+    count = np.zeros(size, np.int64)
+    shortest_s, last_s = np.full(size, np.inf), np.full(size, np.nan)
     while run.rows.size:
         rows, step = run.rows, run.step()
-        time_s = run.time_s
-        late = ~step.never & (time_s > limit_s[rows])
-        no_end = ~late & (step.resting | (step.met & (count[rows] >= most)))
-        turned = ~late & step.turned & (count[rows] > 0)
-        endless[rows[no_end]] = True
-        turn_s[rows[turned]] = time_s[turned]
-        ended = step.never | late | no_end | turned
+        late = ~step.never & (run.time_s > limit_s[rows])
+        endless = ~late & (step.resting | (step.met & (count[rows] >= most)))
+        ended = step.never | late | endless | (step.turned & (count[rows] > 0))
         hit = step.met & ~ended
-        here = rows[hit]
-        shortest_s[here] = np.fmin(shortest_s[here], time_s[hit] - last_s[here])  # first: NaN
-        last_s[here] = time_s[hit]
+        here, now_s = rows[hit], run.time_s[hit]
+        shortest_s[here] = np.fmin(shortest_s[here], now_s - last_s[here])  # first: NaN
+        last_s[here] = now_s
         count[here] += 1
+        count[rows[endless]], shortest_s[rows[endless]] = NO_COUNT, np.nan
         run.keep(~ended)
-    count[endless] = NO_COUNT
-    shortest_s[endless] = turn_s[endless] = np.nan
-    return ManyBursts(count, shortest_s, last_s, turn_s, endless)
+    return ManyBursts(count, shortest_s)
 
 
 def varied(setup: Setup, **columns: ArrayLike) -> list[Setup]:
@@ -242,11 +223,8 @@ def varied(setup: Setup, **columns: ArrayLike) -> list[Setup]:
     return [replace(setup, **dict(zip(columns, row, strict=True))) for row in rows.tolist()]
 
 
-def _collision(setup: Setup, run: Run, step: Step) -> SimulatedCollision:
+def _collision(run: Run, step: Step) -> SimulatedCollision:
     """Describe the bounce of a single trial."""
-    energy = 0.0
-    for mass, body in ((setup.heavy_mass_kg, run.heavy), (setup.light_mass_kg, run.ball)):
-        energy += mass * (0.5 * body.velocity_m_s**2 + body.law.potential(body.position_m))
     return SimulatedCollision(
         time_s=float(run.time_s[0]),
         kind="wall" if step.at_wall[0] else "bodies",
@@ -254,6 +232,5 @@ def _collision(setup: Setup, run: Run, step: Step) -> SimulatedCollision:
         heavy_after_m_s=float(run.heavy.velocity_m_s[0]),
         light_before_m_s=float(step.ball_before_m_s[0]),
         light_after_m_s=float(run.ball.velocity_m_s[0]),
-        energy_after_j=float(np.asarray(energy)[0]),
         restitution=float(step.restitution[0]),
     )

@@ -94,14 +94,12 @@ def chart_of(request: PlanRequest, theory: int) -> NDArray[np.void]:
         np.linspace(*ends, max(12, round(share * cells)))
         for ends, cells in zip((GAPS_M, RELEASES_M), most, strict=True)
     )
-    chart = np.full((len(releases), len(gaps)), math.nan).astype(CHART_COLUMNS)
+    chart = np.empty((len(releases), len(gaps)), CHART_COLUMNS)
     chart["gap_m"], chart["release_m"] = np.meshgrid(gaps, releases)
-    possible = chart["gap_m"] <= chart["release_m"]
-    gap_m, release_m = chart["gap_m"][possible], chart["release_m"][possible]
-    setups = varied(request.setup(), wall_gap_m=gap_m, release_m=release_m)
-    found = simulate_many(setups, most_collisions(theory))
-    chart["count"][possible] = np.where(found.endless, math.nan, found.count)
-    chart["shortest_s"][possible] = found.shortest_s
+    gap_m, release_m = chart["gap_m"], chart["release_m"]
+    lengths = {"wall_gap_m": gap_m, "release_m": release_m}
+    count, chart["shortest_s"] = _cells(request, theory, gap_m <= release_m, **lengths)
+    chart["count"] = np.where(count == NO_COUNT, math.nan, count)
     chart["rate_needed_fps"] = rate_needed_fps(chart["shortest_s"])
     return chart
 

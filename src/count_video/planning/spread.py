@@ -16,8 +16,9 @@ from typing import Any
 
 import numpy as np
 
+from count_video.physics.laws import Whole
 from count_video.physics.setup import Setup
-from count_video.physics.simulator import ManyBursts, simulate_many, varied
+from count_video.physics.simulator import NO_COUNT, simulate_many, varied
 from count_video.planning.request import PlanRequest, most_collisions
 from count_video.records import Floats
 
@@ -86,8 +87,8 @@ def restitution_range(request: PlanRequest) -> tuple[float, float]:
 def spread_of(request: PlanRequest, theory: int) -> Spread:
     """Simulate the distribution of counts; mean and deviations are NaN where there are none."""
     trials = int(np.clip(250_000 // theory, 100, 2000))
-    found = _simulated([request], trials, _STREAM_SPREAD, theory)
-    counts = found.count[~found.endless]
+    (every,) = _counts([request], trials, _STREAM_SPREAD, theory)
+    counts = every[every != NO_COUNT]
     # Tables drawn from the distribution show how tables differ.
     tables = np.full((1, 1), math.nan)
     if counts.size:
@@ -97,10 +98,10 @@ def spread_of(request: PlanRequest, theory: int) -> Spread:
     return Spread(
         trials=trials,
         histogram=dict(sorted(Counter(counts.tolist()).items())),
-        endless_share=float(np.mean(found.endless)),
+        endless_share=float(np.mean(every == NO_COUNT)),
         mean=float(counts.mean()) if counts.size else math.nan,
         sd=float(counts.std()) if counts.size else math.nan,
-        theory_share=float(np.mean(found.count == theory)),
+        theory_share=float(np.mean(every == theory)),
         table_trials=request.trials,
         table_mean=_central(tables.mean(axis=1)),
         table_sd=_central(tables.std(axis=1)),
@@ -115,8 +116,8 @@ def _central(values: Floats) -> tuple[float, float]:
 
 def table_of(request: PlanRequest, theory: int) -> TrialTable:
     """Simulate one table of trials."""
-    found = _simulated([request], request.trials, _STREAM_TABLE, theory)
-    counts = found.count[~found.endless].tolist()
+    (every,) = _counts([request], request.trials, _STREAM_TABLE, theory)
+    counts = every[every != NO_COUNT].tolist()
     return TrialTable(
         trials=request.trials,
         counted=len(counts),
@@ -140,16 +141,16 @@ def count_figures(counts: Sequence[int]) -> dict[str, Any]:
 
 def shares_of(planned: Sequence[PlanRequest], count: int, trials: int) -> list[float]:
     """Share of trials that give a count, for each request; the errors of the hands are the same."""
-    found = _simulated(planned, trials, _STREAM_SPREAD, count)
-    return [float(np.mean(part == count)) for part in found.count.reshape(-1, trials)]
+    exact = _counts(planned, trials, _STREAM_SPREAD, count) == count
+    return [float(share) for share in exact.mean(axis=1)]
 
 
-def _simulated(planned: Sequence[PlanRequest], trials: int, stream: int, theory: int) -> ManyBursts:
-    """Simulate so many trials of each request."""
+def _counts(planned: Sequence[PlanRequest], trials: int, stream: int, theory: int) -> Whole:
+    """Simulate so many trials of each request: counts, shape (requests, trials)."""
     drawn = [_drawn(one, trials, (one.seed, stream)) for one in planned]
     setups = [setup for some, _ in drawn for setup in some]
     seeds = [seed for _, some in drawn for seed in some]
-    return simulate_many(setups, most_collisions(theory), seeds)
+    return simulate_many(setups, most_collisions(theory), seeds).count.reshape(-1, trials)
 
 
 def _drawn(request: PlanRequest, trials: int, seed: Sequence[int]) -> tuple[list[Setup], list[int]]:
