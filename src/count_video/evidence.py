@@ -26,8 +26,7 @@ from count_video.outputs import (
 from count_video.process import DRAWING_BYTES, check_memory
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Floats, Frame, Track
-from count_video.reports.clip import Gif, pictures, presented
-from count_video.reports.clip_layout import frame_times_s, layout_of
+from count_video.reports.clip import Gif, frame_times_s, layout_of, pictures, presented
 from count_video.reports.drawing import MEDIA_TYPES, picture_bytes
 from count_video.reports.figure import panel_figures, thumbnail_jpeg, time_panels, trial_figure
 from count_video.reports.json_object import json_line

@@ -8,7 +8,7 @@ from evidence_made import CLIP, Made, Truth
 from outlines import OUTLINE_WITHIN_PX, drawn_shift
 
 from coded import coding_of
-from count_video.reports.clip_layout import (
+from count_video.reports.clip import (
     BETWEEN_COLLISIONS_S,
     FORWARD_FPS,
     HEADER_PX,
@@ -82,13 +82,13 @@ def test_the_header_counts_up_to_the_result(made: Made, annotated: list[np.ndarr
 
 
 def test_large_footage_is_reduced_and_small_footage_enlarged() -> None:
-    assert layout_of(3840, 2160).size_px[0] == 1280
+    assert layout_of(3840, 2160).width_px == 1280
     assert layout_of(1080, 1920).footage_height_px == 1280
-    assert layout_of(321, 121).size_px[0] == 640
+    assert layout_of(321, 121).width_px == 640
     assert layout_of(1280, 720).scale == 1.0
     for width, height in ((3840, 2160), (321, 121), (1281, 721), (100, 999)):
         layout = layout_of(width, height)
-        assert [side % 2 for side in layout.size_px] == [0, 0]
+        assert [side % 2 for side in (layout.width_px, layout.footage_height_px)] == [0, 0]
 
 
 def test_a_picture_point_keeps_its_place_when_footage_is_reduced() -> None:

@@ -13,7 +13,7 @@ from outlines import OUTLINE_WITHIN_PX, drawn_shift
 from count_video.evidence import EvidenceSettings, draw_evidence
 from count_video.pipeline import TrialSettings, work_through
 from count_video.records import Floats, Track
-from count_video.reports.clip_layout import HEADER_PX
+from count_video.reports.clip import HEADER_PX
 from count_video.video.reader import open_footage
 from synth_video.film import render_clip
 from synth_video.scene_file import load_scene

@@ -9,10 +9,11 @@ where on the real time axis the frame lies.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -22,23 +23,45 @@ from PIL import Image, ImageDraw, ImageFont
 from PIL.ImageColor import getrgb
 
 from count_video.records import Collision, Floats, Frame, TrialResult
-from count_video.reports.clip_layout import HEADER_PX, ROW_PX, STRIP_PX, ClipLayout, pace_words
 from count_video.reports.drawing import BALL, FONT, HEAVY, MARKS
-from count_video.reports.material import (
-    Material,
-    Point,
-    ball_edges_px,
-    contact_px,
-    image_point,
-)
+from count_video.reports.material import Material, Point, ball_edges_px, contact_px, image_point
 from count_video.settings import Shape
 
 Pixels = NDArray[np.uint8]
 _FINE = 4
 """Bits of a fraction of a pixel that OpenCV's drawing routines take."""
+HEADER_PX = 72
+ROW_PX = 3
+"""Height of one frame in the strip: a contact every 2.5 frames still has a mark of its own."""
+STRIP_PX = 72 * ROW_PX
 BEGIN_PX, END_PX = 112, 16
 """From the header's left to its words, for counts have three digits at the most, with few
 exceptions, and from its right."""
+
+
+@dataclass(frozen=True)
+class ClipLayout:
+    """A picture of the clip: a header, the footage below it, and below that the strip."""
+
+    scale: float
+    """Pixels of the picture a pixel of the footage."""
+    width_px: int
+    """Even, as is the next."""
+    footage_height_px: int
+
+    def place(self, point: Point) -> Point:
+        """Place of an image point of the footage; an integer is the centre of a pixel in both."""
+        x, y = ((v + 0.5) * self.scale - 0.5 for v in point)
+        return x, y + HEADER_PX
+
+
+def layout_of(width_px: int, height_px: int) -> ClipLayout:
+    """Scale footage so that lettering is readable (640 px) and no clip is huge (1280 px)."""
+    scale = min(1.0, 1280 / max(width_px, height_px))
+    if width_px * scale < 640:
+        scale = 640 / width_px
+    width = 2 * round(width_px * scale / 2)
+    return ClipLayout(width / width_px, width, 2 * round(height_px * width / width_px / 2))
 
 
 @cache
@@ -77,10 +100,7 @@ def _draw_mark(canvas: Pixels, collision: Collision, at: Point, size: float) -> 
 
 
 def pictures(
-    material: Material,
-    layout: ClipLayout,
-    shown_s: Floats,
-    frames: Iterable[tuple[Frame, int]],
+    material: Material, layout: ClipLayout, shown_s: Floats, frames: Iterable[tuple[Frame, int]]
 ) -> Iterator[Pixels]:
     """Draw one picture, RGB, shape (height, width, 3), for each frame and its row of the track.
 
@@ -92,11 +112,8 @@ def pictures(
         canvas = _with_footage(layout, frame.luma)
         _draw_bodies(canvas, layout, material, row)
         _draw_contacts(canvas, layout, material, row)
-        numbers = _draw_strip(canvas, layout, material, row)
+        _draw_strip(canvas[-STRIP_PX:], material, row)
         _draw_time_line(canvas, layout, material, row)
-        with _lettering(canvas[-STRIP_PX:]) as draw:
-            for corner, number in numbers.items():
-                draw.text(corner, number, "white", font(15))
         with _lettering(canvas[:HEADER_PX]) as draw:
             _write(draw, layout, material.result, frame.index, pace[row])
         yield canvas
@@ -112,9 +129,10 @@ def _lettering(part: Pixels) -> Iterator[ImageDraw.ImageDraw]:
 
 def _with_footage(layout: ClipLayout, luma: Pixels) -> Pixels:
     """Return a black picture with footage, shape (height, width), in its place."""
-    canvas = np.zeros((*layout.size_px[::-1], 3), np.uint8)
-    size = (layout.width_px, layout.footage_height_px)
-    shown = cv2.resize(np.ascontiguousarray(luma), size, interpolation=_smooth(layout.scale))
+    width, height = layout.width_px, layout.footage_height_px
+    canvas = np.zeros((HEADER_PX + height + STRIP_PX, width, 3), np.uint8)
+    scaling = _smooth(layout.scale)
+    shown = cv2.resize(np.ascontiguousarray(luma), (width, height), interpolation=scaling)
     cv2.cvtColor(shown, cv2.COLOR_GRAY2RGB, dst=canvas[HEADER_PX:-STRIP_PX])
     return canvas
 
@@ -185,14 +203,9 @@ def _draw_bodies(canvas: Pixels, layout: ClipLayout, material: Material, row: in
     _draw_path(canvas, points, HEAVY)
 
 
-def _draw_strip(
-    canvas: Pixels, layout: ClipLayout, material: Material, newest: int
-) -> dict[Point, str]:
-    """Draw the last frames as rows below the footage, the newest on top.
-
-    Returned are the numbers of the collisions in it, by their left corners in the strip.
-    """
-    strip, size, track = canvas[-STRIP_PX:], 7.0, material.track
+def _draw_strip(strip: Pixels, material: Material, newest: int) -> None:
+    """Draw the last frames as rows, the newest on top, with the numbers of the collisions."""
+    size, track, numbers = 7.0, material.track, {}
     oldest = max(0, newest + 1 - STRIP_PX // ROW_PX)
     image = np.array(material.lines[oldest : newest + 1])[::-1]
     filled = ROW_PX * len(image)
@@ -209,7 +222,6 @@ def _draw_strip(
         # Unseen stretches part the line.
         for piece in np.split(np.column_stack([x, y]), np.flatnonzero(np.isnan(x))):
             _draw_path(strip, piece[np.isfinite(piece[:, 0])], colour)
-    numbers = {}
     for c in material.result.collisions:
         if track.frame[oldest] <= c.frame < track.frame[newest] + 0.5:
             row = float(np.interp(c.frame, track.frame, np.arange(len(track.frame))))
@@ -218,7 +230,58 @@ def _draw_strip(
             x_px = (contact_px(c, track) + 0.5) * scale - 0.5
             _draw_mark(strip, c, (x_px, y_px), size)
             numbers[x_px + size + 4, y_px - 9.0] = str(c.number)
-    return numbers
+    with _lettering(strip) as draw:
+        for corner, number in numbers.items():
+            draw.text(corner, number, "white", font(15))
+
+
+# ---- time ----------------------------------------------------------------------------------------
+
+FASTEST_FPS = 30.0
+"""Clips that play faster (their container has the capture rate) are slowed to this."""
+BETWEEN_COLLISIONS_S = 0.7
+"""Shortest time shown from one collision to the next: about what it takes to say a number."""
+UNHURRIED_S = 0.8
+"""Time before and after a collision in which the clip plays at its own rate."""
+FORWARD_FPS = 180.0
+"""Rate in the middle of empty stretches, as fast as browsers show frame by frame."""
+
+
+def frame_times_s(
+    frame: Floats, collision_frames: Sequence[float], playing_fps: float | None
+) -> Floats:
+    """Seconds from the clip's start at which each frame is shown, shape (n,), the first 0.
+
+    ``frame`` are the frame coordinates of those shown, shape (n,), ``collision_frames`` increase,
+    and ``playing_fps`` is the rate of the clip itself, None if it does not say. No frame stands
+    still for more than 0.2 s, and stretches without a collision that would take more than 3 s are
+    played fast in their middle.
+    """
+    rate = min(playing_fps or FASTEST_FPS, FASTEST_FPS)
+    lasts, near = np.full(len(frame), 1.0 / rate), UNHURRIED_S * rate
+    ends = [-np.inf, *collision_frames, np.inf] if len(collision_frames) else []
+    for before, after in pairwise(ends):
+        between = (frame >= before) & (frame < after)
+        if np.isfinite(after - before):
+            slower = min(BETWEEN_COLLISIONS_S / max(1, int(between.sum())), 0.2)
+            lasts[between] = np.maximum(lasts[between], slower)
+        if between.sum() > 3.0 * rate:
+            lasts[(frame > before + near) & (frame < after - near)] = 1.0 / FORWARD_FPS
+    return np.concatenate([[0.0], np.cumsum(lasts[:-1])])
+
+
+def pace_words(shown_s: Floats) -> list[str]:
+    """Say of each frame how fast the clip plays there, beside its own rate; empty if at that.
+
+    ``shown_s`` says when each frame is shown, in seconds, shape (n,).
+    """
+    lasts_s = np.diff(shown_s, append=shown_s[-1:] + 1.0 / FASTEST_FPS)
+    usual_s = lasts_s[lasts_s > 1.5 / FORWARD_FPS].min(initial=1.0 / FASTEST_FPS)
+    words = []
+    for slower in lasts_s / usual_s:
+        faster = f"▶▶ {1 / slower:.0f}× faster" if slower < 0.67 else ""
+        words.append(f"{slower:.0f}× slower" if slower > 1.5 else faster)
+    return words
 
 
 # ---- a clip for a talk ---------------------------------------------------------------------------
