@@ -118,7 +118,7 @@ def _answer_campaign(options: argparse.Namespace) -> int:
         trial_heading,
         trial_line,
     )
-    from count_video.reports.json_object import json_line
+    from count_video.reports.exports import json_line
 
     folder, kind, dialect = options.output, options.picture_format, options.csv_dialect
     pages = options.evidence if options.pages else None
@@ -254,7 +254,7 @@ def _show(result: Result, gap: str, kept: Sequence[Path], *, as_json: bool) -> b
     # A clip without count and without findings has its reason alone to say, on stderr.
     shown = result.count is not None or bool(result.collisions or result.answer.warnings)
     if as_json:
-        from count_video.reports.json_object import json_line
+        from count_video.reports.exports import json_line
 
         print(json_line(result.answer), flush=True)
     elif shown:
@@ -322,7 +322,7 @@ def _answer_plan(options: argparse.Namespace) -> int:
     if options.json:
         import json
 
-        from count_video.reports.json_object import plan_object
+        from count_video.reports.exports import plan_object
 
         print(json.dumps(plan_object(plan), allow_nan=False))
     else:

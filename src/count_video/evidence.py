@@ -28,12 +28,11 @@ from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Floats, Frame, Track
 from count_video.reports.clip import Gif, frame_times_s, layout_of, pictures, presented
 from count_video.reports.drawing import MEDIA_TYPES, picture_bytes
+from count_video.reports.exports import collisions_array, json_line, table_csv, track_array
 from count_video.reports.figure import panel_figures, thumbnail_jpeg, time_panels, trial_figure
-from count_video.reports.json_object import json_line
 from count_video.reports.material import Material, touching
 from count_video.reports.page import PageMedia, clip_page, data_address
 from count_video.reports.panels import PANELS
-from count_video.reports.tables import collisions_array, table_csv, track_array
 from count_video.settings import EvidenceSettings
 from count_video.video.reader import Footage, open_footage
 from count_video.video.writer import WriteOptions, write_clip

@@ -20,8 +20,7 @@ from count_video.outputs import CsvDialect
 from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Collision, Estimate, Track, TrialResult
-from count_video.reports.json_object import json_object
-from count_video.reports.tables import collisions_array, track_array
+from count_video.reports.exports import collisions_array, json_object, track_array
 from count_video.reports.text import headline, result_text
 from count_video.settings import EvidenceSettings, PictureFormat, Shape
 

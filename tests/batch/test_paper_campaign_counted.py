@@ -10,7 +10,7 @@ import pytest
 
 from count_video import cli as count_cli
 from count_video.batch.summary import summarise
-from count_video.reports.campaign import campaign_json
+from count_video.reports.exports import campaign_json
 from pages import blocks, page, section
 from synth_video import cli as synth_cli
 from synth_video.campaign import CAMPAIGNS, film, takes_of, write_lists

@@ -17,7 +17,7 @@ from count_video.inputs import content_digest, signature
 from count_video.outputs import HIDDEN, OutputFolder
 from count_video.pipeline import TrialSettings
 from count_video.records import TrialResult
-from count_video.reports.json_object import json_line
+from count_video.reports.exports import json_line
 from count_video.reports.material import Pendulum
 from count_video.result import Result
 

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from count_video.batch.results import packed, unpacked
 from count_video.batch.summary import summarise
 from count_video.records import Ending, Estimate, TrialResult
-from count_video.reports.campaign import TrialRow, campaign_json, campaign_text
+from count_video.reports.campaign import TrialRow, campaign_text
+from count_video.reports.exports import campaign_json, trials_csv
 from count_video.reports.page import campaign_page
-from count_video.reports.tables import trials_csv
 
 RESULT = TrialResult("trial.mp4", "not_counted", "nothing moves")
 

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from count_video.batch.summary import summarise
 from count_video.records import Estimate
-from count_video.reports.campaign import Spread, Summary, TrialRow, campaign_json, campaign_text
+from count_video.reports.campaign import Spread, Summary, TrialRow, campaign_text
+from count_video.reports.exports import campaign_json
 from table_rows import row, rows_of
 
 PAPER = {31: 22, 30: 4, 29: 3, 28: 1}

@@ -25,7 +25,7 @@ from counting import truth_of
 from count_video import pipeline
 from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, FootageInfo, FootageReport, MotionLine, Track
-from count_video.reports.json_object import json_object
+from count_video.reports.exports import json_object
 from count_video.video.reader import open_footage
 from synth_video.suite.scoring import ClipScore, score
 

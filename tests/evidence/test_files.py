@@ -16,7 +16,7 @@ from count_video.errors import UsageError
 from count_video.evidence import EvidenceSettings
 from count_video.outputs import HIDDEN
 from count_video.pipeline import TrialSettings
-from count_video.reports.tables import (
+from count_video.reports.exports import (
     COLLISION_COLUMNS,
     TRACK_COLUMNS,
     collisions_array,

@@ -17,7 +17,7 @@ from PIL import Image
 from coded import coding_of
 from count_video import cli
 from count_video.reports.clip import MARGIN_PX, SIZES, Shape, counter_px, font
-from count_video.reports.tables import COLLISION_COLUMNS
+from count_video.reports.exports import COLLISION_COLUMNS
 from count_video.video.reader import open_footage
 from tiers import rest_slow
 

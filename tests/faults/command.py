@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from count_video.records import TrialResult
-from count_video.reports.json_object import json_object
+from count_video.reports.exports import json_object
 
 KEYS = frozenset(json_object(TrialResult("", "not_counted", "")))
 CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e]")

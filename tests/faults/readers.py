@@ -21,7 +21,7 @@ from count_video.outputs import OutputFolder
 from count_video.pipeline import TrialSettings
 from count_video.planning.request import PLAN_VERSION, PlanRequest, read_request, request_object
 from count_video.records import TrialResult
-from count_video.reports.json_object import json_line
+from count_video.reports.exports import json_line
 from count_video.settings import EvidenceSettings
 from count_video.video.reader import open_footage
 from count_video.video.writer import WriteOptions, write_clip

@@ -22,7 +22,7 @@ from count_video.planning.request import (
     request_object,
 )
 from count_video.records import Estimate, FittedSetup, TrialResult
-from count_video.reports.json_object import json_object
+from count_video.reports.exports import json_object
 from count_video.reports.text import comparison_lines, comparison_sentence, result_text
 
 PLANNED = PlanRequest(1050, 10.5, gap_m=0.03, capture_fps=960.0)

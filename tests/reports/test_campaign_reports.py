@@ -20,15 +20,14 @@ from count_video.progress import TerminalBar
 from count_video.reports.campaign import (
     TrialRow,
     advice,
-    campaign_json,
     campaign_text,
     histogram_lines,
     name_columns,
     trial_heading,
     trial_line,
 )
+from count_video.reports.exports import TRIAL_COLUMNS, campaign_json, trials_csv
 from count_video.reports.page import campaign_page
-from count_video.reports.tables import TRIAL_COLUMNS, trials_csv
 from count_video.reports.words import printable
 from table_rows import row
 

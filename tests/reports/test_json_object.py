@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from count_video.records import Collision, Ending, Estimate, TrialResult, Velocities
-from count_video.reports.json_object import SIGNIFICANT_DIGITS, json_line, json_object
+from count_video.reports.exports import SIGNIFICANT_DIGITS, json_line, json_object
 
 KEYS = [
     "schema_version",

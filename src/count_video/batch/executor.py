@@ -25,7 +25,7 @@ from count_video.inputs import content_digest, signature
 from count_video.parallel import as_done
 from count_video.process import shortage_explained
 from count_video.records import TrialResult
-from count_video.reports.json_object import SCHEMA_VERSION
+from count_video.reports.exports import SCHEMA_VERSION
 from count_video.result import Result, refused
 
 CONNECT_TIMEOUT_S = 10

@@ -27,9 +27,8 @@ from count_video.batch.manifest import Job
 from count_video.errors import UsageError
 from count_video.inputs import content_digest, json_value, read_text, regular_file, signature
 from count_video.outputs import CsvDialect, OutputFolder, held, open_outputs, write_whole
-from count_video.reports.campaign import CampaignSummary, TrialRow, campaign_json
-from count_video.reports.json_object import json_line
-from count_video.reports.tables import trials_csv
+from count_video.reports.campaign import CampaignSummary, TrialRow
+from count_video.reports.exports import campaign_json, json_line, trials_csv
 from count_video.reports.words import storable
 
 OWN_FILES = ("campaign.html", "trials.csv", "campaign.json", "campaign.{}")

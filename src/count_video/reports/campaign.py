@@ -1,8 +1,7 @@
-"""A campaign's trials and what they say together: as text and as JSON."""
+"""A campaign's trials and what they say together, in figures and in words."""
 
 from __future__ import annotations
 
-import json
 import math
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,7 +14,6 @@ from count_video.inputs import MASS_RATIO
 from count_video.physics.theory import collision_count
 from count_video.planning.spread import CountFigures
 from count_video.records import SURE, Estimate, TrialResult
-from count_video.reports.json_object import SCHEMA_VERSION, plain
 from count_video.reports.words import (
     WIDTH,
     chances_words,
@@ -292,25 +290,3 @@ def histogram_lines(histogram: Mapping[int, int], theories: Sequence[int]) -> li
 def entry(label: str, value: str, note: str = "") -> str:
     """Write one line of the table."""
     return f"{label:<30} {value:>7}  {note}".rstrip()
-
-
-# ---- JSON ------------------------------------------------------------------------------------
-
-
-def campaign_json(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
-    """Write the summary and the trials that need a person as JSON text."""
-    need = [
-        {
-            "name": plain(row.name),
-            "clip": plain(row.result.clip),
-            "status": row.result.status,
-            "count": row.count,
-            "probability": plain(row.result.chance),
-            "reason": plain(row.not_kept or row.result.reason),
-            "what_to_do": advice(row),
-        }
-        for row in rows
-        if row.needs_a_person
-    ]
-    values = {"schema_version": SCHEMA_VERSION, **plain(summary.whole), "need_a_person": need}
-    return json.dumps(values | {"groups": plain(summary.groups)}, indent=1, allow_nan=False) + "\n"

@@ -32,10 +32,9 @@ from count_video.planning.plan import MEASURED, Plan
 from count_video.planning.request import PlanRequest, Tolerances, request_object
 from count_video.records import Floats, TrialResult
 from count_video.reports.campaign import CampaignSummary, TrialRow, advice, summary_lines
-from count_video.reports.json_object import json_object, plain
+from count_video.reports.exports import json_object, plain
 from count_video.reports.plan_text import plan_headline, plan_notes, table_lines
-from count_video.reports.tables import collision_lines
-from count_video.reports.text import answer_words, comparison_lines, result_notes
+from count_video.reports.text import answer_words, collision_lines, comparison_lines, result_notes
 from count_video.reports.words import counts_words, percent, printable, ratio_words, storable
 
 

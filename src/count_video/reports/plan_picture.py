@@ -39,13 +39,12 @@ from count_video.reports.drawing import (
     styled,
     thin_numbers,
 )
+from count_video.reports.exports import plan_object, table_csv
 from count_video.reports.figure import add_legend, figure_of
-from count_video.reports.json_object import plan_object
 from count_video.reports.material import Material, Pendulum
 from count_video.reports.page import data_address, plan_page
 from count_video.reports.panels import draw_enlarged, draw_states, draw_whole
 from count_video.reports.plan_text import plan_headline
-from count_video.reports.tables import table_csv
 
 RATES_FPS = (60, 120, 240, 480, 960, 2000, 4000, 8000, 16_000, 32_000, 64_000, 128_000)
 """Rates whose contours are drawn, where they lie on the map."""

@@ -7,10 +7,12 @@ from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+
 from count_video.physics.theory import pi_bounds
 from count_video.planning.comparison import Expected, expected_counts, ratio_range
 from count_video.records import SURE, ComparedQuantity, PlanComparison, TrialResult
-from count_video.reports.tables import NOT_KNOWN, collision_lines
+from count_video.reports.exports import collisions_array
 from count_video.reports.words import (
     KINDS,
     WIDTH,
@@ -255,3 +257,42 @@ def comparison_lines(comparison: PlanComparison | None) -> list[str]:
 def _differs(one: ComparedQuantity) -> bool:
     """Whether what was found is surely not what was planned."""
     return abs(one.found.value - one.planned) > 2 * one.found.sigma
+
+
+# ---- the collisions ----------------------------------------------------------------------------
+
+NOT_KNOWN = "-"
+_NUMBERS = (
+    *(("", "frame", 9, 2, ("frame",)), ("", "time/s", 9, 5, ("time_s",))),
+    ("", "ball/px", 8, 1, ("ball_px",)),
+    *(
+        (f"{body} px/frame", "before    after", 17, 3, names)
+        for body in ("ball", "heavy")
+        for names in [(f"{body}_before_px_frame", f"{body}_after_px_frame")]
+    ),
+)
+"""Two headings of each column of numbers, its width, decimals, and the columns of the array."""
+
+
+def collision_lines(result: TrialResult) -> list[str]:
+    """Lay the collisions out in rows; those after the counted ones follow under a line of words.
+
+    Columns of which nothing is known (times without a capture rate, a heavy body that is not
+    there) are left out.
+    """
+    if not result.collisions:
+        return []
+    table, above, headings = collisions_array(result), " " * 15, "   no.  kind   "
+    rows = [f" {c.number:>5}  {c.kind + '*' * (not c.seen):<7}" for c in result.collisions]
+    for over, heading, width, decimals, names in _NUMBERS:
+        values = np.array([table[name] for name in names]).T
+        if np.isfinite(values).any():
+            above, headings = f"{above} {over:>{width}}", f"{headings} {heading:>{width}}"
+            for k, known in enumerate(values):
+                numbers = (f"{v:z.{decimals}f}" if math.isfinite(v) else NOT_KNOWN for v in known)
+                # A cell wider than its column keeps its gap: the numbers never touch.
+                rows[k] += f" {' '.join(f'{number:>8}' for number in numbers).strip():>{width}}"
+    if result.count is not None and result.count < len(rows):
+        rows.insert(result.count, "  after the cylinder turned back:")
+    inferred = [] if table["seen"].all() else ["  * inferred between frames"]
+    return [*filter(None, [above.rstrip()]), headings, *map(str.rstrip, rows), *inferred]

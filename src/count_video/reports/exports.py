@@ -1,18 +1,129 @@
-"""Track, collisions and trials as tables: for NumPy, for a spreadsheet, and for a terminal."""
+"""Results, plans and campaigns for a program: JSON objects with stable keys, arrays, CSV tables.
+
+What is not known is ``null``; NaN and infinity, which JSON does not have, become ``null`` too.
+A key is never left out, whatever became of the clip. Keys may be added; when one is renamed,
+removed or changes its meaning, ``SCHEMA_VERSION`` grows. In arrays what is not known is NaN, in
+CSV an empty cell.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
+import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Track, TrialResult
-from count_video.reports.campaign import TrialRow, advice
+from count_video.planning.request import PLAN_VERSION, request_object
+from count_video.records import Track, TrialResult, Velocities
+from count_video.reports.campaign import CampaignSummary, TrialRow, advice
 from count_video.reports.words import printable, storable
+
+if TYPE_CHECKING:
+    from count_video.planning.plan import Plan
+
+SCHEMA_VERSION = 1
+SIGNIFICANT_DIGITS = 12
+"""More than any measurement has, fewer than rounding errors show in."""
+_NAMES = {
+    "setup": "fitted_setup",
+    "velocity_before": "velocity_before_px_frame",
+    "velocity_after": "velocity_after_px_frame",
+    **{name: name.removesuffix("_px_frame") for name in Velocities.__dataclass_fields__},
+}
+"""Keys that are not called as the field of the record is."""
+_KEYS = (
+    *("schema_version", "clip", "status", "reason", "count", "seen", "between_frames"),
+    *("probability", "count_after_burst", "collisions", "capture_fps", "capture_fps_source"),
+    *("frames_decoded", "frames_promised"),
+    *("wall_side", "upright", "ball_diameter_px", "millimetres_per_px"),
+    *("pi_low", "pi_high", "mass_ratio", "mass_ratio_sigma", "energy_kept", "restitution"),
+    *("ending", "fitted_setup", "warnings", "reviewed_count", "corrections", "notes", "plan"),
+)
+"""Keys of a result, in the order in which one reads."""
+
+
+def plain(value: Any) -> Any:
+    """Turn records, arrays and mappings into what ``json.dumps`` takes."""
+    if is_dataclass(value):
+        return {_NAMES.get(f.name, f.name): plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(value[key]) for key in sorted(value)}
+    if isinstance(value, tuple | list):
+        return [plain(one) for one in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float | Fraction):
+        number = float(value)
+        return float(f"{number:.{SIGNIFICANT_DIGITS}g}") if math.isfinite(number) else None
+    return storable(value) if isinstance(value, str) else value
+
+
+def json_line(result: TrialResult) -> str:
+    """Write the result as one line of JSON in plain ASCII, without the line's end."""
+    return json.dumps(json_object(result), allow_nan=False)
+
+
+def json_object(result: TrialResult) -> dict[str, object]:
+    """Turn the result into what ``json.dumps`` takes; the keys are in reading order."""
+    values = plain(result)
+    restitution = {kind: values[f"restitution_{kind}"] for kind in ("bodies", "wall")}
+    compared = values["comparison"]
+    for one in compared["quantities"] if compared else ():
+        found = one.pop("found")
+        one |= {"found": found["value"], "sigma": found["sigma"]}
+    values |= {
+        "schema_version": SCHEMA_VERSION,
+        "energy_kept": values["energy_kept"] or None,
+        "restitution": restitution if any(restitution.values()) else None,
+        "plan": compared,
+    }
+    return {key: values[key] for key in _KEYS}
+
+
+def plan_object(plan: Plan) -> dict[str, object]:
+    """Turn a plan into what ``json.dumps`` takes; the map is in its own table."""
+    camera = plain(plan.camera)
+    if plan.camera is not None:
+        camera["chance"] = plain(getattr(plan.camera.measured, "chance", None))
+    return {
+        "plan_version": PLAN_VERSION,
+        "request": request_object(plan.request),
+        **plain(plan.burst),
+        **plain(plan.framing),
+        "camera": camera,
+        "spread": plain(plan.spread),
+        "proposals": plain(plan.proposals),
+        "table": plain(plan.table),
+    }
+
+
+def campaign_json(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
+    """Write the summary and the trials that need a person as JSON text."""
+    need = [
+        {
+            "name": plain(row.name),
+            "clip": plain(row.result.clip),
+            "status": row.result.status,
+            "count": row.count,
+            "probability": plain(row.result.chance),
+            "reason": plain(row.not_kept or row.result.reason),
+            "what_to_do": advice(row),
+        }
+        for row in rows
+        if row.needs_a_person
+    ]
+    values = {"schema_version": SCHEMA_VERSION, **plain(summary.whole), "need_a_person": need}
+    return json.dumps(values | {"groups": plain(summary.groups)}, indent=1, allow_nan=False) + "\n"
+
+
+# ---- arrays and CSV -----------------------------------------------------------------------------
 
 _TYPES = {"number": "i8", "kind": "U6", "seen": "?", "in_burst": "?", "quality": "U5"}
 """Types of the columns that are not float64."""
@@ -64,10 +175,6 @@ TRIAL_COLUMNS: Mapping[str, Callable[[TrialRow], object]] = {
     "ending": lambda row: getattr(row.result.ending, "kind", None),
 }
 """Columns of the table of trials, and what stands in them; None is an empty cell."""
-NOT_KNOWN = "-"
-
-
-# ---- for NumPy and for a spreadsheet -----------------------------------------------------------
 
 
 def track_array(track: Track | None, result: TrialResult) -> NDArray[np.void]:
@@ -147,41 +254,3 @@ def _cell(value: object, number: str) -> str:
     text = printable(str(value))
     # A spreadsheet would run a cell that begins so as a formula; a clip's name is only text.
     return f"'{text}" if text.startswith(("=", "+", "-", "@")) else text
-
-
-# ---- for a terminal ----------------------------------------------------------------------------
-
-_NUMBERS = (
-    *(("", "frame", 9, 2, ("frame",)), ("", "time/s", 9, 5, ("time_s",))),
-    ("", "ball/px", 8, 1, ("ball_px",)),
-    *(
-        (f"{body} px/frame", "before    after", 17, 3, names)
-        for body in ("ball", "heavy")
-        for names in [(f"{body}_before_px_frame", f"{body}_after_px_frame")]
-    ),
-)
-"""Two headings of each column of numbers, its width, decimals, and the columns of the array."""
-
-
-def collision_lines(result: TrialResult) -> list[str]:
-    """Lay the collisions out in rows; those after the counted ones follow under a line of words.
-
-    Columns of which nothing is known (times without a capture rate, a heavy body that is not
-    there) are left out.
-    """
-    if not result.collisions:
-        return []
-    table, above, headings = collisions_array(result), " " * 15, "   no.  kind   "
-    rows = [f" {c.number:>5}  {c.kind + '*' * (not c.seen):<7}" for c in result.collisions]
-    for over, heading, width, decimals, names in _NUMBERS:
-        values = np.array([table[name] for name in names]).T
-        if np.isfinite(values).any():
-            above, headings = f"{above} {over:>{width}}", f"{headings} {heading:>{width}}"
-            for k, known in enumerate(values):
-                numbers = (f"{v:z.{decimals}f}" if math.isfinite(v) else NOT_KNOWN for v in known)
-                # A cell wider than its column keeps its gap: the numbers never touch.
-                rows[k] += f" {' '.join(f'{number:>8}' for number in numbers).strip():>{width}}"
-    if result.count is not None and result.count < len(rows):
-        rows.insert(result.count, "  after the cylinder turned back:")
-    inferred = [] if table["seen"].all() else ["  * inferred between frames"]
-    return [*filter(None, [above.rstrip()]), headings, *map(str.rstrip, rows), *inferred]
