@@ -16,10 +16,17 @@ from count_video.errors import UsageError
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import NO_COUNT, simulate
 from count_video.physics.theory import collision_count
-from count_video.planning.changes import ENOUGH, adjustments_of, changed, chart_of
 from count_video.planning.plan import Plan, make_plan
 from count_video.planning.request import PlanRequest, Tolerances
-from count_video.planning.spread import shares_of, spread_of, table_of
+from count_video.planning.variations import (
+    ENOUGH,
+    adjustments_of,
+    changed,
+    chart_of,
+    shares_of,
+    spread_of,
+    table_of,
+)
 
 PAPER = PlanRequest(1050, 10.5, capture_fps=240.0)
 STEEL = Tolerances(restitution=0.0, scatter=0.0)

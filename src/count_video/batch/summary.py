@@ -14,7 +14,7 @@ from count_video.batch.manifest import Job
 from count_video.batch.results import ResultStore
 from count_video.errors import UsageError
 from count_video.physics.theory import collision_count
-from count_video.planning.spread import count_figures
+from count_video.planning.variations import count_figures
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Estimate, TrialResult
 from count_video.reports.campaign import CampaignSummary, Spread, Summary, TrialRow
@@ -136,7 +136,6 @@ def _summary(rows: Sequence[TrialRow]) -> Summary:
         theories = range(collision_count(low), collision_count(high) + 1)
     return Summary(
         trials=len(rows),
-        counted=len(counts),
         mean_uncertainty=uncertainty,
         mean_expected=expected,
         theory=theories[0] if theories and theories[0] == theories[-1] else None,

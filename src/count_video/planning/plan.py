@@ -18,15 +18,18 @@ from numpy.typing import NDArray
 from count_video.errors import UsageError
 from count_video.physics.simulator import Motion, simulate
 from count_video.physics.theory import collision_count
-from count_video.planning.changes import (
+from count_video.planning.request import PlanRequest, most_collisions
+from count_video.planning.variations import (
     RESOLVED_FRAMES,
     Proposal,
+    Spread,
+    TrialTable,
     chart_of,
     proposals,
     rate_needed_fps,
+    spread_of,
+    table_of,
 )
-from count_video.planning.request import PlanRequest, most_collisions
-from count_video.planning.spread import Spread, TrialTable, spread_of, table_of
 from count_video.progress import NO_PROGRESS, Progress
 
 BALL_AT_LEAST_PX = 20.0

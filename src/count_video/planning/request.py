@@ -12,32 +12,21 @@ from numbers import Integral, Number
 from pathlib import Path
 from typing import Any, TypedDict
 
+from count_video import inputs
 from count_video.errors import UsageError
-from count_video.inputs import (
-    CAPTURE_RATE,
-    DAMPING,
-    LENGTH,
-    MASS,
-    SEED,
-    SHARE,
-    TOLERANCES,
-    TRIALS,
-    Range,
-    masses,
-    read_json_object,
-    shown,
-)
+from count_video.inputs import Range, masses, read_json_object, shown
 from count_video.physics.setup import Setup, swing_rate
 from count_video.physics.theory import Mass, exact_ratio
 
 PLAN_VERSION = 1
 MOST_RATIO = 1_000_000
 """A larger mass ratio would have more than 3141 collisions, of which no clip shows the number."""
+_LENGTHS = ("gap_m", "release_m", "heavy_thread_m", "light_thread_m", "ball_diameter_m")
 _RANGES = {
-    **dict.fromkeys(("heavy", "light"), MASS),
-    **dict.fromkeys(("gap_m", "release_m", "heavy_thread_m", "light_thread_m"), LENGTH),
-    **{"ball_diameter_m": LENGTH, "capture_fps": CAPTURE_RATE, "restitution": SHARE},
-    **{"damping_per_s": DAMPING, "trials": TRIALS, "seed": SEED},
+    **dict.fromkeys(("heavy", "light"), inputs.MASS),
+    **dict.fromkeys(_LENGTHS, inputs.LENGTH),
+    **{"capture_fps": inputs.CAPTURE_RATE, "restitution": inputs.SHARE},
+    **{"damping_per_s": inputs.DAMPING, "trials": inputs.TRIALS, "seed": inputs.SEED},
 }
 
 
@@ -65,7 +54,7 @@ class Tolerances:
     """Deviation of the restitution from collision to collision."""
 
     def __post_init__(self) -> None:
-        _check_ranges(self, dict(TOLERANCES.values()), "the tolerance ")
+        _check_ranges(self, dict(inputs.TOLERANCES.values()), "the tolerance ")
 
 
 class PlanDetails(TypedDict, total=False):

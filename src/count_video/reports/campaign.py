@@ -12,7 +12,7 @@ from typing import Literal
 
 from count_video.inputs import MASS_RATIO
 from count_video.physics.theory import collision_count
-from count_video.planning.spread import CountFigures
+from count_video.planning.variations import CountFigures
 from count_video.records import SURE, Estimate, TrialResult
 from count_video.reports.words import (
     WIDTH,

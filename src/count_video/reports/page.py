@@ -20,16 +20,16 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from count_video.inputs import TOLERANCES
-from count_video.planning.changes import (
+from count_video.planning.comparison import expected_counts
+from count_video.planning.plan import MEASURED, Plan
+from count_video.planning.request import PlanRequest, Tolerances, request_object
+from count_video.planning.variations import (
     CLAY_STEPS,
     GAPS_M,
     RELEASES_M,
     RESOLVED_FRAMES,
     adjustments_of,
 )
-from count_video.planning.comparison import expected_counts
-from count_video.planning.plan import MEASURED, Plan
-from count_video.planning.request import PlanRequest, Tolerances, request_object
 from count_video.records import Floats, TrialResult
 from count_video.reports.campaign import CampaignSummary, TrialRow, advice, summary_lines
 from count_video.reports.exports import json_object, plain

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from count_video.outputs import OutputFolder, explained
-from count_video.planning.changes import RESOLVED_FRAMES
 from count_video.planning.plan import PICTURE_WIDTH_PX, Plan
+from count_video.planning.variations import RESOLVED_FRAMES
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import (
     BodyTrack,

@@ -11,10 +11,16 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from count_video.physics.theory import Mass, collision_count, pi_bounds, theory_of
-from count_video.planning.changes import ENOUGH, RESOLVED_FRAMES, Proposal
 from count_video.planning.plan import PICTURE_WIDTH_PX, CameraView, Plan
 from count_video.planning.request import PlanRequest
-from count_video.planning.spread import Spread, TrialTable, restitution_range
+from count_video.planning.variations import (
+    ENOUGH,
+    RESOLVED_FRAMES,
+    Proposal,
+    Spread,
+    TrialTable,
+    restitution_range,
+)
 from count_video.reports.campaign import entry, histogram_lines, paper_lines
 from count_video.reports.words import RARE, WIDTH, Note, answer_text, percent, plural
 
