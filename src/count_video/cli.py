@@ -32,7 +32,7 @@ from count_video.process import (
     show_any_file_name,
     spare_the_processor,
 )
-from count_video.progress import NO_PROGRESS, Progress, TerminalBar
+from count_video.progress import NO_PROGRESS, Progress, TerminalBar, counted_off
 from count_video.reports.words import labelled, plural, printable
 
 if TYPE_CHECKING:
@@ -295,10 +295,14 @@ def _answer_theory(options: argparse.Namespace) -> int:
     if heavy < light:
         _complain("the first mass is the smaller one; that of the cylinder comes first")
     if options.output is not None:
-        from count_video.reports.figure import write_theory_picture
+        from count_video.outputs import open_outputs
+        from count_video.reports.drawing import picture_bytes
+        from count_video.reports.figure import theory_figure
 
-        write_theory_picture(tuple(options.theory), options.output, options.picture_format)
-        _say_what_is_kept([options.output / f"theory.{options.picture_format}"])
+        name = f"theory.{options.picture_format}"
+        picture = picture_bytes(theory_figure(heavy, light), options.picture_format)
+        open_outputs(options.output).write_all([(name, picture)])
+        _say_what_is_kept([options.output / name])
     return EXIT_COUNTED
 
 
@@ -311,14 +315,16 @@ def _answer_plan(options: argparse.Namespace) -> int:
     kept = options.output is not None
     if kept:
         from count_video.outputs import open_outputs
-        from count_video.reports.plan_picture import NAMES, write_plan
+        from count_video.reports.plan_picture import NAMES, plan_files
 
         outputs = open_outputs(options.output, NAMES, options.csv_dialect)
     wanted = kept or options.trials is not None
     progress = _progress("steps")
     plan = make_plan(request, with_table=wanted, with_chart=kept, progress=progress)
     if kept:
-        write_plan(plan, outputs, progress)
+        progress.start(len(NAMES), "drawing")
+        outputs.write_all(counted_off(plan_files(plan), progress))
+        progress.finish()
     if options.json:
         import json
 

@@ -119,6 +119,12 @@ class OutputFolder:
         self.claim(name, clip)
         write_whole(self.folder / name, self.as_written(name, data))
 
+    def write_all(self, files: Iterable[tuple[str, bytes]]) -> None:
+        """Write files by their names; UsageError if one cannot be written, or is not ours."""
+        for name, data in files:
+            with explained(self.folder / name):
+                self.write(name, data)
+
     def as_written(self, name: str, data: bytes) -> bytes:
         """Return what a file of this name holds: a table in the folder's dialect, else ``data``."""
         if not name.endswith(".csv") or self._csv_dialect == "comma":

@@ -7,7 +7,6 @@ import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
 from typing import Literal
 
 from count_video.inputs import MASS_RATIO
@@ -61,7 +60,7 @@ class TrialRow:
     @property
     def theory(self) -> int | None:
         """Exact count of the masses that were given; None where none were."""
-        return None if self.masses is None else _theory(*self.masses)
+        return None if self.masses is None else collision_count(*self.masses)
 
     @property
     def mass_ratio(self) -> Estimate | None:
@@ -81,9 +80,6 @@ class TrialRow:
         chance = self.result.chance
         unsure = chance is not None and chance < SURE
         return bool(self.missing) or unsure
-
-
-_theory = cache(collision_count)
 
 
 @dataclass(frozen=True)

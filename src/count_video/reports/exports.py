@@ -106,16 +106,10 @@ def plan_object(plan: Plan) -> dict[str, object]:
 
 def campaign_json(rows: Sequence[TrialRow], summary: CampaignSummary) -> str:
     """Write the summary and the trials that need a person as JSON text."""
+    keys = ("name", "clip", "status", "count", "probability", "reason", "what_to_do")
     need = [
-        {
-            "name": plain(row.name),
-            "clip": plain(row.result.clip),
-            "status": row.result.status,
-            "count": row.count,
-            "probability": plain(row.result.chance),
-            "reason": plain(row.not_kept or row.result.reason),
-            "what_to_do": advice(row),
-        }
+        {key: plain(TRIAL_COLUMNS[key](row)) for key in keys}
+        | {"reason": plain(row.not_kept or row.result.reason)}
         for row in rows
         if row.needs_a_person
     ]

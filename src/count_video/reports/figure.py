@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc
 from matplotlib.ticker import MaxNLocator
 
-from count_video.outputs import explained, open_outputs
 from count_video.physics.theory import collision_count, theta_rad
 from count_video.reports.campaign import CampaignSummary, Summary, TrialRow, theory_words
 from count_video.reports.drawing import (
@@ -127,22 +126,11 @@ def thumbnail_jpeg(material: Material) -> bytes:
 # ---- the theory --------------------------------------------------------------------------------
 
 
-def write_theory_picture(
-    masses: tuple[Fraction, Fraction], folder: Path, picture_format: str
-) -> None:
-    """Write ``theory.png`` or ``theory.svg`` into a folder, which is made if needed.
-
-    ``masses`` are the heavy and the light one, in any one unit. A UsageError says that it cannot be
-    written.
-    """
-    data = picture_bytes(theory_figure(*masses), picture_format)
-    outputs, name = open_outputs(folder), f"theory.{picture_format}"
-    with explained(folder / name):
-        outputs.write(name, data)
-
-
 def theory_figure(heavy: Fraction, light: Fraction) -> Figure:
-    """Draw the phase circle with its state points and angles; above it the exact count."""
+    """Draw the phase circle with its state points and angles; above it the exact count.
+
+    The masses are in any one unit.
+    """
     with styled():
         figure = figure_of(10.0, 10.5)
         figure.suptitle(f"{collision_count(heavy, light):.10g} collisions", fontsize=30)

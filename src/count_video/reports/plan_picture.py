@@ -15,10 +15,8 @@ from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from count_video.outputs import OutputFolder, explained
 from count_video.planning.plan import PICTURE_WIDTH_PX, Plan
 from count_video.planning.variations import RESOLVED_FRAMES
-from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import (
     BodyTrack,
     Collision,
@@ -211,23 +209,7 @@ NAMES = ("plan.json", "plan.csv", "plan.html", "plan.png", "plan.svg")
 """Files of a plan."""
 
 
-def write_plan(plan: Plan, outputs: OutputFolder, progress: Progress = NO_PROGRESS) -> None:
-    """Write the files of a plan; each appears when it is complete.
-
-    Raises
-    ------
-    UsageError
-        If one cannot be written, or would replace what this program did not write.
-    """
-    progress.start(len(NAMES), "drawing")
-    for name, content in _contents(plan):
-        with explained(outputs.folder / name):
-            outputs.write(name, content)
-        progress.advance(1)
-    progress.finish()
-
-
-def _contents(plan: Plan) -> Iterator[tuple[str, bytes]]:
+def plan_files(plan: Plan) -> Iterator[tuple[str, bytes]]:
     """Yield the names of the files, and what each holds."""
     yield "plan.json", json.dumps(plan_object(plan), indent=1).encode("ascii") + b"\n"
     yield "plan.csv", b"" if plan.chart is None else table_csv(plan.chart.ravel()).encode("ascii")

@@ -11,6 +11,7 @@ import numpy as np
 
 from count_video.physics.theory import pi_bounds
 from count_video.planning.comparison import Expected, expected_counts, ratio_range
+from count_video.planning.variations import RESOLVED_FRAMES
 from count_video.records import SURE, ComparedQuantity, PlanComparison, TrialResult
 from count_video.reports.exports import collisions_array
 from count_video.reports.words import (
@@ -25,8 +26,6 @@ from count_video.reports.words import (
     ratio_words,
 )
 
-_CLOSE_FRAMES = 2.5
-"""Collisions closer than this follow from fits on both sides, not from frames between them."""
 _ENDINGS = {
     "geometric": "geometric: both move away, the ball no faster than the cylinder",
     "pendulum": "by the threads: they turn the cylinder before the ball meets anything",
@@ -107,7 +106,7 @@ def _collision_notes(result: TrialResult) -> Iterator[Note]:
         if result.between_frames:
             said = f"{result.seen} seen in the frames, {result.between_frames} inferred between"
             said += " them"
-        elif closest < _CLOSE_FRAMES:
+        elif closest < RESOLVED_FRAMES:
             said = "all followed from the motion in the frames; some are too close to see one by "
             said += f"one, {closest:.1f} frames at the closest"
         yield "Evidence", said
