@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from count_video.physics.laws import Law, Mover, Whole, contact_s
 from count_video.physics.setup import Setup
-from count_video.records import Floats
+from count_video.records import Floats, Mask
 
-Flags = NDArray[np.bool_]
 RESTING_FRACTION = 1e-9
 """A bounce that leaves with less than this fraction of the trial's speed is none: the bodies stay
 together. It ends the ever smaller hops of inelastic bodies: the speed of the n-th hop falls as eⁿ,
@@ -48,16 +47,16 @@ def laws_of(setups: Sequence[Setup]) -> tuple[Law, Law]:
 class Step(NamedTuple):
     """One event of n trials; all arrays have shape (n,)."""
 
-    met: Flags
+    met: Mask
     """Whether two bodies met, ..."""
-    at_wall: Flags
+    at_wall: Mask
     """... which were ball and wall."""
     restitution: Floats
-    resting: Flags
+    resting: Mask
     """Whether these stay together."""
-    turned: Flags
+    turned: Mask
     """Whether the cylinder turned toward the wall."""
-    never: Flags
+    never: Mask
     """Whether nothing will ever happen."""
     heavy_before_m_s: Floats
     ball_before_m_s: Floats
@@ -94,7 +93,7 @@ class Run:
         """State as in ``Motion.events``, shape (trials, 5)."""
         return np.column_stack([self.time_s, *self.heavy[1:], *self.ball[1:]])
 
-    def keep(self, lasting: Flags) -> None:
+    def keep(self, lasting: Mask) -> None:
         """Follow only some of the trials any further."""
         if not lasting.all():
             self.rows, self.time_s = self.rows[lasting], self.time_s[lasting]
@@ -127,7 +126,7 @@ class Run:
         resting = met & (bounce * approach <= self._slow_m_s[self.rows])
         return Step(met, at_wall, bounce, resting, turned, ~met & ~turned, heavy_m_s, ball_m_s)
 
-    def _restitution(self, at_wall: Flags) -> Floats:
+    def _restitution(self, at_wall: Mask) -> Floats:
         """Restitution of each trial's next bounce: the n-th gets its seed's n-th number."""
         place, number = (at_wall.astype(np.intp), self.rows), self._bounces[self.rows]
         if not self._rngs:
@@ -140,7 +139,7 @@ class Run:
         return np.asarray(np.clip(drawn, 0.0, 1.0))
 
 
-def _next_contact(heavy: Mover, ball: Mover, turn_s: Floats) -> tuple[Floats, Flags]:
+def _next_contact(heavy: Mover, ball: Mover, turn_s: Floats) -> tuple[Floats, Mask]:
     """Time of flight (s) to the next contact before the cylinder turns; inf if there is none.
 
     Also whether it is one with the wall. A cylinder at rest never turns; the ball comes back to it

@@ -21,13 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.errors import UsageError
-from count_video.physics.events import Flags
 from count_video.physics.laws import Whole
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import NO_COUNT, simulate, simulate_many, varied
 from count_video.physics.theory import collision_count
 from count_video.planning.request import PlanRequest, most_collisions
-from count_video.records import Floats
+from count_video.records import Floats, Mask
 
 LEAST_M = 1e-4
 """Hands that scatter do not hang the ball inside the wall."""
@@ -284,7 +283,7 @@ def adjustments_of(request: PlanRequest, theory: int) -> Adjustments:
 
 
 def _cells(
-    request: PlanRequest, theory: int, possible: Flags, **columns: Floats
+    request: PlanRequest, theory: int, possible: Mask, **columns: Floats
 ) -> tuple[Whole, Floats]:
     """Simulate set-ups with other values of some fields, where they are possible.
 

@@ -57,8 +57,8 @@ def plain(value: Any) -> Any:
         return {str(key): plain(value[key]) for key in sorted(value)}
     if isinstance(value, tuple | list):
         return [plain(one) for one in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
+    if isinstance(value, np.generic | np.ndarray):
+        return plain(value.tolist())
     if isinstance(value, float | Fraction):
         number = float(value)
         return float(f"{number:.{SIGNIFICANT_DIGITS}g}") if math.isfinite(number) else None

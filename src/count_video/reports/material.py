@@ -10,11 +10,9 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import BodyTrack, Collision, Floats, Frame, Track, TrialResult
+from count_video.records import BodyTrack, Collision, Floats, Frame, Luma, Track, TrialResult
 
-Luma = NDArray[np.uint8]
 Point = tuple[float, float]
 Range = tuple[float, float]
 

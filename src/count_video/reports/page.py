@@ -12,7 +12,7 @@ import hashlib
 import math
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -188,7 +188,6 @@ def plan_page(plan: Plan, picture: str) -> str:
     ``picture`` is that of the plan, as an address that holds it.
     """
     request, spread = plan.request, plan.spread
-    table = adjustments_of(request, plan.burst.theory)
     rate = plan.framing.rate_needed_fps if plan.camera is None else plan.camera.capture_fps
     shares = {count: number / spread.trials for count, number in spread.histogram.items()}
     return render(
@@ -204,7 +203,7 @@ def plan_page(plan: Plan, picture: str) -> str:
         data={
             "request": request_object(request),
             "rate": rate,
-            "table": plain({f.name: getattr(table, f.name).tolist() for f in fields(table)}),
+            "table": plain(adjustments_of(request, plan.burst.theory)),
             "measured": plain(MEASURED),
             "resolved": RESOLVED_FRAMES,
             "options": _options_beside(request),
