@@ -24,7 +24,7 @@ from count_video.outputs import (
     write_whole,
 )
 from count_video.process import DRAWING_BYTES, check_memory
-from count_video.progress import NO_PROGRESS, Progress
+from count_video.progress import NO_PROGRESS, Progress, counted_off
 from count_video.records import Floats, Frame, Track
 from count_video.reports.clip import Gif, frame_times_s, layout_of, pictures, presented
 from count_video.reports.drawing import MEDIA_TYPES, picture_bytes
@@ -96,10 +96,9 @@ def _rows(footage: Footage, track: Track, progress: Progress) -> Iterator[tuple[
     rows = {int(index): row for row, index in enumerate(track.frame)}
     first, end = int(track.frame[0]), int(track.frame[-1]) + 1
     progress.start(end - first, "drawing")
-    for frame in footage.frames(first, end):
+    for frame in counted_off(footage.frames(first, end), progress):
         if frame.index in rows:
             yield frame, rows[frame.index]
-        progress.advance(1)
 
 
 @dataclass(frozen=True)

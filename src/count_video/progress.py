@@ -6,12 +6,14 @@ listener for a person at a terminal.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, TextIO, TypeVar
 
 if TYPE_CHECKING:  # rich takes time, and most runs show no bar
     from rich.progress import Progress as Bar
+
+_Item = TypeVar("_Item")
 
 
 class Progress:
@@ -28,6 +30,13 @@ class Progress:
 
 
 NO_PROGRESS = Progress()
+
+
+def counted_off(frames: Iterable[_Item], progress: Progress) -> Iterator[_Item]:
+    """Pass frames on and report each once it is done with."""
+    for frame in frames:
+        yield frame
+        progress.advance(1)
 
 
 class TerminalBar(Progress):

@@ -107,7 +107,9 @@ def find_outline(mean: Mean, fence: tuple[float, float], *, circles: bool = True
         return None
     left, right = ends_of(body[rows])
     if circle is None:
-        ends = _edge(slope, rows, left, 1), _edge(slope, rows, right, -1)
+        # By the mean alone: the deviation also grows where a neighbour comes and goes.
+        along = np.abs(np.gradient(mean.appearance, axis=1))
+        ends = _edge(along, rows, left, 1), _edge(along, rows, right, -1)
     else:
         circle = placed(circle, every)
         ends = circle.x_px - circle.radius_px, circle.x_px + circle.radius_px
