@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from count_video.motion.contacts import Contacts, Paths, fit_contacts
+from count_video.motion.contacts import Contacts, fit_contacts
 from count_video.records import Floats
 
 FRAMES = 241
@@ -39,7 +39,19 @@ def errors(seed: int, lasts: float) -> Floats:
 
 def fitted(ball: Floats) -> Contacts:
     frame = np.arange(float(len(ball)))
-    return fit_contacts(Paths(frame, ball, None), ["wall"] * len(BOUNCES), BOUNCES.round().tolist())
+    return fit_contacts(frame, [ball], [(at, "wall") for at in BOUNCES.round().tolist()])
+
+
+def times(found: Contacts) -> Floats:
+    """Frame coordinates and their uncertainties, shape (2, contacts)."""
+    return np.transpose([(one.frame, one.frame_sigma) for one in found.collisions])
+
+
+def velocities(found: Contacts) -> Floats:
+    """Velocities before and after and their uncertainties, shape (2, contacts, 2)."""
+    pairs = [(one.velocity_before, one.velocity_after) for one in found.collisions]
+    names = "ball_px_frame", "ball_sigma_px_frame"
+    return np.array([[[getattr(one, name) for one in pair] for pair in pairs] for name in names])
 
 
 def rms(values: Floats) -> float:
@@ -48,34 +60,35 @@ def rms(values: Floats) -> float:
 
 @pytest.mark.parametrize("lasts", [0.0, 3.0, 6.0])
 def test_times_err_as_much_as_is_said_however_long_errors_last(lasts: float) -> None:
-    found = [fitted(bouncing() + errors(seed, lasts)) for seed in range(TRIALS)]
+    found = [times(fitted(bouncing() + errors(seed, lasts))) for seed in range(TRIALS)]
 
-    standardised = np.array([(one.frame - BOUNCES) / one.frame_sigma for one in found])
+    standardised = np.array([(frame - BOUNCES) / sigma for frame, sigma in found])
     assert TRUTHFUL[0] <= rms(standardised) <= TRUTHFUL[1]
 
 
 def test_velocities_err_as_much_as_is_said() -> None:
     true = np.tile([-2 * SPEED, 2 * SPEED], (len(BOUNCES), 1))
-    found = [fitted(bouncing() + errors(seed, 0.0)) for seed in range(TRIALS)]
+    found = [velocities(fitted(bouncing() + errors(seed, 0.0))) for seed in range(TRIALS)]
 
-    standardised = np.array([(one.rate[..., 0] - true) / one.rate_sigma[..., 0] for one in found])
+    standardised = np.array([(rate - true) / sigma for rate, sigma in found])
     assert TRUTHFUL[0] <= rms(standardised) <= TRUTHFUL[1]
 
 
 def test_contacts_share_a_place_which_is_known_better_than_any_frame() -> None:
     found = fitted(bouncing() + errors(1, 0.0))
 
-    assert np.ptp(found.ball_px) < ERROR_PX
-    assert np.abs(found.ball_px - 50.0).max() < ERROR_PX
+    place_px = np.array([one.position_px for one in found.collisions])
+    assert np.ptp(place_px) < ERROR_PX
+    assert np.abs(place_px - 50.0).max() < ERROR_PX
 
 
 def test_frames_that_mislead_the_tracker_do_not_bend_the_fit() -> None:
     ball = bouncing() + errors(2, 0.0)
     ball[[60, 100, 150]] += 30.0
 
-    found = fitted(ball)
+    frame, sigma = times(fitted(ball))
 
-    assert np.all(np.abs(found.frame - BOUNCES) < MOST_SIGMAS * found.frame_sigma)
+    assert np.all(np.abs(frame - BOUNCES) < MOST_SIGMAS * sigma)
 
 
 def test_a_contact_in_frames_that_show_nothing_is_known_from_the_others() -> None:
@@ -83,13 +96,13 @@ def test_a_contact_in_frames_that_show_nothing_is_known_from_the_others() -> Non
     hidden = np.abs(np.arange(FRAMES) - BOUNCES[4]) < 4
     ball[hidden] = np.nan
 
-    found = fitted(ball)
+    frame, sigma = times(fitted(ball))
 
-    assert found.frame_sigma[4] > found.frame_sigma[3]
-    assert np.all(np.abs(found.frame - BOUNCES) < MOST_SIGMAS * found.frame_sigma)
+    assert sigma[4] > sigma[3]
+    assert np.all(np.abs(frame - BOUNCES) < MOST_SIGMAS * sigma)
 
 
 def test_without_contacts_nothing_is_found() -> None:
-    found = fit_contacts(Paths(np.arange(float(FRAMES)), bouncing(), None), [], [])
+    found = fit_contacts(np.arange(float(FRAMES)), [bouncing()], [])
 
-    assert len(found.frame) == 0
+    assert not found.collisions

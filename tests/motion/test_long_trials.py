@@ -6,7 +6,7 @@ import tracemalloc
 
 import numpy as np
 
-from count_video.motion.contacts import Contacts, Paths, fit_contacts
+from count_video.motion.contacts import Contacts, fit_contacts
 from count_video.records import Floats
 
 EVERY = 24.0
@@ -37,7 +37,7 @@ def bouncing(bounces: int, every: float = EVERY) -> Floats:
 def fitted(ball: Floats) -> Contacts:
     frame = np.arange(float(len(ball)))
     rough = np.round(FIRST + EVERY * np.arange(len(ball) / EVERY))
-    return fit_contacts(Paths(frame, ball, None), ["wall"] * len(rough), rough.tolist())
+    return fit_contacts(frame, [ball], [(at, "wall") for at in rough.tolist()])
 
 
 def test_memory_does_not_grow_with_the_square_of_the_frames() -> None:
@@ -48,13 +48,15 @@ def test_memory_does_not_grow_with_the_square_of_the_frames() -> None:
         most_bytes = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    assert len(found.frame) == MANY
+    assert len(found.collisions) == MANY
     assert most_bytes < FLOAT_BYTES * len(ball) ** 2 / 2
 
 
 def test_times_of_many_contacts_err_as_little_as_is_said() -> None:
-    found = fitted(bouncing(MANY))
+    found = fitted(bouncing(MANY)).collisions
     true = FIRST + EVERY * np.arange(MANY)
 
-    assert float(np.std(found.frame - true)) < (1 + SIGMA_SHARE) * float(found.frame_sigma.mean())
-    assert found.rate.shape == (MANY, 2, 1)
+    frame, sigma = np.transpose([(one.frame, one.frame_sigma) for one in found])
+    assert float(np.std(frame - true)) < (1 + SIGMA_SHARE) * float(sigma.mean())
+    assert all(np.isfinite(one.velocity_after.ball_px_frame) for one in found)
+    assert all(np.isnan(one.velocity_after.heavy_px_frame) for one in found)

@@ -19,7 +19,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from count_video.motion.contacts import Contacts
 from count_video.motion.gaps import Gaps
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision
@@ -39,48 +38,51 @@ TURN_SIGMAS = 12.0
 TURN_AT_LEAST_PX = 1.0
 
 
-def find_burst(
-    collisions: Sequence[Collision], contacts: Contacts, gaps: Gaps
-) -> tuple[int, tuple[Reason, ...]]:
-    """Find the first burst among collisions in order of time, and their fitted contacts.
+def find_burst(collisions: Sequence[Collision], gaps: Gaps) -> tuple[int, tuple[Reason, ...]]:
+    """Find the first burst among collisions in order of time.
 
     Returns how many collisions belong to it, and why the clip does not support a count, if so.
     """
-    end = turn_round(gaps, contacts)
+    end = turn_round(gaps, collisions)
     inside = [c for c in collisions if c.frame <= end]
-    goes_on = bool(inside) and not np.isfinite(end) and _may_go_on(contacts, len(inside) - 1)
-    causes = (_beginning(inside, contacts), Cause.ENDS_WITHIN if goes_on else None)
+    goes_on = bool(inside) and not np.isfinite(end) and _may_go_on(inside[-1], gaps.sign)
+    causes = (_beginning(inside), Cause.ENDS_WITHIN if goes_on else None)
     return len(inside), tuple(Reason(cause) for cause in causes if cause)
 
 
-def turn_round(gaps: Gaps, contacts: Contacts) -> float:
+def turn_round(gaps: Gaps, collisions: Sequence[Collision]) -> float:
     """Frame at which the heavy body, driven back, turns toward the wall again; inf if never.
 
-    It is driven back from where it is nearest to the wall after the first contact. The furthest of
-    many noisy places says little about when: it is put after collisions nearby at which the heavy
-    body still moves away.
+    It is driven back from where it is nearest to the wall after the first collision. The furthest
+    of many noisy places says little about when: it is put after collisions nearby at which the
+    heavy body still moves away.
     """
     depth, away = max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px)), -gaps.heavy_px
     near = gaps.frame[low_points(gaps.heavy_px, depth)]
-    nearest = near[near >= contacts.frame.min(initial=np.inf)].min(initial=np.inf)
+    first = collisions[0].frame if collisions else np.inf
+    nearest = near[near >= first].min(initial=np.inf)
     turns = low_points(np.where(gaps.frame > nearest, away, np.nan), depth)
     if len(turns) == 0:
         return float("inf")
-    turn = turns[0]
-    back = gaps.frame[(away > away[turn] + depth) & (gaps.frame > gaps.frame[turn])]
-    rate, sigma = contacts.rate[:, 0, 1], contacts.rate_sigma[:, 0, 1]
-    leaving = (contacts.frame < back.min(initial=np.inf)) & (rate > SIGMAS * sigma)
-    return max(float(gaps.frame[turn]), float(contacts.frame[leaving].max(initial=-np.inf)))
+    turn = float(gaps.frame[turns[0]])
+    back = gaps.frame[(away > away[turns[0]] + depth) & (gaps.frame > turn)].min(initial=np.inf)
+    for one in collisions:
+        leaves = gaps.sign * one.velocity_before.heavy_px_frame
+        if one.frame < back and leaves > SIGMAS * one.velocity_before.heavy_sigma_px_frame:
+            turn = max(turn, one.frame)
+    return turn
 
 
-def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
+def _beginning(inside: Sequence[Collision]) -> Cause | None:
     if not inside:
         return None
     first = inside[0]
     if first.kind == "wall":
         return Cause.STARTS_MOVING
-    speed, sigma = abs(contacts.rate[0, 0, 0]), contacts.rate_sigma[0, 0, 0]
-    approach = _approach(first)
+    before = first.velocity_before
+    speed, sigma = abs(before.ball_px_frame), before.ball_sigma_px_frame
+    approach = abs(before.heavy_px_frame - before.ball_px_frame)
+    approach = approach if np.isfinite(approach) else np.inf
     if speed - SIGMAS * sigma > AT_REST_SHARE * approach:
         return Cause.STARTS_LATE
     too_slow = max(approach / 2 - speed, 0.0)
@@ -88,15 +90,10 @@ def _beginning(inside: Sequence[Collision], contacts: Contacts) -> Cause | None:
     return None if at_rest else Cause.STARTS_CLOSE
 
 
-def _approach(first: Collision) -> float:
-    """Speed at which the bodies close in before the first collision; inf if it is not shown."""
-    speed = abs(first.velocity_before.heavy_px_frame - first.velocity_before.ball_px_frame)
-    return speed if np.isfinite(speed) else np.inf
-
-
-def _may_go_on(contacts: Contacts, last: int) -> bool:
-    """Whether another contact may follow one: not where the bodies part and leave the wall."""
-    ball, heavy = contacts.rate[last, 1]
-    unsure = SIGMAS * contacts.rate_sigma[last, 1]
+def _may_go_on(last: Collision, sign: int) -> bool:
+    """Whether another collision may follow: not where the bodies part and leave the wall."""
+    after = last.velocity_after
+    ball, heavy = sign * after.ball_px_frame, sign * after.heavy_px_frame
+    unsure = SIGMAS * np.array([after.ball_sigma_px_frame, after.heavy_sigma_px_frame])
     leave = ball >= -unsure[0] and heavy >= -unsure[1]
     return not (leave and heavy - ball >= -np.hypot(*unsure))

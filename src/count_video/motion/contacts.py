@@ -43,33 +43,11 @@ held to the place that they share."""
 
 
 @dataclass(frozen=True)
-class Paths:
-    """Places of one body or two over frames, shape (n,) each; NaN where not seen."""
-
-    frame: Floats
-    ball_px: Floats
-    heavy_px: Floats | None
-
-    @property
-    def signals(self) -> tuple[Floats, ...]:
-        """Places of each body."""
-        return (self.ball_px,) if self.heavy_px is None else (self.ball_px, self.heavy_px)
-
-
-@dataclass(frozen=True)
 class Contacts:
-    """All contacts as fitted; arrays have shape (contacts,) if nothing else is said."""
+    """All contacts as fitted."""
 
-    kinds: tuple[Kind, ...]
-    frame: Floats
-    frame_sigma: Floats
-    ball_px: Floats
-    """Place of the ball."""
-    rate: Floats
-    """Velocities in px per frame before and after them, of the ball, then of the heavy body where
-    there is one; shape (contacts, 2, bodies). NaN where not shown."""
-    rate_sigma: Floats
-    """Their standard uncertainties."""
+    collisions: tuple[Collision, ...]
+    """In order of time, all of them seen; velocities are NaN where not shown."""
     distance_px: float
     """Between the bodies' reference points where they touch; NaN where none is seen to."""
     errors: BodyErrors
@@ -91,21 +69,29 @@ class _Fitted(NamedTuple):
 
 
 def fit_contacts(
-    paths: Paths, kinds: Sequence[Kind], frames: Sequence[float], touching: float = HALF_EXPOSURE
+    frame: Floats,
+    places: Sequence[Floats],
+    contacts: Sequence[tuple[float, Kind]],
+    touching: float = HALF_EXPOSURE,
+    sign: int = 1,
 ) -> Contacts:
     """Fit contacts of known kinds, in order of time, from rough frame coordinates.
 
     Parameters
     ----------
-    paths
-        Places of the bodies.
-    kinds, frames
-        Of the contacts.
+    frame, places
+        Frame coordinates, and the places in px of the ball, then of the heavy body where there is
+        one; shape (n,) each, NaN where not seen.
+    contacts
+        Rough frame coordinate and kind of each.
     touching
         Frames on either side of a contact that may show it; more of them for soft bodies.
+    sign
+        -1 where the collisions have places and velocities of the other sign.
     """
-    times = np.array(frames, dtype=np.float64)
-    bodies = _bodies(paths, kinds, times, touching)
+    kinds = [kind for _, kind in contacts]
+    times = np.array([time for time, _ in contacts], dtype=np.float64)
+    bodies = _bodies(frame, places, kinds, times, touching)
     fitted: list[_Fitted] = []
     for number in range(STEPS_AT_MOST):
         held = _held(kinds, fitted, bodies) if number else [None] * len(times)
@@ -115,34 +101,27 @@ def fit_contacts(
         if number and np.abs(moved).max(initial=0.0) < SETTLED_FRAMES:
             break
     apart = [one.touch_px for one, kind in zip(fitted, kinds, strict=True) if kind == "bodies"]
-    rate, sigma = (
-        np.array([getattr(one, name) for one in fitted]).reshape(len(times), 2, len(bodies))
-        for name in ("rate", "rate_sigma")
-    )
+    found = enumerate(zip(kinds, times.tolist(), fitted, strict=True), 1)
     return Contacts(
-        kinds=tuple(kinds),
-        frame=times,
-        frame_sigma=np.array([one.moved_sigma for one in fitted]),
-        ball_px=np.array([one.ball_px for one in fitted]),
-        rate=rate,
-        rate_sigma=sigma,
+        collisions=tuple(_collision(sign, number, *one) for number, one in found),
         distance_px=float(np.median(apart)) if apart and len(bodies) > 1 else np.nan,
         errors=tuple(body.errors for body in bodies),
     )
 
 
-def _bodies(paths: Paths, kinds: Sequence[Kind], times: Floats, touching: float) -> list[Body]:
+def _bodies(
+    frame: Floats, places: Sequence[Floats], kinds: Sequence[Kind], times: Floats, touching: float
+) -> list[Body]:
     """Describe the paths; the errors of places are measured about the flights between contacts."""
     found = []
-    for number, signal in enumerate(paths.signals):
+    for number, place in enumerate(places):
         jumps = np.array([number == 0 or kind == "bodies" for kind in kinds], dtype=bool)
         # Of one body alone hands and rest, before the first contact and after the last, are no
         # flights; two bodies swing before and after.
-        alone = len(paths.signals) == 1
-        errors = errors_about(paths.frame, signal, times[jumps].tolist(), touching, inside=alone)
-        sigma = max(sigma_of(signal), errors.sigma_px if errors else 0.0)
-        motion = motion_of(paths.frame, signal)
-        found.append(Body(paths.frame, signal, motion, errors, sigma, jumps))
+        alone = len(places) == 1
+        errors = errors_about(frame, place, times[jumps].tolist(), touching, inside=alone)
+        sigma = max(sigma_of(place), errors.sigma_px if errors else 0.0)
+        found.append(Body(frame, place, motion_of(frame, place), errors, sigma, jumps))
     return found
 
 
@@ -208,23 +187,18 @@ def _step(
     )
 
 
-def collisions_of(fitted: Contacts, sign: int = 1) -> list[Collision]:
-    """Contacts as collisions, all of them seen, at places and velocities times a sign."""
-    rates, sigmas = (np.full((len(fitted.kinds), 2, 2), np.nan) for _ in range(2))
-    bodies = fitted.rate.shape[-1]
-    rates[..., :bodies], sigmas[..., :bodies] = sign * fitted.rate, fitted.rate_sigma
-    velocities = np.concatenate([rates, sigmas], axis=-1).tolist()
-    return [
-        Collision(
-            number=number + 1,
-            kind="bodies" if kind == "bodies" else "wall",
-            frame=float(fitted.frame[number]),
-            frame_sigma=float(fitted.frame_sigma[number]),
-            time_s=None,
-            seen=True,
-            position_px=sign * float(fitted.ball_px[number]),
-            velocity_before=Velocities(*velocities[number][0]),
-            velocity_after=Velocities(*velocities[number][1]),
-        )
-        for number, kind in enumerate(fitted.kinds)
-    ]
+def _collision(sign: int, number: int, kind: Kind, frame: float, fitted: _Fitted) -> Collision:
+    velocities, bodies = np.full((2, 4), np.nan), fitted.rate.shape[1]
+    velocities[:, :bodies], velocities[:, 2 : 2 + bodies] = sign * fitted.rate, fitted.rate_sigma
+    before, after = (Velocities(*each) for each in velocities.tolist())
+    return Collision(
+        number=number,
+        kind="bodies" if kind == "bodies" else "wall",
+        frame=frame,
+        frame_sigma=fitted.moved_sigma,
+        time_s=None,
+        seen=True,
+        position_px=sign * fitted.ball_px,
+        velocity_before=before,
+        velocity_after=after,
+    )

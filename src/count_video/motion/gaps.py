@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.motion.contacts import Contacts, Paths, fit_contacts
+from count_video.motion.contacts import Contacts, fit_contacts
 from count_video.motion.errors_of_places import HALF_EXPOSURE, flight_of
 from count_video.motion.flight import motion_of
 from count_video.motion.impacts import find_impacts
@@ -89,8 +89,7 @@ def find_contacts(gaps: Gaps) -> Contacts:
     first, last = min(clear), max(clear)
     points = sorted((frame, kind) for frame, kind, _ in found if first <= frame <= last)
     points = sorted([*points, *_missing(points, gaps)])
-    paths = Paths(gaps.frame, gaps.ball_px, gaps.heavy_px)
-    return fit_contacts(paths, [kind for _, kind in points], [frame for frame, _ in points])
+    return fit_contacts(gaps.frame, (gaps.ball_px, gaps.heavy_px), points, sign=gaps.sign)
 
 
 def _missing(

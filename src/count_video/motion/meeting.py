@@ -10,7 +10,7 @@ from dataclasses import astuple, replace
 
 import numpy as np
 
-from count_video.motion.contacts import Kind, Paths, collisions_of, fit_contacts
+from count_video.motion.contacts import Kind, fit_contacts
 from count_video.motion.corners import weigh
 from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.flight import motion_of
@@ -50,11 +50,11 @@ def seen_impacts(track: Track) -> SeenImpacts:
         turns, contact = find_impacts(motion, NEAR_SHARE * track.ball_diameter_px)
     impacts = [turn for turn in turns if turn.likely]
     frames = [impact.frame for impact in impacts]
-    kind: dict[int, Kind] = {-1: "wall" if heavy is None else "bodies", 1: "far"}
-    kinds = [kind[impact.side] for impact in impacts]
-    paths = Paths(slow.frame, ball.position_px, None if heavy is None else heavy.position_px)
-    fitted = fit_contacts(paths, kinds, frames, contact)
-    collisions = [in_frames(collision, pace) for collision in collisions_of(fitted)]
+    kinds: dict[int, Kind] = {-1: "wall" if heavy is None else "bodies", 1: "far"}
+    contacts = [(impact.frame, kinds[impact.side]) for impact in impacts]
+    places = [body.position_px for body in slow.bodies]
+    fitted = fit_contacts(slow.frame, places, contacts, contact)
+    collisions = [in_frames(collision, pace) for collision in fitted.collisions]
     seen = replace(weighed(motion, turns, contact, pace, collisions), errors=fitted.errors)
     if heavy is None or not frames:
         return seen

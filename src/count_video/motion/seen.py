@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from count_video.motion.burst import find_burst
-from count_video.motion.contacts import BodyErrors, collisions_of
+from count_video.motion.contacts import BodyErrors
 from count_video.motion.errors_of_places import Errors
 from count_video.motion.gaps import UNSEEN_FRAMES, find_contacts, gaps_of
 from count_video.motion.swing import Swing, fit_path, path_fits, swing_of
@@ -117,10 +117,10 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     pace = frames_per_picture(track) if pace is None else pace
     gaps = gaps_of(in_pictures(track, pace))
     contacts = find_contacts(gaps)
-    collisions = marked(collisions_of(contacts, gaps.sign), gaps.frame[np.isfinite(gaps.ball_px)])
+    collisions = marked(contacts.collisions, gaps.frame[np.isfinite(gaps.ball_px)])
     path = fit_path(gaps, collisions)
     right = path_fits(path, gaps)
-    burst, shortcomings = find_burst(collisions, contacts, gaps)
+    burst, shortcomings = find_burst(collisions, gaps)
     inside = collisions[:burst]
     doubts = tuple(unresolved(inside, pace))
     apart = contacts.distance_px - gaps.near_edge_px

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from count_video.motion.beginnings import struck_at_rest
-from count_video.motion.contacts import Kind, Paths, collisions_of, fit_contacts
+from count_video.motion.contacts import Kind, fit_contacts
 from count_video.motion.flight import motion_of
 from count_video.motion.gaps import CLEAR_SIGMAS
 from count_video.motion.impacts import at_stop, find_turns, weigh_turns
@@ -43,9 +43,8 @@ def struck_ball(track: Track) -> tuple[Track, SeenCollisions] | None:
             break
     else:
         return None
-    paths = Paths(slow.frame, away_px, None)
-    fitted = fit_contacts(paths, [kind for _, kind in points], [frame for frame, _ in points])
-    collisions = marked(collisions_of(fitted, sign), slow.frame[np.isfinite(away_px)])
+    fitted = fit_contacts(slow.frame, [away_px], points, sign=sign)
+    collisions = marked(fitted.collisions, slow.frame[np.isfinite(away_px)])
     shown = SeenCollisions(
         collisions=tuple(in_frames(one, pace) for one in collisions),
         burst=_burst(collisions, sign),
