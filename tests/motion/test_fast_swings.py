@@ -10,7 +10,7 @@ from filmed_trials import Filming, film
 
 from count_video.motion.gaps import gaps_of
 from count_video.motion.seen import seen_collisions
-from count_video.motion.swing import fit_path
+from count_video.motion.swing import fit_swing
 from count_video.physics.setup import Setup
 from count_video.records import Track
 
@@ -40,8 +40,8 @@ def test_the_collisions_of_a_body_that_is_held_at_first_are_confirmed() -> None:
     assert alone.path_fits
     assert found.path_fits
     assert found.burst == alone.burst
-    paths = [fit_path(gaps_of(t), f.collisions) for t, f in ((held, found), (whole.track, alone))]
-    assert paths[0] is not None
-    assert paths[1] is not None
+    swings = [fit_swing(gaps_of(t), f.collisions) for t, f in ((held, found), (whole.track, alone))]
+    assert swings[0] is not None
+    assert swings[1] is not None
     # The held part takes no part: the same mass ratio comes out.
-    assert paths[0].solution[4] == pytest.approx(paths[1].solution[4], rel=0.02)
+    assert swings[0].mass_ratio == pytest.approx(swings[1].mass_ratio, rel=0.02)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from count_video.motion.gaps import Gaps
-from count_video.motion.swing import fit_path, path_fits, swing_of
+from count_video.motion.swing import fit_swing
 from count_video.records import Collision, Floats, Velocities
 
 FRAME = np.arange(90.0)
@@ -61,13 +61,10 @@ def gaps_with(heavy: Floats) -> Gaps:
 
 @pytest.mark.parametrize("hidden", [None, 0, 1, 2])
 def test_a_collision_that_is_not_shown_leaves_the_path_confirmed(hidden: int | None) -> None:
-    gaps = gaps_with(swinging())
+    swing = fit_swing(gaps_with(swinging()), collisions(hidden))
 
-    path = fit_path(gaps, collisions(hidden))
-    swing = swing_of(path)
-
-    assert path_fits(path, gaps)
     assert swing is not None
+    assert swing.fits
     assert swing.mass_ratio == pytest.approx(
         MASS_RATIO, rel=RATIO_SIGMAS * swing.mass_ratio_relative_sigma
     )
@@ -78,4 +75,7 @@ def test_a_collision_that_is_not_shown_excuses_no_other(hidden: int) -> None:
     heavy = swinging()
     heavy[60:] += 3.0 * (FRAME[60:] - 60.0)  # another collision, of which nothing is known
 
-    assert path_fits(fit_path(gaps_with(heavy), collisions(hidden)), gaps_with(heavy)) is False
+    swing = fit_swing(gaps_with(heavy), collisions(hidden))
+
+    assert swing is not None
+    assert not swing.fits

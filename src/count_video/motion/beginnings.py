@@ -10,7 +10,6 @@ import numpy as np
 
 from count_video.motion.corners import CERTAIN_LOG_ODDS, Impact
 from count_video.motion.flight import HYSTERESIS_SIGMAS, LAW_SHARE, LAW_SIGMAS, Motion
-from count_video.motion.linear import least_squares
 from count_video.motion.priors import CHANCE_CLEAR, CHANCE_UNSEEN, FLIGHT_FACTOR
 from count_video.records import Collision, Floats, Velocities
 
@@ -73,10 +72,12 @@ def _start(time: Floats, place_px: Floats, columns: int) -> tuple[float, float, 
     for starts in (STARTS, FINER):
         since = np.maximum(time - start - starts[:, None], 0.0)
         law = np.stack([np.ones_like(since), since**2, since], axis=2)[..., :columns]
-        solution, _, squares = least_squares(law, place_px - place_px[0])
+        away = (place_px - place_px[0])[:, None]
+        solution = np.linalg.pinv(law) @ away
+        squares = ((away - law @ solution) ** 2).sum(axis=(1, 2))
         best = int(np.argmin(squares))
         start += float(starts[best])
-        last, left_over = float(solution[best, -1]), float(squares[best])
+        last, left_over = float(solution[best, -1, 0]), float(squares[best])
     return start, last, left_over
 
 

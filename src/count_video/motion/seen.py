@@ -12,7 +12,7 @@ from count_video.motion.burst import find_burst
 from count_video.motion.contacts import BodyErrors
 from count_video.motion.errors_of_places import Errors
 from count_video.motion.gaps import UNSEEN_FRAMES, find_contacts, gaps_of
-from count_video.motion.swing import Swing, fit_path, path_fits, swing_of
+from count_video.motion.swing import Swing, fit_swing
 from count_video.motion.time_base import (
     frames_per_picture,
     in_frames,
@@ -118,26 +118,26 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     gaps = gaps_of(in_pictures(track, pace))
     contacts = find_contacts(gaps)
     collisions = marked(contacts.collisions, gaps.frame[np.isfinite(gaps.ball_px)])
-    path = fit_path(gaps, collisions)
-    right = path_fits(path, gaps)
+    path = fit_swing(gaps, collisions)
     burst, shortcomings = find_burst(collisions, gaps)
     inside = collisions[:burst]
+    swing = fit_swing(gaps, inside)
     doubts = tuple(unresolved(inside, pace))
     apart = contacts.distance_px - gaps.near_edge_px
     if len(inside) <= FEW_TO_BELIEVE and apart > APART_SHARE * track.ball_diameter_px:
         shortcomings = (Reason(Cause.NEVER_TOUCH), *shortcomings)
     elif apart > sum(body.high_edge_px - body.low_edge_px for body in track.bodies):
         doubts = (Reason(Cause.NEVER_TOUCH), *doubts)
-    if right is False and not doubts:
+    if path and not path.fits and not doubts:
         shortcomings = (*shortcomings, Reason(Cause.STRAYS))
     return SeenCollisions(
         collisions=tuple(in_frames(collision, pace) for collision in collisions),
         burst=burst,
         shortcomings=shortcomings,
         doubts=doubts,
-        swing=swing_in_frames(swing_of(fit_path(gaps, inside)), pace),
+        swing=swing_in_frames(swing, pace) if swing and swing.mass_ratio > 0 else None,
         outlines_apart_px=apart,
-        path_fits=bool(right),
+        path_fits=path is not None and path.fits,
         errors=contacts.errors,
     )
 

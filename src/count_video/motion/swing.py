@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from count_video.motion.gaps import Gaps
-from count_video.motion.linear import least_squares
 from count_video.records import Collision, Floats
 from count_video.signals import integral, sigma_of
 
@@ -46,7 +45,7 @@ class Swing:
     """What the heavy body's path gives."""
 
     mass_ratio: float
-    """Heavy over light mass, from the velocity steps."""
+    """Heavy over light mass, from the velocity steps; not positive where these show none."""
     mass_ratio_relative_sigma: float
     """Its standard uncertainty as a share of the value."""
     rate_squared: float
@@ -55,25 +54,14 @@ class Swing:
     rate_squared_sigma: float
     centre_px: float
     """Distance of the heavy body's face where its threads hang straight down."""
-
-
-@dataclass(frozen=True)
-class HeavyPath:
-    """The linear model fitted to the heavy body's path."""
-
-    solution: Floats
-    """Its five unknowns, shape (5,)."""
-    sigma: Floats
-    """Their standard uncertainties, shape (5,)."""
     stray_px: float
-    """RMS by which the places stray from the model."""
-    mean_px: float
-    """Mean of the places."""
-    way_px: float
-    """From the nearest place to the farthest."""
+    """RMS by which the places stray from the path."""
+    fits: bool
+    """Whether the body moves as one that swings and collides so. If it does not, a body was
+    mistaken for another or for scenery, or collisions are missing."""
 
 
-def fit_path(gaps: Gaps, collisions: Sequence[Collision]) -> HeavyPath | None:
+def fit_swing(gaps: Gaps, collisions: Sequence[Collision]) -> Swing | None:
     """Fit the heavy body's path; None where steps are not shown, or nothing can be solved.
 
     Distances are those of ``gaps``. The uncertainties hold the scatter about the path.
@@ -90,19 +78,37 @@ def fit_path(gaps: Gaps, collisions: Sequence[Collision]) -> HeavyPath | None:
     frame, place = gaps.frame[used], gaps.heavy_px[used]
     if len(frame) < POINTS_AT_LEAST + np.isnan(steps).sum():
         return None
+    law = _law(frame, place, times, steps)
+    if np.linalg.matrix_rank(law) < law.shape[1]:
+        return None
+    inverse = np.linalg.pinv(law)
+    solution = inverse @ place
+    squares = float(np.sum((place - law @ solution) ** 2))
+    variance = CORRELATED_FRAMES * squares / (len(place) - len(solution))
+    sigma = np.sqrt(variance * (inverse**2).sum(axis=1))
+    (_, _, bend, rate_squared, share), way = solution[:5].tolist(), float(np.ptp(place))
+    stray = float(np.sqrt(squares / len(place)))
+    allowed = STRAY_AT_LEAST_PX, STRAY_SHARE * way, STRAY_SIGMAS * sigma_of(gaps.heavy_px)
+    return Swing(
+        mass_ratio=1 / share if share else np.inf,
+        mass_ratio_relative_sigma=float(sigma[4] / share) if share else np.inf,
+        rate_squared=rate_squared,
+        rate_squared_sigma=float(sigma[3]),
+        centre_px=float(place.mean()) + 2 * bend / rate_squared if rate_squared else np.nan,
+        stray_px=stray,
+        fits=way >= MOVES_AT_LEAST_PX and stray < max(allowed),
+    )
+
+
+def _law(frame: Floats, place: Floats, times: Floats, steps: Floats) -> Floats:
+    """Columns of which the path is made, shape (n, 5 and more)."""
     clock, shown = frame - frame[0], np.isfinite(steps)
     twice = integral(frame, integral(frame, place - place.mean()))
     ramps = np.maximum(frame[:, None] - times, 0.0)
     given = -ramps[:, shown] @ steps[shown]
     law = np.stack([np.ones_like(clock), clock, clock**2, -twice, given], axis=1)
     # A step that is not shown is an unknown of its own.
-    law = np.hstack([law, ramps[:, ~shown]])
-    solution, covariance, squares = least_squares(law, place)
-    if np.isnan(squares):
-        return None
-    variance = CORRELATED_FRAMES * float(squares) / (len(place) - len(solution))
-    sigma, stray = np.sqrt(variance * np.diag(covariance)), float(np.sqrt(squares / len(place)))
-    return HeavyPath(solution[:5], sigma[:5], stray, float(place.mean()), float(np.ptp(place)))
+    return np.hstack([law, ramps[:, ~shown]])
 
 
 def _let_go(gaps: Gaps, first: float) -> float:
@@ -113,31 +119,3 @@ def _let_go(gaps: Gaps, first: float) -> float:
     frame, place = gaps.frame[seen], gaps.heavy_px[seen]
     away = np.abs(place - place[0]) > REST_SIGMAS * sigma_of(gaps.heavy_px)
     return float(frame[np.argmax(away)]) if away.any() else -np.inf
-
-
-def swing_of(path: HeavyPath | None) -> Swing | None:
-    """Swing of a path; None where it is not known or gives no mass ratio."""
-    if path is None or path.solution[4] <= 0:
-        return None
-    _, _, bend, rate_squared, share = path.solution
-    return Swing(
-        mass_ratio=1 / share,
-        mass_ratio_relative_sigma=path.sigma[4] / share,
-        rate_squared=rate_squared,
-        rate_squared_sigma=path.sigma[3],
-        centre_px=path.mean_px + 2 * bend / rate_squared if rate_squared else np.nan,
-    )
-
-
-def path_fits(path: HeavyPath | None, gaps: Gaps) -> bool | None:
-    """Whether the heavy body moves as one that swings and collides so.
-
-    If it does not, a body was mistaken for another or for scenery, or collisions are missing. None
-    where the frames do not show enough to decide.
-    """
-    if path is None:
-        return None
-    if path.way_px < MOVES_AT_LEAST_PX:
-        return False
-    noise = STRAY_SIGMAS * sigma_of(gaps.heavy_px)
-    return path.stray_px < max(STRAY_AT_LEAST_PX, STRAY_SHARE * path.way_px, noise)

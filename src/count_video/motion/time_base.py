@@ -171,10 +171,8 @@ def _slowed(velocities: Velocities, pace: float) -> Velocities:
     return Velocities(*(value / pace for value in astuple(velocities)))
 
 
-def swing_in_frames(swing: Swing | None, pace: float) -> Swing | None:
+def swing_in_frames(swing: Swing, pace: float) -> Swing:
     """Convert a swing that was fitted in pictures to frames."""
-    if swing is None:
-        return None
     return replace(
         swing,
         rate_squared=swing.rate_squared / pace**2,

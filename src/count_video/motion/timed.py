@@ -19,7 +19,7 @@ from count_video.motion.seen import (
     seen_collisions,
     shows_motion,
 )
-from count_video.motion.swing import fit_path
+from count_video.motion.swing import fit_swing
 from count_video.motion.time_base import Ramp, TimeBase, even
 from count_video.motion.time_hypotheses import ramps_of, with_copies
 from count_video.records import Collision, Track
@@ -52,8 +52,8 @@ def stray_px(base: TimeBase, track: Track, shown: Iterable[Collision]) -> float:
 
     ``shown`` are the collisions of the clip, in frames.
     """
-    path = fit_path(gaps_of(base.evened(track)), [base.timed(one) for one in shown])
-    return float("inf") if path is None else path.stray_px
+    swing = fit_swing(gaps_of(base.evened(track)), [base.timed(one) for one in shown])
+    return float("inf") if swing is None else swing.stray_px
 
 
 def _burst(base: TimeBase, found: SeenCollisions) -> list[Collision]:
