@@ -55,8 +55,7 @@ def collisions(hidden: int | None, steps: tuple[float, ...] = STEPS) -> list[Col
 
 
 def gaps_with(heavy: Floats) -> Gaps:
-    none = np.zeros_like(FRAME)
-    return Gaps(FRAME, none, heavy, none, sign=1)
+    return Gaps(FRAME, np.zeros_like(FRAME), heavy, 0.0, sign=1)
 
 
 @pytest.mark.parametrize("hidden", [None, 0, 1, 2])

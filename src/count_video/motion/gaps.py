@@ -39,20 +39,19 @@ class Gaps:
     """The ball's centre, away from the wall, from an arbitrary origin; NaN where not seen."""
     heavy_px: Floats
     """The heavy body's face turned to the ball, from the same origin."""
-    gap_px: Floats
-    """From the ball's outline to the heavy body's face, by the outlines; about 0 at contact."""
+    near_edge_px: float
+    """From the ball's centre to its outline on the heavy body's side."""
     sign: int
     """+1 where distances grow with the position in the picture, -1 where they fall."""
 
     def closing(self, kind: CollisionKind) -> Floats:
-        """Gap that closes in a collision of a kind; for the wall, the ball's distance."""
-        return self.ball_px if kind == "wall" else self.gap_px
+        """Gap that closes in a collision of a kind: the ball's distance, for the wall.
 
-    @property
-    def near_edge_px(self) -> float:
-        """From the ball's centre to its outline on the heavy body's side; 0 if that is not seen."""
-        edges = self.heavy_px - self.ball_px - self.gap_px
-        return float(np.nanmedian(edges)) if np.isfinite(edges).any() else 0.0
+        Between the bodies it is that of their outlines, about 0 at contact.
+        """
+        if kind == "wall":
+            return self.ball_px
+        return self.heavy_px - self.ball_px - self.near_edge_px
 
 
 def gaps_of(track: Track) -> Gaps:
@@ -60,14 +59,11 @@ def gaps_of(track: Track) -> Gaps:
     if track.heavy is None:
         raise ValueError("a track of one body has no gap between bodies")
     sign = 1 if track.wall_side == "left" else -1
-    near_edge = track.ball.high_edge_px if sign > 0 else -track.ball.low_edge_px
-    ball = sign * track.ball.position_px
-    heavy = sign * track.heavy.position_px
     return Gaps(
         frame=track.frame,
-        ball_px=ball,
-        heavy_px=heavy,
-        gap_px=heavy - ball - near_edge,
+        ball_px=sign * track.ball.position_px,
+        heavy_px=sign * track.heavy.position_px,
+        near_edge_px=track.ball.high_edge_px if sign > 0 else -track.ball.low_edge_px,
         sign=sign,
     )
 

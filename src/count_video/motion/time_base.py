@@ -58,25 +58,23 @@ class TimeBase:
 
     def shown(self, collision: Collision) -> Collision:
         """Place a collision among the frames: after the last that shows the picture before it."""
-        k = int(np.searchsorted(self.time, collision.frame, side="right")) - 1
-        k = min(max(k, 0), len(self.time) - 2)
-        pace = self._pace(k)
-        frame = self.until[k] + (collision.frame - self.time[k]) / pace
-        scaled = collision if self.keeps_rate else in_frames(collision, 1 / pace)
-        return replace(scaled, frame=float(frame))
+        k, pace = self._before(self.time, collision)
+        return self._moved(collision, self.time[k], self.until[k], 1 / pace)
 
     def timed(self, collision: Collision) -> Collision:
         """Convert a collision from frames to these times."""
-        k = int(np.searchsorted(self.frame, collision.frame, side="right")) - 1
-        k = min(max(k, 0), len(self.time) - 2)
-        pace = self._pace(k)
-        time = self.time[k] + (collision.frame - self.until[k]) * pace
-        scaled = collision if self.keeps_rate else in_frames(collision, pace)
-        return replace(scaled, frame=float(time))
+        k, pace = self._before(self.frame, collision)
+        return self._moved(collision, self.until[k], self.time[k], pace)
 
-    def _pace(self, k: int) -> float:
-        """Time that a frame takes after a picture."""
-        return float((self.time[k + 1] - self.time[k]) / (self.frame[k + 1] - self.until[k]))
+    def _before(self, starts: Floats, collision: Collision) -> tuple[int, float]:
+        """Picture before a collision, and the time that a frame takes after it."""
+        k = int(np.searchsorted(starts, collision.frame, side="right")) - 1
+        k = min(max(k, 0), len(self.time) - 2)
+        return k, (self.time[k + 1] - self.time[k]) / (self.frame[k + 1] - self.until[k])
+
+    def _moved(self, collision: Collision, start: float, to: float, pace: float) -> Collision:
+        scaled = collision if self.keeps_rate else in_frames(collision, pace)
+        return replace(scaled, frame=float(to + (collision.frame - start) * pace))
 
 
 def even(frame: Floats) -> TimeBase:
