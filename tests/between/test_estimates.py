@@ -36,8 +36,8 @@ class Weighed:
     def data(self) -> Floats:
         return np.zeros(1)
 
-    def shares(self, evidence: Floats, data: Floats) -> Floats:
-        return shares_by(evidence, data, lambda apart: apart)
+    def correlated(self, values: Floats) -> Floats:
+        return values
 
 
 def test_a_single_fit_is_given_as_it_is() -> None:

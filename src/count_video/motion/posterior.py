@@ -26,7 +26,7 @@ from count_video.motion.parameters import LIMITS, Column, within_limits
 from count_video.motion.pendulums import Paths, follow, slopes, stepped
 from count_video.motion.priors import MODEL_WRONG
 from count_video.motion.seen import SeenCollisions
-from count_video.motion.solving import Fit
+from count_video.motion.solving import Fit, shares_by
 from count_video.motion.starting import MOST_COLLISIONS
 from count_video.motion.time_base import LeftOut
 from count_video.records import (
@@ -42,7 +42,8 @@ from count_video.records import (
 def shares_of(fits: Sequence[Fit]) -> Floats:
     """Probability of each fit, shape (fits,); sums to 1."""
     evidence = np.array([fit.evidence for fit in fits])
-    return fits[int(np.argmax(evidence))].shares(evidence, np.array([fit.data for fit in fits]))
+    likeliest = fits[int(np.argmax(evidence))]
+    return shares_by(evidence, np.array([fit.data for fit in fits]), likeliest.correlated)
 
 
 def with_more(chances: Mapping[int, float], more: Mapping[int, float]) -> dict[int, float]:

@@ -107,7 +107,7 @@ def _scores(fit: Fit) -> tuple[Floats, Floats]:
     rows = np.tile(np.arange(frames), 2)
     moved = (rows[:, None] > rows[: frames - 1]) * linear.velocity[:, None]
     shared = linear.jacobian.T @ moved
-    slope = moved.T @ linear.data - shared.T @ (covariance @ linear.gradient)
+    slope = moved.T @ linear.data - shared.T @ (covariance @ fit.gradient)
     alone = (moved**2).sum(axis=0)
     curve = alone - (shared * (covariance @ shared)).sum(axis=0)
     known = curve > 1e-6 * alone

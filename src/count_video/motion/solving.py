@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -79,9 +80,8 @@ class Question:
         return np.where(known, 1 / np.where(known, self.prior.sigma, 1.0), 0.0)
 
 
-@dataclass(frozen=True)
-class Linearised:
-    """A fit in first order; residuals, of ball and heavy body, have shape (2 frames,).
+class Linearised(NamedTuple):
+    """Residuals of ball and heavy body in first order, shape (2 frames,).
 
     They are in sigmas, and times the roots of their weights: large ones count less. Those of what
     was not seen are 0, and so are their derivatives.
@@ -90,13 +90,9 @@ class Linearised:
     data: Floats
     """Residuals."""
     jacobian: Floats
-    """Shape (2 frames, columns)."""
+    """Shape (2 frames, columns); 0 for columns without freedom."""
     velocity: Floats
     """Of the places."""
-    gradient: Floats
-    """Of the loss, shape (columns,)."""
-    hessian: Floats
-    """Shape (columns, columns); zero for columns without freedom."""
 
 
 def shares_by(evidence: Floats, data: Floats, lasting: Callable[[Floats], Floats]) -> Floats:
@@ -166,15 +162,17 @@ class Fit:
         parts = (self.linearised.data, self.away, self.off)
         return 0.5 * float(sum(part @ part for part in parts))
 
-    @property
+    @cached_property
     def gradient(self) -> Floats:
-        """Of the loss, shape (columns,)."""
-        return self.linearised.gradient
+        """Of the loss, shape (columns,); 0 for columns without freedom."""
+        linear, away = self.linearised, self.question.weight * self.away
+        return linear.jacobian.T @ linear.data + self.timing.T @ self.off + away
 
-    @property
+    @cached_property
     def hessian(self) -> Floats:
-        """Gauss-Newton's, shape (columns, columns)."""
-        return self.linearised.hessian
+        """Gauss-Newton's, shape (columns, columns); 0 for columns without freedom."""
+        jacobian = np.vstack([self.linearised.jacobian, self.timing])
+        return jacobian.T @ jacobian + np.diag(self.question.weight**2)
 
     @cached_property
     def tangents(self) -> Tangents:
@@ -195,17 +193,15 @@ class Fit:
         jacobian[failed], data[failed] = 0.0, 0.0
         velocity = jacobian[:, Column.SKIP].copy()
         jacobian[:, Column.SKIP] *= np.tile(observed.after, 2)
-        timing = self._timing()
-        gradient = jacobian.T @ data + timing.T @ self.off + question.weight * self.away
-        hessian = jacobian.T @ jacobian + timing.T @ timing
-        hessian[np.diag_indices_from(hessian)] += question.weight**2
-        fixed = question.prior.sigma == 0
-        gradient[fixed], hessian[fixed], hessian[:, fixed] = 0.0, 0.0, 0.0
-        return Linearised(data, jacobian, velocity, gradient, hessian)
+        return Linearised(data, jacobian * (question.prior.sigma > 0), velocity)
 
-    def _timing(self) -> Floats:
-        """Differentiate the departures of times, shape (calm collisions + 1, columns)."""
-        time = self.tangents.time
+    @cached_property
+    def timing(self) -> Floats:
+        """Derivatives of the departures of times, shape (calm collisions + 1, columns).
+
+        Like those of the places they are 0 for columns without freedom.
+        """
+        time = self.tangents.time * (self.question.prior.sigma > 0)
         rows = [time[: len(self.off) - 1] / self.question.noise.time]
         rows.append(LATE_COSTS * time[-1:] * (self.off[-1] > 0))
         timing = np.concatenate(rows)
@@ -242,8 +238,8 @@ class Fit:
 
         The fit weighs the places as if their errors were white.
         """
-        jacobian = self.linearised.jacobian * (self.question.prior.sigma > 0)
-        lasting = jacobian.T @ (self._correlated(jacobian) - jacobian)
+        jacobian = self.linearised.jacobian
+        lasting = jacobian.T @ (self.correlated(jacobian) - jacobian)
         return np.asarray(self.white + self.white @ lasting @ self.white)
 
     def by_places(self, column: Column) -> tuple[float, float]:
@@ -259,17 +255,10 @@ class Fit:
             return mean, math.inf
         away = (float(self.values[column]) - mean) / variance / says
         moved = self.linearised.jacobian @ (self.white[:, column] / variance)
-        lasting = max(float(moved @ (self._correlated(moved) - moved)), 0.0)
+        lasting = max(float(moved @ (self.correlated(moved) - moved)), 0.0)
         return mean + away, math.sqrt((says + lasting) / says**2)
 
-    def shares(self, evidence: Floats, data: Floats) -> Floats:
-        """Probabilities of some explanations of these places, shape (explanations,).
-
-        By their evidence, of that shape, and residuals of shape (explanations, 2 frames).
-        """
-        return shares_by(evidence, data, self._correlated)
-
-    def _correlated(self, values: Floats) -> Floats:
+    def correlated(self, values: Floats) -> Floats:
         """Multiply by the correlations of the errors of both bodies, shape (2 frames, ...)."""
         bodies = zip(np.split(values, 2), self.observed.correlations, strict=True)
         return np.concatenate([own if one is None else one @ own for own, one in bodies])
