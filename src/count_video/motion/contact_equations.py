@@ -28,8 +28,6 @@ VELOCITY, ACCELERATION, JUMP, WIDTH = 1, 2, 4, 6
 class Body(NamedTuple):
     """One body's path, and at which contacts its velocity jumps, shape (contacts,)."""
 
-    frame: Floats
-    place_px: Floats
     motion: Motion
     errors: Errors | None
     sigma_px: float
@@ -113,10 +111,10 @@ def _near(body: Body, times: Floats, number: int, touching: float) -> tuple[Floa
     low = float(others[others < time].max(initial=-np.inf)) + touching
     high = float(others[others > time].min(initial=np.inf)) - touching
     free = touching if jumps else 0.0
-    near = np.isfinite(body.place_px) & (np.abs(body.frame - time) < WINDOW_FRAMES)
-    near &= (body.frame > low) & (body.frame < high)
-    near &= (body.frame < time - free) | (body.frame >= time + free)
-    return body.frame[near] - time, body.place_px[near]
+    frame, place_px = body.motion.frame, body.motion.place_px
+    near = np.isfinite(place_px) & (np.abs(frame - time) < WINDOW_FRAMES)
+    near &= (frame > low) & (frame < high) & ((frame < time - free) | (frame >= time + free))
+    return frame[near] - time, place_px[near]
 
 
 def _scales(motion: Motion, jumps: float) -> Floats:

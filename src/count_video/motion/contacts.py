@@ -121,7 +121,7 @@ def _bodies(
         alone = len(places) == 1
         errors = errors_about(frame, place, times[jumps].tolist(), touching, inside=alone)
         sigma = max(sigma_of(place), errors.sigma_px if errors else 0.0)
-        found.append(Body(frame, place, motion_of(frame, place), errors, sigma, jumps))
+        found.append(Body(motion_of(frame, place), errors, sigma, jumps))
     return found
 
 

@@ -52,8 +52,6 @@ CERTAIN_LOG_ODDS = 9.0
 """An impact is as good as certain by its own shape."""
 FLAT = 1e-9
 """Less curved evidence says nothing of the time."""
-LOG_ODDS_AT_LEAST = -500.0
-"""Of smaller ones the exponential is no number."""
 FAR = -36.0
 """Standard deviations beyond which ``erfc`` is hardly a number any more."""
 
@@ -142,7 +140,7 @@ def weigh(
 
 def chance_of(log_odds: Floats | float) -> Floats:
     """Probability of what has such odds, the logarithm of which is given."""
-    return np.asarray(1 / (1 + np.exp(-np.maximum(log_odds, LOG_ODDS_AT_LEAST))))
+    return np.asarray(np.exp(-np.logaddexp(0.0, -log_odds)))
 
 
 def _rows_about(

@@ -231,15 +231,9 @@ def _modelled(sign: int, event: int, values: Floats, sigmas: Floats) -> Collisio
     """One collision by the model, in whose motion all frames share."""
     # After the time come place and velocity of the heavy body and those of the ball, before and
     # after the event.
-    before, after = (
-        Velocities(
-            ball_px_frame=sign * float(values[first + 3]),
-            heavy_px_frame=sign * float(values[first + 1]),
-            ball_sigma_px_frame=float(sigmas[first + 3]),
-            heavy_sigma_px_frame=float(sigmas[first + 1]),
-        )
-        for first in (1, 5)
-    )
+    rates = np.array([[4, 2], [8, 6]])
+    velocities = np.hstack([sign * values[rates], sigmas[rates]]).tolist()
+    before, after = (Velocities(*each) for each in velocities)
     return Collision(
         number=event + 1,
         kind="wall" if event % 2 else "bodies",

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -57,6 +58,8 @@ BETTER = 0.25
 LESS_LOST = 0.75
 """Share of the energy lost at each collision with which a fit begins again whose last one did not
 come about."""
+BY_LOSS = attrgetter("loss")
+"""Key by which fits of one noise are compared."""
 PAIR = 2
 """A pair more or less changes little of how the burst ends; single ones come last."""
 IMPROBABLE = 10.0
@@ -83,7 +86,7 @@ class Rivals:
     @property
     def best(self) -> Fit:
         """The fit with the least loss."""
-        return min(self.fits.values(), key=loss_of)
+        return min(self.fits.values(), key=BY_LOSS)
 
     @property
     def bearable(self) -> float:
@@ -160,8 +163,8 @@ class Rivals:
         fit = self._fitted(count, start, led)
         if not np.isfinite(fit.paths.time[0, -1]):
             again = self._fitted(count, with_losses(start, LESS_LOST), led)
-            fit = min(fit, again, key=loss_of)
-        self.fits[count] = min(fit, self.fits.get(count, fit), key=loss_of)
+            fit = min(fit, again, key=BY_LOSS)
+        self.fits[count] = min(fit, self.fits.get(count, fit), key=BY_LOSS)
         return fit
 
     def _fitted(self, count: int, start: Floats, led: int) -> Fit:
@@ -199,11 +202,6 @@ class Rivals:
             return fit
         asked = replace(fit.question, observed=before, count=count)
         return self._within(FLOORS_PX[-1], asked, fit.values)
-
-
-def loss_of(fit: Fit) -> float:
-    """Key by which fits of one noise are compared."""
-    return fit.loss
 
 
 def _longest_step(count: int) -> int:

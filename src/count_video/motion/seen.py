@@ -45,19 +45,19 @@ class SeenCollisions:
     """In order of time, numbered from 1; real times are not filled in."""
     burst: int
     """How many of them belong to the first burst."""
-    shortcomings: tuple[Reason, ...]
+    shortcomings: tuple[Reason, ...] = ()
     """Why the clip does not show the whole burst; empty if it does."""
-    doubts: tuple[Reason, ...]
+    doubts: tuple[Reason, ...] = ()
     """Why the fit of the whole burst has to confirm what is seen; empty if all is resolved."""
-    swing: Swing | None
+    swing: Swing | None = None
     """The heavy body's path; None where the frames do not show all velocity steps."""
-    outlines_apart_px: float
+    outlines_apart_px: float = np.nan
     """Gap between the outlines of ball and heavy body where these touch: about 0 where both were
     learnt rightly; NaN where no collision shows it."""
-    path_fits: bool
+    path_fits: bool = False
     """Whether the heavy body's whole path follows from its swing and the collisions: then both
     bodies were followed rightly."""
-    errors: BodyErrors
+    errors: BodyErrors = (None, None)
     """Of the places of ball and heavy body."""
 
     @property
@@ -76,7 +76,7 @@ class SeenCollisions:
         return sum(collision.seen for collision in self.collisions[: self.burst])
 
 
-NOTHING_SEEN = SeenCollisions((), 0, (), (), None, np.nan, False, (None, None))
+NOTHING_SEEN = SeenCollisions((), 0)
 """Of a track that shows no motion of two bodies."""
 
 

@@ -49,10 +49,6 @@ def struck_ball(track: Track) -> tuple[Track, SeenCollisions] | None:
         collisions=tuple(in_frames(one, pace) for one in collisions),
         burst=_burst(collisions, sign),
         shortcomings=(Reason(Cause.STRUCK, (pace * collisions[0].frame,)),),
-        doubts=(),
-        swing=None,
-        outlines_apart_px=np.nan,
-        path_fits=False,
         errors=(*fitted.errors, None),
     )
     return with_unseen_heavy(track, "left" if sign > 0 else "right"), shown
