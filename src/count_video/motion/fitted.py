@@ -29,8 +29,8 @@ from count_video.motion.rivals import (
     FIRST_COLLISIONS,
     UNLIKELY,
     Rivals,
-    residual_noise,
     weigh,
+    with_residual_noise,
 )
 from count_video.motion.seen import SeenCollisions
 from count_video.motion.skips import with_frames_left_out
@@ -140,17 +140,15 @@ def _fitted(
     if not coarse.best.loss < LOST_A_FRAME * len(observed.frame):
         return Reason(Cause.MODEL_FITS_NOTHING)
     coarse = with_frames_left_out(coarse)
-    fit, noise = residual_noise(coarse.observed, coarse.best)
-    question = replace(fit.question, noise=noise)
-    first = with_each_scatter(question, fit.values)
+    fit = with_residual_noise(coarse.observed, coarse.best)
+    first = with_each_scatter(fit.question, fit.values)
     if not first:
         return Reason(Cause.MODEL_FITS_NOTHING)
     likeliest = max(first, key=lambda one: one.evidence)
     strayed = _strayed(_misfit_px(likeliest), coarse.observed, track)
     if strayed is not None:
         return strayed  # before the other counts are fitted, which takes far longer
-    bearable = Fit(question, fit.values).loss + UNLIKELY
-    answer = _answer(found, weigh(coarse, question, first, bearable))
+    answer = _answer(found, weigh(coarse, fit.question, first, fit.loss + UNLIKELY))
     if isinstance(answer, Reason):
         return answer
     return _strayed(answer.misfit_px, coarse.observed, track) or answer
@@ -192,7 +190,7 @@ def _is_near(fit: Fit) -> bool:
 def _strayed(misfit_px: float, observed: Observations, track: Track) -> Reason | None:
     """Say so if the model does not describe the track."""
     least, most = (share * track.ball_diameter_px for share in (MISFIT_SHARE, MISFIT_AT_MOST))
-    limit = min(max(MISFIT_SIGMAS * observed.ball_sigma_px, least), most)
+    limit = min(max(MISFIT_SIGMAS * observed.sigma_px[0], least), most)
     if misfit_px <= limit:
         return None
     return Reason(Cause.MODEL_STRAYS, (misfit_px, limit))

@@ -40,9 +40,8 @@ class Observations:
     """The ball's centre, away from the wall."""
     heavy_px: Floats
     """The heavy body's face less the ball's near half: where the ball's centre is in contact."""
-    ball_sigma_px: float
-    """White noise of one frame."""
-    heavy_sigma_px: float
+    sigma_px: Floats
+    """White noise of one frame, of ball and heavy body, shape (2,)."""
     errors: BodyErrors
     """How the errors of ball and heavy body vary together from frame to frame."""
     burst: Floats
@@ -72,6 +71,10 @@ class Observations:
         """Places of ball and heavy body, one after the other, shape (2 frames,)."""
         return np.concatenate([self.ball_px, self.heavy_px])
 
+    def noise_px(self, floor_px: float = 0.0) -> Floats:
+        """Noise of a frame where anything nearer than a floor is as good, shape (2,)."""
+        return np.hypot(self.sigma_px, floor_px)
+
     @cached_property
     def correlations(self) -> tuple[Floats | None, ...]:
         """Of the errors of ball and heavy body, shape (frames, frames); None if not known."""
@@ -85,8 +88,7 @@ class Observations:
 
     def at(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> Observations:
         """Keep some of the frames."""
-        each = {name: getattr(self, name)[rows] for name in OF_FRAMES}
-        return replace(self, **each)
+        return replace(self, **{name: getattr(self, name)[rows] for name in OF_FRAMES})
 
     def left_out_after(self, frame: float) -> Observations:
         """Let frames be left out after a frame of the clip."""
@@ -118,8 +120,7 @@ def observe(track: Track, found: SeenCollisions) -> Observations:
         frame=gaps.frame[chosen] - first,
         ball_px=gaps.ball_px[chosen],
         heavy_px=gaps.heavy_px[chosen] - gaps.near_edge_px,
-        ball_sigma_px=sigma_of(gaps.ball_px),
-        heavy_sigma_px=sigma_of(gaps.heavy_px),
+        sigma_px=np.array([sigma_of(gaps.ball_px), sigma_of(gaps.heavy_px)]),
         errors=found.errors,
         burst=np.array(burst) - first,
         calm=calm_beginning(found.collisions[: found.burst]),

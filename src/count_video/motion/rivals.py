@@ -31,9 +31,7 @@ from count_video.motion.parameters import (
 from count_video.motion.priors import CLEAR_FRAMES, DAMPING, SCATTERS
 from count_video.motion.solving import (
     Fit,
-    Noise,
     Question,
-    noise_of,
     solve,
     with_each_scatter,
 )
@@ -182,13 +180,14 @@ class Rivals:
         scatters; of rivals it does not, for with it long bursts resemble each other.
         """
         observed = replace(observed, calm=led)
-        noise = noise_of(observed, FLOORS_PX[-1], TIME_SIGMA if led else np.inf)
-        return Question(observed, noise, self.prior, count, SCATTERS[-2] if led else 0.0)
+        noise_px = observed.noise_px(FLOORS_PX[-1])
+        scatter, time_sigma = (SCATTERS[-2], TIME_SIGMA) if led else (0.0, np.inf)
+        return Question(observed, noise_px, self.prior, count, scatter, time_sigma)
 
     def _within(self, floor_px: float, asked: Question, start: Floats) -> Fit:
         """Fit what is asked, where anything within a floor is as good."""
-        noise = noise_of(asked.observed, floor_px, asked.noise.time)
-        return solve(replace(asked, noise=noise), start, self.bearable, NEARLY)
+        asked = replace(asked, noise_px=asked.observed.noise_px(floor_px))
+        return solve(asked, start, self.bearable, NEARLY)
 
     def _led_to_the_last(self, fit: Fit) -> Fit:
         """Improve a fit in which the last collision does not come about in time.
@@ -237,18 +236,17 @@ def with_losses(values: Floats, share: float) -> Floats:
 # ---- with scatter of the restitution -------------------------------------------------------------
 
 
-def residual_noise(observed: Observations, fit: Fit) -> tuple[Fit, Noise]:
-    """Fit a count finely, and widen the noise to what is left over; returns the fit with it.
+def with_residual_noise(observed: Observations, fit: Fit) -> Fit:
+    """Fit a count finely, and widen the noise to what is left over.
 
     The restitution may scatter as much as it ever does, or its scatter would be taken for noise.
     """
-    noise = noise_of(observed)
+    noise_px = observed.noise_px()
     known = fit.question.known.with_value(Column.DAMPING, *DAMPING)
-    question = Question(observed, noise, known, fit.count, SCATTERS[-1])
+    question = Question(observed, noise_px, known, fit.count, SCATTERS[-1])
     fit = solve(question, fit.values, enough=NEARLY)
-    ball, heavy = np.split(fit.left_px, 2)
-    spread = _spread(ball / noise.ball), _spread(heavy / noise.heavy)
-    return fit, Noise(noise.ball * spread[0], noise.heavy * spread[1])
+    spread = [_spread(left) for left in fit.left_px.reshape(2, -1) / noise_px[:, None]]
+    return Fit(replace(question, noise_px=noise_px * spread), fit.values)
 
 
 def _spread(residuals: Floats) -> float:

@@ -21,7 +21,7 @@ from count_video.motion.observations import Observations
 from count_video.motion.parameters import Column
 from count_video.motion.priors import LEFT_OUT, SCATTERS
 from count_video.motion.rivals import FLOORS_PX, Rivals
-from count_video.motion.solving import Fit, Question, noise_of, solve
+from count_video.motion.solving import Fit, Question, solve
 from count_video.records import Floats
 
 MOST_FRAMES = 24
@@ -89,9 +89,9 @@ def _placed(rivals: Rivals) -> Observations:
 def _with_scatter(rivals: Rivals) -> Fit:
     """Fit the best count with whole frames left out, and restitutions that scatter."""
     best = rivals.best
-    noise = noise_of(rivals.observed, FLOORS_PX[-1])
+    noise_px = rivals.observed.noise_px(FLOORS_PX[-1])
     known = rivals.prior.with_value(Column.SKIP, 0.0, 0.0)
-    question = Question(rivals.observed, noise, known, best.count, SCATTERS[-1])
+    question = Question(rivals.observed, noise_px, known, best.count, SCATTERS[-1])
     return solve(question, best.values, enough=NEARLY)
 
 

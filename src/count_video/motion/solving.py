@@ -41,26 +41,19 @@ LATE_AT_MOST = 1e4
 
 
 @dataclass(frozen=True)
-class Noise:
-    """Standard deviations of the residuals."""
-
-    ball: float
-    heavy: float
-    time: float = np.inf
-    """Of the times of calm collisions, frames; infinite where the places decide alone."""
-
-
-@dataclass(frozen=True)
 class Question:
     """What was observed and how sure it is, and what is known before."""
 
     observed: Observations
-    noise: Noise
+    noise_px: Floats
+    """Standard deviations of the residuals of ball and heavy body, shape (2,)."""
     known: Prior
     """Of the parameters without deviations; a column with sigma 0 stays at the start."""
     count: int
     scatter: float = 0.0
     """Standard deviation of the restitution from collision to collision; 0 if it is the same."""
+    time_sigma: float = np.inf
+    """Of the times of calm collisions, frames; infinite where the places decide alone."""
 
     @cached_property
     def prior(self) -> Prior:
@@ -70,7 +63,7 @@ class Question:
     @cached_property
     def precision(self) -> Floats:
         """One over the noise of ball and heavy body, shape (2 frames,); 0 where not seen."""
-        noise = np.repeat([self.noise.ball, self.noise.heavy], len(self.observed.frame))
+        noise = np.repeat(self.noise_px, len(self.observed.frame))
         return np.where(np.isfinite(self.observed.places_px), 1 / noise, 0.0)
 
     @cached_property
@@ -152,7 +145,7 @@ class Fit:
         That one would prove nothing.
         """
         calm = self.observed.burst[: min(self.count, self.observed.calm)]
-        off = np.minimum(time[: len(calm)] - calm, LATE_AT_MOST) / self.question.noise.time
+        off = np.minimum(time[: len(calm)] - calm, LATE_AT_MOST) / self.question.time_sigma
         late = min(max(float(time[-1]) - end, 0.0), LATE_AT_MOST) * LATE_COSTS
         return np.append(off, late)
 
@@ -202,7 +195,7 @@ class Fit:
         Like those of the places they are 0 for columns without freedom.
         """
         time = self.tangents.time * (self.question.prior.sigma > 0)
-        rows = [time[: len(self.off) - 1] / self.question.noise.time]
+        rows = [time[: len(self.off) - 1] / self.question.time_sigma]
         rows.append(LATE_COSTS * time[-1:] * (self.off[-1] > 0))
         timing = np.concatenate(rows)
         return np.where(np.isfinite(timing).all(axis=1, keepdims=True), timing, 0.0)
@@ -289,9 +282,3 @@ def with_each_scatter(question: Question, start: Floats, bearable: float = np.in
     for scatter in reversed(smaller):
         fits.append(solve(replace(question, scatter=scatter), fits[-1].values))
     return fits
-
-
-def noise_of(observed: Observations, floor_px: float = 0.0, time: float = np.inf) -> Noise:
-    """Noise of single frames where anything nearer than a floor is as good."""
-    ball, heavy = np.hypot([observed.ball_sigma_px, observed.heavy_sigma_px], floor_px).tolist()
-    return Noise(ball, heavy, time)

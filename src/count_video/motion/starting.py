@@ -96,7 +96,7 @@ def _ball_swinging(observed: Observations, rest: float, known: Knowledge) -> tup
     first = np.isfinite(place) & (frame > CLEAR_FRAMES) & (frame < until - CLEAR_FRAMES)
     frame, place = frame[first], place[first]
     usual, unsure = known.rate
-    noise_px = max(observed.ball_sigma_px, SWING_FLOOR_PX)
+    noise_px = max(float(observed.sigma_px[0]), SWING_FLOOR_PX)
     best = np.inf, usual, 0.0
     for step in RATE_STEPS:
         rate = usual * float(np.exp(unsure * step))
@@ -123,7 +123,7 @@ def _swinging(
     first, later = slice(0, len(before)), slice(len(before), -1)
     place = np.concatenate([place[before], place[after], [0.0]])
     usual, unsure = known.rate
-    noise_px = max(observed.heavy_sigma_px, SWING_FLOOR_PX)
+    noise_px = max(float(observed.sigma_px[1]), SWING_FLOOR_PX)
     best = np.inf, usual, 0.0, 0.0
     for step in RATE_STEPS:
         rate = usual * float(np.exp(unsure * step))
