@@ -61,9 +61,9 @@ def rough_values(observed: Observations, found: SeenCollisions, known: Knowledge
         values[Column.CONTACT] = place
     else:
         # It is where the ball turns back, and gives the ball at rest V (1 + e) / (1 + m/M).
-        rate, given = _ball_swinging(observed, rest, known)
+        rate = known.rate[0]
         lightness = _lightness(_nearest_turn(observed, found, rest) - wall, way)
-        velocity = given * (1 + np.exp(lightness)) / (1 + RESTITUTION[0])
+        velocity = _given(observed, rest, rate) * (1 + np.exp(lightness)) / (1 + RESTITUTION[0])
     values[Column.HEAVY_RATE] = velocity
     values[Column.SWING] = np.log(rate)
     values[Column.LIGHTNESS] = lightness
@@ -86,25 +86,17 @@ def _nearest_turn(observed: Observations, found: SeenCollisions, rest: float) ->
     return min((float(place[rows].max()) for rows in visits if rows.any()), default=rest)
 
 
-def _ball_swinging(observed: Observations, rest: float, known: Knowledge) -> tuple[float, float]:
-    """Angular rate of the ball's pendulum, and the velocity that the first blow gives it.
+def _given(observed: Observations, rest: float, rate: float) -> float:
+    """Velocity that the first blow gives the ball, by the angular rate of its pendulum.
 
-    Until the next collision it swings from its rest, x = v sin(w t) / w; see ``_swinging``.
+    Until the next collision it swings from its rest, x = v sin(w t) / w.
     """
     frame, place = observed.frame, observed.ball_px - rest
     until = observed.burst[1] if len(observed.burst) > 1 else np.inf
     first = np.isfinite(place) & (frame > CLEAR_FRAMES) & (frame < until - CLEAR_FRAMES)
     frame, place = frame[first], place[first]
-    usual, unsure = known.rate
-    noise_px = max(float(observed.sigma_px[0]), SWING_FLOOR_PX)
-    best = np.inf, usual, 0.0
-    for step in RATE_STEPS:
-        rate = usual * float(np.exp(unsure * step))
-        swung = np.sin(rate * frame) / rate
-        velocity = float(swung @ place) / max(float(swung @ swung), 1e-9)
-        left = (place - velocity * swung) / noise_px
-        best = min(best, (float(left @ left + step**2), rate, velocity))
-    return best[1:]
+    swung = np.sin(rate * frame) / rate
+    return float(swung @ place) / max(float(swung @ swung), 1e-9)
 
 
 def _swinging(
