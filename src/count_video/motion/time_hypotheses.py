@@ -19,6 +19,7 @@ question.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -168,12 +169,11 @@ def _mass_share(collisions: Sequence[Collision]) -> float:
     return float(np.clip(np.median(shares), 0.0, 1.0)) if shares else 0.0
 
 
-def ramps_of(track: Track, collisions: Sequence[Collision]) -> Iterator[list[Ramp]]:
+def ramps_of(track: Track, collisions: Sequence[Collision]) -> Iterator[Ramp]:
     """Yield changes of the rate that the clip may have; none where nothing shows any.
 
     The rate rises where collisions are close and falls again later, by the same factor; or the clip
-    shows one of both changes. Exports leave out pictures, so the factor is a whole number. Those
-    at the same places, by the factors that come into question, come together, the likeliest first.
+    shows one of both changes. Exports leave out pictures, so the factor is a whole number.
     """
     changes = rate_changes(gaps_of(track), collisions)
     changes.sort(key=lambda change: -abs(np.log(change[1])))
@@ -183,7 +183,5 @@ def ramps_of(track: Track, collisions: Sequence[Collision]) -> Iterator[list[Ram
     for some in (*both, *((change,) for change in (*rises, *falls))):
         at, sizes = tuple(one[0] for one in some), [max(one[1], 1 / one[1]) for one in some]
         low, high = max(sizes) / (1 + FACTOR_SHARE), min(sizes) * (1 + FACTOR_SHARE)
-        whole = np.arange(max(2, int(np.ceil(low))), min(FACTOR_AT_MOST, int(high)) + 1)
-        factors = whole[np.argsort(np.abs(whole - np.sqrt(low * high)))].tolist()
-        if factors:
-            yield [Ramp(at, some[0][1] < 1, factor) for factor in factors]
+        for factor in range(max(2, math.ceil(low)), min(FACTOR_AT_MOST, int(high)) + 1):
+            yield Ramp(at, some[0][1] < 1, factor)

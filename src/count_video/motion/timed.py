@@ -8,7 +8,7 @@ own times.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from itertools import pairwise
 
 from count_video.motion.gaps import gaps_of
@@ -73,19 +73,15 @@ def resolves(base: TimeBase, found: SeenCollisions) -> bool:
 def _likeliest_ramp(track: Track, base: TimeBase, found: SeenCollisions) -> Ramp | None:
     """Find the changing rate by which the heavy body strays least; None if the ``base`` does.
 
-    ``found`` is what the clip shows by the base: by its collisions the places are chosen, and then
-    the factor by those that it shows with them.
+    ``found`` is what the clip shows by the base.
     """
-
-    def stray(ramp: Ramp, shown: Sequence[Collision]) -> float:
-        return stray_px(ramp.time_base(track.frame), track, shown)
-
     shown = _burst(base, found)
-    nearest = min(ramps_of(track, shown), key=lambda ramps: stray(ramps[0], shown), default=None)
-    if nearest is None:
-        return None
-    steady = nearest[0].time_base(track.frame)
-    own = _burst(steady, seen_collisions(steady.evened(track), pace=1.0))
-    frames, most = [one.frame for one in own], STRAYS_LESS * stray_px(base, track, shown)
-    slow = [ramp for ramp in nearest if ramp.slows(frames) and stray(ramp, own) < most]
-    return min(slow, key=lambda ramp: stray(ramp, own), default=None)
+    frames = [one.frame for one in shown]
+    strays = {
+        ramp: stray_px(ramp.time_base(track.frame), track, shown)
+        for ramp in ramps_of(track, shown)
+        if ramp.slows(frames)
+    }
+    nearest = min(strays, key=strays.__getitem__, default=None)
+    most = STRAYS_LESS * stray_px(base, track, shown)
+    return nearest if nearest is not None and strays[nearest] < most else None
