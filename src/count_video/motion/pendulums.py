@@ -19,7 +19,7 @@ the chain of these maps gives the whole motion's derivatives.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -154,14 +154,14 @@ def _events(
             ball = on.maximum(state[2], wall)
             state = on.maximum(state[0], ball), state[1], ball, state[3]
         to_wall = event % 2 == 1
-        flight = _wall_flight(laws, state, wall, on) if to_wall else _bodies_flight(laws, state, on)
+        flight = _flight(laws, state, wall, on, to_wall=to_wall)
         if not on.any(on.isfinite(flight)):
             return
         arrived = _advance(laws, state, flight, on)
         restitution = columns[Column.BOUNCE if to_wall else Column.BODIES]
         if deviation[event] < len(columns):
             restitution = restitution + columns[deviation[event]]
-        state = (_off_wall if to_wall else _off_body)(arrived, restitution, lightness)
+        state = _struck(arrived, restitution, lightness, to_wall=to_wall)
         yield flight, arrived, state
 
 
@@ -196,40 +196,23 @@ def slowed(
     return rest + kept * undecayed, kept * (change - decay * undecayed)
 
 
-def _wall_flight(laws: Laws, state: State, wall: Number, on: Any) -> Number:
-    """Time of the ball to the wall; NaN if it never comes there."""
-    time = _reaches(laws[2], laws[4] - wall, state[2] - wall, state[3], on)
-
-    def gap(time: Number) -> tuple[Number, Number]:
-        ball, velocity = slowed(laws[2:], state[2], state[3], time, on)
-        return ball - wall, velocity
-
-    return _refined(time, gap, on)
-
-
-def _bodies_flight(laws: Laws, state: State, on: Any) -> Number:
-    """Time until the bodies meet; NaN if they never do."""
+def _gap(state: Sequence[Number], wall: Number, *, to_wall: bool) -> tuple[Number, Number]:
+    """Gap that closes in the next event, of ball and wall or of the bodies, and its rate."""
     heavy, heavy_velocity, ball, ball_velocity = state
-    opening = heavy_velocity - ball_velocity
-    time = _reaches(laws[0], laws[1] - laws[4], heavy - ball, opening, on)
-
-    def gap(time: Number) -> tuple[Number, Number]:
-        heavy, heavy_velocity, ball, ball_velocity = _advance(laws, state, time, on)
-        return heavy - ball, heavy_velocity - ball_velocity
-
-    return _refined(time, gap, on)
+    return (
+        (ball - wall, ball_velocity) if to_wall else (heavy - ball, heavy_velocity - ball_velocity)
+    )
 
 
-def _refined(time: Number, gap: Callable[[Number], tuple[Number, Number]], on: Any) -> Number:
-    """Bring a time near that at which a gap closes to it; NaN if it does not close near there.
-
-    ``gap`` gives the gap and its rate of change at a time.
-    """
+def _flight(laws: Laws, state: State, wall: Number, on: Any, *, to_wall: bool) -> Number:
+    """Time until the next event; NaN if it never comes."""
+    rate, rest = (laws[2], laws[4] - wall) if to_wall else (laws[0], laws[1] - laws[4])
+    time = _reaches(rate, rest, *_gap(state, wall, to_wall=to_wall), on)
     missing = 0.0 * time
     for _ in range(NEWTON_STEPS):
         if not on.any(on.isfinite(time)):
             return time
-        left, opening = gap(time)
+        left, opening = _gap(_advance(laws, state, time, on), wall, to_wall=to_wall)
         missing = on.where(opening < 0, on.divide(left, opening), math.nan)
         time = time - missing
     closes = (time >= 0) & (abs(missing) <= LAST_STEP_SHARE * time)
@@ -249,13 +232,13 @@ def _reaches(rate: Number, rest: Number, gap: Number, opening: Number, on: Any) 
     return on.where(left_now, angle + 2 * np.pi, on.maximum(angle, 0.0 * angle)) / rate
 
 
-def _off_wall(state: Sequence[Number], restitution: Number, _: Number) -> State:
+def _struck(
+    state: Sequence[Number], restitution: Number, lightness: Number, *, to_wall: bool
+) -> State:
+    """State after an event."""
     heavy, heavy_velocity, ball, ball_velocity = state
-    return heavy, heavy_velocity, ball, -restitution * ball_velocity
-
-
-def _off_body(state: Sequence[Number], restitution: Number, lightness: Number) -> State:
-    heavy, heavy_velocity, ball, ball_velocity = state
+    if to_wall:
+        return heavy, heavy_velocity, ball, -restitution * ball_velocity
     # The impulse on the ball is (1 + e) times the relative velocity over 1 + m/M.
     step = (1 + restitution) * (heavy_velocity - ball_velocity) / (1 + lightness)
     return heavy, heavy_velocity - lightness * step, ball, ball_velocity + step
@@ -340,16 +323,14 @@ def _event_slopes(paths: Paths, values: Floats, restitution: Floats) -> Floats:
     known = (*paths.laws[:, 0], values[Column.WALL], np.exp(values[Column.LIGHTNESS]))
     at = np.vstack([paths.states[:, 0, :-1], np.tile(known, (len(flights), 1)).T, restitution])
     found = np.empty((len(flights), 9, 12))
-    for first, off in enumerate((_off_body, _off_wall)):
-        own = slice(first, None, 2)
+    for to_wall in (False, True):
+        own = slice(int(to_wall), None, 2)
         inputs = list(stepped(at[:, own]))
         laws = inputs[4:9]
         arrived = _advance(laws, inputs[:4], flights[own], np)
-        heavy, heavy_velocity, ball, ball_velocity = arrived
-        gap = (heavy - ball, ball - inputs[9])[first]
-        closing = (heavy_velocity - ball_velocity, ball_velocity)[first]
+        gap, closing = _gap(arrived, inputs[9], to_wall=to_wall)
         later = -1j * gap.imag / closing.real
-        left = off(_moved(laws, arrived, later), inputs[11], inputs[10])
+        left = _struck(_moved(laws, arrived, later), inputs[11], inputs[10], to_wall=to_wall)
         results = (*_moved(laws, left, -later), *arrived, later)
         found[own] = slopes(results).transpose(2, 0, 1)
     return found
