@@ -91,13 +91,8 @@ class Earlier:
     """Its standard uncertainty: it lies anywhere in the pictures that do not show the body."""
     chance: float
     """Probability that there was one."""
-    same_stop: bool
-    """Whether that flight comes back to the stop at which it begins."""
-
-    @property
-    def likely(self) -> bool:
-        """Whether it is more probable than not, and where it is known."""
-        return self.same_stop and self.chance > 0.5
+    likely: bool
+    """Whether it is more probable than not, and at the stop to which that flight comes."""
 
 
 def before_first(motion: Motion, impacts: Sequence[Impact]) -> list[Earlier]:
@@ -133,7 +128,7 @@ def before_first(motion: Motion, impacts: Sequence[Impact]) -> list[Earlier]:
         if away:
             chance = CHANCE_CLEAR if since in following else 1 - CHANCE_UNSEEN
         sigma = float(until - since) / math.sqrt(12.0)
-        found.append(Earlier(float(begins), sigma, chance, same_stop))
+        found.append(Earlier(float(begins), sigma, chance, same_stop and chance > 0.5))
         ends, back = begins, back / kept
     return found
 

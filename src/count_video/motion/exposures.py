@@ -46,13 +46,10 @@ class Flown:
     since: Floats
     """Time since then."""
 
-    def place(self) -> Floats:
-        """Where it is then."""
-        return np.asarray(self.body.moved(self.laws, *self.state, self.since)[0])
-
-    def velocity(self) -> Floats:
-        """How fast it moves then."""
-        return np.asarray(self.body.moved(self.laws, *self.state, self.since)[1])
+    def moved(self) -> tuple[Floats, Floats]:
+        """Where it is then, and how fast it moves."""
+        place, velocity = self.body.moved(self.laws, *self.state, self.since)
+        return place, velocity
 
     def swept(self) -> Floats:
         """Integral of the ball's place over the time since the start of the piece."""
@@ -84,7 +81,7 @@ def sample(paths: Paths, sets: Floats, frame: Floats) -> Sampled:
     middle = flown(paths, HEAVY, times)
     whole = _before(pieces.swept())
     first, last = (_taken(whole, one.piece) + one.swept() for one in ends)
-    heavy = middle.place()
+    heavy, _ = middle.moved()
     from_rest = heavy - sets[:, Column.BALL_REST, None]
     outline = sets[:, Column.CONTACT, None] + sets[:, Column.PARALLAX, None] * from_rest
     return Sampled((last - first) / exposure, heavy + outline, pieces, ends, middle)
@@ -141,13 +138,13 @@ def sampled_tangents(sampled: Sampled, tangents: Tangents, values: Floats) -> tu
     first, last = (
         whole[end.piece[0]] + _by_parameters(_swept, end, tangents) for end in sampled.ends
     )
-    begun, ended = (end.place()[0] for end in sampled.ends)
+    begun, ended = (end.moved()[0][0] for end in sampled.ends)
     ball = (last - first) / exposure
     ball[:, Column.EXPOSURE] += ((begun + ended) / 2 - sampled.ball[0]) / exposure
     ball[:, Column.SKIP] = (ended - begun) / exposure
     middle = sampled.middle
     heavy = _by_parameters(_place, middle, tangents)
-    heavy[:, Column.SKIP] = middle.velocity()[0]
+    heavy[:, Column.SKIP] = middle.moved()[1][0]
     heavy *= 1 + parallax
     heavy[:, Column.BALL_REST] -= parallax
     heavy[:, Column.CONTACT] += 1.0
