@@ -53,9 +53,6 @@ HOPELESS = 150.0
 """A count whose loss exceeds the best by so much needs no further fit."""
 BETTER = 0.25
 """Fall of the loss by which a neighbour is better: coarse fits come down to about as much."""
-LESS_LOST = 0.75
-"""Share of the energy lost at each collision with which a fit begins again whose last one did not
-come about."""
 BY_LOSS = attrgetter("loss")
 """Key by which fits of one noise are compared."""
 PAIR = 2
@@ -153,24 +150,12 @@ class Rivals:
                 step = max(PAIR, _whole_pairs(step // 4)) if step > PAIR else step - 1
 
     def add(self, count: int, start: Floats, *, led: int = 0) -> Fit:
-        """Fit a count from a start, shape (columns, ...), first coarsely; see ``_asked``.
-
-        What does not happen has no derivative to follow: where the last collision does not come
-        about in the fit, it is begun again with less energy lost at each.
-        """
-        fit = self._fitted(count, start, led)
-        if not np.isfinite(fit.paths.time[0, -1]):
-            again = self._fitted(count, with_losses(start, LESS_LOST), led)
-            fit = min(fit, again, key=BY_LOSS)
-        self.fits[count] = min(fit, self.fits.get(count, fit), key=BY_LOSS)
-        return fit
-
-    def _fitted(self, count: int, start: Floats, led: int) -> Fit:
-        """Fit a count with each of the floors, the larger first."""
+        """Fit a count from a start, shape (columns, ...), with each floor; see ``_asked``."""
         asked = self._asked(self.observed, count, led=led)
         for floor_px in FLOORS_PX:
             fit = self._within(floor_px, asked, start)
             start = self._led_to_the_last(fit).values
+        self.fits[count] = min(fit, self.fits.get(count, fit), key=BY_LOSS)
         return fit
 
     def _asked(self, observed: Observations, count: int, *, led: int) -> Question:
@@ -223,14 +208,9 @@ def neighbouring(fit: Fit, count: int) -> Floats:
     if (count - fit.count) % PAIR:
         return values
     values[Column.LIGHTNESS] -= 2 * np.log(count / fit.count)
-    return within_limits(with_losses(values, fit.count / count))
-
-
-def with_losses(values: Floats, share: float) -> Floats:
-    """Change the losses at each collision, by the restitutions, to a share of what they are."""
-    changed, contacts = values.copy(), [Column.BODIES, Column.BOUNCE]
-    changed[contacts] = 1 - (1 - values[contacts]) * share
-    return changed
+    contacts = [Column.BODIES, Column.BOUNCE]
+    values[contacts] = 1 - (1 - values[contacts]) * fit.count / count
+    return within_limits(values)
 
 
 # ---- with scatter of the restitution -------------------------------------------------------------
