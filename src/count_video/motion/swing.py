@@ -78,7 +78,10 @@ def fit_swing(gaps: Gaps, collisions: Sequence[Collision]) -> Swing | None:
     frame, place = gaps.frame[used], gaps.heavy_px[used]
     if len(frame) < POINTS_AT_LEAST + np.isnan(steps).sum():
         return None
-    law = _law(frame, place, times, steps)
+    return _solved(_law(frame, place, times, steps), place, sigma_of(gaps.heavy_px))
+
+
+def _solved(law: Floats, place: Floats, noise_px: float) -> Swing | None:
     if np.linalg.matrix_rank(law) < law.shape[1]:
         return None
     inverse = np.linalg.pinv(law)
@@ -88,7 +91,6 @@ def fit_swing(gaps: Gaps, collisions: Sequence[Collision]) -> Swing | None:
     sigma = np.sqrt(variance * (inverse**2).sum(axis=1))
     (_, _, bend, rate_squared, share), way = solution[:5].tolist(), float(np.ptp(place))
     stray = float(np.sqrt(squares / len(place)))
-    allowed = STRAY_AT_LEAST_PX, STRAY_SHARE * way, STRAY_SIGMAS * sigma_of(gaps.heavy_px)
     return Swing(
         mass_ratio=1 / share if share else np.inf,
         mass_ratio_relative_sigma=float(sigma[4] / share) if share else np.inf,
@@ -96,7 +98,8 @@ def fit_swing(gaps: Gaps, collisions: Sequence[Collision]) -> Swing | None:
         rate_squared_sigma=float(sigma[3]),
         centre_px=float(place.mean()) + 2 * bend / rate_squared if rate_squared else np.nan,
         stray_px=stray,
-        fits=way >= MOVES_AT_LEAST_PX and stray < max(allowed),
+        fits=way >= MOVES_AT_LEAST_PX
+        and stray < max(STRAY_AT_LEAST_PX, STRAY_SHARE * way, STRAY_SIGMAS * noise_px),
     )
 
 
