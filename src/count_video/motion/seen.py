@@ -13,12 +13,7 @@ from count_video.motion.contacts import BodyErrors
 from count_video.motion.errors_of_places import Errors
 from count_video.motion.gaps import UNSEEN_FRAMES, find_contacts, gaps_of
 from count_video.motion.swing import Swing, fit_swing
-from count_video.motion.time_base import (
-    frames_per_picture,
-    in_frames,
-    in_pictures,
-    swing_in_frames,
-)
+from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
 from count_video.reasons import LEFT_TO_THE_FIT, Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track
 from count_video.signals import sigma_of
@@ -118,10 +113,10 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     gaps = gaps_of(in_pictures(track, pace))
     contacts = find_contacts(gaps)
     collisions = marked(contacts.collisions, gaps.frame[np.isfinite(gaps.ball_px)])
-    path = fit_swing(gaps, collisions)
     burst, shortcomings = find_burst(collisions, gaps)
     inside = collisions[:burst]
-    swing = fit_swing(gaps, inside)
+    in_clip = tuple(in_frames(collision, pace) for collision in collisions)
+    path, swing = (fit_swing(gaps_of(track), some) for some in (in_clip, in_clip[:burst]))
     doubts = tuple(unresolved(inside, pace))
     apart = contacts.distance_px - gaps.near_edge_px
     if len(inside) <= FEW_TO_BELIEVE and apart > APART_SHARE * track.ball_diameter_px:
@@ -131,11 +126,11 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     if path and not path.fits and not doubts:
         shortcomings = (*shortcomings, Reason(Cause.STRAYS))
     return SeenCollisions(
-        collisions=tuple(in_frames(collision, pace) for collision in collisions),
+        collisions=in_clip,
         burst=burst,
         shortcomings=shortcomings,
         doubts=doubts,
-        swing=swing_in_frames(swing, pace) if swing and swing.mass_ratio > 0 else None,
+        swing=swing if swing and swing.mass_ratio > 0 else None,
         outlines_apart_px=apart,
         path_fits=path is not None and path.fits,
         errors=contacts.errors,

@@ -21,7 +21,6 @@ from dataclasses import astuple, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.motion.swing import Swing
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track, Velocities
 
@@ -167,12 +166,3 @@ def in_frames(collision: Collision, pace: float) -> Collision:
 
 def _slowed(velocities: Velocities, pace: float) -> Velocities:
     return Velocities(*(value / pace for value in astuple(velocities)))
-
-
-def swing_in_frames(swing: Swing, pace: float) -> Swing:
-    """Convert a swing that was fitted in pictures to frames."""
-    return replace(
-        swing,
-        rate_squared=swing.rate_squared / pace**2,
-        rate_squared_sigma=swing.rate_squared_sigma / pace**2,
-    )
