@@ -19,6 +19,7 @@ from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.reasons import Cause, Reason
 from count_video.records import Track
+from energies import kept_shares
 from tiers import rest_slow
 
 SETUP = Setup(wall_gap_m=0.03, bodies_gap_m=0.002, restitution_bodies=0.98, restitution_wall=0.97)
@@ -144,13 +145,7 @@ def test_probabilities_sum_to_one_and_leave_doubt() -> None:
 
 
 def test_energy_falls_from_collision_to_collision_as_the_simulator_says() -> None:
-    bursts = filmed().motion.burst
-    first = bursts[0]
-    lost = (1 - first.restitution**2) / 2 * first.heavy_before_m_s**2
-    lost *= 1 / (1 / SETUP.heavy_mass_kg + 1 / SETUP.light_mass_kg)
-    energies = np.array([bounce.energy_after_j for bounce in bursts])
-    true_share = energies / (energies[0] + lost)
-    assert np.allclose(fitted().energy_kept, true_share, atol=0.01)
+    assert np.allclose(fitted().energy_kept, kept_shares(filmed().motion), atol=0.01)
 
 
 def test_a_burst_that_keeps_its_energy_ends_geometrically() -> None:

@@ -20,6 +20,7 @@ from count_video.motion.seen import seen_collisions
 from count_video.physics.setup import Setup
 from count_video.records import FootageInfo, FootageReport, TrialResult
 from count_video.settings import TrialSettings
+from energies import kept_shares
 
 FPS = 1000.0
 SETUP = Setup(
@@ -60,14 +61,8 @@ def test_most_of_them_are_called_inferred() -> None:
 
 def test_the_sum_of_the_losses_is_measured() -> None:
     # Each contact's own losses trade off with the other's; together they are what is left.
-    assert fitted().energy_kept[-1] == pytest.approx(true_energy_kept(), rel=0.02)
-
-
-def true_energy_kept() -> float:
-    first, last = filmed().motion.burst[0], filmed().motion.burst[-1]
-    reduced = 1 / (1 / SETUP.heavy_mass_kg + 1 / SETUP.light_mass_kg)
-    lost = reduced * (1 - first.restitution**2) / 2 * first.heavy_before_m_s**2
-    return last.energy_after_j / (first.energy_after_j + lost)
+    true_share = float(kept_shares(filmed().motion)[-1])
+    assert fitted().energy_kept[-1] == pytest.approx(true_share, rel=0.02)
 
 
 def test_each_collision_of_a_short_burst_deviates_by_itself() -> None:

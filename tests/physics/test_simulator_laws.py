@@ -15,6 +15,7 @@ from random_trials import all_trials, lossless_trials, trials
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, SimulatedCollision, simulate
 from count_video.physics.theory import WHOLE_QUOTIENTS, collision_count
+from energies import energies_j, kinetic_j
 
 VELOCITY_ROUNDING = 1e-14
 """Of velocities up to a few m/s after one collision; those of the cylinder times its mass."""
@@ -24,23 +25,6 @@ POSITION_ROUNDING = 1e-15
 """Of positions below a metre, after one flight."""
 FASTEST_M_S = 20.0
 """No ball is faster: 2 m/s of the cylinder times the root of its mass, 200, below that."""
-
-
-def kinetic_j(setup: Setup, heavy_m_s: float, light_m_s: float) -> float:
-    return 0.5 * (setup.heavy_mass_kg * heavy_m_s**2 + setup.light_mass_kg * light_m_s**2)
-
-
-def energies_j(motion: Motion) -> np.ndarray:
-    """Energy of the bodies after each collision; on threads also of their height above rest."""
-    setup, hits = motion.setup, motion.collisions
-    sample = motion.sample(np.array([bounce.time_s for bounce in hits]))
-    moving = [kinetic_j(setup, hit.heavy_after_m_s, hit.light_after_m_s) for hit in hits]
-    stiff = setup.gravity_m_s2 / np.array([setup.heavy_thread_m, setup.light_thread_m])
-    heavy_m = sample.heavy_face_m - setup.heavy_rest_m
-    off_m = np.stack([heavy_m, sample.ball_far_face_m - setup.wall_gap_m])
-    masses = np.array([setup.heavy_mass_kg, setup.light_mass_kg])
-    raised = (setup.mounting == "suspended") * 0.5 * (masses * stiff) @ off_m**2
-    return np.array(moving) + raised
 
 
 def bounces(kind: str) -> list[tuple[Setup, SimulatedCollision]]:
