@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 
 from count_video.motion.fitted import Between, fit_burst
-from count_video.motion.meeting import seen_impacts, without_wall
+from count_video.motion.meeting import only_turns, seen_impacts, without_wall
 from count_video.motion.parameters import Knowledge
 from count_video.motion.posterior import doubted, with_more
 from count_video.motion.priors import UNEXPLAINED_WRONG
@@ -274,7 +274,7 @@ def of_pair(
     one goes to something as it ends.
     """
     walled = at_wall(track, known, report, seen_only=seen_only) if track.wall_seen else None
-    if walled is not None and any(one.kind == "wall" for one in walled.collisions):
+    if walled is not None and not only_turns(track, walled.collisions):
         return walled
     free = without_a_wall(track, report, stands_beyond)
     return free if walled is None or free.counts or walled.counts else walled

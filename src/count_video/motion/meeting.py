@@ -11,8 +11,11 @@ from dataclasses import astuple, replace
 import numpy as np
 
 from count_video.motion.contacts import Kind, fit_contacts
+from count_video.motion.corners import weigh
+from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.flight import motion_of
-from count_video.motion.impacts import find_impacts
+from count_video.motion.impacts import find_impacts, find_turns, usual_flight
+from count_video.motion.priors import TURN_LOG_RATIO
 from count_video.motion.seen import RESOLVED_FRAMES, shows_motion
 from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
 from count_video.motion.weighing import SeenImpacts, weighed
@@ -67,6 +70,26 @@ def without_wall(track: Track) -> Track:
     face = right.low_edge_px
     right = BodyTrack(right.position_px + face, right.sigma_px, 0.0, right.high_edge_px - face)
     return replace(track, ball=left, heavy=right, wall_side="left", wall_seen=False)
+
+
+def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:
+    """Whether all that seem to be the ball's collisions with a wall are smooth turns of a swing.
+
+    What no picture shows on either side is no smooth turn.
+    """
+    motion = motion_of(track.frame, track.ball.position_px)
+    turns = find_turns(motion)
+    flight = usual_flight(turns, motion)
+    ends = [-np.inf, *(collision.frame for collision in collisions), np.inf]
+    for before, collision, after in zip(ends[:-2], collisions, ends[2:], strict=True):
+        if collision.kind != "wall":
+            continue
+        near = [t for t in turns if abs(t.frame - collision.frame) < RESOLVED_FRAMES]
+        weighed_ = [weigh(motion, t, (before, after), flight, HALF_EXPOSURE) for t in near]
+        shown = [corner.log_odds for corner in weighed_ if corner.pictures]
+        if not shown or max(shown) > -TURN_LOG_RATIO:
+            return False
+    return True
 
 
 def _against_two(

@@ -22,6 +22,8 @@ CAUCHY_SIGMAS: Final = 3.0
 now and then."""
 CLEAR_FRAMES: Final = 0.6
 """Frames nearer to a collision may hold it in their exposure."""
+TURN_LOG_RATIO: Final = 2.0
+"""A low point is a turn from this logarithm of the likelihood ratio on: most are collisions."""
 
 # Two pendulums and a wall: the fit of a whole burst.
 
