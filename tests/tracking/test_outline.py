@@ -87,3 +87,15 @@ def test_an_end_before_what_changes_is_where_the_body_stops_moving_with_its_temp
 
     assert outline is not None
     assert outline.right_px - outline.left_px == pytest.approx(80, abs=1.5)
+
+
+def test_a_ball_as_bright_as_the_clutter_behind_it_ends_where_that_begins_to_vary() -> None:
+    ball = disc(60, 60, RADIUS_PX, 1.0)
+    alike = mean_of(np.full(SIZE, BODY, np.float32))
+    variance = np.asarray(1.0 + (40.0 * (1 - ball)) ** 2, np.float32)
+
+    outline = find_outline(replace(alike, variance=variance, moving=ball > 0.02), EVERYWHERE)
+
+    assert outline is not None
+    assert outline.round_
+    assert outline.right_px - outline.left_px == pytest.approx(2 * RADIUS_PX, abs=1.5)

@@ -20,13 +20,13 @@ from count_video.tracking.corners import follow_corners
 from count_video.tracking.following import Clip, Followed, follow
 from count_video.tracking.layers import BODIES_AT_MOST, add_bodies, apart, learn_again
 from count_video.tracking.learning import Body
-from count_video.tracking.paths import Rough, common_direction_deg, known_of, line_tilt_deg
+from count_video.tracking.paths import Rough, common_direction_deg, line_tilt_deg
 from count_video.tracking.proposals import propose, roughly
 from count_video.tracking.regions import find_regions, reduced_for_regions
 from count_video.tracking.rigid import RigidGroup, scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
 from count_video.tracking.sequences import Chosen, Lumas, Prepared, Turned, prepared
-from count_video.tracking.shape import Box, Part, Shape, size_of
+from count_video.tracking.shape import Box, Part, Shape, known_of, size_of
 
 PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
 """Shorter clips and smaller pictures show no motion to speak of."""

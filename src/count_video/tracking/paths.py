@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from count_video.records import Floats, Indices
-from count_video.tracking.shape import Box, Shape
+from count_video.tracking.shape import Box, Shape, known_of
 
 PICTURES = 30
 """A template is learnt from so many: those that show something new of a body. Pictures in which it
@@ -60,11 +60,6 @@ def common_direction_deg(roughs: Sequence[Rough]) -> float:
         twice = 2 * np.radians(_direction_deg(moments))
         turned += count / 2 * np.log(along / across) * np.exp(1j * twice)
     return float(np.degrees(np.angle(turned) / 2))
-
-
-def known_of(path_px: Floats) -> Floats:
-    """Places of a path in the samples that show it, shape (n, 2)."""
-    return np.asarray(path_px[np.isfinite(path_px[:, 0])])
 
 
 def only(path_px: Floats, samples: Indices) -> Floats:

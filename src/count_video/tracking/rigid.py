@@ -18,6 +18,7 @@ import numpy as np
 
 from count_video.records import Floats, Indices, Mask, Pixels
 from count_video.tracking.corners import Trajectories
+from count_video.tracking.shape import known_of
 
 RIGID_PX = 0.45
 """Standard deviation of a distance that is taken for constant: following a corner errs by 0.1 to
@@ -101,18 +102,13 @@ def _solid(groups: list[RigidGroup]) -> list[RigidGroup]:
 
 
 def _surrounds(one: RigidGroup, other: RigidGroup) -> bool:
-    apart = other.path_px - one.path_px
-    apart = apart[np.isfinite(apart[:, 0])]
-    here, there = (float(np.ptp(_known(group.path_px), axis=0).max()) for group in (one, other))
+    apart = known_of(other.path_px - one.path_px)
+    here, there = (float(np.ptp(known_of(group.path_px), axis=0).max()) for group in (one, other))
     if there <= here or len(apart) == 0 or apart.std(axis=0).max() < MOVED_PX:
         return False
     middle = apart + other.corners_px.mean(axis=0)
     inside = (middle > one.corners_px.min(axis=0)) & (middle < one.corners_px.max(axis=0))
     return bool(inside.all(axis=1).mean() > 0.5)
-
-
-def _known(path_px: Floats) -> Floats:
-    return np.asarray(path_px[np.isfinite(path_px[:, 0])])
 
 
 def scene_path(trajectories: Trajectories, shape: tuple[int, ...]) -> Floats:

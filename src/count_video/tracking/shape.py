@@ -101,17 +101,18 @@ class Shape:
         """Whether it covers the middle of another in most of the samples that show both."""
         left, top, right, bottom = self.box
         middle = (other.box[0] + other.box[2]) / 2, (other.box[1] + other.box[3]) / 2
-        x, y = _known(other.path_px + middle - self.path_px).T
+        x, y = known_of(other.path_px + middle - self.path_px).T
         inside = (x > left) & (x < right) & (y > top) & (y < bottom)
         return len(x) > 0 and bool(inside.mean() > 0.5)
 
     def moves_with(self, other: Shape) -> bool:
         """Whether two boxes may be parts of one body; true if no sample shows both."""
-        apart = _known(other.path_px - self.path_px)
+        apart = known_of(other.path_px - self.path_px)
         return len(apart) == 0 or bool(np.std(apart, axis=0).max() < DIFFERENT_PX)
 
 
-def _known(path_px: Floats) -> Floats:
+def known_of(path_px: Floats) -> Floats:
+    """Places of a path, shape (samples, 2), in the samples that show it, shape (n, 2)."""
     return np.asarray(path_px[np.isfinite(path_px[:, 0])])
 
 
