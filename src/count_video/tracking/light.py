@@ -16,8 +16,7 @@ import numpy as np
 
 from count_video.records import Floats, Luma, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
-
-Place = tuple[float, float]
+from count_video.tracking.shape import Place
 
 CHANGE_AT_LEAST = 0.01
 """Smaller changes of brightness, as a share of it, are left as they are."""

@@ -65,7 +65,7 @@ def of_rank(values: NDArray[Level], rank: Indices) -> NDArray[Level]:
         np.minimum(one, other, out=spare)
         np.maximum(one, other, out=other)
         ordered[low], spare = spare, one
-    if len(ordered) == 1 or rank.min() == rank.max():
+    if rank.min() == rank.max():
         return ordered[int(rank.max())]
     return np.asarray(np.take_along_axis(np.array(ordered), rank[None], axis=0)[0], values.dtype)
 

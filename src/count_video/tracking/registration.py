@@ -20,6 +20,7 @@ import numpy as np
 from count_video.records import Floats, Indices, Luma, Mask, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.sequences import Lumas
+from count_video.tracking.shape import Place
 from count_video.tracking.template import Model, Template, inverse_of, pixels_at
 
 ROUNDS, FRESH_ROUNDS = 8, 2
@@ -100,9 +101,6 @@ class Fits:
         """Take what one of the pictures shows."""
         row = self.rows[number].tolist()
         return None if math.isnan(row[0]) else Fit(*row)
-
-
-Place = tuple[float, float]
 
 
 def register(picture: Luma, template: Template, guess: Place) -> Fit | None:
