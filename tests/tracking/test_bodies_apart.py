@@ -65,8 +65,8 @@ def pictures() -> list[Luma]:
 def shape_of_right() -> Shape:
     whole = piece_at(texture(3, (SIDE, SIDE), 20, 230, BLOCK_PX), 0.0, 0.0, (SIDE, SIDE))
     template = make_template(whole, np.ones((SIDE, SIDE), np.float32))
-    look = template.appearance, template.weight > 0
-    return Shape(path_of(right_at), (0.0, 0.0, SIDE - 1.0, SIDE - 1.0), look)
+    appearance = template.appearance, template.weight > 0
+    return Shape(path_of(right_at), (0.0, 0.0, SIDE - 1.0, SIDE - 1.0), appearance)
 
 
 def test_a_neighbour_that_touches_most_of_the_time_is_no_part_of_a_body() -> None:
@@ -126,9 +126,9 @@ def test_a_body_is_painted_where_it_is() -> None:
 
     painted = right.paint(piece, 0, corner)
 
-    assert right.look is not None
+    assert right.appearance is not None
     inside = slice(10, 10 + SIDE)
-    assert np.array_equal(piece[inside, inside], right.look[0])
+    assert np.array_equal(piece[inside, inside], right.appearance[0])
     assert painted.sum() == SIDE * SIDE
     assert not right.paint(piece, len(FRAMES) - 1, corner).any()  # not seen in that one
 

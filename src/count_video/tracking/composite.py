@@ -118,8 +118,8 @@ def cut_pieces(
         for axis, length in enumerate((width, height))
     )
     shape = height + 2 * margin[0] - sum(rows), width + 2 * margin[1] - sum(columns)
-    boxes = [one for one in known if one.look is None]
-    bodies = [one for one in known if one.look is not None]
+    boxes = [one for one in known if one.appearance is None]
+    bodies = [one for one in known if one.appearance is not None]
     seen, behind = (np.empty((len(samples), *shape), np.int16) for _ in range(2))
     covered, others = (np.zeros((len(samples), *shape), np.bool_) for _ in range(2))
     begins = (places_px[samples] + np.subtract((columns[0], rows[0]), margin[::-1])).tolist()

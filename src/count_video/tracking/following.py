@@ -119,8 +119,8 @@ class Clip:
     def shape(self, seen: Followed) -> Shape:
         """Describe what a body hides."""
         template = seen.body.template
-        look = template.appearance, template.weight > 0
-        return Shape(seen.xy_px + self.shift_px, seen.body.box, look)
+        appearance = template.appearance, template.weight > 0
+        return Shape(seen.xy_px + self.shift_px, seen.body.box, appearance)
 
 
 def follow(clip: Clip, body: Body) -> Followed:

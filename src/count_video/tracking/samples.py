@@ -39,7 +39,7 @@ STRONG_SHARE = 0.1
 """Blocks that change by this share of what the strongest does, or more, show where bodies move."""
 SURROUNDINGS = 4
 """So many blocks around these are of interest as well, or as many as they are wide or high: bodies
-are no larger part of it than a third, and what stands still tells whether the camera does."""
+are no larger part of it than a third, and what stands still shows whether the camera does."""
 BARS_IN, BAR_LEVELS = 8, 1
 """Bars around a picture vary by so little in grey levels, over so many thumbnails."""
 MEDIAN_OF = 31

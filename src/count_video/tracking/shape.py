@@ -42,18 +42,18 @@ class Shape:
     is not seen."""
     box: Box
     """From that point."""
-    look: tuple[Pixels, Mask] | None = None
+    appearance: tuple[Pixels, Mask] | None = None
     """Its brightness, and which of these pixels are its own, with that point at the top left; None
     where it is not known."""
 
     def reduced(self, scale: int) -> Shape:
         """Reduce it, for pictures that are reduced alike."""
         left, top, right, bottom = (edge / scale for edge in self.box)
-        look = None
-        if self.look is not None:
-            share = reduced(self.look[1].astype(np.float32), scale)
-            look = reduced(self.look[0], scale), share > MOSTLY
-        return Shape(self.path_px / scale, (left, top, right, bottom), look)
+        appearance = None
+        if self.appearance is not None:
+            share = reduced(self.appearance[1].astype(np.float32), scale)
+            appearance = reduced(self.appearance[0], scale), share > MOSTLY
+        return Shape(self.path_px / scale, (left, top, right, bottom), appearance)
 
     def paint(self, piece: Pixels, sample: int, corner: Place) -> Mask:
         """Paint the body over what lies behind it in a piece of a picture, in place.
@@ -63,10 +63,10 @@ class Shape:
         """
         covered = np.zeros(piece.shape, np.bool_)
         x, y = (self.path_px[sample] - corner).tolist()
-        if math.isnan(x) or self.look is None:
+        if math.isnan(x) or self.appearance is None:
             return covered
-        appearance, held = self.look
-        height, width = appearance.shape
+        levels, held = self.appearance
+        height, width = levels.shape
         left, top = max(0, math.floor(x)), max(0, math.floor(y))
         part = (
             slice(top, max(top, math.ceil(y) + height)),
@@ -79,7 +79,7 @@ class Shape:
         size, edge = under.shape[::-1], cv2.BORDER_REPLICATE
         own = cv2.warpAffine(held.astype(np.uint8), shift, size, flags=cv2.INTER_NEAREST)
         covered[part] = own > 0
-        seen = cv2.warpAffine(appearance, shift, size, borderMode=edge)
+        seen = cv2.warpAffine(levels, shift, size, borderMode=edge)
         np.copyto(under, seen, where=covered[part])
         return covered
 
