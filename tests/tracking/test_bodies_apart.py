@@ -118,6 +118,21 @@ def test_what_looks_alike_in_few_of_its_pictures_is_no_body(alike: int, *, learn
     assert (learn(seen, background, rough, []) is not None) == learnt
 
 
+def test_a_body_that_leaves_the_picture_is_learnt_from_those_that_hold_it() -> None:
+    path = path_of(lambda frame: 150.0 + 8.0 * frame)  # half of the pictures show none of it
+    seen = [texture(1, SIZE, 90, 130, BLOCK_PX) for _ in FRAMES]
+    body = texture(2, (SIDE, SIDE), 20, 230, BLOCK_PX)
+    for picture, (left, _) in zip(seen, path.astype(int).tolist(), strict=True):
+        shown = picture[TOP : TOP + SIDE, left : left + SIDE]
+        shown[:] = body[:, : shown.shape[1]]
+    background = background_of(seen, STILL, LIGHTS)
+
+    found = learn(seen, background, Rough(path, (0.0, 0.0, 40.0, 40.0), (-np.inf, np.inf)), [])
+
+    assert found is not None
+    assert found.right_edge_px - found.left_edge_px == pytest.approx(SIDE, abs=EDGE_PX)
+
+
 def test_a_body_is_painted_where_it_is() -> None:
     right = shape_of_right()
     right.path_px[-1] = np.nan

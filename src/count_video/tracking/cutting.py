@@ -68,11 +68,19 @@ class Stage:
     """Up to so far from these."""
     agreement: float = 0.0
     """Median correlation with the pictures it was registered in."""
+    agreeing: float = 0.0
+    """How many pictures agree with it, as a share of those that hold it."""
 
     @property
     def samples(self) -> Indices:
         """Those that are not left out."""
         return np.flatnonzero(np.isfinite(self.path_px[:, 0]))
+
+    def within(self, size: tuple[int, ...]) -> Floats:
+        """Share of the box that lies within pictures of this size, shape (samples,)."""
+        box, picture = self.shape[::-1], size[::-1]
+        shown = np.minimum(self.path_px + box, picture) - np.maximum(self.path_px, 0.0)
+        return np.asarray(np.prod(np.maximum(shown, 0.0) / box, axis=1))
 
     def at(self, path_px: Floats, samples: Indices) -> Stage:
         """Put it where its path is in some samples."""

@@ -131,9 +131,8 @@ def learn(
     if found is None:
         return None
     stage = _registered(pictures, *found)
-    share = 0.0 if rough.blurred else AGREEING_AT_LEAST
-    least = max(SIGHTINGS_AT_LEAST, share * len(chosen))
-    if len(stage.samples) < least or stage.fills(source):
+    rare = not rough.blurred and stage.agreeing < AGREEING_AT_LEAST
+    if rare or len(stage.samples) < SIGHTINGS_AT_LEAST or stage.fills(source):
         return None
     return _body(found[1], rough.path_px, stage)
 
@@ -261,4 +260,6 @@ def _registered(pictures: Lumas, stage: Stage, outline: Outline) -> Stage:
     good = (fits.agreement >= AGREEMENT_AT_LEAST) & (fits.inside >= INSIDE_AT_LEAST)
     typical = float(np.median(fits.agreement[good])) if good.any() else 0.0
     agree = np.flatnonzero(good & (fits.agreement > AGREEMENT_SHARE * typical))
-    return replace(stage, path_px=only(fits.places_px, agree), agreement=typical)
+    held = np.count_nonzero(stage.within(pictures[0].shape) >= INSIDE_AT_LEAST)
+    share = len(agree) / max(1, int(held))
+    return replace(stage, path_px=only(fits.places_px, agree), agreement=typical, agreeing=share)
