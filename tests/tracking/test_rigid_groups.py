@@ -98,6 +98,17 @@ def test_what_stays_in_the_picture_is_the_scene_however_few_its_corners() -> Non
     assert not scene_path(trajectories(body, still, anywhere=len(body) + len(still)), SHAPE).any()
 
 
+def test_a_background_whose_corners_jitter_each_by_itself_stands_still() -> None:
+    rng = np.random.default_rng(8)
+    body = moved(SWING, 25, rng)
+    body[:, :, 1] += rng.uniform(0, SHAPE[0], (25, 1))  # it spreads as far as a scene does
+    jitter = rng.uniform(0, SHAPE[1], (12, 1, 2)) + rng.normal(0, RIGID_PX, (12, SAMPLES, 2))
+    every = trajectories(body, jitter, anywhere=len(body) + len(jitter))
+
+    assert scene_path(trajectories(body, anywhere=len(body)), SHAPE).any()
+    assert not scene_path(every, SHAPE).any()
+
+
 def test_a_body_before_a_plain_background_is_not_the_scene() -> None:
     body = moved(ZIGZAG, 20, np.random.default_rng(7))
     assert not scene_path(trajectories(body, anywhere=len(body)), SHAPE).any()

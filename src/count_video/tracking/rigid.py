@@ -116,7 +116,8 @@ def scene_path(trajectories: Trajectories, shape: tuple[int, ...]) -> Floats:
 
     Of the corners taken from the whole picture, those that keep their distances make rigid scenes.
     The background is the calmest of them: bodies move further than a camera does, and where
-    anything stays in its place in the picture, so does the camera. Of scenes as calm it is the one
+    anything stays in its place in the picture, so does the camera, also where corners of a plain
+    background jitter each by itself and make no rigid scene. Of scenes as calm it is the one
     that spreads furthest. One that spreads no further than a body may be one: a plain background
     has no corners. ``shape`` is that of a sample.
     """
@@ -129,12 +130,14 @@ def scene_path(trajectories: Trajectories, shape: tuple[int, ...]) -> Floats:
     scenes = [one for one in scenes if len(one) >= CORNERS_AT_LEAST]
     if not scenes:
         return still
-    motion = np.array([_motion_px(places[members]) for members in scenes])
-    size = np.array(shape[::-1])
-    spread = [float(np.max(np.ptp(_means(places[one]), axis=0) / size)) for one in scenes]
+    strays = _strays_px(places)
+    motion = np.array([strays[members].mean() for members in scenes])
+    spread = [_spread(places[members], shape) for members in scenes]
     calm = motion < motion.min() + SHAKEN_PX
     widest = int(np.argmax(np.where(calm, spread, -1.0)))
-    if spread[widest] < SCENE_SPREAD:
+    at_rest = places[strays < motion[widest] - SHAKEN_PX]
+    stands = len(at_rest) >= CORNERS_AT_LEAST and _spread(at_rest, shape) >= SCENE_SPREAD
+    if stands or spread[widest] < SCENE_SPREAD:
         return still
     members = scenes[widest]
     path = _path(places[members], seen[members])
@@ -150,10 +153,15 @@ def _means(places: Pixels) -> Floats:
     return np.asarray(np.nanmean(places, axis=1), np.float64)
 
 
-def _motion_px(places: Pixels) -> float:
-    """Root mean square displacement of corners from their mean places, in px."""
+def _spread(places: Pixels, shape: tuple[int, ...]) -> float:
+    """Over what share of a picture's width or height corners spread."""
+    return float(np.max(np.ptp(_means(places), axis=0) / shape[::-1]))
+
+
+def _strays_px(places: Pixels) -> Floats:
+    """Root mean square displacement of each corner from its mean place, in px, shape (corners,)."""
     away = places - _means(places)[:, None]
-    return float(np.sqrt(np.nanmean(away**2)))
+    return np.asarray(np.sqrt(np.nanmean(away**2, axis=(1, 2))))
 
 
 def _moving(places: Pixels, seen: Mask) -> Indices:
