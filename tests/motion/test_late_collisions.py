@@ -10,7 +10,11 @@ import pytest
 from filmed_trials import RESOLVED_FRAMES, FilmedTrial, Filming, film_motion, part, resolving_fps
 
 from count_video.motion.fitted import Between, fit_burst
+from count_video.motion.observations import observe
+from count_video.motion.parameters import Knowledge, prior_of
+from count_video.motion.rivals import Rivals
 from count_video.motion.seen import SeenCollisions, seen_collisions
+from count_video.motion.starting import rough_values
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 
@@ -75,6 +79,23 @@ def test_one_after_the_end_of_the_clip_is_foreseen(setup: tuple[float, ...]) -> 
     assert isinstance(fit, Between)
     assert fit.count == len(trial.frames) - 1
     assert fit.following.get(1, 0.0) > LIKELY
+
+
+def test_a_motion_that_lacks_its_last_collision_is_also_one_of_one_collision_fewer() -> None:
+    motion = simulate(set_up(1.3, 0.026, 1.0, 1.0))  # the ball follows the cylinder slowly
+    trial = film_motion(motion, Filming(resolving_fps(motion, RESOLVED_FRAMES)), 1)
+    found, known = seen_collisions(trial.track), Knowledge()
+    observed, count = observe(trial.track, found), len(trial.frames)
+    rough = rough_values(observed, found, known)
+    prior = prior_of(rough, known, shows_heavy=True)
+    right = Rivals(observed, prior).add(count, rough, led=count)
+    assert right.loss < len(observed.frame)
+
+    rivals = Rivals(observed, prior)
+    rivals.add(count + 1, right.values)
+
+    assert rivals.best.count == count
+    assert rivals.best.loss < right.loss + 1.0
 
 
 def drawn(seed: int) -> FilmedTrial:

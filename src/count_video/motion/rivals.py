@@ -156,6 +156,9 @@ class Rivals:
             fit = self._within(floor_px, asked, start)
             start = self._led_to_the_last(fit).values
         self.fits[count] = min(fit, self.fits.get(count, fit), key=BY_LOSS)
+        if fit.off[-1] and count > 1 and count - 1 not in self.fits:
+            # Without its last collision the same motion is that of one fewer.
+            self.add(count - 1, fit.values, led=led)
         return fit
 
     def _asked(self, observed: Observations, count: int, *, led: int) -> Question:
