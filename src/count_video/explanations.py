@@ -134,8 +134,6 @@ def completed(
 def shown_at_wall(track: Track, found: SeenCollisions) -> Explanation:
     """Explain a track by the collisions that its frames show."""
     against = (*found.shortcomings, *found.doubts)
-    apart = found.outlines_apart_px
-    vague = abs(apart) > OUTLINES_SHARE * track.ball_diameter_px
     return Explanation(
         track=with_errors(track, found.errors),
         scene="wall",
@@ -143,9 +141,15 @@ def shown_at_wall(track: Track, found: SeenCollisions) -> Explanation:
         count=found.burst,
         probability=doubted({found.burst: 1.0}),
         against=against if found.burst else (Reason(Cause.NO_COLLISION),),
-        notes=(Reason(Cause.OUTLINES_APART, (apart,)),) if vague else (),
+        notes=_outlines(track, found.outlines_apart_px),
         found=found,
     )
+
+
+def _outlines(track: Track, apart_px: float) -> tuple[Reason, ...]:
+    """Say so if the outlines do not meet where the bodies touch."""
+    vague = abs(apart_px) > OUTLINES_SHARE * track.ball_diameter_px
+    return (Reason(Cause.OUTLINES_APART, (apart_px,)),) if vague else ()
 
 
 def leaves_doubt(found: SeenCollisions) -> bool:
@@ -164,6 +168,9 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
     if fit.probability[count] < PROBABILITY_AT_LEAST:
         doubts = (*shown.against, *others)
         return replace(shown, against=(), doubts=doubts, probability=fit.probability)
+    if shown.outlines_apart:
+        # Where collisions are missed, contacts by themselves say less of it than the motion does.
+        shown = replace(shown, notes=_outlines(shown.track, fit.outlines_apart_px))
     ends = fit.collisions[-1].frame
     after = (one for one in shown.collisions[min(count, seen) :] if one.frame > ends)
     later = tuple(replace(one, number=number) for number, one in enumerate(after, count + 1))

@@ -61,15 +61,22 @@ def test_a_model_that_could_not_be_tried_says_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("apart", "confirmed", "sure"),
-    [(False, 4, True), (True, COUNT, True), (True, 4, False), (True, COUNT - 1, False)],
+    ("apart", "by_fit_px", "confirmed", "sure"),
+    [
+        (False, 0.0, 4, True),
+        (True, 9.0, COUNT, True),
+        (True, 9.0, 4, False),
+        (True, 9.0, COUNT - 1, False),
+        (True, 0.0, 4, True),  # contacts by themselves, of which some were missed, misled
+    ],
 )
 def test_inferred_collisions_are_less_sure_where_outlines_do_not_meet(
-    apart: bool, confirmed: int, sure: bool
+    apart: bool, by_fit_px: float, confirmed: int, sure: bool
 ) -> None:
-    notes = (Reason(Cause.OUTLINES_APART, (9.0,)),) if apart else ()
+    seen = replace(shown(), notes=(Reason(Cause.OUTLINES_APART, (8.0,)),) if apart else ())
+    fit = replace(fitted(COUNT, confirmed), outlines_apart_px=by_fit_px)
 
-    stated = by_fit(replace(shown(), notes=notes), fitted(COUNT, confirmed), masses_known=False)
+    stated = by_fit(seen, fit, masses_known=False)
 
     wrong = 0.0 if sure else UNEXPLAINED_WRONG
     assert stated.counts
@@ -77,6 +84,8 @@ def test_inferred_collisions_are_less_sure_where_outlines_do_not_meet(
     assert sum(stated.probability.values()) == pytest.approx(1.0)
     assert min(stated.probability) >= 0
     assert any(doubt.cause is Cause.OUTLINES_LEAVE_OPEN for doubt in stated.doubts) != sure
+    apart_px = [note.figures for note in stated.notes if note.cause is Cause.OUTLINES_APART]
+    assert apart_px == ([(by_fit_px,)] if apart and by_fit_px else [])
 
 
 def test_what_follows_the_burst_comes_after_its_last_fitted_collision() -> None:
@@ -108,5 +117,6 @@ def fitted(count: int, confirmed: int) -> Between:
         ending=unknown,
         setup=unknown,
         misfit_px=0.1,
+        outlines_apart_px=0.0,
         following={0: 1.0},
     )

@@ -47,6 +47,19 @@ def test_outlines_that_are_right_meet_and_give_a_scale(track: Track) -> None:
     assert answered(track).millimetres_per_px == pytest.approx(BALL_MM / track.ball_diameter_px)
 
 
+@pytest.mark.parametrize(("heavy_kg", "capture_fps"), [(1.05, 60.0), (0.5, 240.0)])
+def test_where_collisions_are_missed_the_surest_contacts_show_whether_outlines_meet(
+    heavy_kg: float, capture_fps: float
+) -> None:
+    """Next to one that is missed the flights do not lead to where the bodies touched."""
+    setup = Setup(heavy_mass_kg=heavy_kg, light_mass_kg=0.01, wall_gap_m=0.03, release_m=0.06)
+    trial = film(setup, Filming(capture_fps=capture_fps))
+    found = seen_collisions(trial.track)
+
+    assert found.burst < len(trial.frames)
+    assert found.outlines_apart_px == pytest.approx(0.0, abs=CONTACT_PX)
+
+
 @pytest.mark.parametrize("share", [0.15, 0.4, -0.3])
 def test_a_ball_of_the_wrong_width_gives_no_scale_but_its_count(track: Track, share: float) -> None:
     wrong = narrowed(track, share)

@@ -94,17 +94,18 @@ def fit_contacts(
     bodies = _bodies(frame, places, kinds, times, touching)
     fitted: list[_Fitted] = []
     for number in range(STEPS_AT_MOST):
-        held = _held(kinds, fitted, bodies) if number else [None] * len(times)
-        fitted = [_step(bodies, times, n, held[n], touching) for n in range(len(times))]
+        shared = _shared(kinds, fitted, bodies) if number else {}
+        fitted = [
+            _step(bodies, times, n, shared.get(kind), touching) for n, kind in enumerate(kinds)
+        ]
         moved = np.array([one.moved for one in fitted])
         times = times + np.clip(moved, *_reach(times))
         if number and np.abs(moved).max(initial=0.0) < SETTLED_FRAMES:
             break
-    apart = [one.touch_px for one, kind in zip(fitted, kinds, strict=True) if kind == "bodies"]
     found = enumerate(zip(kinds, times.tolist(), fitted, strict=True), 1)
     return Contacts(
         collisions=tuple(_collision(sign, number, *one) for number, one in found),
-        distance_px=float(np.median(apart)) if apart and len(bodies) > 1 else np.nan,
+        distance_px=_shared(kinds, fitted, bodies).get("bodies", (np.nan, np.nan))[0],
         errors=tuple(body.errors for body in bodies),
     )
 
@@ -132,13 +133,13 @@ def _reach(times: Floats) -> tuple[Floats, Floats]:
     return -np.minimum(before, TIME_MOVES_FRAMES), np.minimum(after, TIME_MOVES_FRAMES)
 
 
-def _held(
+def _shared(
     kinds: Sequence[Kind], fitted: Sequence[_Fitted], bodies: Sequence[Body]
-) -> list[tuple[float, float] | None]:
-    """Place (distance, of bodies) that each contact shares with its kind, and its uncertainty.
+) -> dict[Kind, tuple[float, float]]:
+    """Place (distance, of bodies) that the contacts of each kind share, and its uncertainty.
 
-    The surest contacts say most; one alone says nothing, nor do those of two bodies of which one is
-    not seen.
+    The surest contacts say most; those of two bodies of which one is not seen say nothing. Of one
+    alone the uncertainty is infinite: no other bears it out.
     """
     shared: dict[Kind, tuple[float, float]] = {}
     stray = CONTACT_STRAY_SHARE * max(body.sigma_px for body in bodies)
@@ -146,11 +147,11 @@ def _held(
         own = [one for one, its in zip(fitted, kinds, strict=True) if its == kind]
         places = np.array([one.touch_px for one in own])
         weights = np.array([1 / (one.touch_sigma**2 + stray**2) for one in own])
-        if len(own) > 1:
-            level = weighted_median(places, weights)
-            scatter = float(np.sqrt(weights @ (places - level) ** 2 / weights.sum()))
-            shared[kind] = level, float(np.hypot(stray, scatter / np.sqrt(len(own))))
-    return [shared.get(kind) for kind in kinds]
+        level = weighted_median(places, weights)
+        scatter = float(np.sqrt(weights @ (places - level) ** 2 / weights.sum()))
+        sigma = float(np.hypot(stray, scatter / np.sqrt(len(own))))
+        shared[kind] = level, sigma if len(own) > 1 else np.inf
+    return shared
 
 
 def _step(
@@ -167,7 +168,7 @@ def _step(
     values, covariance = equations.solved(weight), equations.covariance(weight)
     touch = equations.touch(values)
     touch_px, touch_sigma = equations.touch_px(values), float(np.sqrt(touch @ covariance @ touch))
-    if held is not None:
+    if held is not None and np.isfinite(held[1]):
         equations.hold(*held, values)
         values, covariance = equations.solved(weight), equations.covariance(weight)
     # Velocities before and after the contact are sums of these coefficients.

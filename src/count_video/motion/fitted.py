@@ -77,6 +77,8 @@ class Between:
     setup: FittedSetup
     misfit_px: float
     """Root mean square of what the model leaves unexplained of the ball's places."""
+    outlines_apart_px: float
+    """By how much the outlines are apart where ball and heavy body touch."""
     following: dict[int, float]
     """Probability that so many collisions of the burst follow after the clip's end; sums to 1."""
     left_out: LeftOut | None = None
@@ -245,6 +247,7 @@ def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Reason:
         ending=ending_of(best, count),
         setup=FittedSetup(*setup),
         misfit_px=_misfit_px(best),
+        outlines_apart_px=float(best.values[Column.CONTACT]),
         following=following,
         left_out=left_out_of(best),
     )
