@@ -29,6 +29,7 @@ class Cause(Enum):
     BEFORE_UNSEEN = auto()
     FIRST_UNSEEN = auto()  # no picture shows the first impact [its frame]
     TURNS_OPEN = auto()  # turns at a stop may be impacts [all frames]
+    NOT_TURNED = auto()  # by all flights together a body does not turn at impacts [all frames]
     CUT_AT_STOP = auto()
     TOO_FREQUENT = auto()
     DIES_OUT = auto()  # the body bounces lower and lower, at last below what the pictures show

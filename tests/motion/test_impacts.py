@@ -15,7 +15,7 @@ from count_video.motion.flight import motion_of, usual_acceleration
 from count_video.motion.impacts import find_impacts
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.priors import CHANCE_UNSEEN
-from count_video.motion.weighing import SeenImpacts, chances_of_sum
+from count_video.motion.weighing import SeenImpacts, chances_of_sum, weighed
 from count_video.reasons import Cause
 from count_video.records import Floats
 
@@ -58,6 +58,30 @@ def test_bounces_between_two_stops_count_at_both() -> None:
     place, impacts = between_stops(speed=6.5, width=210.0, frames=160)
 
     assert_found(seen_impacts(alone(noisy(place, NOISE_PX))), impacts)
+
+
+def test_where_velocities_leave_open_whether_a_body_turned_more_impacts_may_be_missed() -> None:
+    """A velocity that is known to a standard uncertainty has its sign with Phi(1)."""
+    place, impacts = bouncing(DYING, PULL, drop=20.3)
+    motion = motion_of(np.arange(len(place), dtype=np.float64), noisy(place, SHARP_PX))
+    turns, contact = find_impacts(motion)
+    found = seen_impacts(alone(noisy(place, SHARP_PX))).collisions
+
+    def probability(sigmas: float) -> float:
+        last = found[-1]
+        vague = [
+            replace(one, ball_sigma_px_frame=abs(one.ball_px_frame) / sigmas)
+            for one in (last.velocity_before, last.velocity_after)
+        ]
+        unsure = replace(last, velocity_before=vague[0], velocity_after=vague[1])
+        weighed_ = weighed(motion, turns, contact, 1.0, [*found[:-1], unsure])
+        assert sum(weighed_.probability.values()) == pytest.approx(1.0)
+        assert (Cause.NOT_TURNED in {doubt.cause for doubt in weighed_.doubts}) is (sigmas < 3)
+        return weighed_.probability[len(impacts)]
+
+    sure = probability(sigmas=100.0)
+    assert probability(sigmas=1.0) == pytest.approx(sure * np.exp(2 * log_ndtr(1.0)), rel=LITTLE)
+    assert sure > 0.9
 
 
 def test_impacts_are_the_same_in_frames_where_every_picture_comes_twice() -> None:

@@ -6,8 +6,9 @@ sum.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from itertools import pairwise, takewhile
 
 import numpy as np
@@ -30,7 +31,7 @@ from count_video.motion.priors import (
 from count_video.motion.seen import RESOLVED_FRAMES
 from count_video.motion.time_base import in_frames
 from count_video.reasons import Cause, Reason
-from count_video.records import Collision
+from count_video.records import Collision, Velocities
 
 CERTAIN_PICTURES = 4
 """One impact at least shows itself by so many pictures on either side, as certain as can be."""
@@ -84,10 +85,13 @@ def weighed(
     likely = list(takewhile(lambda one: one.likely, earlier))
     unsure = earlier[len(likely) :]
     unseen = [in_frames(inferred(one, collisions[0]), pace) for one in likely[::-1]]
+    together = zip(impacts, map(_not_turned, impacts, collisions), strict=True)
+    open_ = [(one.frame, chance) for one, chance in together if chance > CHANCE_AT_LEAST]
     doubts: list[tuple[Cause, Sequence[float], Iterable[float]]] = [
         (Cause.FIRST_UNSEEN, [e.chance for e in likely], [e.frame for e in likely[-1:]]),
         (Cause.BEFORE_UNSEEN, [one.chance for one in unsure], ()),
         (Cause.TURNS_OPEN, [one.chance for one in unlikely], [one.frame for one in unlikely]),
+        (Cause.NOT_TURNED, [chance for _, chance in open_], [frame for frame, _ in open_]),
         (Cause.DIES_OUT, (CHANCE_DYING,) * dying, ()),
         (Cause.TOO_FREQUENT, CHANCES_LOST * lost, ()),
         (Cause.CUT_AT_STOP, (CHANCE_CUT_OFF,) * cut, ()),
@@ -100,6 +104,30 @@ def weighed(
         tuple(Reason(why, tuple(pace * f for f in frames)) for why, more, frames in doubts if more),
         chances_of_sum(chances),
     )
+
+
+def _not_turned(impact: Impact, collision: Collision) -> float:
+    """Probability that an impact does not turn round the body, or the gap between two.
+
+    Each turn was weighed by the flights next to it; this is what the fit of all flights leaves open
+    of the velocities before and after it. Where they do not turn round, flights do not lead from
+    one impact to the next: one more lies between them.
+    """
+    turned, sides = 1.0, (impact.side, -impact.side)
+    both = collision.velocity_before, collision.velocity_after
+    for side, velocities in zip(sides, both, strict=True):
+        velocity, sigma = _velocity(velocities)
+        if sigma > 0:
+            turned *= math.erfc(-side * velocity / sigma / math.sqrt(2)) / 2
+    return 1 - turned
+
+
+def _velocity(velocities: Velocities) -> tuple[float, float]:
+    """Velocity of a body alone, or of the gap between two, and its uncertainty."""
+    ball, heavy, ball_sigma, heavy_sigma = astuple(velocities)
+    if math.isnan(heavy):
+        return ball, ball_sigma
+    return heavy - ball, math.hypot(ball_sigma, heavy_sigma)
 
 
 def _shortcomings(

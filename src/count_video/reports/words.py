@@ -127,6 +127,8 @@ SENTENCES: Final = {
     Cause.FIRST_UNSEEN: "no picture shows the first impact; that there was one, about frame "
     "{:.0f}, follows from the flight after it",
     Cause.TURNS_OPEN: "whether {turns} at the stop may be called impacts is not clear",
+    Cause.NOT_TURNED: "by all flights together the body does not surely turn round in {frames}: "
+    "other impacts may be missed there",
     Cause.CUT_AT_STOP: "the clip is cut off where the body is at its stop: one may be missing",
     Cause.TOO_FREQUENT: "the last impacts follow each other faster than the pictures show: some "
     "may be missed",
@@ -187,9 +189,11 @@ def sentence(reason: Reason) -> str:
     figures = reason.figures
     first = figures[0] if figures else 0.0
     listed, several = ", ".join(f"{frame:.0f}" for frame in figures), "s"[len(figures) == 1 :]
+    frames = f"frame{several} {listed}"
     return SENTENCES[reason.cause].format(
         *figures,
-        turns=f"the turn{several} in frame{several} {listed}",
+        frames=frames,
+        turns=f"the turn{several} in {frames}",
         changes=" and ".join(f"{figure:.0f}" for figure in figures[1:]),
         apart=f"{'are apart' if first > 0 else 'overlap'} by {abs(first):.0f}",
         open_counts=_open_counts(list(zip(figures[::2], figures[1::2], strict=False))),
