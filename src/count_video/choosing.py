@@ -78,4 +78,5 @@ def stands_before(pair: Explanation, alone: Explanation, moving: int) -> bool:
     if not alone.counts:
         return pair.counts or pair.count > 0 or not alone.count
     both = len({collision.kind for collision in pair.collisions}) > 1
-    return few or (pair.path_shows and both and moving > 1)
+    same = alone.scene == "wall"  # by the ball alone the same trial is seen
+    return few or (pair.path_shows and both and moving > 1 and not same)

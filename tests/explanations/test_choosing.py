@@ -23,6 +23,15 @@ def test_a_trial_comes_before_one_body_alone_only_if_the_path_shows_it(path_show
     assert stands_before(at_a_wall(path_shows=path_shows), bouncing(9), 2) is path_shows
 
 
+def test_the_ball_of_a_trial_alone_comes_before_a_pair_that_gives_no_count() -> None:
+    """Where the cylinder is in the picture later than its first collision."""
+    alone = replace(bouncing(9), scene="wall")
+    pair = replace(at_a_wall(path_shows=True), against=(Reason(Cause.STARTS_MOVING),))
+
+    assert not stands_before(pair, alone, 2)
+    assert stands_before(pair, replace(alone, scene="stop"), 2)
+
+
 def test_a_body_comes_before_a_pair_of_it_and_what_goes_with_it() -> None:
     assert not stands_before(at_a_wall(path_shows=True), bouncing(9), 1)
 
