@@ -100,13 +100,15 @@ def test_what_stays_in_the_picture_is_the_scene_however_few_its_corners() -> Non
 
 def test_a_background_whose_corners_jitter_each_by_itself_stands_still() -> None:
     rng = np.random.default_rng(8)
-    body = moved(SWING, 25, rng)
-    body[:, :, 1] += rng.uniform(0, SHAPE[0], (25, 1))  # it spreads as far as a scene does
-    jitter = rng.uniform(0, SHAPE[1], (12, 1, 2)) + rng.normal(0, RIGID_PX, (12, SAMPLES, 2))
+    body = moved(SWING, 12, rng)
+    body[:, :, 1] += rng.uniform(0, SHAPE[0], (12, 1))  # it spreads as far as a scene does
+    jitter = rng.uniform(0, SHAPE[1], (25, 1, 2)) + rng.normal(0, RIGID_PX, (25, SAMPLES, 2))
     every = trajectories(body, jitter, anywhere=len(body) + len(jitter))
 
     assert scene_path(trajectories(body, anywhere=len(body)), SHAPE).any()
     assert not scene_path(every, SHAPE).any()
+    few = trajectories(body, jitter[:8], anywhere=len(body) + 8)
+    assert scene_path(few, SHAPE).any()
 
 
 def test_a_body_before_a_plain_background_is_not_the_scene() -> None:

@@ -151,14 +151,19 @@ class Rivals:
 
     def add(self, count: int, start: Floats, *, led: int = 0) -> Fit:
         """Fit a count from a start, shape (columns, ...), with each floor; see ``_asked``."""
+        fit = self._fitted(count, start, led)
+        shown = fit.shown
+        if 0 < shown < count and shown not in self.fits:
+            # The same motion without the collisions that do not come about.
+            self._fitted(shown, fit.values, led)
+        return fit
+
+    def _fitted(self, count: int, start: Floats, led: int) -> Fit:
         asked = self._asked(self.observed, count, led=led)
         for floor_px in FLOORS_PX:
             fit = self._within(floor_px, asked, start)
             start = self._led_to_the_last(fit).values
         self.fits[count] = min(fit, self.fits.get(count, fit), key=BY_LOSS)
-        if fit.off[-1] and count > 1 and count - 1 not in self.fits:
-            # Without its last collision the same motion is that of one fewer.
-            self.add(count - 1, fit.values, led=led)
         return fit
 
     def _asked(self, observed: Observations, count: int, *, led: int) -> Question:

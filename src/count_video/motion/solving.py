@@ -132,6 +132,8 @@ class Fit:
         """The same in sigmas; not finite if the model fails."""
         self.away = (values - question.prior.mean) * question.weight
         """Departures from the prior in sigmas, shape (columns,)."""
+        self.shown = int(np.count_nonzero(self.paths.time[0, 1:] <= frame[-1]))
+        """How many of the collisions come about before the observations end."""
         self.off = self._off(self.paths.time[0, 1:], float(frame[-1]))
         """The same of times, shape (calm collisions + 1,)."""
         with np.errstate(invalid="ignore", over="ignore"):

@@ -136,7 +136,8 @@ def scene_path(trajectories: Trajectories, shape: tuple[int, ...]) -> Floats:
     calm = motion < motion.min() + SHAKEN_PX
     widest = int(np.argmax(np.where(calm, spread, -1.0)))
     at_rest = places[strays < motion[widest] - SHAKEN_PX]
-    stands = len(at_rest) >= CORNERS_AT_LEAST and _spread(at_rest, shape) >= SCENE_SPREAD
+    many = len(at_rest) >= len(scenes[widest])
+    stands = many and _spread(at_rest, shape) >= SCENE_SPREAD
     if stands or spread[widest] < SCENE_SPREAD:
         return still
     members = scenes[widest]
