@@ -109,9 +109,9 @@ def weighed(
 def _not_turned(impact: Impact, collision: Collision) -> float:
     """Probability that an impact does not turn round the body, or the gap between two.
 
-    Each turn was weighed by the flights next to it; this is what the fit of all flights leaves open
-    of the velocities before and after it. Where they do not turn round, flights do not lead from
-    one impact to the next: one more lies between them.
+    The flights next to it say that it does, as odds; the fit of all flights may say of the
+    velocities before and after it that it does not, and its odds count as much. Then flights do not
+    lead from one impact to the next: one more lies between them.
     """
     turned, sides = 1.0, (impact.side, -impact.side)
     both = collision.velocity_before, collision.velocity_after
@@ -119,7 +119,9 @@ def _not_turned(impact: Impact, collision: Collision) -> float:
         velocity, sigma = _velocity(velocities)
         if sigma > 0:
             turned *= math.erfc(-side * velocity / sigma / math.sqrt(2)) / 2
-    return 1 - turned
+    known = min(impact.chance, CHANCE_CLEAR)
+    either = known * turned + (1 - known) * (1 - turned)
+    return max(0.0, 1 - turned / either)
 
 
 def _velocity(velocities: Velocities) -> tuple[float, float]:
