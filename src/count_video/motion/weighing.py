@@ -85,13 +85,16 @@ def weighed(
     likely = list(takewhile(lambda one: one.likely, earlier))
     unsure = earlier[len(likely) :]
     unseen = [in_frames(inferred(one, collisions[0]), pace) for one in likely[::-1]]
-    together = zip(impacts, map(_not_turned, impacts, collisions), strict=True)
-    open_ = [(one.frame, chance) for one, chance in together if chance > CHANCE_AT_LEAST]
+    unturned = {
+        impact.frame: chance
+        for impact, chance in zip(impacts, map(_not_turned, impacts, collisions), strict=True)
+        if chance > CHANCE_AT_LEAST
+    }
     doubts: list[tuple[Cause, Sequence[float], Iterable[float]]] = [
         (Cause.FIRST_UNSEEN, [e.chance for e in likely], [e.frame for e in likely[-1:]]),
         (Cause.BEFORE_UNSEEN, [one.chance for one in unsure], ()),
         (Cause.TURNS_OPEN, [one.chance for one in unlikely], [one.frame for one in unlikely]),
-        (Cause.NOT_TURNED, [chance for _, chance in open_], [frame for frame, _ in open_]),
+        (Cause.NOT_TURNED, [*unturned.values()], unturned),
         (Cause.DIES_OUT, (CHANCE_DYING,) * dying, ()),
         (Cause.TOO_FREQUENT, CHANCES_LOST * lost, ()),
         (Cause.CUT_AT_STOP, (CHANCE_CUT_OFF,) * cut, ()),
