@@ -184,6 +184,14 @@ def test_a_last_collision_at_the_very_turn_is_judged_by_the_model() -> None:
     assert between.count == trial.count
 
 
+def test_a_pair_fewer_is_sought_where_another_mass_ratio_does_not_lead_to_it() -> None:
+    """There the search once ended with 32 of these 30 collisions, 26 of them between the frames."""
+    trial = random_trial(2007, 120.0)
+    between = fit_burst(trial.track, seen_collisions(trial.track), Knowledge(120.0))
+    assert isinstance(between, Between)
+    assert between.count == trial.count
+
+
 def test_a_ball_that_creeps_to_the_wall_at_last_is_counted() -> None:
     """It strikes at a hundredth of a pixel a frame: single frames hardly show that it turned."""
     heavy = 33 * SETUP.light_mass_kg

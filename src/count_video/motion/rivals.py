@@ -138,7 +138,10 @@ class Rivals:
                 count = before.count + turned * step
                 if 0 < count <= MOST_COLLISIONS and (before.count, count) not in tried:
                     tried.add((before.count, count))
-                    self.add(count, neighbouring(before, count))
+                    fit = self.add(count, neighbouring(before, count))
+                    if fit.shown < count:
+                        # Not so: the same motion, cut or gone on at its end, may be nearer.
+                        self.add(count, before.values)
                     if step % PAIR and calm is not None:
                         self.add(count, calm)
                 if self.best.loss < before.loss - BETTER:
