@@ -65,8 +65,9 @@ def stands_before(pair: Explanation, alone: Explanation, moving: int) -> bool:
     It does if one alone gives no count, but for impacts where two have none, or at a wall a count
     of a few impacts; or if a ball was seen to strike both wall and heavy body, and the heavy body's
     path shows it, where more bodies move on their own: the path of a body and its shadow may fit a
-    few collisions. Parts of bodies come first only if there is no count of one alone, or a few
-    impacts where they collide more often.
+    few collisions. A count by the ball of a trial alone is of the same trial, and stands. Parts of
+    bodies come first only if there is no count of one alone, or a few impacts where they collide
+    more often.
 
     ``moving`` is the number of bodies that move on their own.
     """
@@ -78,5 +79,5 @@ def stands_before(pair: Explanation, alone: Explanation, moving: int) -> bool:
     if not alone.counts:
         return pair.counts or pair.count > 0 or not alone.count
     both = len({collision.kind for collision in pair.collisions}) > 1
-    same = alone.scene == "wall"  # by the ball alone the same trial is seen
-    return few or (pair.path_shows and both and moving > 1 and not same)
+    at_stop = alone.scene == "stop"
+    return few or (pair.path_shows and both and moving > 1 and at_stop)

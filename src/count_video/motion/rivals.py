@@ -139,7 +139,7 @@ class Rivals:
                 if 0 < count <= MOST_COLLISIONS and (before.count, count) not in tried:
                     tried.add((before.count, count))
                     fit = self.add(count, neighbouring(before, count))
-                    if fit.shown < count:
+                    if fit.reached < count:
                         # Not so: the same motion, cut or gone on at its end, may be nearer.
                         self.add(count, before.values)
                     if step % PAIR and calm is not None:
@@ -155,10 +155,10 @@ class Rivals:
     def add(self, count: int, start: Floats, *, led: int = 0) -> Fit:
         """Fit a count from a start, shape (columns, ...), with each floor; see ``_asked``."""
         fit = self._fitted(count, start, led)
-        shown = fit.shown
-        if 0 < shown < count and shown not in self.fits:
+        reached = fit.reached
+        if 0 < reached < count and reached not in self.fits:
             # The same motion without the collisions that do not come about.
-            self._fitted(shown, fit.values, led)
+            self._fitted(reached, fit.values, led)
         return fit
 
     def _fitted(self, count: int, start: Floats, led: int) -> Fit:
@@ -193,7 +193,7 @@ class Rivals:
         """
         observed, count = self.observed, fit.count - 1
         before = observed.at(observed.frame < observed.burst[-1] - CLEAR_FRAMES)
-        if not fit.off[-1] or len(before.frame) < 2 or not count:
+        if fit.reached > count or len(before.frame) < 2 or not count:
             return fit
         asked = replace(fit.question, observed=before, count=count)
         return self._within(FLOORS_PX[-1], asked, fit.values)

@@ -132,8 +132,6 @@ class Fit:
         """The same in sigmas; not finite if the model fails."""
         self.away = (values - question.prior.mean) * question.weight
         """Departures from the prior in sigmas, shape (columns,)."""
-        self.shown = int(np.count_nonzero(self.paths.time[0, 1:] <= frame[-1]))
-        """How many of the collisions come about before the observations end."""
         self.off = self._off(self.paths.time[0, 1:], float(frame[-1]))
         """The same of times, shape (calm collisions + 1,)."""
         with np.errstate(invalid="ignore", over="ignore"):
@@ -150,6 +148,12 @@ class Fit:
         off = np.minimum(time[: len(calm)] - calm, LATE_AT_MOST) / self.question.time_sigma
         late = min(max(float(time[-1]) - end, 0.0), LATE_AT_MOST) * LATE_COSTS
         return np.append(off, late)
+
+    @property
+    def reached(self) -> int:
+        """How many of the collisions come about before the observations end."""
+        end = self.observed.times(self.values)[-1]
+        return int(np.count_nonzero(self.paths.time[0, 1:] <= end))
 
     @property
     def squares(self) -> float:
