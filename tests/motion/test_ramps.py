@@ -102,6 +102,42 @@ def test_a_ramp_next_to_a_collision_is_undone(after: float) -> None:
     assert changes == pytest.approx(np.interp([begin, end], frame[kept], range(len(kept))), abs=1)
 
 
+@pytest.mark.parametrize(
+    ("ratio", "capture_fps", "gap_m", "release_m", "factor", "after_first", "before_last"),
+    [
+        (2.44, 563.0, 0.0294, 0.0497, 6, 1.16, 120.4),
+        (5.13, 1280.0, 0.0142, 0.0907, 8, 1.52, 74.4),
+    ],
+)
+def test_the_path_gives_the_factor(
+    ratio: float,
+    capture_fps: float,
+    gap_m: float,
+    release_m: float,
+    factor: int,
+    after_first: float,
+    before_last: float,
+) -> None:
+    """Some pictures give the speeds to a fifth or so; the whole path gives the factor."""
+    setup = Setup(
+        heavy_mass_kg=ratio * LIGHT_KG,
+        wall_gap_m=gap_m,
+        bodies_gap_m=0.001,
+        release_m=release_m,
+    )
+    filming = Filming(capture_fps, NOISE_PX, lead_frames=100, tail_frames=200)
+    whole = film_motion(simulate(setup), filming)
+    frame = whole.track.frame
+    dense = (frame > whole.frames[0] + after_first) & (frame < whole.frames[-1] - before_last)
+
+    base, found = seen_by_time_base(
+        rows_of(whole.track, np.flatnonzero(dense | (frame % factor == 0)))
+    )
+
+    assert found.burst == len(whole.frames)
+    assert [(note.cause, note.figures[0]) for note in base.notes] == [(Cause.RATE_CHANGES, factor)]
+
+
 def test_the_ball_at_rest_says_nothing_against_a_change() -> None:
     whole = trial()
     begin = float(whole.frames[0]) - 30.0

@@ -19,7 +19,6 @@ question.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -169,8 +168,8 @@ def _mass_share(collisions: Sequence[Collision]) -> float:
     return float(np.clip(np.median(shares), 0.0, 1.0)) if shares else 0.0
 
 
-def ramps_of(track: Track, collisions: Sequence[Collision]) -> Iterator[Ramp]:
-    """Yield changes of the rate that the clip may have; none where nothing shows any.
+def ramps_of(track: Track, collisions: Sequence[Collision]) -> Iterator[tuple[Ramp, float]]:
+    """Yield changes of the rate that the clip may have, each with the factor that the speeds show.
 
     The rate rises where collisions are close and falls again later, by the same factor; or the clip
     shows one of both changes. Exports leave out pictures, so the factor is a whole number.
@@ -181,7 +180,8 @@ def ramps_of(track: Track, collisions: Sequence[Collision]) -> Iterator[Ramp]:
     falls = [change for change in changes if change[1] > 1][:TRIED]
     both = [(rise, fall) for rise in rises for fall in falls if rise < fall]
     for some in (*both, *((change,) for change in (*rises, *falls))):
-        at, sizes = tuple(one[0] for one in some), [max(one[1], 1 / one[1]) for one in some]
-        low, high = max(sizes) / (1 + FACTOR_SHARE), min(sizes) * (1 + FACTOR_SHARE)
-        for factor in range(max(2, math.ceil(low)), min(FACTOR_AT_MOST, int(high)) + 1):
-            yield Ramp(at, some[0][1] < 1, factor)
+        sizes = np.abs(np.log([change[1] for change in some]))
+        shown = float(np.exp(sizes.mean()))
+        if np.ptp(sizes) < 2 * np.log1p(FACTOR_SHARE) and shown < FACTOR_AT_MOST:
+            at = tuple(change[0] for change in some)
+            yield Ramp(at, some[0][1] < 1, max(2, round(shown))), shown
