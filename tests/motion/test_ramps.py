@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -10,6 +10,7 @@ import pytest
 from filmed_trials import FilmedTrial, Filming, film_motion, part
 from numpy.typing import NDArray
 
+from count_video.motion.changing_rates import Timed
 from count_video.motion.gaps import gaps_of
 from count_video.motion.seen import seen_collisions
 from count_video.motion.time_base import Ramp
@@ -102,40 +103,59 @@ def test_a_ramp_next_to_a_collision_is_undone(after: float) -> None:
     assert changes == pytest.approx(np.interp([begin, end], frame[kept], range(len(kept))), abs=1)
 
 
+@dataclass(frozen=True)
+class Export:
+    """A trial with parts of it shown faster."""
+
+    setup: Setup
+    capture_fps: float
+    factor: int
+    after_first: float
+    """Frames of the camera from the first collision to the first change of the rate."""
+    after_last: float
+    """Frames of the camera from the last collision to the second change."""
+
+    def film(self) -> tuple[FilmedTrial, Track]:
+        filming = Filming(self.capture_fps, NOISE_PX, lead_frames=100, tail_frames=200)
+        whole = film_motion(simulate(self.setup), filming)
+        frame, ends = whole.track.frame, whole.frames[[0, -1]]
+        dense = (frame > ends[0] + self.after_first) & (frame < ends[1] + self.after_last)
+        kept = np.flatnonzero(dense | (frame % self.factor == 0))
+        return whole, rows_of(whole.track, kept)
+
+
+def hung(ratio: float, gap_m: float, release_m: float) -> Setup:
+    return Setup(
+        heavy_mass_kg=ratio * LIGHT_KG, wall_gap_m=gap_m, bodies_gap_m=0.001, release_m=release_m
+    )
+
+
 @pytest.mark.parametrize(
-    ("ratio", "capture_fps", "gap_m", "release_m", "factor", "after_first", "before_last"),
+    "export",
     [
-        (2.44, 563.0, 0.0294, 0.0497, 6, 1.16, 120.4),
-        (5.13, 1280.0, 0.0142, 0.0907, 8, 1.52, 74.4),
+        pytest.param(
+            Export(hung(2.44, 0.0294, 0.0497), 563.0, 6, 1.16, -120.4), id="few collisions"
+        ),
+        pytest.param(
+            Export(hung(5.13, 0.0142, 0.0907), 1280.0, 8, 1.52, -74.4), id="next to the first"
+        ),
+        pytest.param(
+            Export(hung(4.57, 0.0205, 0.0646), 736.0, 8, -28.9, 58.2), id="outside the burst"
+        ),
+        pytest.param(
+            Export(hung(3.63, 0.0215, 0.0452), 794.0, 4, 57.0, -84.1), id="hides the second"
+        ),
     ],
 )
-def test_the_path_gives_the_factor(
-    ratio: float,
-    capture_fps: float,
-    gap_m: float,
-    release_m: float,
-    factor: int,
-    after_first: float,
-    before_last: float,
-) -> None:
-    """Some pictures give the speeds to a fifth or so; the whole path gives the factor."""
-    setup = Setup(
-        heavy_mass_kg=ratio * LIGHT_KG,
-        wall_gap_m=gap_m,
-        bodies_gap_m=0.001,
-        release_m=release_m,
-    )
-    filming = Filming(capture_fps, NOISE_PX, lead_frames=100, tail_frames=200)
-    whole = film_motion(simulate(setup), filming)
-    frame = whole.track.frame
-    dense = (frame > whole.frames[0] + after_first) & (frame < whole.frames[-1] - before_last)
+def test_the_path_gives_factor_and_places(export: Export) -> None:
+    """Few pictures give the speeds to a fifth or so, and corners that are no collisions."""
+    whole, track = export.film()
 
-    base, found = seen_by_time_base(
-        rows_of(whole.track, np.flatnonzero(dense | (frame % factor == 0)))
-    )
+    base, found = seen_by_time_base(track)
 
     assert found.burst == len(whole.frames)
-    assert [(note.cause, note.figures[0]) for note in base.notes] == [(Cause.RATE_CHANGES, factor)]
+    shown = [(note.cause, note.figures[0]) for note in base.notes]
+    assert shown == [(Cause.RATE_CHANGES, export.factor)]
 
 
 def test_the_ball_at_rest_says_nothing_against_a_change() -> None:
@@ -223,7 +243,7 @@ def test_collisions_must_be_resolved_also_where_pictures_are_rare() -> None:
 
     for begin, resolved in ((12.0, False), (50.0, True)):
         two = replace(first, frame=begin), replace(second, frame=begin + 6.0)
-        assert resolves(base, replace(found, collisions=two, burst=2)) is resolved
+        assert resolves(Timed(base, replace(found, collisions=two, burst=2))) is resolved
 
 
 def test_a_cylinder_that_leaves_its_path_is_no_evidence() -> None:

@@ -56,15 +56,20 @@ class Swing:
     """Distance of the heavy body's face where its threads hang straight down."""
     stray_px: float
     """RMS by which the places stray from the path."""
+    places: int
+    """How many these are."""
     fits: bool
     """Whether the body moves as one that swings and collides so. If it does not, a body was
     mistaken for another or for scenery, or collisions are missing."""
 
 
-def fit_swing(gaps: Gaps, collisions: Sequence[Collision]) -> Swing | None:
+def fit_swing(
+    gaps: Gaps, collisions: Sequence[Collision], reach: Sequence[float] = ()
+) -> Swing | None:
     """Fit the heavy body's path; None where steps are not shown, or nothing can be solved.
 
-    Distances are those of ``gaps``. The uncertainties hold the scatter about the path.
+    Distances are those of ``gaps``. The uncertainties hold the scatter about the path, which is
+    used about the collisions and about the frame coordinates that it has to ``reach``.
     """
     bodies = [collision for collision in collisions if collision.kind == "bodies"]
     times = np.array([collision.frame for collision in bodies])
@@ -73,7 +78,9 @@ def fit_swing(gaps: Gaps, collisions: Sequence[Collision]) -> Swing | None:
     )
     if len(steps) == 0 or np.isnan(steps).mean() > UNSHOWN_AT_MOST:
         return None
-    used = (gaps.frame > times[0] - FRAMES_BEYOND) & (gaps.frame < times[-1] + FRAMES_BEYOND)
+    ends = np.array([times[0], times[-1], *reach])
+    used = gaps.frame > ends.min() - FRAMES_BEYOND
+    used &= gaps.frame < ends.max() + FRAMES_BEYOND
     used &= np.isfinite(gaps.heavy_px) & (gaps.frame >= _let_go(gaps, times[0]))
     frame, place = gaps.frame[used], gaps.heavy_px[used]
     if len(frame) < POINTS_AT_LEAST + np.isnan(steps).sum():
@@ -98,6 +105,7 @@ def _solved(law: Floats, place: Floats, noise_px: float) -> Swing | None:
         rate_squared_sigma=float(sigma[3]),
         centre_px=float(place.mean()) + 2 * bend / rate_squared if rate_squared else np.nan,
         stray_px=stray,
+        places=len(place),
         fits=way >= MOVES_AT_LEAST_PX
         and stray < max(STRAY_AT_LEAST_PX, STRAY_SHARE * way, STRAY_SIGMAS * noise_px),
     )
