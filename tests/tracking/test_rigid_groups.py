@@ -57,6 +57,14 @@ def test_corners_that_are_lost_and_strays_cost_nothing_but_themselves() -> None:
     assert np.isfinite(groups[0].path_px).all()
 
 
+def test_a_corner_beyond_another_body_makes_none_hollow() -> None:
+    rng = np.random.default_rng(12)
+    near = moved(SWING, 29, rng)
+    beyond = moved(SWING, 1, rng, 200)
+    groups = rigid_groups(trajectories(near, beyond, moved(2 * SWING, 20, rng, 100)), STILL)
+    assert [len(group.corners_px) for group in groups] == [30, 20]
+
+
 def test_a_thread_that_moves_less_than_its_body_is_no_part_of_it() -> None:
     rng = np.random.default_rng(3)
     thread = moved(0.8 * SWING, 8, rng, 70)

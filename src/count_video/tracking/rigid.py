@@ -37,6 +37,8 @@ TOGETHER_SHARE = 0.6
 the corners of either may have slid to what passes by."""
 CORNERS_AT_LEAST = 4
 BODIES_AT_MOST = 8
+OUTERMOST = 0.05, 0.95
+"""A body's corners lie between these quantiles: one of a few beyond may have slid to another."""
 OFTEN_SHARE = 0.3
 """Corners followed through a smaller share of the samples than the best one are no part of the
 template."""
@@ -107,7 +109,8 @@ def _surrounds(one: RigidGroup, other: RigidGroup) -> bool:
     if there <= here or len(apart) == 0 or apart.std(axis=0).max() < MOVED_PX:
         return False
     middle = apart + other.corners_px.mean(axis=0)
-    inside = (middle > one.corners_px.min(axis=0)) & (middle < one.corners_px.max(axis=0))
+    low, high = np.quantile(one.corners_px, OUTERMOST, axis=0)
+    inside = (middle > low) & (middle < high)
     return bool(inside.all(axis=1).mean() > 0.5)
 
 
