@@ -113,3 +113,26 @@ def test_the_search_does_not_end_two_collisions_off(seed: int) -> None:
     fit = fit_burst(trial.track, seen_collisions(trial.track))
     assert isinstance(fit, Between)
     assert fit.count == len(trial.frames)
+
+
+def test_a_heavy_body_that_left_the_picture_comes_back_after_the_burst_only() -> None:
+    setup = Setup(
+        heavy_mass_kg=1.02 * 0.0105,
+        mounting="free",
+        wall_gap_m=0.023,
+        bodies_gap_m=0.003,
+        heavy_velocity_m_s=-0.9,
+        restitution_bodies=0.97,
+        restitution_wall=0.9,
+    )
+    trial = film_motion(simulate(setup), Filming(200.0, tail_frames=40))
+    heavy = trial.track.heavy
+    assert heavy is not None
+    left = trial.track.frame > trial.frames[-2] + 40
+    gone = replace(heavy, position_px=np.where(left, np.nan, heavy.position_px))
+
+    found = seen_collisions(replace(trial.track, heavy=gone))
+
+    assert trial.frames[-1] > trial.frames[-2] + 80
+    assert found.burst == len(trial.frames)
+    assert not found.shortcomings

@@ -45,7 +45,7 @@ def find_burst(collisions: Sequence[Collision], gaps: Gaps) -> tuple[int, tuple[
     """
     end = turn_round(gaps, collisions)
     inside = [c for c in collisions if c.frame <= end]
-    goes_on = bool(inside) and not np.isfinite(end) and _may_go_on(inside[-1], gaps.sign)
+    goes_on = bool(inside) and not np.isfinite(end) and _may_go_on(inside, gaps.sign)
     causes = (_beginning(inside), Cause.ENDS_WITHIN if goes_on else None)
     return len(inside), tuple(Reason(cause) for cause in causes if cause)
 
@@ -90,10 +90,15 @@ def _beginning(inside: Sequence[Collision]) -> Cause | None:
     return None if at_rest else Cause.STARTS_CLOSE
 
 
-def _may_go_on(last: Collision, sign: int) -> bool:
-    """Whether another collision may follow: not where the bodies part and leave the wall."""
-    after = last.velocity_after
-    ball, heavy = sign * after.ball_px_frame, sign * after.heavy_px_frame
-    unsure = SIGMAS * np.array([after.ball_sigma_px_frame, after.heavy_sigma_px_frame])
+def _may_go_on(inside: Sequence[Collision], sign: int) -> bool:
+    """Whether another collision may follow: not where the bodies part and leave the wall.
+
+    A heavy body that is not seen any more goes on as it was last seen: where it turns round later,
+    the burst is over.
+    """
+    seen = [one for one in inside if np.isfinite(one.velocity_after.heavy_px_frame)]
+    after, parted = inside[-1].velocity_after, (seen or inside)[-1].velocity_after
+    ball, heavy = sign * after.ball_px_frame, sign * parted.heavy_px_frame
+    unsure = SIGMAS * np.array([after.ball_sigma_px_frame, parted.heavy_sigma_px_frame])
     leave = ball >= -unsure[0] and heavy >= -unsure[1]
     return not (leave and heavy - ball >= -np.hypot(*unsure))
