@@ -54,7 +54,7 @@ class Timed:
         return [self.base.shown(one) for one in self.found.collisions[: self.found.burst]]
 
 
-def timed_by(ramp: Ramp, track: Track) -> Timed:
+def _timed_by(ramp: Ramp, track: Track) -> Timed:
     """Find the collisions of a track by a changing rate."""
     base = ramp.time_base(track.frame)
     return Timed(base, seen_collisions(base.evened(track), pace=1.0))
@@ -67,21 +67,21 @@ def likeliest_change(track: Track, even: Timed) -> Timed | None:
     """
     tried: dict[int, list[tuple[float, Ramp, float, Timed]]] = {1: [], 2: []}
     for ramp, factor in ramps_of(track, even.burst):
-        by = timed_by(ramp, track)
+        by = _timed_by(ramp, track)
         if ramp.slows([one.frame for one in by.burst]):
-            tried[len(ramp.changes)].append((gain(track, ramp, by, even), ramp, factor, by))
+            tried[len(ramp.changes)].append((_gain(track, ramp, by, even), ramp, factor, by))
     fits = []
     for some in filter(None, tried.values()):
         _, ramp, factor, by = max(some, key=itemgetter(0))
         for _ in range(BY_TURNS):
             ramp = _fitted(ramp, factor, track, by.burst)
-            by = timed_by(ramp, track)
-        fits.append((gain(track, ramp, by, even), by))
+            by = _timed_by(ramp, track)
+        fits.append((_gain(track, ramp, by, even), by))
     best, likeliest = max(fits, key=itemgetter(0), default=(0.0, None))
     return likeliest if best > 0 else None
 
 
-def gain(track: Track, ramp: Ramp, by: Timed, even: Timed) -> float:
+def _gain(track: Track, ramp: Ramp, by: Timed, even: Timed) -> float:
     """Logarithm of the ratio of the likelihoods of a changing rate and an even one.
 
     Of ``STRAYS_LESS`` as much is taken off; -inf where the heavy body shows no path.

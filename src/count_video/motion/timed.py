@@ -35,10 +35,10 @@ def seen_by_time_base(track: Track) -> tuple[TimeBase, SeenCollisions]:
     if found.path_fits and found.is_whole and scatter_of(found) < least:
         return base, found
     other = likeliest_change(track, Timed(base, found))
-    return (other.base, other.found) if other and is_sure(other) else (base, found)
+    return (other.base, other.found) if other and _is_sure(other) else (base, found)
 
 
-def is_sure(by: Timed) -> bool:
+def _is_sure(by: Timed) -> bool:
     """Whether a changing rate leaves nothing open, and the heavy body keeps to its path."""
     found = by.found
     fits = found.swing is not None and found.swing.fits
