@@ -16,9 +16,11 @@ from drawn import (
 )
 
 from count_video.records import Floats
+from count_video.tracking import bodies
 from count_video.tracking.background import background_of
 from count_video.tracking.camera import Motion, camera_motion, scenery
 from count_video.tracking.light import Light
+from count_video.tracking.samples import Thumbnails
 from count_video.tracking.sequences import Chosen
 from count_video.tracking.shape import Box
 
@@ -253,3 +255,22 @@ def test_pictures_that_lose_the_edges_along_the_motion_keep_their_place_across(
     assert motion is not None
     assert np.isfinite(motion.shift_px[:, 0]).all()
     assert float(np.std(errors(motion, shifts)[:, 0])) <= 2 * SHIFT_PX
+
+
+@pytest.mark.parametrize("camera_moves", [True, False])
+def test_what_bodies_do_not_share_is_not_the_camera(
+    camera_moves: bool, still: list[Luma], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Encoders drag the faint texture of a wall along; a camera moves all that it shows."""
+    shifts = shake()
+    said = Motion(shifts, np.full(shifts.shape, SHIFT_PX))
+    monkeypatch.setattr(bodies, "camera_motion", lambda *_: said)
+    pictures = shaken(still, shifts) if camera_moves else still
+    thumbnails = Thumbnails()
+    for row, picture in enumerate(pictures):
+        thumbnails.add(row, picture)
+
+    found = bodies.find_movers(pictures, np.arange(FRAMES), thumbnails, lambda _: True)
+
+    assert found.bodies
+    assert (found.motion is said) is camera_moves

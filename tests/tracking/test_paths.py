@@ -1,4 +1,4 @@
-"""Which pictures a template is learnt from."""
+"""Which pictures a template is learnt from, and how steadily bodies move."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from count_video.tracking.paths import PICTURES, PLACE_BIN_PX, choose
+from count_video.tracking.paths import PICTURES, PLACE_BIN_PX, choose, unsteadiness
 
 FAR_PX = 10 * PLACE_BIN_PX
 
@@ -35,3 +35,22 @@ def test_rest_takes_no_more_pictures_than_are_left_over(rests_for: int) -> None:
 
     # All of its pictures weigh together as much as one that shows a place of its own.
     assert len(of_rest) <= 1
+
+
+@pytest.mark.parametrize("camera_moves", [True, False])
+def test_bodies_move_steadily_but_for_the_camera(camera_moves: bool) -> None:
+    """What was measured of a camera is its motion if bodies move more steadily without it."""
+    rng = np.random.default_rng(5)
+    frames = np.sort(rng.choice(400, 60, replace=False))
+    shake = rng.normal(0, 1.5, (60, 2))
+    flights = [
+        np.column_stack([60.0 * np.abs((frames / 90 + start) % 2 - 1), 0.0 * frames])
+        for start in (0.0, 0.7)
+    ]
+    noisy = [path + rng.normal(0, 0.1, (60, 2)) for path in flights]
+    paths = [path + shake for path in noisy] if camera_moves else noisy
+    paths[0][7] = np.nan
+
+    freed = unsteadiness([path - shake for path in paths], frames)
+
+    assert (freed < unsteadiness(paths, frames)) is camera_moves

@@ -20,7 +20,7 @@ from count_video.tracking.corners import follow_corners
 from count_video.tracking.following import Clip, Followed, follow
 from count_video.tracking.layers import BODIES_AT_MOST, add_bodies, apart, learn_again
 from count_video.tracking.learning import Body
-from count_video.tracking.paths import Rough, common_direction_deg, line_tilt_deg
+from count_video.tracking.paths import Rough, common_direction_deg, line_tilt_deg, unsteadiness
 from count_video.tracking.proposals import propose, roughly
 from count_video.tracking.regions import find_regions, reduced_for_regions
 from count_video.tracking.rigid import RigidGroup, scene_path
@@ -33,6 +33,8 @@ PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
 UPRIGHT_DEG = 45.0
 TREMBLE_OF = 32
 """That the camera stands still shows in so many samples."""
+OTHERS_ODDS = 5.0
+"""Logarithm of the odds that what two halves of the scenery agree on is the camera's motion."""
 TIMES_LEARNT, SETTLED_PX = 1, 2.0
 """Outlines are learnt at most so often more, until their sizes change by less than this."""
 ROUNDS = 4
@@ -115,7 +117,21 @@ def _camera_motion(clip: Clip, scene: _Scene, roughs: Sequence[Rough]) -> Motion
         if camera_motion(parts, Chosen(few.pictures, some), roughly[some]) is None:
             return None
     between = [np.interp(clip.frames, few.frames, along) for along in roughly.T]
-    return camera_motion(parts, clip.pictures, np.stack(between, axis=1))
+    motion = camera_motion(parts, clip.pictures, np.stack(between, axis=1))
+    return None if motion is None or _disturbs(motion, few, clip.samples, roughs) else motion
+
+
+def _disturbs(motion: Motion, few: Clip, samples: Indices, roughs: Sequence[Rough]) -> bool:
+    """Whether bodies move less steadily without what was measured of the camera: it is another's.
+
+    Encoders drag the texture of plain walls along with bodies, and a body that rests for most of
+    the clip is in the background.
+    """
+    paths = [one.path_px for one in roughs if one.sure] or [one.path_px for one in roughs]
+    shift = motion.everywhere_px[samples]
+    before = unsteadiness(paths, few.frames)
+    after = unsteadiness([path - shift for path in paths], few.frames)
+    return after - before > OTHERS_ODDS
 
 
 def _followed(

@@ -18,6 +18,9 @@ PLACE_NOISE_PX, STRAIGHT_SHARE = 1.0, 0.1
 a share of their way: a longer path is no straighter one."""
 PLACE_BIN_PX = 3.0
 """Pictures with the same bin of places, or of distances to the neighbour, are alike."""
+STEADY_PX = 0.3
+"""From one sample to the next but one a body moves steadily but for about so much, as corners are
+followed; where it is struck, by far more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +63,23 @@ def common_direction_deg(roughs: Sequence[Rough]) -> float:
         twice = 2 * np.radians(_direction_deg(moments))
         turned += count / 2 * np.log(along / across) * np.exp(1j * twice)
     return float(np.degrees(np.angle(turned) / 2))
+
+
+def unsteadiness(paths_px: Sequence[Floats], frames: Indices) -> float:
+    """How unlikely paths are of bodies that move steadily between samples, but where struck.
+
+    It is the negative logarithm of the likelihood if their places depart from those half-way
+    between their neighbours by Cauchy errors, but for a constant. Paths have shape (samples, 2),
+    NaN where not known; ``frames`` are those of the samples, shape (samples,).
+    """
+    total = 0.0
+    for path in paths_px:
+        known = np.flatnonzero(np.isfinite(path[:, 0]))
+        time, place = frames[known].astype(np.float64), path[known]
+        later = ((time[1:-1] - time[:-2]) / (time[2:] - time[:-2]))[:, None]
+        away = place[1:-1] - place[:-2] * (1 - later) - place[2:] * later
+        total += float(np.log1p((away / STEADY_PX) ** 2).sum())
+    return total
 
 
 def only(path_px: Floats, samples: Indices) -> Floats:
