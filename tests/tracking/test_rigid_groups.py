@@ -57,6 +57,17 @@ def test_corners_that_are_lost_and_strays_cost_nothing_but_themselves() -> None:
     assert np.isfinite(groups[0].path_px).all()
 
 
+def test_corners_that_are_smeared_by_a_fast_motion_make_one_body() -> None:
+    """Each is followed worse by some hundredths of its way from sample to sample."""
+    rng = np.random.default_rng(14)
+    fast = 6.0 * ZIGZAG
+    smeared = 0.04 * np.abs(np.gradient(fast))[:, None]
+    body = moved(fast, 20, rng)
+    body += smeared * rng.normal(0, 1, body.shape)
+    groups = rigid_groups(trajectories(body, moved(SWING, 12, rng, 100)), STILL)
+    assert [len(group.corners_px) for group in groups] == [20, 12]
+
+
 def test_a_corner_beyond_another_body_makes_none_hollow() -> None:
     rng = np.random.default_rng(12)
     near = moved(SWING, 29, rng)

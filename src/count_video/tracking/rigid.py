@@ -23,6 +23,8 @@ from count_video.tracking.shape import known_of
 RIGID_PX = 0.45
 """Standard deviation of a distance that is taken for constant: following a corner errs by 0.1 to
 0.3 px."""
+SMEARED_SHARE = 0.1
+"""What moves is smeared, and followed worse by this share of its way from sample to sample."""
 MOVED_PX = 2.0
 """Corners that move by less than this over the clip show nothing of a motion."""
 SHARED_SPAN_PX = 4 * RIGID_PX
@@ -185,6 +187,8 @@ def _joined(places: Pixels, seen: Mask, *, still: bool = False) -> Mask:
     shared = indicator @ indicator.T
     count = np.maximum(shared, 1)
     apart, span = np.zeros_like(shared), np.zeros_like(shared)
+    step = _steps_px(places, seen)
+    noise = RIGID_PX**2 + (SMEARED_SHARE * np.minimum(step[:, None], step)) ** 2
     for axis in range(2):
         # About the mean of each corner, so that sums of squares keep their digits.
         x = np.where(seen, places[:, :, axis], 0)
@@ -196,9 +200,25 @@ def _joined(places: Pixels, seen: Mask, *, still: bool = False) -> Mask:
         span += np.minimum(own, own.T)
     # An even motion over a span has a standard deviation of that span over the root of 12.
     moved = still | (span > SHARED_SPAN_PX**2 / 12)
-    joined = (shared >= _shared_at_least(seen)) & (apart < RIGID_PX**2) & moved
+    joined = (shared >= _shared_at_least(seen)) & (apart < noise) & moved
     np.fill_diagonal(joined, True)
     return np.asarray(joined)
+
+
+def _steps_px(places: Pixels, seen: Mask) -> Pixels:
+    """Root mean square step of each corner from sample to sample, shape (corners,)."""
+    both = seen[:, 1:] & seen[:, :-1]
+    squares = np.where(both[:, :, None], np.diff(places, axis=1) ** 2, 0).sum(axis=(1, 2))
+    return np.asarray(np.sqrt(squares / np.maximum(both.sum(axis=1), 1)), np.float32)
+
+
+def _noise_px(path: Floats) -> Floats:
+    """How far corners may seem to be from their place on a path, in each sample, shape (samples,).
+
+    Where a step is not known the body is taken to rest.
+    """
+    step = np.hypot(*np.gradient(path, axis=0).T)
+    return np.asarray(np.hypot(RIGID_PX, SMEARED_SHARE * np.nan_to_num(step)))
 
 
 def _settled(places: Pixels, seen: Mask, candidates: Indices, members: Indices) -> Indices:
@@ -223,7 +243,7 @@ def _path(places: Pixels, seen: Mask) -> Floats:
         known = np.asarray(np.isfinite(error))
         offset = np.where(np.isfinite(offset), offset, 0.0)
         use = seen & np.asarray(np.isfinite(offset).all(axis=1))[:, None]
-        use &= (known & (error < 2 * RIGID_PX)) | ~np.asarray(np.isfinite(path[:, 0]))[None]
+        use &= (known & (error < 2 * _noise_px(path))) | ~np.asarray(np.isfinite(path[:, 0]))[None]
         total = np.where(use[:, :, None], places - offset[:, None], 0.0).sum(axis=0)
         count = use.sum(axis=0)[:, None]
         path = np.where(count > 0, total / np.maximum(count, 1), np.nan)
@@ -252,7 +272,7 @@ def _keeps(places: Pixels, seen: Mask, path: Floats) -> Mask:
     _, error = _offsets(places, seen, path)
     known = np.isfinite(error)
     count = known.sum(axis=1)
-    near = (known & (error < RIGID_PX)).sum(axis=1) >= NEAR_SHARE * count
+    near = (known & (error < _noise_px(path))).sum(axis=1) >= NEAR_SHARE * count
     span = np.zeros(len(places))
     for along in path.T:
         highest, lowest = (np.where(known, along, end) for end in (-np.inf, np.inf))
@@ -282,7 +302,8 @@ def _same_body(one: Floats, other: Floats) -> bool:
     if np.count_nonzero(both) < SHARED_SAMPLES:
         return False
     away = one[both] - other[both]
-    together = np.abs(away - np.median(away, axis=0)).max(axis=1) < 2 * RIGID_PX
+    noise = np.maximum(_noise_px(one), _noise_px(other))[both]
+    together = np.abs(away - np.median(away, axis=0)).max(axis=1) < 2 * noise
     if together.mean() < TOGETHER_SHARE:
         return False
     return float(np.ptp(one[both][together], axis=0).max()) > 2 * SHARED_SPAN_PX
