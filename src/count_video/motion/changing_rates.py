@@ -67,9 +67,12 @@ def likeliest_change(track: Track, even: Timed) -> Timed | None:
     """
     tried: dict[int, list[tuple[float, Ramp, float, Timed]]] = {1: [], 2: []}
     for ramp, factor in ramps_of(track, even.burst):
+        if _path(track, even.base, even.burst, ramp)[0] >= UNKNOWN_PX:
+            continue
         by = _timed_by(ramp, track)
-        if ramp.slows([one.frame for one in by.burst]):
-            tried[len(ramp.changes)].append((_gain(track, ramp, by, even), ramp, factor, by))
+        rough = _gain(track, ramp, by, even)
+        if rough > 0 and ramp.slows([one.frame for one in by.burst]):
+            tried[len(ramp.changes)].append((rough, ramp, factor, by))
     fits = []
     for some in filter(None, tried.values()):
         _, ramp, factor, by = max(some, key=itemgetter(0))
