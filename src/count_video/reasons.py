@@ -31,7 +31,7 @@ class Cause(Enum):
     TURNS_OPEN = auto()  # turns at a stop may be impacts [all frames]
     NOT_TURNED = auto()  # by all flights together a body does not turn at impacts [all frames]
     CUT_AT_STOP = auto()
-    TOO_FREQUENT = auto()
+    TOO_FREQUENT = auto()  # or the body came back to its stop while no picture showed it
     DIES_OUT = auto()  # the body bounces lower and lower, at last below what the pictures show
     WALL_BEHIND = auto()
     WALL_AHEAD = auto()

@@ -26,12 +26,13 @@ VELOCITY, ACCELERATION, JUMP, WIDTH = 1, 2, 4, 6
 
 
 class Body(NamedTuple):
-    """One body's path, and at which contacts its velocity jumps, shape (contacts,)."""
+    """One body's path, at which contacts its velocity jumps, shape (contacts,), and when else."""
 
     motion: Motion
     errors: Errors | None
     sigma_px: float
     jumps: NDArray[np.bool_]
+    ends: Floats
 
 
 class Equations:
@@ -108,6 +109,7 @@ def _near(body: Body, times: Floats, number: int, touching: float) -> tuple[Floa
     """Frames since a contact, and places, of a body in its flights next to it."""
     time, jumps = float(times[number]), bool(body.jumps[number])
     others = times[body.jumps & (np.arange(len(times)) != number)]
+    others = np.append(others, body.ends)
     low = float(others[others < time].max(initial=-np.inf)) + touching
     high = float(others[others > time].min(initial=np.inf)) - touching
     free = touching if jumps else 0.0

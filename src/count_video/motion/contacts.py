@@ -74,6 +74,7 @@ def fit_contacts(
     contacts: Sequence[tuple[float, Kind]],
     touching: float = HALF_EXPOSURE,
     sign: int = 1,
+    ends: Sequence[float] = (),
 ) -> Contacts:
     """Fit contacts of known kinds, in order of time, from rough frame coordinates.
 
@@ -88,10 +89,13 @@ def fit_contacts(
         Frames on either side of a contact that may show it; more of them for soft bodies.
     sign
         -1 where the collisions have places and velocities of the other sign.
+    ends
+        Frame coordinates at which flights of the ball may end too.
     """
     kinds = [kind for _, kind in contacts]
     times = np.array([time for time, _ in contacts], dtype=np.float64)
     bodies = _bodies(frame, places, kinds, times, touching)
+    bodies[0] = bodies[0]._replace(ends=np.array(ends))
     fitted: list[_Fitted] = []
     for number in range(STEPS_AT_MOST):
         shared = _shared(kinds, fitted, bodies) if number else {}
@@ -122,7 +126,7 @@ def _bodies(
         alone = len(places) == 1
         errors = errors_about(frame, place, times[jumps].tolist(), touching, inside=alone)
         sigma = max(sigma_of(place), errors.sigma_px if errors else 0.0)
-        found.append(Body(motion_of(frame, place), errors, sigma, jumps))
+        found.append(Body(motion_of(frame, place), errors, sigma, jumps, np.empty(0)))
     return found
 
 

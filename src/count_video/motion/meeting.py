@@ -10,6 +10,7 @@ from dataclasses import astuple, replace
 
 import numpy as np
 
+from count_video.motion.beginnings import before_first
 from count_video.motion.contacts import Kind, fit_contacts
 from count_video.motion.corners import weigh
 from count_video.motion.errors_of_places import HALF_EXPOSURE
@@ -53,7 +54,9 @@ def seen_impacts(track: Track) -> SeenImpacts:
     kinds: dict[int, Kind] = {-1: "wall" if heavy is None else "bodies", 1: "far"}
     contacts = [(impact.frame, kinds[impact.side]) for impact in impacts]
     places = [body.position_px for body in slow.bodies]
-    fitted = fit_contacts(slow.frame, places, contacts, contact)
+    earlier = before_first(motion, impacts) if impacts else []
+    ends = [turn.frame for turn in turns if not turn.likely] + [one.frame for one in earlier]
+    fitted = fit_contacts(slow.frame, places, contacts, contact, ends=ends)
     collisions = [in_frames(collision, pace) for collision in fitted.collisions]
     seen = replace(weighed(motion, turns, contact, pace, collisions), errors=fitted.errors)
     if heavy is None or not frames:

@@ -21,6 +21,7 @@ from count_video.motion.flight import (
     PULL_SHARE,
     Motion,
 )
+from count_video.motion.gaps import UNSEEN_FRAMES
 from count_video.motion.priors import (
     CHANCE_CLEAR,
     CHANCE_CUT_OFF,
@@ -161,8 +162,8 @@ def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
 
     It does if a flight to the same stop, or the time that is left after the last impact, is longer
     than one lasts. Flights last as long as they begin fast, or longer: the one before the last says
-    how long that is, and for the others their median does, if it is not less. A body that pictures
-    show no more when it is due has come back.
+    how long that is, and for the others their median does, if it is not less. A body that no
+    picture shows when it is due has come back.
     """
     if len(impacts) < 2:
         return False
@@ -181,8 +182,9 @@ def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
     lasts = np.maximum(usual, by_speed * speed)
     lasts[-1] = flights[-2] * speed[-1] / speed[-2]
     seen = motion.frame[np.isfinite(motion.place_px)]
-    if seen[-1] < impacts[-1].frame + lasts[-1]:  # no picture shows the body come back
-        lasts[-1] *= (1 + PULL_SHARE) / FLIGHT_FACTOR
+    due = np.array([impact.frame for impact in impacts]) + lasts
+    before, after = (np.append(seen, np.inf)[seen.searchsorted(due) + step] for step in (-1, 0))
+    lasts[after - before > UNSEEN_FRAMES] *= (1 + PULL_SHARE) / FLIGHT_FACTOR
     return bool((falls & (flights > FLIGHT_FACTOR * lasts)).any())
 
 

@@ -130,8 +130,8 @@ SENTENCES: Final = {
     Cause.NOT_TURNED: "by all flights together the body does not surely turn round in {frames}: "
     "other impacts may be missed there",
     Cause.CUT_AT_STOP: "the clip is cut off where the body is at its stop: one may be missing",
-    Cause.TOO_FREQUENT: "the last impacts follow each other faster than the pictures show: some "
-    "may be missed",
+    Cause.TOO_FREQUENT: "impacts follow each other faster than the pictures show, or the body came "
+    "back to its stop while no picture shows it: some may be missed",
     Cause.DIES_OUT: "the last bounces are lower than the pictures show: they are not counted",
     Cause.WALL_BEHIND: "the clip begins while a body comes from something that stands still: if it "
     "struck that, start the clip before the first collision",

@@ -1,0 +1,60 @@
+"""A bouncing ball that pictures do not show for some of its flights."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from free_paths import alone, bouncing, noisy
+
+from count_video.motion.meeting import seen_impacts
+from count_video.reasons import Cause
+from count_video.records import SURE, Floats
+
+NOISE_PX = 0.3
+FLIGHT, PULL = 16.0, 14.0
+"""Frames of the first flight, and px per frame squared."""
+TIMES_WITHIN = 0.2
+"""Frames by which a time may be wrong: several times what its flights leave open here."""
+
+
+def dropped(number: int, kept: float = 0.93) -> tuple[Floats, list[float]]:
+    """A ball dropped on a floor, and its impacts; each flight lasts a share of the one before."""
+    return bouncing((FLIGHT * kept ** np.arange(number)).tolist(), PULL, FLIGHT / 2)
+
+
+@pytest.mark.parametrize("kept", [0.8, 0.87, 0.93])
+@pytest.mark.parametrize("missed", [2, 3])
+def test_a_ball_that_came_back_unseen_leaves_the_count_open(missed: int, kept: float) -> None:
+    place, impacts = dropped(6, kept)
+    middle = round(impacts[missed])
+    place[middle - 4 : middle + 5] = np.nan
+
+    found = seen_impacts(alone(noisy(place, NOISE_PX)))
+
+    number = len(found.collisions)
+    assert number == len(impacts) or found.probability.get(number, 0.0) < SURE
+
+
+@pytest.mark.parametrize("missed", [2, 3, 4])
+def test_a_ball_that_is_not_seen_while_it_is_high_bounced_no_more(missed: int) -> None:
+    place, impacts = dropped(7)
+    top = round((impacts[missed] + impacts[missed + 1]) / 2)
+    place[top - 2 : top + 3] = np.nan
+
+    found = seen_impacts(alone(noisy(place, NOISE_PX)))
+
+    assert len(found.collisions) == len(impacts)
+    assert Cause.TOO_FREQUENT not in [doubt.cause for doubt in found.doubts]
+
+
+def test_places_before_an_unseen_impact_do_not_mislead_the_first_one_seen() -> None:
+    place, impacts = dropped(6)
+    first = round(impacts[0])
+    place[: first - 2] = np.nan
+    place[first - 1 : first + 1] = np.nan
+
+    found = seen_impacts(alone(noisy(place, NOISE_PX)))
+
+    times = [one.frame for one in found.collisions if one.seen]
+    assert found.collisions[0].seen is False
+    assert times == pytest.approx(impacts[1:], abs=TIMES_WITHIN)
