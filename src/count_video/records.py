@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.float32]
 Luma = NDArray[np.uint8]
+Chroma = NDArray[np.uint8]
 Indices = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 CollisionKind = Literal["bodies", "wall"]
@@ -66,6 +67,8 @@ class Frame:
     """Brightness, shape (height, width), 0 to 255; 10-bit footage is rounded down to 8."""
     repeats_previous: bool
     """True for a copy of the picture before it."""
+    chroma: Chroma | None = None
+    """Colour, U and V, at half size, rounded up, shape (2, rows, columns); None if not stored."""
 
 
 @dataclass(frozen=True)

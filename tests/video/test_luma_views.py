@@ -4,7 +4,7 @@ import av
 import numpy as np
 import pytest
 
-from count_video.video.pictures import luma_of, luma_shift
+from count_video.video.pictures import chroma_of, luma_of, luma_shift
 
 HEIGHT, WIDTH = 48, 70  # no multiple of 32: FFmpeg pads every line
 
@@ -61,3 +61,27 @@ def test_a_view_outlives_the_picture_and_the_decoder_does_not_write_into_it() ->
     others = [planar("yuv420p", np.zeros_like(written)) for _ in range(5)]
     np.testing.assert_array_equal(luma, written)
     assert len(others) == 5
+
+
+@pytest.mark.parametrize("pixel_format", ["yuv420p", "yuv422p", "yuv444p", "nv12", "yuv420p10le"])
+@pytest.mark.parametrize("size", [(48, 70), (47, 69)])
+def test_chroma_is_that_of_the_picture_at_half_size(
+    pixel_format: str, size: tuple[int, int]
+) -> None:
+    rows, columns = size
+    rgb = np.full((rows, columns, 3), 90, np.uint8)
+    rgb[:, columns // 2 :] = 220, 110, 40
+    frame = av.VideoFrame.from_ndarray(rgb, format="rgb24").reformat(format=pixel_format)
+    chroma = chroma_of(frame)
+    assert chroma is not None
+    assert chroma.shape == (2, (rows + 1) // 2, (columns + 1) // 2)
+    grey, orange = chroma[:, :, :10].astype(int), chroma[:, :, -10:].astype(int)
+    assert np.abs(grey - 128).max() <= 1
+    # BT.601: U = 128 - 0.148 R - 0.291 G + 0.439 B, V = 128 + 0.439 R - 0.368 G - 0.071 B.
+    expected = np.array([81.0, 181.0])[:, None, None]
+    assert np.abs(orange - expected).max() <= 2
+
+
+@pytest.mark.parametrize("pixel_format", ["gray", "gray10le", *CONVERTED])
+def test_pictures_without_planes_of_colour_have_no_chroma(pixel_format: str) -> None:
+    assert chroma_of(av.VideoFrame(WIDTH, HEIGHT, pixel_format)) is None

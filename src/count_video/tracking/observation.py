@@ -15,6 +15,7 @@ from count_video.process import give_memory_back
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Indices
 from count_video.tracking.bodies import Movers, find_movers
+from count_video.tracking.colour import Colours
 from count_video.tracking.pairing import has_pair
 from count_video.tracking.samples import Thumbnails
 from count_video.tracking.view import TrackSettings, View, view_of
@@ -59,13 +60,14 @@ def observe(
         If the size of the picture changes on the way, or there is no room for its pictures.
     """
     view = view_of(footage, settings)
-    pictures, thumbnails = PictureStore(), Thumbnails()
+    pictures, thumbnails, colours = PictureStore(), Thumbnails(), Colours()
     frames: list[int] = []
     try:
         progress.start(footage.info.frames_promised, "tracking")
         for frame in view.frames():
             if not frame.repeats_previous:
                 thumbnails.add(len(frames), pictures.append(frame.luma))
+                colours.add(frame.chroma)
                 frames.append(frame.index)
             if frame.index % PROGRESS_STEP == PROGRESS_STEP - 1:
                 progress.advance(PROGRESS_STEP)
@@ -75,6 +77,10 @@ def observe(
                 f"start {settings.start} leaves nothing of the clip, which has "
                 f"{footage.report().frames_decoded} frames; give an earlier one"
             )
+        mixture = colours.mixture(thumbnails)
+        if mixture is not None:
+            pictures, thumbnails = colours.mixed(pictures, mixture)
+        colours.close()
         give_memory_back()
         indices = np.array(frames, dtype=np.intp)
         return Observation(
@@ -82,4 +88,5 @@ def observe(
         )
     except BaseException:
         pictures.close()
+        colours.close()
         raise

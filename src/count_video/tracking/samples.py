@@ -70,22 +70,22 @@ class Thumbnails:
     """Reduced pictures of a clip by their place in it: of long ones not of all."""
 
     def __init__(self) -> None:
-        self._kept: dict[int, Luma] = {}
+        self.pictures: dict[int, Luma] = {}
         self._stride = 1
 
     def add(self, row: int, thumbnail: Luma) -> None:
         """Take the next picture of the clip."""
         if row % self._stride:
             return
-        self._kept[row] = thumbnail
-        if len(self._kept) * thumbnail.size > THUMBNAIL_BYTES:
+        self.pictures[row] = thumbnail
+        if len(self.pictures) * thumbnail.size > THUMBNAIL_BYTES:
             self._stride *= 2
-            self._kept = {k: one for k, one in self._kept.items() if k % self._stride == 0}
+            self.pictures = {k: one for k, one in self.pictures.items() if k % self._stride == 0}
 
     def taken(self) -> dict[int, Luma]:
         """Hand the pictures over, and keep none."""
-        kept, self._kept = self._kept, {}
-        return kept
+        taken, self.pictures = self.pictures, {}
+        return taken
 
 
 def choose_samples(pictures: dict[int, Luma]) -> Samples:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from count_video.errors import UsageError
-from count_video.records import Floats, Frame, Luma, WallSide
+from count_video.records import Chroma, Floats, Frame, Luma, WallSide
 from count_video.video.reader import Footage
 
 Region = tuple[int, int, int, int]
@@ -50,7 +50,8 @@ class View:
 
     def of(self, frame: Frame) -> Frame:
         """Turn a frame of the clip into one of the view."""
-        return replace(frame, luma=self.of_luma(frame.luma))
+        chroma = None if frame.chroma is None else self._of_chroma(frame.chroma)
+        return replace(frame, luma=self.of_luma(frame.luma), chroma=chroma)
 
     def of_luma(self, luma: Luma) -> Luma:
         """Turn a picture, shape (height, width), into one of the view; at full size, no copy."""
@@ -60,6 +61,16 @@ class View:
         size = width // self.factor, height // self.factor
         whole = luma[y : y + size[1] * self.factor, x : x + size[0] * self.factor]
         return np.asarray(cv2.resize(whole, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+    def _of_chroma(self, chroma: Chroma) -> Chroma:
+        """Turn colour into that of the view, at half its size; right to a px of the picture."""
+        x, y, width, height = (side // 2 for side in self.region)
+        piece = chroma[:, y : y + max(1, height), x : x + max(1, width)]
+        if self.factor == 1:
+            return piece
+        size = max(1, piece.shape[2] // self.factor), max(1, piece.shape[1] // self.factor)
+        small = [cv2.resize(one, size, interpolation=cv2.INTER_AREA) for one in piece]
+        return np.array(small, np.uint8)
 
     def in_picture(self, places: Floats, *, upright: bool) -> Floats:
         """Turn places of the view along x (y where ``upright``) into places of the picture."""

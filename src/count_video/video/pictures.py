@@ -1,4 +1,4 @@
-"""Decoded pictures as numpy luma: without a copy where the layout allows, or reduced."""
+"""Decoded pictures as numpy luma and chroma, without a copy where the layout allows; reduced."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from count_video.records import Luma
+from count_video.records import Chroma, Luma
 
 Depth = TypeVar("Depth", np.uint8, np.float32)
 
@@ -41,17 +41,45 @@ def luma_of(frame: av.VideoFrame) -> Luma:
     rounded down to 8 bits; RGB, palettes and packed layouts are converted.
     """
     shift = luma_shift(frame.format.name)
-    plane = frame.planes[0]
-    if shift is None or plane.line_size < 0:
+    if shift is None or frame.planes[0].line_size < 0:
         return np.ascontiguousarray(frame.to_ndarray(format="gray"), np.uint8)
+    return _values(frame.planes[0], frame.width, shift)
+
+
+def chroma_of(frame: av.VideoFrame) -> Chroma | None:
+    """Return the chroma of a decoded picture at half its size, not turned; None if it has none.
+
+    Rounded up, shape (2, rows, columns). Grey pictures have none, nor have layouts in which it has
+    no planes of its own.
+    """
+    shift, planes = luma_shift(frame.format.name), frame.planes[1:3]
+    if shift is None or not planes or planes[0].line_size < 0:
+        return None
+    if len(planes) == 1:  # the values of both follow each other
+        pairs = _values(planes[0], 2 * planes[0].width, shift)
+        both = [pairs[:, 0::2], pairs[:, 1::2]]
+    else:
+        both = [_values(plane, plane.width, shift) for plane in planes]
+    size = (frame.width + 1) // 2, (frame.height + 1) // 2
+    return np.array(
+        [
+            one if one.shape[::-1] == size else cv2.resize(one, size, interpolation=cv2.INTER_AREA)
+            for one in both
+        ],
+        np.uint8,
+    )
+
+
+def _values(plane: av.video.plane.VideoPlane, columns: int, shift: int) -> Luma:
+    """Return what a plane stores, in 8 bits, shape (rows, columns)."""
     # Lines are padded for the decoder's sake: a row of the buffer is wider than the picture.
-    rows = np.frombuffer(memoryview(plane), np.uint8).reshape(frame.height, plane.line_size)
+    rows = np.frombuffer(memoryview(plane), np.uint8).reshape(plane.height, plane.line_size)
     if shift == 0:
-        return rows[:, : frame.width]
+        return rows[:, :columns]
     if shift == 8:  # the value is in the upper byte, and a view is enough
-        return rows[:, 1 : 2 * frame.width : 2]
-    eight_bits = np.empty((frame.height, frame.width), np.uint8)
-    np.right_shift(rows.view("<u2")[:, : frame.width], shift, out=eight_bits, casting="unsafe")
+        return rows[:, 1 : 2 * columns : 2]
+    eight_bits = np.empty((plane.height, columns), np.uint8)
+    np.right_shift(rows.view("<u2")[:, :columns], shift, out=eight_bits, casting="unsafe")
     return eight_bits
 
 

@@ -14,11 +14,11 @@ import numpy as np
 
 from count_video.errors import FootageError, UsageError
 from count_video.inputs import CAPTURE_RATE
-from count_video.records import FootageInfo, FootageReport, Frame, Luma
+from count_video.records import Chroma, FootageInfo, FootageReport, Frame, Luma
 from count_video.video.completeness import Promise, promise_of, shortcomings
 from count_video.video.decoding import Reading
 from count_video.video.opening import MOST_FRAMES, MOST_PIXELS, check_size
-from count_video.video.pictures import luma_of
+from count_video.video.pictures import chroma_of, luma_of
 from count_video.video.repeats import LONGEST_RUN, mark_repeats
 
 CAPTURE_RATE_TAG = "com.android.capture.fps"
@@ -100,7 +100,8 @@ class Footage:
         self, reading: Reading, start: int, end: int | None
     ) -> Generator[Frame, None, None]:
         # Whether a frame is a copy is known when the next one is there: it waits here till then.
-        waiting: deque[Luma] = deque()
+        waiting: deque[tuple[Luma, Chroma | None]] = deque()
+        turns = self.info.rotation_deg // 90
         try:
             copies = mark_repeats(self._lumas(reading, end, waiting))
             for index, copy in enumerate(copies):
@@ -108,13 +109,17 @@ class Footage:
                     self._runs[-1] += 1
                 elif self._runs[-1]:
                     self._runs.append(0)
-                luma = waiting.popleft()
+                luma, chroma = waiting.popleft()
                 if index >= start:
-                    yield Frame(index, np.rot90(luma, self.info.rotation_deg // 90), copy)
+                    if chroma is not None:
+                        chroma = np.rot90(chroma, turns, axes=(1, 2))
+                    yield Frame(index, np.rot90(luma, turns), copy, chroma)
         finally:
             reading.container.close()
 
-    def _lumas(self, reading: Reading, end: int | None, waiting: deque[Luma]) -> Iterator[Luma]:
+    def _lumas(
+        self, reading: Reading, end: int | None, waiting: deque[tuple[Luma, Chroma | None]]
+    ) -> Iterator[Luma]:
         """Yield the luma of every picture, as long as these keep their size."""
         first = None
         for index, picture in enumerate(islice(reading.pictures, end)):
@@ -131,7 +136,7 @@ class Footage:
                     f"{self.info.path}: more than {MOST_FRAMES} frames; give a part of the clip "
                     "with start and end"
                 )
-            waiting.append(luma)
+            waiting.append((luma, chroma_of(picture)))
             yield luma
 
 

@@ -1,0 +1,149 @@
+"""Colour: where bodies show better by it than by brightness, pictures are a mixture of both.
+
+A ball as bright as the wall behind it may have another colour, and colour has no shadows and little
+noise. What is followed is one value a pixel, so a mixture takes the place of the luma Y:
+
+    P = Y + c . (C - C0),     |c| = 1,
+
+with the chroma C = (U, V) and its mean C0 over the clip. A mixture shows the more, the more pixels
+differ from the background in it, and the more clearly: the sum of log(d / (k s)), where that is
+positive, with the difference d, its noise s, and the number k of standard deviations from which on
+a pixel is seen to differ. Only pixels count that colour shows: grey bodies differ alike in all.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from count_video.records import Chroma, Floats, Luma
+from count_video.signals import MEDIAN_TO_SIGMA
+from count_video.tracking.light import Light
+from count_video.tracking.regions import AREA_SHARE, NOISE_SIGMAS
+from count_video.tracking.samples import Thumbnails
+from count_video.video.store import PictureStore
+
+MIDDLE = 128
+"""The level of U and V where there is no colour."""
+GREY_LEVELS = 3
+"""Pictures are grey in which U and V vary by less: conversions round."""
+MEMORY_BYTES = 24_000_000
+"""Colour up to so many bytes stays in memory: it is half as much as the brightness."""
+PICTURES = 60
+"""Mixtures are compared in so many pictures."""
+DIRECTIONS = np.arange(16) * np.pi / 8
+"""Colours that are added, as angles in the plane of U and V."""
+LEVELS_SIGMA = 0.5
+"""Rounding to whole levels, by the encoder and by us, is noise of about this standard deviation."""
+WORTH = 2.0
+"""A mixture has to show so many times as much as brightness: colour is stored at half size, and
+encoders smear it."""
+
+
+class Mixture(NamedTuple):
+    """How pictures are mixed."""
+
+    chroma: tuple[float, float]
+    """Parts of U and V."""
+    mean: tuple[float, float]
+    """Of U and V in the clip."""
+
+    def of(self, luma: Luma, chroma: Luma) -> Luma:
+        """Mix a picture, shape (height, width), with U and V side by side at half size."""
+        half = chroma.shape[1] // 2
+        (by_u, by_v), (u, v) = self.chroma, self.mean
+        level = -by_u * u - by_v * v
+        colour = cv2.addWeighted(
+            chroma[:, :half], by_u, chroma[:, half:], by_v, level, None, cv2.CV_32F
+        )
+        colour = cv2.resize(colour, luma.shape[::-1], interpolation=cv2.INTER_LINEAR)
+        mixed = cv2.addWeighted(luma, 1.0, colour, 1.0, 0.0, None, cv2.CV_8U)
+        return np.asarray(mixed, np.uint8)
+
+
+class Colours:
+    """The colour of a clip's pictures; nothing is kept of grey ones before the first coloured."""
+
+    def __init__(self) -> None:
+        self._pictures = PictureStore(MEMORY_BYTES)
+        self._thumbnails = Thumbnails()
+        self._grey = 0
+
+    def close(self) -> None:
+        """Forget all, and release what is on disk."""
+        self._pictures.close()
+
+    def add(self, chroma: Chroma | None) -> None:
+        """Take the colour of the next picture, shape (2, rows, columns), if it has any."""
+        if len(self._pictures) == 0:
+            if chroma is None or int(np.ptp(chroma)) < GREY_LEVELS:
+                self._grey += 1
+                return
+            nothing = np.full((chroma.shape[1], 2 * chroma.shape[2]), MIDDLE, np.uint8)
+            for _ in range(self._grey):
+                self._keep(nothing)
+        if chroma is None:
+            self._keep(np.full_like(self._pictures[0], MIDDLE))
+        else:
+            self._keep(np.hstack(list(chroma)))
+
+    def _keep(self, picture: Luma) -> None:
+        self._thumbnails.add(len(self._pictures), self._pictures.append(picture))
+
+    def mixture(self, brightness: Thumbnails) -> Mixture | None:
+        """Choose the mixture that shows most; None where brightness does as well, or nearly."""
+        rows = sorted(brightness.pictures.keys() & self._thumbnails.pictures.keys())
+        if len(rows) < 2:
+            return None
+        some = [rows[k] for k in np.unique(np.linspace(0, len(rows) - 1, PICTURES).astype(int))]
+        chroma = np.array([self._thumbnails.pictures[row] for row in some])
+        half = chroma.shape[2] // 2
+        size = half, chroma.shape[1]
+        luma = [_reduced_to(brightness.pictures[row], size) for row in some]
+        bright = np.array([cv2.mean(one)[0] for one in luma]) + 1e-6
+        gains = (bright / bright.mean()).tolist()
+        luma = [Light(gain).levelled(one) for one, gain in zip(luma, gains, strict=True)]
+        u, v = chroma[:, :, :half], chroma[:, :, -half:]
+        return _best([np.array(luma), u, v])
+
+    def mixed(self, pictures: PictureStore, mixture: Mixture) -> tuple[PictureStore, Thumbnails]:
+        """Mix all pictures; what was kept of brightness and colour is forgotten."""
+        mixed, thumbnails = PictureStore(), Thumbnails()
+        for row in range(len(pictures)):
+            picture = mixture.of(pictures[row], self._pictures[row])
+            thumbnails.add(row, mixed.append(picture))
+        pictures.close()
+        self.close()
+        return mixed, thumbnails
+
+
+def _reduced_to(picture: Luma, size: tuple[int, int]) -> Luma:
+    """Reduce a picture to a width and a height."""
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _best(channels: list[Luma]) -> Mixture | None:
+    """Choose the best mixture of brightness, U and V, each of shape (pictures, rows, columns)."""
+    away = [one - np.median(one, axis=0).astype(np.float32) for one in channels]
+    noise = MEDIAN_TO_SIGMA * np.array([np.median(np.abs(one)) for one in away])
+    least = NOISE_SIGMAS * np.hypot(noise, LEVELS_SIGMA)
+    coloured = (np.abs(away[1]) > least[1]) | (np.abs(away[2]) > least[2])
+    if coloured.mean() < AREA_SHARE[0]:
+        return None
+    moving = np.array([one[coloured] for one in away])
+
+    def shown(parts: Floats) -> float:
+        sigma = np.sqrt(np.sum((parts * noise) ** 2) + LEVELS_SIGMA**2)
+        ratio = np.abs(parts @ moving) / (NOISE_SIGMAS * sigma)
+        return float(np.log(np.maximum(ratio, 1.0)).sum())
+
+    plain = shown(np.array([1.0, 0.0, 0.0]))
+    tried = [np.array([1.0, np.cos(angle), np.sin(angle)]) for angle in DIRECTIONS]
+    worth = [shown(parts) for parts in tried]
+    best = int(np.argmax(worth))
+    if worth[best] <= WORTH * plain:
+        return None
+    _, by_u, by_v = tried[best].tolist()
+    return Mixture((by_u, by_v), (float(channels[1].mean()), float(channels[2].mean())))
