@@ -95,7 +95,7 @@ def test_a_mixture_has_the_place_and_the_size_of_the_brightness(rows: int) -> No
     luma = np.full((rows, 60), 100, np.uint8)
     chroma = np.full((2, (rows + 1) // 2, 30), 128, np.uint8)
     chroma[1, 10:, 20:] = 160
-    mixed = Mixture((0.0, 1.0), (128.0, 128.0)).of(luma, np.hstack(list(chroma)))
+    mixed = Mixture((0.0, 1.0), (128.0, 128.0)).of(luma, np.vstack(list(chroma)))
     assert mixed.shape == luma.shape
     assert np.all(mixed[:18] == 100)
     assert np.all(mixed[:, :38] == 100)

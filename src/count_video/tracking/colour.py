@@ -51,13 +51,11 @@ class Mixture(NamedTuple):
     """Of U and V in the clip."""
 
     def of(self, luma: Luma, chroma: Luma) -> Luma:
-        """Mix a picture, shape (height, width), with U and V side by side at half size."""
-        half = chroma.shape[1] // 2
+        """Mix a picture, shape (height, width), with U above V at half size."""
+        half = len(chroma) // 2
         (by_u, by_v), (u, v) = self.chroma, self.mean
         level = -by_u * u - by_v * v
-        colour = cv2.addWeighted(
-            chroma[:, :half], by_u, chroma[:, half:], by_v, level, None, cv2.CV_32F
-        )
+        colour = cv2.addWeighted(chroma[:half], by_u, chroma[half:], by_v, level, None, cv2.CV_32F)
         colour = cv2.resize(colour, luma.shape[::-1], interpolation=cv2.INTER_LINEAR)
         mixed = cv2.addWeighted(luma, 1.0, colour, 1.0, 0.0, None, cv2.CV_8U)
         return np.asarray(mixed, np.uint8)
@@ -81,13 +79,13 @@ class Colours:
             if chroma is None or int(np.ptp(chroma)) < GREY_LEVELS:
                 self._grey += 1
                 return
-            nothing = np.full((chroma.shape[1], 2 * chroma.shape[2]), MIDDLE, np.uint8)
+            nothing = np.full_like(chroma.reshape(-1, chroma.shape[2]), MIDDLE)
             for _ in range(self._grey):
                 self._keep(nothing)
         if chroma is None:
             self._keep(np.full_like(self._pictures[0], MIDDLE))
         else:
-            self._keep(np.hstack(list(chroma)))
+            self._keep(chroma.reshape(-1, chroma.shape[2]))
 
     def _keep(self, picture: Luma) -> None:
         self._thumbnails.add(len(self._pictures), self._pictures.append(picture))
@@ -98,15 +96,15 @@ class Colours:
         if len(rows) < 2:
             return None
         some = [rows[k] for k in np.unique(np.linspace(0, len(rows) - 1, PICTURES).astype(int))]
-        chroma = np.array([self._thumbnails.pictures[row] for row in some])
-        half = chroma.shape[2] // 2
-        size = half, chroma.shape[1]
+        first = brightness.pictures[some[0]]
+        size = max(1, first.shape[1] // 2), max(1, first.shape[0] // 2)
         luma = [_reduced_to(brightness.pictures[row], size) for row in some]
         bright = np.array([cv2.mean(one)[0] for one in luma]) + 1e-6
         gains = (bright / bright.mean()).tolist()
         luma = [Light(gain).levelled(one) for one, gain in zip(luma, gains, strict=True)]
-        u, v = chroma[:, :, :half], chroma[:, :, -half:]
-        return _best([np.array(luma), u, v])
+        both = [np.array_split(self._thumbnails.pictures[row], 2) for row in some]
+        u, v = ([_reduced_to(one[k], size) for one in both] for k in (0, 1))
+        return _best([np.array(luma), np.array(u), np.array(v)])
 
     def mixed(self, pictures: PictureStore, mixture: Mixture) -> tuple[PictureStore, Thumbnails]:
         """Mix all pictures; what was kept of brightness and colour is forgotten."""

@@ -60,14 +60,14 @@ def chroma_of(frame: av.VideoFrame) -> Chroma | None:
         both = [pairs[:, 0::2], pairs[:, 1::2]]
     else:
         both = [_values(plane, plane.width, shift) for plane in planes]
-    size = (frame.width + 1) // 2, (frame.height + 1) // 2
-    return np.array(
-        [
-            one if one.shape[::-1] == size else cv2.resize(one, size, interpolation=cv2.INTER_AREA)
-            for one in both
-        ],
-        np.uint8,
-    )
+    rows, columns = (frame.height + 1) // 2, (frame.width + 1) // 2
+    chroma = np.empty((2, rows, columns), np.uint8)
+    for half, one in zip(chroma, both, strict=True):
+        if one.shape == half.shape:
+            half[...] = one
+        else:
+            half[...] = cv2.resize(one, (columns, rows), interpolation=cv2.INTER_AREA)
+    return chroma
 
 
 def _values(plane: av.video.plane.VideoPlane, columns: int, shift: int) -> Luma:
