@@ -31,8 +31,8 @@ GREY_LEVELS = 3
 """Pictures are grey in which U and V vary by less: conversions round."""
 MEMORY_BYTES = 24_000_000
 """Colour up to so many bytes stays in memory: it is half as much as the brightness."""
-PICTURES = 60
-"""Mixtures are compared in so many pictures."""
+PICTURES, THUMBNAIL_BYTES = 60, 12_000_000
+"""Mixtures are compared in so many pictures, of those that are kept reduced, in so many bytes."""
 DIRECTIONS = np.arange(16) * np.pi / 8
 """Colours that are added, as angles in the plane of U and V."""
 LEVELS_SIGMA = 0.5
@@ -66,7 +66,7 @@ class Colours:
 
     def __init__(self) -> None:
         self._pictures = PictureStore(MEMORY_BYTES)
-        self._thumbnails = Thumbnails()
+        self._thumbnails = Thumbnails(THUMBNAIL_BYTES)
         self._grey = 0
 
     def close(self) -> None:

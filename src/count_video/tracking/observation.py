@@ -79,6 +79,7 @@ def observe(
             )
         mixture = colours.mixture(thumbnails)
         if mixture is not None:
+            thumbnails.taken()  # those of brightness make room for the new ones
             pictures, thumbnails = colours.mixed(pictures, mixture)
         colours.close()
         give_memory_back()

@@ -69,16 +69,16 @@ class Samples:
 class Thumbnails:
     """Reduced pictures of a clip by their place in it: of long ones not of all."""
 
-    def __init__(self) -> None:
+    def __init__(self, at_most_bytes: int = THUMBNAIL_BYTES) -> None:
         self.pictures: dict[int, Luma] = {}
-        self._stride = 1
+        self._at_most_bytes, self._stride = at_most_bytes, 1
 
     def add(self, row: int, thumbnail: Luma) -> None:
         """Take the next picture of the clip."""
         if row % self._stride:
             return
         self.pictures[row] = thumbnail
-        if len(self.pictures) * thumbnail.size > THUMBNAIL_BYTES:
+        if len(self.pictures) * thumbnail.size > self._at_most_bytes:
             self._stride *= 2
             self.pictures = {k: one for k, one in self.pictures.items() if k % self._stride == 0}
 
