@@ -72,7 +72,10 @@ def test_velocities_that_do_not_turn_round_say_that_impacts_were_missed(
     sigma = last.velocity_after.ball_sigma_px_frame
     after = replace(last.velocity_after, ball_px_frame=-sigmas * sigma)  # downward is positive
 
-    found = weighed(motion, turns, contact, 1.0, [*others, replace(last, velocity_after=after)])
+    earlier = before_first(motion, [turn for turn in turns if turn.likely])
+    collisions = [*others, replace(last, velocity_after=after)]
+
+    found = weighed(motion, turns, earlier, contact, 1.0, collisions)
 
     assert sum(found.probability.values()) == pytest.approx(1.0)
     assert least <= found.probability.get(len(impacts), 0.0) <= most

@@ -50,7 +50,7 @@ def filmed(path: Path, pictures: Sequence[np.ndarray]) -> Path:
 def mixture_of(path: Path) -> Mixture | None:
     pictures, thumbnails, colours = PictureStore(), Thumbnails(), Colours()
     with open_footage(path) as footage, pictures:
-        for row, frame in enumerate(footage.frames()):
+        for row, frame in enumerate(footage.frames(colour=True)):
             thumbnails.add(row, pictures.append(frame.luma))
             colours.add(frame.chroma)
         return colours.mixture(thumbnails)

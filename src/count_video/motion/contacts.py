@@ -94,8 +94,7 @@ def fit_contacts(
     """
     kinds = [kind for _, kind in contacts]
     times = np.array([time for time, _ in contacts], dtype=np.float64)
-    bodies = _bodies(frame, places, kinds, times, touching)
-    bodies[0] = bodies[0]._replace(ends=np.array(ends))
+    bodies = _bodies(frame, places, kinds, times, touching, ends)
     fitted: list[_Fitted] = []
     for number in range(STEPS_AT_MOST):
         shared = _shared(kinds, fitted, bodies) if number else {}
@@ -115,7 +114,12 @@ def fit_contacts(
 
 
 def _bodies(
-    frame: Floats, places: Sequence[Floats], kinds: Sequence[Kind], times: Floats, touching: float
+    frame: Floats,
+    places: Sequence[Floats],
+    kinds: Sequence[Kind],
+    times: Floats,
+    touching: float,
+    ends: Sequence[float],
 ) -> list[Body]:
     """Describe the paths; the errors of places are measured about the flights between contacts."""
     found = []
@@ -126,7 +130,8 @@ def _bodies(
         alone = len(places) == 1
         errors = errors_about(frame, place, times[jumps].tolist(), touching, inside=alone)
         sigma = max(sigma_of(place), errors.sigma_px if errors else 0.0)
-        found.append(Body(motion_of(frame, place), errors, sigma, jumps, np.empty(0)))
+        others = np.array([] if number else ends, dtype=np.float64)
+        found.append(Body(motion_of(frame, place), errors, sigma, jumps, others))
     return found
 
 

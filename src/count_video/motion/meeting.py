@@ -58,7 +58,8 @@ def seen_impacts(track: Track) -> SeenImpacts:
     ends = [turn.frame for turn in turns if not turn.likely] + [one.frame for one in earlier]
     fitted = fit_contacts(slow.frame, places, contacts, contact, ends=ends)
     collisions = [in_frames(collision, pace) for collision in fitted.collisions]
-    seen = replace(weighed(motion, turns, contact, pace, collisions), errors=fitted.errors)
+    seen = weighed(motion, turns, earlier, contact, pace, collisions)
+    seen = replace(seen, errors=fitted.errors)
     if heavy is None or not frames:
         return seen
     against = _against_two(slow, heavy, frames, collisions)

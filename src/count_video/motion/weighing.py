@@ -13,7 +13,7 @@ from itertools import pairwise, takewhile
 
 import numpy as np
 
-from count_video.motion.beginnings import before_first, inferred, struck_at_rest
+from count_video.motion.beginnings import Earlier, inferred, struck_at_rest
 from count_video.motion.contacts import BodyErrors
 from count_video.motion.corners import CERTAIN_LOG_ODDS, Impact
 from count_video.motion.flight import (
@@ -66,14 +66,16 @@ class SeenImpacts:
 def weighed(
     motion: Motion,
     turns: Sequence[Impact],
+    earlier: Sequence[Earlier],
     contact: float,
     pace: float,
     collisions: Sequence[Collision],
 ) -> SeenImpacts:
     """Weigh the turns at stops, of which the likely ones are impacts.
 
-    ``contact`` is half the time of a contact in pictures, ``pace`` the frames a picture;
-    ``collisions`` are the impacts as they will be given.
+    ``earlier`` are impacts before them in pictures that do not show the body, ``contact`` is half
+    the time of a contact in pictures, ``pace`` the frames a picture; ``collisions`` are the impacts
+    as they will be given.
     """
     impacts = [turn for turn in turns if turn.likely]
     if not impacts:
@@ -82,7 +84,6 @@ def weighed(
     dying = dies_out(motion, impacts)
     lost = not dying and _lost(motion, impacts)
     cut = 0 if dying or lost else _ends_at_stop(motion, turns)
-    earlier = before_first(motion, impacts)
     likely = list(takewhile(lambda one: one.likely, earlier))
     unsure = earlier[len(likely) :]
     unseen = [in_frames(inferred(one, collisions[0]), pace) for one in likely[::-1]]

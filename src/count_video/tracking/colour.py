@@ -20,7 +20,7 @@ import numpy as np
 
 from count_video.records import Chroma, Floats, Luma
 from count_video.signals import MEDIAN_TO_SIGMA
-from count_video.tracking.light import Light
+from count_video.tracking.light import Light, gains_of
 from count_video.tracking.regions import AREA_SHARE, NOISE_SIGMAS
 from count_video.tracking.samples import Thumbnails
 from count_video.video.store import PictureStore
@@ -99,21 +99,19 @@ class Colours:
         first = brightness.pictures[some[0]]
         size = max(1, first.shape[1] // 2), max(1, first.shape[0] // 2)
         luma = [_reduced_to(brightness.pictures[row], size) for row in some]
-        bright = np.array([cv2.mean(one)[0] for one in luma]) + 1e-6
-        gains = (bright / bright.mean()).tolist()
+        gains = gains_of(luma).tolist()
         luma = [Light(gain).levelled(one) for one, gain in zip(luma, gains, strict=True)]
         both = [np.array_split(self._thumbnails.pictures[row], 2) for row in some]
         u, v = ([_reduced_to(one[k], size) for one in both] for k in (0, 1))
         return _best([np.array(luma), np.array(u), np.array(v)])
 
     def mixed(self, pictures: PictureStore, mixture: Mixture) -> tuple[PictureStore, Thumbnails]:
-        """Mix all pictures; what was kept of brightness and colour is forgotten."""
+        """Mix all pictures; what was kept of brightness is forgotten."""
         mixed, thumbnails = PictureStore(), Thumbnails()
         for row in range(len(pictures)):
             picture = mixture.of(pictures[row], self._pictures[row])
             thumbnails.add(row, mixed.append(picture))
         pictures.close()
-        self.close()
         return mixed, thumbnails
 
 

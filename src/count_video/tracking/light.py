@@ -8,7 +8,7 @@ left out (M-estimates with Tukey's biweight, found by modified residuals: Huber,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -102,6 +102,12 @@ class Light:
         """Leave small changes as they are."""
         faint = self.waves is None and abs(1 / self.gain - 1) <= CHANGE_AT_LEAST
         return Light() if faint else self
+
+
+def gains_of(pictures: Iterable[Luma]) -> Floats:
+    """Brightness of n pictures over that of all, shape (n,)."""
+    brightness = np.array([cv2.mean(one)[0] for one in pictures]) + 1e-6
+    return np.asarray(brightness / brightness.mean())
 
 
 def lights_of(pictures: Sequence[Luma], gains: Floats, median: Luma) -> list[Light]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from count_video.records import Floats, Indices, Luma, Mask, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
-from count_video.tracking.light import Light, lights_of
+from count_video.tracking.light import Light, gains_of, lights_of
 from count_video.tracking.medians import median_picture, quantile_of
 from count_video.tracking.shape import Part, marked
 from count_video.video.pictures import reduced
@@ -94,8 +94,7 @@ def choose_samples(pictures: dict[int, Luma]) -> Samples:
     They are made equally bright in their place: copies of all take much memory.
     """
     inside = _within_bars(list(pictures.values()))
-    brightness = np.array([cv2.mean(one[inside])[0] for one in pictures.values()]) + 1e-6
-    gains = brightness / brightness.mean()
+    gains = gains_of(one[inside] for one in pictures.values())
     for row, gain in zip(list(pictures), gains.tolist(), strict=True):
         pictures[row] = Light(gain).levelled(pictures[row])
     rows, whole = np.array(list(pictures), dtype=np.intp), list(pictures.values())

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from count_video.errors import UsageError
 from count_video.records import Chroma, Floats, Frame, Luma, WallSide
+from count_video.video.pictures import reduced
 from count_video.video.reader import Footage
 
 Region = tuple[int, int, int, int]
@@ -46,7 +46,7 @@ class View:
 
     def frames(self) -> Iterator[Frame]:
         """Stream the clip's frames as they are seen in this view."""
-        return map(self.of, self.footage.frames(self.start, self.end))
+        return map(self.of, self.footage.frames(self.start, self.end, colour=True))
 
     def of(self, frame: Frame) -> Frame:
         """Turn a frame of the clip into one of the view."""
@@ -56,11 +56,7 @@ class View:
     def of_luma(self, luma: Luma) -> Luma:
         """Turn a picture, shape (height, width), into one of the view; at full size, no copy."""
         x, y, width, height = self.region
-        if self.factor == 1:
-            return luma[y : y + height, x : x + width]
-        size = width // self.factor, height // self.factor
-        whole = luma[y : y + size[1] * self.factor, x : x + size[0] * self.factor]
-        return np.asarray(cv2.resize(whole, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        return reduced(luma[y : y + height, x : x + width], self.factor)
 
     def _of_chroma(self, chroma: Chroma) -> Chroma:
         """Turn colour into that of the view, at half its size; right to a px of the picture."""
@@ -68,9 +64,7 @@ class View:
         piece = chroma[:, y : y + max(1, height), x : x + max(1, width)]
         if self.factor == 1:
             return piece
-        size = max(1, piece.shape[2] // self.factor), max(1, piece.shape[1] // self.factor)
-        small = [cv2.resize(one, size, interpolation=cv2.INTER_AREA) for one in piece]
-        return np.array(small, np.uint8)
+        return np.array([reduced(one, self.factor) for one in piece])
 
     def in_picture(self, places: Floats, *, upright: bool) -> Floats:
         """Turn places of the view along x (y where ``upright``) into places of the picture."""

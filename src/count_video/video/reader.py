@@ -54,10 +54,13 @@ class Footage:
             self._opened.container.close()
             self._opened = None
 
-    def frames(self, start: int = 0, end: int | None = None) -> Iterator[Frame]:
+    def frames(
+        self, start: int = 0, end: int | None = None, *, colour: bool = False
+    ) -> Iterator[Frame]:
         """Stream frames ``start`` to ``end`` (exclusive), each as soon as the next is decoded.
 
-        Frames before ``start`` are decoded, so that indices are exact, but not yielded.
+        Frames before ``start`` are decoded, so that indices are exact, but not yielded. Their
+        ``colour`` comes with them only if it is asked for.
 
         Raises
         ------
@@ -73,7 +76,7 @@ class Footage:
         # A pass alone holds what it reads: a decoder keeps its pictures until it is forgotten.
         reading, self._opened = self._opened or Reading(self.info.path), None
         self._tally, self._runs = reading.tally, [0]
-        self._stream = self._frames(reading, start, end)
+        self._stream = self._frames(reading, start, end, colour)
         return self._stream
 
     def report(self) -> FootageReport:
@@ -97,13 +100,13 @@ class Footage:
         )
 
     def _frames(
-        self, reading: Reading, start: int, end: int | None
+        self, reading: Reading, start: int, end: int | None, colour: bool
     ) -> Generator[Frame, None, None]:
         # Whether a frame is a copy is known when the next one is there: it waits here till then.
         waiting: deque[tuple[Luma, Chroma | None]] = deque()
         turns = self.info.rotation_deg // 90
         try:
-            copies = mark_repeats(self._lumas(reading, end, waiting))
+            copies = mark_repeats(self._lumas(reading, end, waiting, colour))
             for index, copy in enumerate(copies):
                 if copy:
                     self._runs[-1] += 1
@@ -118,7 +121,11 @@ class Footage:
             reading.container.close()
 
     def _lumas(
-        self, reading: Reading, end: int | None, waiting: deque[tuple[Luma, Chroma | None]]
+        self,
+        reading: Reading,
+        end: int | None,
+        waiting: deque[tuple[Luma, Chroma | None]],
+        colour: bool,
     ) -> Iterator[Luma]:
         """Yield the luma of every picture, as long as these keep their size."""
         first = None
@@ -136,7 +143,7 @@ class Footage:
                     f"{self.info.path}: more than {MOST_FRAMES} frames; give a part of the clip "
                     "with start and end"
                 )
-            waiting.append((luma, chroma_of(picture)))
+            waiting.append((luma, chroma_of(picture) if colour else None))
             yield luma
 
 
