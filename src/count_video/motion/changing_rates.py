@@ -65,37 +65,46 @@ def likeliest_change(track: Track, even: Timed) -> Timed | None:
 
     ``even`` is what the clip shows by even times.
     """
-    tried: dict[int, list[tuple[float, Ramp, float, Timed]]] = {1: [], 2: []}
+    begun: dict[int, list[tuple[float, Ramp, float]]] = {1: [], 2: []}
+    # By no times do the restitutions scatter by less.
+    steadier = even.found.burst * np.log(scatter_of(even.found) / SCATTERS[-1])
     for ramp, factor in ramps_of(track, even.burst):
-        if _path(track, even.base, even.burst, ramp)[0] >= UNKNOWN_PX:
-            continue
-        by = _timed_by(ramp, track)
-        rough = _gain(track, ramp, by, even)
-        if rough > 0 and ramp.slows([one.frame for one in by.burst]):
-            tried[len(ramp.changes)].append((rough, ramp, factor, by))
+        gain = _gain_of_path(track, ramp, ramp.time_base(track.frame), even.burst, even)
+        if gain + steadier > 0:
+            begun[len(ramp.changes)].append((gain, ramp, factor))
     fits = []
-    for some in filter(None, tried.values()):
-        _, ramp, factor, by = max(some, key=itemgetter(0))
-        for _ in range(BY_TURNS):
-            ramp = _fitted(ramp, factor, track, by.burst)
-            by = _timed_by(ramp, track)
-        fits.append((_gain(track, ramp, by, even), by))
+    for some in filter(None, begun.values()):
+        _, ramp, factor = max(some, key=itemgetter(0))
+        by = _timed_by(ramp, track)
+        if _gain(track, ramp, by, even) > 0 and ramp.slows([one.frame for one in by.burst]):
+            for _ in range(BY_TURNS):
+                ramp = _fitted(ramp, factor, track, by.burst)
+                by = _timed_by(ramp, track)
+            fits.append((_gain(track, ramp, by, even), by))
     best, likeliest = max(fits, key=itemgetter(0), default=(0.0, None))
     return likeliest if best > 0 else None
 
 
 def _gain(track: Track, ramp: Ramp, by: Timed, even: Timed) -> float:
-    """Logarithm of the ratio of the likelihoods of a changing rate and an even one.
+    """Logarithm of the ratio of the likelihoods of a changing rate and an even one."""
+    count = min(by.found.burst, even.found.burst)
+    steadier = count * np.log(scatter_of(even.found) / scatter_of(by.found))
+    return _gain_of_path(track, ramp, by.base, by.burst, even) + float(steadier)
 
-    Of ``STRAYS_LESS`` as much is taken off; -inf where the heavy body shows no path.
+
+def _gain_of_path(
+    track: Track, ramp: Ramp, base: TimeBase, burst: Sequence[Collision], even: Timed
+) -> float:
+    """Logarithm of the ratio of the likelihoods of the heavy body's path by two time bases.
+
+    Of ``STRAYS_LESS`` as much is taken off; -inf where it shows no path. ``burst`` are collisions
+    among the frames.
     """
     even_px, _ = _path(track, even.base, even.burst, ramp)
-    stray_px, weight = _path(track, by.base, by.burst, ramp)
+    stray_px, weight = _path(track, base, burst, ramp)
     if max(even_px, stray_px) >= UNKNOWN_PX:
         return -np.inf
-    path = weight * np.log(STRAYS_LESS * even_px / stray_px)
-    count = min(by.found.burst, even.found.burst)
-    return float(path + count * np.log(scatter_of(even.found) / scatter_of(by.found)))
+    return float(weight * np.log(STRAYS_LESS * even_px / stray_px))
 
 
 def scatter_of(found: SeenCollisions) -> float:
