@@ -33,7 +33,7 @@ PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
 UPRIGHT_DEG = 45.0
 TREMBLE_OF = 32
 """That the camera stands still shows in so many samples."""
-OTHERS_ODDS = 5.0
+OTHERS_ODDS = 3.0
 """Logarithm of the odds that what two halves of the scenery agree on is the camera's motion."""
 TIMES_LEARNT, SETTLED_PX = 1, 2.0
 """Outlines are learnt at most so often more, until their sizes change by less than this."""
