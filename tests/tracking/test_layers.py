@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from count_video.tracking.background import background_of, camera_moved
 from count_video.tracking.light import Light
 from count_video.tracking.regions import find_regions
-from count_video.tracking.shape import MARGIN_PX, Shape, hidden
+from count_video.tracking.shape import DIFFERENT_PX, MARGIN_PX, Shape, hidden
 
 FRAMES = range(20)
 STILL, LIGHTS = np.zeros((len(FRAMES), 2)), [Light()] * len(FRAMES)
@@ -135,3 +136,14 @@ def test_shapes_of_one_body_keep_their_distance() -> None:
     assert not one.moves_with(still)
     assert one.holds(part)
     assert not part.holds(one)
+
+
+@pytest.mark.parametrize(("share", "is_part"), [(0.03, True), (0.2, False)])
+def test_what_metal_mirrors_creeps_over_it_and_is_no_other_body(
+    share: float, is_part: bool
+) -> None:
+    way = np.stack([np.linspace(0.0, 400.0, 50), np.full(50, 30.0)], axis=1)
+    creeps = np.stack([0.0 * way[:, 0], share * way[:, 0]], axis=1)
+    assert np.std(creeps[:, 1]) > DIFFERENT_PX  # by px alone it would be another one
+    metal, mirrored = (Shape(path, (0, 0, 40, 30)) for path in (way, way + creeps))
+    assert metal.moves_with(mirrored) is is_part

@@ -14,6 +14,8 @@ HOME = (80.0, 40.0)
 SHIFTED_PX = 1e-3
 REGISTERED_PX = 0.02
 HIDDEN_PX = 0.05
+SMEARED_OF = 32
+"""A smeared picture is the mean of so many: steps of half a px at most."""
 DRAWS = 300
 TRUTHFUL = (0.8, 1.3)
 """RMS of errors over their stated uncertainty; of 300 draws it scatters by 4 % by itself."""
@@ -68,8 +70,14 @@ def ball_picture(
     return gain * canvas + offset
 
 
-def ball_template(radius: float) -> Template:
-    picture = to_luma(ball_picture(*HOME, radius))
+def smeared_picture(x: float, y: float, radius: float, way_px: float) -> np.ndarray:
+    """Mean over an exposure during which the ball moves so far along x, about its middle."""
+    places = x + way_px * (np.arange(SMEARED_OF) + 0.5 - SMEARED_OF / 2) / SMEARED_OF
+    return np.mean([ball_picture(place, y, radius) for place in places.tolist()], axis=0)
+
+
+def ball_template(radius: float, way_px: float = 0.0) -> Template:
+    picture = to_luma(smeared_picture(*HOME, radius, way_px))
     half = int(radius) + 6
     left, top = HOME[0] - half, HOME[1] - half
     appearance = piece_at(picture, left, top, (2 * half + 1, 2 * half + 1))
@@ -103,6 +111,26 @@ def test_a_known_shift_is_recovered(radius: float, shift: tuple[float, float]) -
     assert fit.y_px - home[1] == pytest.approx(shift[1], abs=REGISTERED_PX)
     assert fit.inside == 1.0
     assert fit.agreement > 0.99
+
+
+@pytest.mark.parametrize(
+    ("learnt_px", "seen_px"), [(12.0, 0.0), (8.0, 1.0), (0.0, 6.0), (0.0, 9.0)]
+)
+@pytest.mark.parametrize("guess_px", [-1.5, 0.6, 1.8])
+def test_a_body_is_placed_though_motion_smears_it_otherwise_than_its_template(
+    learnt_px: float, seen_px: float, guess_px: float
+) -> None:
+    radius = 20.0
+    picture = to_luma(smeared_picture(HOME[0] + 0.3, HOME[1], radius, seen_px))
+    home = corner(radius)
+
+    fit = register(picture, ball_template(radius, learnt_px), (home[0] + guess_px, home[1]))
+
+    # Steps by the template's slopes are too long by their ratio, or too short: what is left of one
+    # is that ratio less one, and so would be the error if the last step were taken as it is.
+    assert fit is not None
+    assert fit.x_px - home[0] == pytest.approx(0.3, abs=REGISTERED_PX)
+    assert fit.y_px - home[1] == pytest.approx(0.0, abs=REGISTERED_PX)
 
 
 @pytest.mark.parametrize("light", [(1.0, 12.0), (0.6, 0.0), (1.15, -20.0), (0.4, 60.0)])

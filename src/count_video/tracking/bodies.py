@@ -34,7 +34,9 @@ UPRIGHT_DEG = 45.0
 TREMBLE_OF = 32
 """That the camera stands still shows in so many samples."""
 OTHERS_ODDS = 3.0
-"""Logarithm of the odds that what two halves of the scenery agree on is the camera's motion."""
+"""Logarithm of the odds that what two halves of the scenery agree on is the camera's motion: of
+some fifty rendered clips with a known camera, bodies of those that it shook lose 2.3 by it at most;
+those of 13 where it stood, and more than 0.5 px was measured, win 3.3 to 430, but for four."""
 TIMES_LEARNT, SETTLED_PX = 1, 2.0
 """Outlines are learnt at most so often more, until their sizes change by less than this."""
 ROUNDS = 4

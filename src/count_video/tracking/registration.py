@@ -35,6 +35,9 @@ CONVERGED_SIGMAS = 0.5
 GUESS_PX = 2.0
 """A guess is right to so much, as a standard deviation."""
 STEP_AT_MOST_PX = 2.0
+STEEPER = 0.5, 4.0
+"""Edges of a picture are from so many to so many times as steep as the template's: one of both may
+be smeared by motion."""
 ASTRAY_PX = 8.0
 """The linear model leads nowhere from further away than this."""
 BIWEIGHT = 5.0
@@ -142,6 +145,23 @@ class _Search:
     inverse: Floats
     """Weights for the residuals that judge the pixels, shape (m, n), and the inverse of the normal
     equations with them, shape (m, 4, 4)."""
+    given: Floats
+    taken: Floats
+    """The last step as the equations gave it, and as it was taken, by x and y, shape (m, 2)."""
+
+    def take(self, step: _Step) -> Floats:
+        """Shorten or lengthen a step by the secant method; by x and y, shape (m, 2).
+
+        Where the edges of a picture are r times as steep as the template's, steps are r times too
+        long. What was left of the last one after it was taken gives r; one that was too long for
+        the linear model gives none.
+        """
+        squares = np.square(self.taken).sum(axis=1)
+        fallen = ((self.given - step.shift_px) * self.taken).sum(axis=1)
+        linear = (squares > 0) & (np.abs(self.given) < STEP_AT_MOST_PX).all(axis=1)
+        steeper = np.divide(fallen, squares, out=np.ones_like(squares), where=linear)
+        taken = step.shift_px / steeper.clip(*STEEPER)[:, None]
+        return np.asarray(taken.clip(-STEP_AT_MOST_PX, STEP_AT_MOST_PX))
 
     def only(self, which: Indices) -> _Search:
         """Take some of the pictures."""
@@ -156,12 +176,17 @@ def _together(pictures: Sequence[Luma], template: Template, guesses_px: Floats) 
         if len(search.row) == 0:
             break
         step = _step(template.model, search, _seen(pictures, template, search))
-        there = replace(search, place=search.place + step.shift_px)
+        taken = search.take(step)
+        place = search.place + taken
+        there = replace(search, place=place, given=step.shift_px, taken=taken)
         near = step.shows & (np.abs(there.place - there.start).max(axis=1) <= ASTRAY_PX)
         parts = there.place, step.sigma_px, step.agreement, there.inside
-        settled = near & step.is_small
+        # Another step would change little, or less than what the noise leaves open.
+        enough = np.maximum(CONVERGED_PX, CONVERGED_SIGMAS * step.sigma_px)
+        small = (np.abs(taken) < enough).all(axis=1)
+        settled = near & small
         found[search.row[settled]] = np.column_stack(parts)[settled]
-        left = np.flatnonzero(near & ~step.is_small)
+        left = np.flatnonzero(near & ~small)
         search = there.only(left)
         # What was found to disagree may not lead the next step astray.
         if number >= FRESH_ROUNDS - 1:
@@ -191,7 +216,8 @@ def _begun(pictures: Sequence[Luma], template: Template, guesses_px: Floats) -> 
     for k in np.flatnonzero(~inside.all(axis=1)).tolist():
         inverse[k] = inverse_of(model.design, own[k])
     start = guesses_px[row]
-    return _Search(row, start, start, inside.mean(axis=1), own, own, inverse)
+    none = np.zeros_like(start)
+    return _Search(row, start, start, inside.mean(axis=1), own, own, inverse, none, none)
 
 
 def _inside(shape: tuple[int, ...], template: Template, guess: Sequence[float]) -> Mask:
@@ -223,12 +249,6 @@ class _Step:
     covariance: Floats
     """Weights that were left, shape (m, n), and the inverse of the equations with them."""
 
-    @property
-    def is_small(self) -> Mask:
-        """Whether another step would change little, or less than what the noise leaves open."""
-        enough = np.maximum(CONVERGED_PX, CONVERGED_SIGMAS * self.sigma_px)
-        return np.asarray((np.abs(self.shift_px) < enough).all(axis=1))
-
 
 def _step(model: Model, search: _Search, seen: Pixels) -> _Step:
     """One robust least squares step, by what is seen of the pixels, shape (m, n).
@@ -252,7 +272,7 @@ def _step(model: Model, search: _Search, seen: Pixels) -> _Step:
     gain = found[:, 2, None]
     shows = gain[:, 0] > GAIN_AT_LEAST
     gain = np.where(shows[:, None], gain, 1.0)
-    shift = (found[:, :2] / gain).clip(-STEP_AT_MOST_PX, STEP_AT_MOST_PX)
+    shift = found[:, :2] / gain
     scale = spread[:, None] * (KEPT * model.correlation) ** 0.5 / gain
     sigma = scale * np.sqrt(np.maximum(covariance[:, (0, 1), (0, 1)], 0.0))
     return _Step(shift, sigma, agreement, shows, weight, covariance)

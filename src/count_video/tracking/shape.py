@@ -24,8 +24,9 @@ MOSTLY = 0.5
 """A px of a reduced body is its own if so much of it is."""
 MARGIN_PX = 3.0
 """So far around its outline a body hides what lies behind it."""
-DIFFERENT_PX = 2.0
-"""Paths whose distance varies by less, as a standard deviation, may be those of one body."""
+DIFFERENT_PX, DIFFERENT_SHARE = 2.0, 0.02
+"""Paths whose distance varies by less, as a standard deviation, may be those of one body, or by
+less than this share of its way: what polished metal mirrors creeps over it as it moves."""
 
 
 def size_of(box: Box) -> Place:
@@ -108,7 +109,10 @@ class Shape:
     def moves_with(self, other: Shape) -> bool:
         """Whether two boxes may be parts of one body; true if no sample shows both."""
         apart = known_of(other.path_px - self.path_px)
-        return len(apart) == 0 or bool(np.std(apart, axis=0).max() < DIFFERENT_PX)
+        if len(apart) == 0:
+            return True
+        way = float(np.ptp(known_of(self.path_px), axis=0).max())
+        return bool(np.std(apart, axis=0).max() < max(DIFFERENT_PX, DIFFERENT_SHARE * way))
 
 
 def known_of(path_px: Floats) -> Floats:
