@@ -24,21 +24,34 @@ def likeliest_pair(explanations: Iterable[Explanation]) -> Explanation | None:
     return max(others, key=lambda one: (one.counts, one.track.wall_seen), default=None)
 
 
+AT_ONCE_PICTURES = 1.0
+"""Impacts of a body and of its shadow come at the same time, to a picture."""
+
+
 def of_bodies_alone(explanations: Sequence[Explanation]) -> Explanation:
     """Choose one of several bodies, each taken alone: the only one that counts, or the first.
 
-    The ball of a trial comes before those at a stop. If more count, which of them is meant is not
-    known; and a few impacts, where more than one body moves, may be those of a trial.
+    The ball of a trial comes before those at a stop. If more count, but for shadows, which of them
+    is meant is not known; and a few impacts, where more than one body moves, may be those of a
+    trial.
     """
     counted = [one for one in explanations if one.counts]
     counted = [one for one in counted if one.scene == "wall"] or counted
     first = (*counted, explanations[0])[0]
-    if len(counted) > 1:
+    if any(not _strikes_with(one, first) for one in counted):
         return replace(first, against=(Reason(Cause.SEVERAL_BOUNCE, (len(counted),)),))
     others, few = len(explanations) - 1, first.count < IMPACTS_OF_ONE_ALONE
     if counted and others and few and first.scene != "wall":
         return replace(first, against=(Reason(Cause.OTHERS_MOVE, (first.count, others)),))
     return first
+
+
+def _strikes_with(one: Explanation, other: Explanation) -> bool:
+    """Whether all impacts of two bodies come at once: what strikes is one body, with its shadow."""
+    frames = [[impact.frame for impact in body.collisions] for body in (one, other)]
+    if len(frames[0]) != len(frames[1]):
+        return False
+    return all(abs(a - b) <= AT_ONCE_PICTURES for a, b in zip(*frames, strict=True))
 
 
 def is_settled(pair: Explanation) -> bool:

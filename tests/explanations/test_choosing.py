@@ -111,8 +111,21 @@ def test_of_bodies_taken_alone_the_one_that_is_counted_gives_the_answer(
     assert chosen.count == next((count for count in counts if count), 0)
 
 
+def later(explained: Explanation, frames: float) -> Explanation:
+    """Let all of it come so many frames later."""
+    shifted = [replace(one, frame=one.frame + frames) for one in explained.collisions]
+    return replace(explained, collisions=tuple(shifted))
+
+
+def test_what_bounces_with_a_body_is_its_shadow() -> None:
+    ball, shadow = bouncing(5), later(bouncing(5), 0.8)
+
+    assert of_bodies_alone([ball, shadow]) is ball
+    assert not of_bodies_alone([ball, bouncing(4)]).counts
+
+
 def test_of_several_bodies_that_bounce_none_is_counted() -> None:
-    chosen = of_bodies_alone([bouncing(None), bouncing(5), bouncing(5)])
+    chosen = of_bodies_alone([bouncing(None), bouncing(5), later(bouncing(5), 4.0)])
 
     assert not chosen.counts
     assert chosen.against == (Reason(Cause.SEVERAL_BOUNCE, (2,)),)
