@@ -35,6 +35,25 @@ def test_a_ball_that_came_back_unseen_leaves_the_count_open(missed: int, kept: f
     assert number == len(impacts) or found.probability.get(number, 0.0) < SURE
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_an_impact_that_no_picture_shows_before_the_clip_ends_leaves_the_count_open(
+    seed: int,
+) -> None:
+    place, impacts = dropped(6)
+    place = noisy(place[: round(impacts[-1]) + 3], NOISE_PX, seed)
+    place[int(impacts[-1]) + 1 :] = np.nan
+    # Two pictures show how fast the flight before the last one begins, and badly.
+    begins = int(impacts[-3])
+    place[begins + 3 : int(impacts[-2]) - 1] = np.nan
+    place[begins + 2] -= 16.0
+
+    found = seen_impacts(alone(place))
+
+    number = len(found.collisions)
+    assert number == len(impacts) - 1
+    assert found.probability.get(number, 0.0) < SURE
+
+
 @pytest.mark.parametrize("missed", [2, 3, 4])
 def test_a_ball_that_is_not_seen_while_it_is_high_bounced_no_more(missed: int) -> None:
     place, impacts = dropped(7)

@@ -162,9 +162,9 @@ def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
     """Whether impacts follow each other too fast, or the body came back to its stop unseen.
 
     It does if a flight to the same stop, or the time that is left after the last impact, is longer
-    than one lasts. Flights last as long as they begin fast, or longer: the one before the last says
-    how long that is, and for the others their median does, if it is not less. A body that no
-    picture shows when it is due has come back.
+    than one lasts. Flights last as long as they begin fast, or longer: their median says how long
+    that is, if it is not less. The last one follows from those before it, or from the speed that it
+    begins with. A body that no picture shows when it is due has come back.
     """
     if len(impacts) < 2:
         return False
@@ -181,7 +181,7 @@ def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
         np.quantile(one[inner], 0.5, method="lower") for one in (flights, flights / speed)
     )
     lasts = np.maximum(usual, by_speed * speed)
-    lasts[-1] = flights[-2] * speed[-1] / speed[-2]
+    lasts[-1] = _next_flight(impacts) or flights[-2] * speed[-1] / speed[-2]
     seen = motion.frame[np.isfinite(motion.place_px)]
     due = np.array([impact.frame for impact in impacts]) + lasts
     before, after = (np.append(seen, np.inf)[seen.searchsorted(due) + step] for step in (-1, 0))
@@ -190,7 +190,18 @@ def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
 
 
 def dies_out(motion: Motion, impacts: Sequence[Impact]) -> bool:
-    """Whether the flights shrink by a nearly constant share until pictures show none any more.
+    """Whether the flights shrink by a nearly constant share until pictures show none any more."""
+    following = _next_flight(impacts)
+    if following is None:
+        return False
+    # A flight of t pictures rises by pull t^2 / 8, which the noise of both its ends must not hide.
+    pull = abs(motion.acceleration)
+    shown = pull * following**2 / 8 > 2 * HYSTERESIS_SIGMAS * motion.sigma_px
+    return bool(following < TAIL_PICTURES or (pull > motion.acceleration_spread and not shown))
+
+
+def _next_flight(impacts: Sequence[Impact]) -> float | None:
+    """How long the flight after the last impact is, in pictures; None if those before do not say.
 
     A body that bounces on one stop keeps the same share e of its speed at every impact, so its
     flights under a constant pull form a geometric series: endlessly many within a finite time, of
@@ -200,17 +211,13 @@ def dies_out(motion: Motion, impacts: Sequence[Impact]) -> bool:
     """
     flights = np.diff([impact.frame for impact in impacts])
     if len({impact.side for impact in impacts}) != 1 or len(flights) < FLIGHTS_AT_LEAST:
-        return False
+        return None
     ratios = flights[1:] / flights[:-1]
     kept = float(np.median(ratios))
     steady = np.abs(np.log2(ratios / kept)) < 0.5
     if kept >= 1.0 or steady.mean() <= 0.5:
-        return False
-    following = float(np.median(flights * kept ** np.arange(len(flights), 0, -1)))
-    # A flight of t pictures rises by pull t^2 / 8, which the noise of both its ends must not hide.
-    pull = abs(motion.acceleration)
-    shown = pull * following**2 / 8 > 2 * HYSTERESIS_SIGMAS * motion.sigma_px
-    return bool(following < TAIL_PICTURES or (pull > motion.acceleration_spread and not shown))
+        return None
+    return float(np.median(flights * kept ** np.arange(len(flights), 0, -1)))
 
 
 def _ends_at_stop(motion: Motion, turns: Sequence[Impact]) -> int:
