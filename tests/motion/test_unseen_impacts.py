@@ -35,23 +35,46 @@ def test_a_ball_that_came_back_unseen_leaves_the_count_open(missed: int, kept: f
     assert number == len(impacts) or found.probability.get(number, 0.0) < SURE
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_an_impact_that_no_picture_shows_before_the_clip_ends_leaves_the_count_open(
-    seed: int,
-) -> None:
+def lost_before_its_last_impact(seed: int, left: int) -> tuple[Floats, list[float]]:
+    """A ball that is seen for the last time just before an impact, with so many pictures after."""
     place, impacts = dropped(6)
-    place = noisy(place[: round(impacts[-1]) + 3], NOISE_PX, seed)
-    place[int(impacts[-1]) + 1 :] = np.nan
+    last = int(impacts[-1])
+    seen = np.full(last + 1 + left, np.nan)
+    seen[: last + 1] = noisy(place[: last + 1], NOISE_PX, seed)
     # Two pictures show how fast the flight before the last one begins, and badly.
     begins = int(impacts[-3])
-    place[begins + 3 : int(impacts[-2]) - 1] = np.nan
-    place[begins + 2] -= 16.0
+    seen[begins + 3 : int(impacts[-2]) - 1] = np.nan
+    seen[begins + 2] -= 16.0
+    return seen, impacts
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("left", [3, 5])
+def test_an_impact_that_no_picture_shows_before_the_clip_ends_is_inferred(
+    left: int, seed: int
+) -> None:
+    place, impacts = lost_before_its_last_impact(seed, left)
+
+    found = seen_impacts(alone(place))
+
+    last = found.collisions[-1]
+    assert len(found.collisions) == len(impacts)
+    assert last.seen is False
+    assert last.frame == pytest.approx(impacts[-1], abs=last.frame_sigma)
+    assert 0.5 < found.probability[len(impacts)] < SURE
+    assert Cause.LAST_UNSEEN in [doubt.cause for doubt in found.doubts]
+
+
+@pytest.mark.parametrize("left", [12, 16, 20])
+def test_where_more_than_one_may_follow_unseen_the_count_is_open(left: int) -> None:
+    place, impacts = lost_before_its_last_impact(0, left)
 
     found = seen_impacts(alone(place))
 
     number = len(found.collisions)
     assert number == len(impacts) - 1
-    assert found.probability.get(number, 0.0) < SURE
+    assert found.probability.get(number, 0.0) < 0.5
+    assert Cause.TOO_FREQUENT in [doubt.cause for doubt in found.doubts]
 
 
 @pytest.mark.parametrize("missed", [2, 3, 4])

@@ -82,20 +82,20 @@ def _start(time: Floats, place_px: Floats, columns: int) -> tuple[float, float, 
 
 
 @dataclass(frozen=True)
-class Earlier:
-    """An impact before the first one that is seen, in pictures that do not show the body."""
+class Unseen:
+    """An impact before the first one that is seen, or after the last, that no picture shows."""
 
     frame: float
-    """Frame coordinate, in pictures, at which the flight to the next one would begin."""
+    """Frame coordinate, in pictures, at which the flight next to it would begin, or end."""
     frame_sigma: float
-    """Its standard uncertainty: it lies anywhere in the pictures that do not show the body."""
+    """Its standard uncertainty."""
     chance: float
     """Probability that there was one."""
     likely: bool
-    """Whether it is more probable than not, and at the stop to which that flight comes."""
+    """Whether it is more probable than not, and at the stop of the one that is seen."""
 
 
-def before_first(motion: Motion, impacts: Sequence[Impact]) -> list[Earlier]:
+def before_first(motion: Motion, impacts: Sequence[Impact]) -> list[Unseen]:
     """Find impacts before the first one that may lie in pictures that do not show the body.
 
     There the flight that ends at the first impact would have to begin, and no sooner; the flights
@@ -116,7 +116,7 @@ def before_first(motion: Motion, impacts: Sequence[Impact]) -> list[Earlier]:
     back = min(back, FLIGHT_FACTOR * flights.max(initial=0.0) or back)
     following = motion.frame[np.isfinite(motion.place_px) & (motion.frame < first.frame)]
     last = np.append(motion.frame[0] - 1.0, following[:-1])
-    found: list[Earlier] = []
+    found: list[Unseen] = []
     ends = first.frame
     while (begins := ends - back) >= motion.frame[0] - 1.0:
         unseen = (following - last > 1.0) & (last <= begins + 1.0) & (begins < following)
@@ -127,19 +127,19 @@ def before_first(motion: Motion, impacts: Sequence[Impact]) -> list[Earlier]:
         chance = CHANCE_UNSEEN
         if away:
             chance = CHANCE_CLEAR if since in following else 1 - CHANCE_UNSEEN
-        sigma = float(until - since) / math.sqrt(12.0)
-        found.append(Earlier(float(begins), sigma, chance, same_stop and chance > 0.5))
+        sigma = float(until - since) / math.sqrt(12.0)  # it lies anywhere in between
+        found.append(Unseen(float(begins), sigma, chance, same_stop and chance > 0.5))
         ends, back = begins, back / kept
     return found
 
 
-def inferred(earlier: Earlier, first: Collision) -> Collision:
-    """Make a collision, in pictures, of an impact at the stop of the first one that is seen."""
+def inferred(unseen: Unseen, shown: Collision) -> Collision:
+    """Make a collision, in pictures, of an impact at the stop of one that is seen."""
     unknown = Velocities(np.nan, np.nan)
     return replace(
-        first,
-        frame=earlier.frame,
-        frame_sigma=earlier.frame_sigma,
+        shown,
+        frame=unseen.frame,
+        frame_sigma=unseen.frame_sigma,
         seen=False,
         velocity_before=unknown,
         velocity_after=unknown,

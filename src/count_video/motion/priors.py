@@ -71,7 +71,8 @@ CHANCE_CUT_OFF: Final = 0.5
 """Chances that an impact is one that seems certain, and that a clip which begins or ends with the
 body at its stop shows one more."""
 CHANCE_UNSEEN: Final = 0.3
-"""Chance that an impact lies before the first one, in pictures that do not show the body."""
+"""Chance that an impact lies before the first one, in pictures that do not show the body; and that
+none does where the body is due at its stop after the last one that is seen."""
 CHANCE_DYING: Final = 0.25
 """Where the flights shrink below what pictures show, the chance that these show one more impact:
 where that limit lies is known to about one flight."""

@@ -13,7 +13,7 @@ from itertools import pairwise, takewhile
 
 import numpy as np
 
-from count_video.motion.beginnings import Earlier, inferred, struck_at_rest
+from count_video.motion.beginnings import Unseen, inferred, struck_at_rest
 from count_video.motion.contacts import BodyErrors
 from count_video.motion.corners import CERTAIN_LOG_ODDS, Impact
 from count_video.motion.flight import (
@@ -26,13 +26,14 @@ from count_video.motion.priors import (
     CHANCE_CLEAR,
     CHANCE_CUT_OFF,
     CHANCE_DYING,
+    CHANCE_UNSEEN,
     CHANCES_LOST,
     FLIGHT_FACTOR,
 )
 from count_video.motion.seen import RESOLVED_FRAMES
 from count_video.motion.time_base import in_frames
 from count_video.reasons import Cause, Reason
-from count_video.records import Collision, Velocities
+from count_video.records import Collision, Floats, Mask, Velocities
 
 CERTAIN_PICTURES = 4
 """One impact at least shows itself by so many pictures on either side, as certain as can be."""
@@ -66,7 +67,7 @@ class SeenImpacts:
 def weighed(
     motion: Motion,
     turns: Sequence[Impact],
-    earlier: Sequence[Earlier],
+    earlier: Sequence[Unseen],
     contact: float,
     pace: float,
     collisions: Sequence[Collision],
@@ -82,11 +83,13 @@ def weighed(
         return SeenImpacts((), (Reason(Cause.NO_IMPACT),), (), {0: 1.0})
     unlikely = [turn for turn in turns if turn.chance > CHANCE_AT_LEAST and not turn.likely]
     dying = dies_out(motion, impacts)
-    lost = not dying and _lost(motion, impacts)
-    cut = 0 if dying or lost else _ends_at_stop(motion, turns)
+    last = [] if dying else _last_unseen(motion, impacts)
+    lost = not dying and _lost(motion, impacts, last)
+    cut = 0 if dying or lost or last else _ends_at_stop(motion, turns)
     likely = list(takewhile(lambda one: one.likely, earlier))
     unsure = earlier[len(likely) :]
-    unseen = [in_frames(inferred(one, collisions[0]), pace) for one in likely[::-1]]
+    first_ones = [in_frames(inferred(one, collisions[0]), pace) for one in likely[::-1]]
+    last_ones = [in_frames(inferred(one, collisions[-1]), pace) for one in last]
     unturned = {
         impact.frame: chance
         for impact, chance in zip(impacts, map(_not_turned, impacts, collisions), strict=True)
@@ -95,16 +98,18 @@ def weighed(
     doubts: list[tuple[Cause, Sequence[float], Iterable[float]]] = [
         (Cause.FIRST_UNSEEN, [e.chance for e in likely], [e.frame for e in likely[-1:]]),
         (Cause.BEFORE_UNSEEN, [one.chance for one in unsure], ()),
+        (Cause.LAST_UNSEEN, [one.chance for one in last], [one.frame for one in last]),
         (Cause.TURNS_OPEN, [one.chance for one in unlikely], [one.frame for one in unlikely]),
         (Cause.NOT_TURNED, [*unturned.values()], unturned),
         (Cause.DIES_OUT, (CHANCE_DYING,) * dying, ()),
         (Cause.TOO_FREQUENT, CHANCES_LOST * lost, ()),
         (Cause.CUT_AT_STOP, (CHANCE_CUT_OFF,) * cut, ()),
     ]
+    every = [*first_ones, *collisions, *last_ones]
     chances = [min(impact.chance, CHANCE_CLEAR) for impact in impacts]
     chances += [chance for _, more, _ in doubts for chance in more]
     return SeenImpacts(
-        tuple(replace(one, number=number) for number, one in enumerate([*unseen, *collisions], 1)),
+        tuple(replace(one, number=number) for number, one in enumerate(every, 1)),
         _shortcomings(motion, impacts, contact, pace) or _gains(collisions),
         tuple(Reason(why, tuple(pace * f for f in frames)) for why, more, frames in doubts if more),
         chances_of_sum(chances),
@@ -158,13 +163,37 @@ def _gains(collisions: Sequence[Collision]) -> tuple[Reason, ...]:
     return ()
 
 
-def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
+def _last_unseen(motion: Motion, impacts: Sequence[Impact]) -> list[Unseen]:
+    """Infer the impact after the last one seen, if no picture shows the body when it is due.
+
+    There is none if it may be due after the clip's end, or one more before.
+    """
+    flight = _next_flight(impacts)
+    if flight is None or impacts[-1].side * motion.acceleration <= 0:
+        return []
+    due, unsure = impacts[-1].frame + flight, PULL_SHARE * flight
+    one_more = flight**2 / (impacts[-1].frame - impacts[-2].frame)
+    left = float(motion.frame[-1]) - due
+    inferred_there = _unseen_at(motion, due) and unsure < left < (1 - PULL_SHARE) * one_more
+    return [Unseen(due, unsure, 1 - CHANCE_UNSEEN, likely=True)] if inferred_there else []
+
+
+def _unseen_at(motion: Motion, frame: Floats | float) -> Mask:
+    """Whether no picture shows the body about frames, shape (n,) or none."""
+    seen = motion.frame[np.isfinite(motion.place_px)]
+    after = seen.searchsorted(frame)
+    before, after = (np.append(seen, np.inf)[after + step] for step in (-1, 0))
+    return np.asarray(after - before > UNSEEN_FRAMES)
+
+
+def _lost(motion: Motion, impacts: Sequence[Impact], last: Sequence[Unseen]) -> bool:
     """Whether impacts follow each other too fast, or the body came back to its stop unseen.
 
     It does if a flight to the same stop, or the time that is left after the last impact, is longer
     than one lasts. Flights last as long as they begin fast, or longer: their median says how long
     that is, if it is not less. The last one follows from those before it, or from the speed that it
-    begins with. A body that no picture shows when it is due has come back.
+    begins with. A body that no picture shows when it is due has come back, but for the ``last``
+    impact that is inferred.
     """
     if len(impacts) < 2:
         return False
@@ -176,16 +205,15 @@ def _lost(motion: Motion, impacts: Sequence[Impact]) -> bool:
     if len(inner) == 0:
         return False
     speed = np.abs([impact.after for impact in impacts]) + motion.sigma_px
-    flights = np.diff([*(impact.frame for impact in impacts), float(motion.frame[-1])])
+    ends = last[0].frame if last else float(motion.frame[-1])
+    flights = np.diff([*(impact.frame for impact in impacts), ends])
     usual, by_speed = (
         np.quantile(one[inner], 0.5, method="lower") for one in (flights, flights / speed)
     )
     lasts = np.maximum(usual, by_speed * speed)
     lasts[-1] = _next_flight(impacts) or flights[-2] * speed[-1] / speed[-2]
-    seen = motion.frame[np.isfinite(motion.place_px)]
     due = np.array([impact.frame for impact in impacts]) + lasts
-    before, after = (np.append(seen, np.inf)[seen.searchsorted(due) + step] for step in (-1, 0))
-    lasts[after - before > UNSEEN_FRAMES] *= (1 + PULL_SHARE) / FLIGHT_FACTOR
+    lasts[_unseen_at(motion, due)] *= (1 + PULL_SHARE) / FLIGHT_FACTOR
     return bool((falls & (flights > FLIGHT_FACTOR * lasts)).any())
 
 

@@ -126,6 +126,8 @@ SENTENCES: Final = {
     Cause.BEFORE_UNSEEN: "what came before the first impact is not seen: one may be missing",
     Cause.FIRST_UNSEEN: "no picture shows the first impact; that there was one, about frame "
     "{:.0f}, follows from the flight after it",
+    Cause.LAST_UNSEEN: "no picture shows the last impact; that there was one, about frame "
+    "{:.0f}, follows from the flights before it",
     Cause.TURNS_OPEN: "whether {turns} at the stop may be called impacts is not clear",
     Cause.NOT_TURNED: "by all flights together the body does not surely turn round in {frames}: "
     "other impacts may be missed there",
