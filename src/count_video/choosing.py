@@ -9,6 +9,9 @@ from count_video.alone import IMPACTS_OF_ONE_ALONE
 from count_video.explanations import Explanation
 from count_video.reasons import Cause, Reason
 
+AT_ONCE_FRAMES = 1.0
+"""Impacts of a body and of its shadow come at the same time, to a frame."""
+
 
 def likeliest_pair(explanations: Iterable[Explanation]) -> Explanation | None:
     """Choose one of two bodies each; they come with the likeliest first and are made one by one.
@@ -24,10 +27,6 @@ def likeliest_pair(explanations: Iterable[Explanation]) -> Explanation | None:
     return max(others, key=lambda one: (one.counts, one.track.wall_seen), default=None)
 
 
-AT_ONCE_PICTURES = 1.0
-"""Impacts of a body and of its shadow come at the same time, to a picture."""
-
-
 def of_bodies_alone(explanations: Sequence[Explanation]) -> Explanation:
     """Choose one of several bodies, each taken alone: the only one that counts, or the first.
 
@@ -38,8 +37,9 @@ def of_bodies_alone(explanations: Sequence[Explanation]) -> Explanation:
     counted = [one for one in explanations if one.counts]
     counted = [one for one in counted if one.scene == "wall"] or counted
     first = (*counted, explanations[0])[0]
-    if any(not _strikes_with(one, first) for one in counted):
-        return replace(first, against=(Reason(Cause.SEVERAL_BOUNCE, (len(counted),)),))
+    apart = [one for one in counted if not _strikes_with(one, first)]
+    if apart:
+        return replace(first, against=(Reason(Cause.SEVERAL_BOUNCE, (1 + len(apart),)),))
     others, few = len(explanations) - 1, first.count < IMPACTS_OF_ONE_ALONE
     if counted and others and few and first.scene != "wall":
         return replace(first, against=(Reason(Cause.OTHERS_MOVE, (first.count, others)),))
@@ -51,7 +51,7 @@ def _strikes_with(one: Explanation, other: Explanation) -> bool:
     frames = [[impact.frame for impact in body.collisions] for body in (one, other)]
     if len(frames[0]) != len(frames[1]):
         return False
-    return all(abs(a - b) <= AT_ONCE_PICTURES for a, b in zip(*frames, strict=True))
+    return all(abs(a - b) <= AT_ONCE_FRAMES for a, b in zip(*frames, strict=True))
 
 
 def is_settled(pair: Explanation) -> bool:

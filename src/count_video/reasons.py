@@ -28,7 +28,7 @@ class Cause(Enum):
     TOO_FAINT = auto()
     BEFORE_UNSEEN = auto()
     FIRST_UNSEEN = auto()  # no picture shows the first impact [its frame]
-    LAST_UNSEEN = auto()  # nor the last one [its frame]
+    LAST_UNSEEN = auto()  # no picture shows the last impact [its frame]
     TURNS_OPEN = auto()  # turns at a stop may be impacts [all frames]
     NOT_TURNED = auto()  # by all flights together a body does not turn at impacts [all frames]
     CUT_AT_STOP = auto()
