@@ -35,7 +35,7 @@ CONVERGED_SIGMAS = 0.5
 GUESS_PX = 2.0
 """A guess is right to so much, as a standard deviation."""
 STEP_AT_MOST_PX = 2.0
-STEEPER = 0.5, 2.0
+STEEPER = 0.5, 4.0
 """Edges of a picture are from so many to so many times as steep as the template's: one of both may
 be smeared by motion."""
 ASTRAY_PX = 8.0
