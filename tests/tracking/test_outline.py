@@ -27,7 +27,7 @@ def disc(x_px: float, y_px: float, radius_px: float, blur_px: float) -> Pixels:
 def mean_of(appearance: Pixels) -> Mean:
     behind = np.full(SIZE, WALL, np.float32)
     moving = np.abs(appearance - behind) > 3
-    return Mean(appearance, np.ones(SIZE, np.float32), moving, behind)
+    return Mean(appearance, np.ones(SIZE, np.float32), moving, behind, np.zeros_like(behind))
 
 
 def test_a_soft_shadow_beside_a_ball_is_no_part_of_its_outline() -> None:

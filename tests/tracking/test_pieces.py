@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from count_video.tracking.background import Background
 from count_video.tracking.composite import STEPS, Source, cut_pieces, median_of
 from count_video.tracking.cutting import Stage, wide_cut
 from count_video.tracking.light import Light
+from count_video.tracking.registration import CONVERGED_PX, register
 
 SIZE = 60, 80
 DIM = 0.3
@@ -133,3 +135,45 @@ def test_thin_lines_within_a_body_are_its_own() -> None:
 
     assert found is not None
     assert found[0].shape[0] >= HIGH_PX
+
+
+# ---- a plain body, one end of which passes before something else than usual ----------------------
+
+BRIGHT, WALL, BOARD = 180, 150, 230
+BOARD_PX = 150
+"""From here on a board stands behind the body: its right end is before it in the last pictures."""
+ALONG = np.array([(40.0 + 6 * k, 40.0) for k in range(PICTURES)])
+LONG_PX = 50
+BLUR_PX = 1.0
+NEARLY_PX = -0.5, 1.0
+"""So far from its place a body is sought."""
+
+
+def passing(left_px: float) -> NDArray[np.uint8]:
+    """Picture of a body that is plain but for lines along its motion, with blurred edges."""
+    fine = np.full((120, 8 * 240), WALL, np.float32)
+    fine[:, 8 * BOARD_PX :] = BOARD
+    left = round(8 * left_px)
+    fine[40 : 40 + HIGH_PX, left : left + 8 * LONG_PX] = BRIGHT
+    fine[50:60, left : left + 8 * LONG_PX] = BRIGHT - 60
+    whole = cv2.resize(fine, (240, 120), interpolation=cv2.INTER_AREA)
+    noise = np.random.default_rng(round(100 * left_px)).normal(0.0, 1.0, whole.shape)
+    return np.asarray((cv2.GaussianBlur(whole, (0, 0), BLUR_PX) + noise).round(), np.uint8)
+
+
+def test_what_shows_through_a_blurred_edge_does_not_hold_a_body_back() -> None:
+    scene = passing(300.0)
+    pictures = [passing(x) for x, _ in ALONG]
+    stage = Stage(1, (0.0, 0.0), (HIGH_PX, LONG_PX), ALONG)
+    found = wide_cut(Source(pictures, before(scene), ()), stage, (12, 12), (-np.inf, np.inf))
+    assert found is not None
+    template, corner = found[1].template, found[0].path_px[0] - ALONG[0]
+
+    # Most pictures show the wall beyond the right end; here it passes over the edge of the board.
+    errors = []
+    for left_px in np.arange(BOARD_PX - LONG_PX, BOARD_PX - LONG_PX + 4.0, 0.5):
+        place = corner + np.array((left_px, ALONG[0, 1]))
+        fit = register(passing(left_px), template, tuple(place + NEARLY_PX))
+        errors.append(np.nan if fit is None else fit.x_px - place[0])
+
+    assert np.abs(errors).max() < CONVERGED_PX

@@ -169,7 +169,7 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
     often = len(pieces.seen) - _count(pieces.covered | pieces.others) > pieces.least
     free = pieces.covered | (pieces.others & often)
     height, width = often.shape
-    typical, variance, own, still = (np.empty((height, width), np.float32) for _ in range(4))
+    typical, variance, through, own, still = np.empty((5, height, width), np.float32)
     step = max(1, STRIP_PIXELS // (width * len(pieces.seen)))
     strips = [slice(top, top + step) for top in range(0, height, step)]
     for rows in strips:
@@ -177,7 +177,9 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
     most = _largest_mistake(pieces, _levels(typical), free)
     theirs = [cache(partial(_less_mistaken, pieces, typical, most, away)) for away in pieces.away]
     for rows in strips:
-        inner = np.abs(pieces.seen[:, rows] - _levels(typical[rows]))
+        away = pieces.seen[:, rows] - _levels(typical[rows])
+        through[rows] = _shown_through(away, pieces.behind[:, rows], free[:, rows])
+        inner = np.abs(away)
         outer = np.abs(pieces.seen[:, rows] - pieces.behind[:, rows])
         own[rows], still[rows] = (
             _mean(np.minimum(one, most), pieces.covered[:, rows]) for one in (inner, outer)
@@ -192,8 +194,29 @@ def median_of(pieces: Pieces, scale: int = 1) -> Mean:
         np.pad(variance, pieces.around, constant_values=NOISE_FLOOR),
         np.pad(moving & shown, pieces.around),
         np.pad(behind, pieces.around),
+        np.pad(through, pieces.around),
         theirs,
     )
+
+
+def _shown_through(away: Levels, behind: Levels, covered: Mask) -> Pixels:
+    """Variance that pixels have from what lies behind them, in grey levels squared.
+
+    Beyond a body's blurred edge a share b of what lies behind it shows: its regression coefficient.
+    So b^2 times the variance of that is theirs, whatever most of the pieces agree on. Both arrays
+    are levels from any that all pieces share.
+    """
+    hidden = _count(covered)
+    count = np.maximum(len(away) - hidden, 1)
+    one, other = (np.asarray(each / np.float32(STEPS)) for each in (away, behind - behind[0]))
+    if hidden.any():
+        one[covered] = other[covered] = 0
+    means = one.sum(axis=0) / count, other.sum(axis=0) / count
+    power = np.einsum("kij,kij->ij", other, other) - count * means[1] ** 2
+    shared = np.einsum("kij,kij->ij", one, other) - count * means[0] * means[1]
+    varies = power > count * ROUNDING**2
+    squares = np.divide(shared**2, power, out=np.zeros_like(power), where=varies)
+    return np.asarray(squares / count, np.float32)
 
 
 def _less_mistaken(pieces: Pieces, typical: Pixels, most: np.int16, away: Shifts) -> Pixels:

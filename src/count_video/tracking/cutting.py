@@ -133,7 +133,13 @@ def _cut(
     begin = left - margin[1]
     ends = [side / stage.scale - stage.corner[0] - begin for side in fence]
     outline = find_outline(
-        Mean(mean.appearance[part], mean.variance[part], own[part], mean.behind[part]),
+        Mean(
+            mean.appearance[part],
+            mean.variance[part],
+            own[part],
+            mean.behind[part],
+            mean.through[part],
+        ),
         (ends[0], ends[1]),
         circles=stage.own is not None,
     )

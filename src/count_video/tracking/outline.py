@@ -55,6 +55,8 @@ class Mean:
     """Where the pictures agree with each other better than with the background."""
     behind: Pixels
     """What lies behind the body."""
+    through: Pixels
+    """Variance that pixels have from that, where it shows through: at and beyond blurred edges."""
     theirs: Sequence[Callable[[], Pixels]] = ()
     """By how many grey levels the motion of each neighbour explains the pictures better: worked out
     where it is asked for, as few bodies hang together with others."""
@@ -183,7 +185,8 @@ def _cut_out(
         columns <= last[:, None] + BEYOND_OUTLINE_PX
     )
     inner = slice(begin, end)
-    weight = np.where(mask & mean.moving[:, inner], 1 / mean.variance[:, inner], 0)
+    variance = np.maximum(mean.variance, mean.through)[:, inner]
+    weight = np.where(mask & mean.moving[:, inner], 1 / variance, 0)
     template = make_template(mean.appearance[:, begin:end], weight.astype(np.float32))
     if circle is None:
         rows = np.flatnonzero(weight.any(axis=1))
