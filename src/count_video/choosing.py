@@ -31,8 +31,8 @@ def of_bodies_alone(explanations: Sequence[Explanation]) -> Explanation:
     """Choose one of several bodies, each taken alone: the only one that counts, or the first.
 
     The ball of a trial comes before those at a stop. If more count, but for shadows, which of them
-    is meant is not known; and a few impacts, where more than one body moves, may be those of a
-    trial.
+    is meant is not known; and a few impacts at each stop, where more than one body moves, may be
+    those of a trial: its ball turns round at the wall and at the heavy body.
     """
     counted = [one for one in explanations if one.counts]
     counted = [one for one in counted if one.scene == "wall"] or counted
@@ -40,10 +40,17 @@ def of_bodies_alone(explanations: Sequence[Explanation]) -> Explanation:
     apart = [one for one in counted if not _strikes_with(one, first)]
     if apart:
         return replace(first, against=(Reason(Cause.SEVERAL_BOUNCE, (1 + len(apart),)),))
-    others, few = len(explanations) - 1, first.count < IMPACTS_OF_ONE_ALONE
+    others, few = len(explanations) - 1, _at_one_stop(first) < IMPACTS_OF_ONE_ALONE
     if counted and others and few and first.scene != "wall":
         return replace(first, against=(Reason(Cause.OTHERS_MOVE, (first.count, others)),))
     return first
+
+
+def _at_one_stop(alone: Explanation) -> int:
+    """How many impacts a body has on one side of it, that with more."""
+    both = ((one.velocity_before, one.velocity_after) for one in alone.collisions)
+    right = sum(after.ball_px_frame < before.ball_px_frame for before, after in both)
+    return max(right, len(alone.collisions) - right)
 
 
 def _strikes_with(one: Explanation, other: Explanation) -> bool:

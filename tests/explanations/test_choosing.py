@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import cycle
 
+import numpy as np
 import pytest
 from explained import at_a_wall, bouncing, collision, track
 
@@ -16,6 +18,7 @@ from count_video.choosing import (
 )
 from count_video.explanations import Explanation
 from count_video.reasons import Cause, Reason
+from count_video.records import Velocities
 
 
 @pytest.mark.parametrize("path_shows", [True, False])
@@ -137,3 +140,22 @@ def test_few_impacts_of_one_of_several_bodies_may_be_those_of_a_trial() -> None:
     assert not chosen.counts
     assert [reason.cause for reason in chosen.against] == [Cause.OTHERS_MOVE]
     assert of_bodies_alone([bouncing(2)]).counts
+
+
+def to_and_fro(count: int) -> Explanation:
+    """One body alone that turns round at two stops, now at the one and now at the other."""
+    one = bouncing(count)
+    turns = [
+        replace(
+            at, velocity_before=Velocities(way, np.nan), velocity_after=Velocities(-way, np.nan)
+        )
+        for at, way in zip(one.collisions, cycle((1.0, -1.0)), strict=False)
+    ]
+    return replace(one, collisions=tuple(turns))
+
+
+@pytest.mark.parametrize(("impacts", "counts"), [(4, False), (5, True)])
+def test_impacts_at_two_stops_are_few_if_those_at_each_are(impacts: int, counts: bool) -> None:
+    """The ball of a trial turns round at the wall and at the heavy body."""
+    assert of_bodies_alone([to_and_fro(impacts), bouncing(None)]).counts is counts
+    assert of_bodies_alone([to_and_fro(impacts)]).counts
