@@ -106,6 +106,18 @@ def test_a_count_that_nothing_explains_is_said_to_be_so() -> None:
     assert said.endswith("neither explains the 25 counted")
 
 
+def test_where_all_agree_on_another_count_none_explains_it() -> None:
+    said = notes(result_text(found(SETUP, count=25)))["Expected"]
+    assert said.endswith("on these threads with these gaps alike; neither explains the 25 counted")
+
+
+def test_masses_beyond_any_plan_are_not_simulated() -> None:
+    expected = expected_counts(found(SETUP, mass_ratio=1e30))
+    assert expected is not None
+    assert (expected.hanging, expected.with_losses) == (None, None)
+    assert expected.free[0] > 1e15
+
+
 @pytest.mark.parametrize(("sigma", "free"), [(0.004, (3, 4)), (None, (4, 4)), (0.0001, (4, 4))])
 def test_an_uncertain_mass_ratio_leads_to_every_count_within_it(
     sigma: float | None, free: tuple[int, int]

@@ -176,7 +176,8 @@ def scan(observed: Observations, rough: Floats, prior: Prior) -> list[tuple[int,
     sets[:, Column.BODIES] = np.minimum(rough[Column.BODIES] + restitution, 1.0)
     sets[:, Column.BOUNCE] = np.minimum(rough[Column.BOUNCE] + restitution, 1.0)
     sets = within_limits(sets)
-    longest = max(observed.calm, round(1.5 * expected_count(float(steps.min()))) + 4)
+    expected = min(expected_count(float(steps.min())), MOST_COLLISIONS)
+    longest = max(observed.calm, round(1.5 * expected) + 4)
     thin = observed.at(thinned(len(observed.frame), SCAN_FRAMES))
     counts, losses = _scanned(thin, sets, longest)
     losses[(counts < 1) | (counts > MOST_COLLISIONS)] = np.inf

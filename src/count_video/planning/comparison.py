@@ -10,7 +10,7 @@ from count_video.errors import UsageError
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import NO_COUNT, simulate_many
 from count_video.physics.theory import collision_count
-from count_video.planning.request import PlanRequest, most_collisions
+from count_video.planning.request import MOST_RATIO, PlanRequest, most_collisions
 from count_video.records import ComparedQuantity, Estimate, FittedSetup, PlanComparison, TrialResult
 
 DIAMETER_SIGMA_PX = 0.3
@@ -28,7 +28,8 @@ class Expected:
     """Fewest and most collisions of free bodies without losses, within the uncertainty of the mass
     ratio."""
     hanging: int | None
-    """Count of the same bodies with the fitted threads, gaps and release; None without a fit."""
+    """Count of the same bodies with the fitted threads, gaps and release; None without a fit, or
+    for masses of a ratio that cannot be planned either."""
     with_losses: int | None
     """Count with the fitted restitutions as well; None where the bodies would come to rest on
     each other in ever smaller bounces, of which there is no number."""
@@ -41,7 +42,8 @@ def expected_counts(result: TrialResult) -> Expected | None:
         return None
     low, high = ratio_range(result)
     free = (collision_count(low), collision_count(high))
-    hung = None if result.setup is None else _as_fitted(result.setup, ratio)
+    fitted = result.setup if ratio <= MOST_RATIO else None
+    hung = None if fitted is None else _as_fitted(fitted, ratio)
     lossy, (bodies, wall) = None, (result.restitution_bodies, result.restitution_wall)
     if hung and bodies and wall and math.isfinite(bodies.value + wall.value):
         lossy = _changed(hung, _losses(bodies, "bodies") | _losses(wall, "wall"))

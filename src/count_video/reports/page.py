@@ -146,7 +146,7 @@ def _facts(result: TrialResult) -> dict[str, str]:
     if result.ratio is not None:
         facts["Mass ratio"] = f"{ratio_words(result.ratio)} : 1"
     if result.pi_low is not None and result.pi_high is not None:
-        facts["π lies between"] = f"{result.pi_low:.5g} and {result.pi_high:.5g}"
+        facts["π lies between"] = f"{result.pi_low:#.5g} and {result.pi_high:#.5g}"
     return facts
 
 

@@ -139,22 +139,22 @@ def _expected(expected: Expected | None, count: int | None) -> str:
     if expected is None or not count:
         return ""
     (low, high), hanging, lossy = expected.free, expected.hanging, expected.with_losses
-    free = counts_words(low, high)
+    text = f"{counts_words(low, high)} for free bodies without losses"
     if low == high == hanging and lossy in (None, low):
-        return f"{free}, for free bodies without losses and on these threads with these gaps alike"
-    text = f"{free} for free bodies without losses"
-    if hanging is not None:
+        text = f"{low}, for free bodies without losses and on these threads with these gaps alike"
+    elif hanging is not None:
         text += f", {hanging} on these threads with these gaps"
     if lossy not in (None, hanging):
         text += f", {lossy} with these losses as well"
-    if low <= count <= high:
+    if low <= count <= high or hanging is None:
         return text
     if count == hanging:
         how = "drive the cylinder back sooner" if count < low else "bring the bodies together again"
         return f"{text}; the threads {how}, and make it {count}"
     if count == lossy:
         return f"{text}; threads and losses make it {count}"
-    return text if hanging is None else f"{text}; neither explains the {count} counted"
+    each = "neither" if lossy in (None, hanging) else "none of them"
+    return f"{text}; {each} explains the {count} counted"
 
 
 def _pi(result: TrialResult) -> str:
@@ -167,7 +167,7 @@ def _pi(result: TrialResult) -> str:
         held = "pi lies inside"
     elif pi_bounds(count, heaviest).low <= math.pi <= pi_bounds(count, lightest).high:
         held = "within the uncertainty of the mass ratio pi lies inside"
-    return f"between {low:.5g} and {high:.5g} by the count and the mass ratio; {held}"
+    return f"between {low:#.5g} and {high:#.5g} by the count and the mass ratio; {held}"
 
 
 def _scene_notes(result: TrialResult) -> Iterator[Note]:
@@ -200,8 +200,8 @@ NAMES = {
     "heavy_period_s": ("period of the cylinder", "s", 3),
     "ball_period_s": ("period of the ball", "s", 3),
     "mass_ratio": ("mass ratio", "", 3),
-    "restitution_bodies": ("restitution, bodies", "", 4),
-    "restitution_wall": ("restitution, wall", "", 4),
+    "restitution_bodies": ("restitution of the bodies", "", 4),
+    "restitution_wall": ("restitution at the wall", "", 4),
 }
 """What the quantities are called, their units, and their decimals."""
 _COMPARED = "  {:<28} {:>9} {:>9} {:>8} {:>12} {}"
