@@ -210,7 +210,8 @@ def test_an_ordinary_name_stays_as_it_is(name: str) -> None:
 
 @given(st.lists(ANY_NAME | st.sampled_from(["a", "A", "é", "e\u0301", "a.mp4", "a-2"]), max_size=9))
 def test_no_two_clips_share_the_name_of_a_result(names: list[str]) -> None:
-    jobs = jobs_of([Path("clips", f"{name}.mp4") for name in names], TrialSettings())
+    clips = [Path(f"clips {k}", f"{name}.mp4") for k, name in enumerate(names)]
+    jobs = jobs_of(clips, TrialSettings())
     alike = {unicodedata.normalize("NFC", job.name).casefold() for job in jobs}
     assert len(alike) == len(names)
     assert "campaign" not in alike

@@ -54,10 +54,10 @@ def test_a_result_is_named_after_its_clip() -> None:
         (["a.mp4", "a.mov"], ["a", "a.mov"]),
         (["one/a.mp4", "two/a.mp4", "three/a.mp4"], ["a", "a.mp4", "three-a.mp4"]),
         (["a.mp4", "A.mp4"], ["a", "A.mp4"]),
-        (["x/a.mp4"] * 4, ["a", "a.mp4", "x-a.mp4", "a-2"]),
+        ([f"{k}/x/a.mp4" for k in range(4)], ["a", "a.mp4", "x-a.mp4", "a-2"]),
         (["campaign.mp4"], ["campaign.mp4"]),
     ],
-    ids=["suffixes", "folders", "case", "the same clip", "the campaign's own file"],
+    ids=["suffixes", "folders", "case", "folders of one name", "the campaign's own file"],
 )
 def test_no_two_results_have_the_same_name(paths: list[str], expected: list[str]) -> None:
     assert names(*paths) == expected
@@ -109,6 +109,21 @@ def test_a_name_that_is_given_twice_is_numbered(tmp_path: Path) -> None:
     names = [job.name for job in jobs_of([manifest], TrialSettings())]
 
     assert names == ["trial A", "trial A-2"]
+
+
+def test_a_line_of_separators_alone_is_none(tmp_path: Path) -> None:
+    file = manifest(tmp_path, "clip,capture_fps\n,,\na.mp4,960\n , \n")
+
+    assert [job.name for job in jobs_of([file], PLAIN)] == ["a"]
+
+
+def test_no_trial_is_summed_up_twice(tmp_path: Path) -> None:
+    clip, file = tmp_path / "a.mp4", manifest(tmp_path, "clip,wall\na.mp4,left\na.mp4,left\n")
+    clip.touch()
+
+    for paths in ([file], [tmp_path / "." / "a.mp4", clip]):
+        with pytest.raises(UsageError, match="listed twice"):
+            jobs_of(paths, PLAIN)
 
 
 def test_a_column_that_is_not_known_is_named(tmp_path: Path) -> None:

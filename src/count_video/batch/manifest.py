@@ -76,7 +76,19 @@ def jobs_of(
         start = os.getcwd()
     except OSError as error:
         raise UsageError("the current folder is gone; change to one that is there") from error
-    return [replace(job, name=_free_name(job, taken), pages=pages, start=start) for job in wanted]
+    jobs = [replace(job, name=_free_name(job, taken), pages=pages, start=start) for job in wanted]
+    _check_listed_once(jobs)
+    return jobs
+
+
+def _check_listed_once(jobs: Iterable[Job]) -> None:
+    """Raise UsageError if a trial would be summed up twice: one clip with the same settings."""
+    seen: set[tuple[str, TrialSettings]] = set()
+    for job in jobs:
+        trial = os.path.realpath(job.clip), job.settings
+        if trial in seen:
+            raise UsageError(f"{job.clip}: is listed twice with the same settings; list it once")
+        seen.add(trial)
 
 
 def clips_in(folder: Path) -> list[Path]:
@@ -177,6 +189,8 @@ def _cells(path: Path, text: str) -> Iterator[tuple[str, dict[str, str]]]:
     reader.fieldnames = columns
     for row in reader:
         where = f"{path}, line {reader.line_num}"
+        if not any("".join(cell or "").strip() for cell in row.values()):
+            continue  # a line that a spreadsheet leaves, of nothing but separators
         if None in row:
             raise UsageError(f"{where}: more cells than columns; quote a cell with a comma")
         cells = {column: (cell or "").strip() for column, cell in row.items()}
