@@ -13,10 +13,12 @@ import numpy as np
 import pytest
 from evidence_made import CLIP
 from PIL import Image
+from PIL.ImageColor import getrgb
 
 from coded import coding_of
 from count_video import cli
-from count_video.reports.clip import MARGIN_PX, SIZES, Shape, counter_px, font
+from count_video.reports.clip import MARGIN_PX, SIZES, Gif, Shape, counter_px, font
+from count_video.reports.drawing import BALL, HEAVY, MARKS
 from count_video.reports.exports import COLLISION_COLUMNS
 from count_video.video.reader import open_footage
 from tiers import rest_slow
@@ -78,6 +80,20 @@ def test_a_clip_for_a_talk_is_full_hd_and_counts_to_the_answer(kept: Kept) -> No
         assert getattr(gif, "n_frames", 1) > 20
         assert gif.info.get("loop") == 0
         assert gif.size[0] / gif.size[1] == pytest.approx(width / height, rel=0.01)
+
+
+def test_small_marks_keep_their_colours_beside_much_grey() -> None:
+    grey = np.tile(np.linspace(0, 255, 480).astype(np.uint8)[:, None], (270, 1, 3))
+    colours = [getrgb(colour) for colour in (BALL, HEAVY, *(m.colour for m in MARKS.values()))]
+    for number, colour in enumerate(colours):
+        grey[100:108, 50 * number : 50 * number + 8] = colour
+    gif = Gif(np.array([0.0, 1.0]))
+    list(gif.keeping([grey, grey]))
+
+    with Image.open(io.BytesIO(gif.data())) as shown:
+        picture = np.array(shown.convert("RGB"))
+
+    assert [tuple(picture[104, 50 * k + 4]) for k in range(len(colours))] == colours
 
 
 @pytest.mark.parametrize("shape", SIZES)

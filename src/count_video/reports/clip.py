@@ -320,6 +320,22 @@ def presented(annotated: Iterable[Pixels], material: Material, shape: Shape) -> 
         yield canvas
 
 
+@cache
+def _palette() -> Image.Image:
+    """Make the colours of a GIF: greys of footage, and what is drawn blended with some of them.
+
+    The colours that most pixels have would be greys alone: marks are small.
+    """
+    greys = np.linspace(0, 255, 128)[:, None].repeat(3, axis=1)
+    drawn = np.array([getrgb(one) for one in (BALL, HEAVY, *(m.colour for m in MARKS.values()))])
+    some, shares = greys[[0, 42, 84, 127]], np.array([0.25, 0.5, 0.75])[:, None, None, None]
+    blends = shares * drawn[:, None] + (1 - shares) * some
+    colours = np.concatenate([greys, drawn, blends.reshape(-1, 3)])
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colours.round().astype(np.uint8).tobytes())
+    return palette
+
+
 @dataclass(frozen=True)
 class Gif:
     """Keeps some pictures of a clip while they stream by."""
@@ -337,7 +353,9 @@ class Gif:
             if row in wanted:
                 size = (480, round(480 * picture.shape[0] / picture.shape[1]))
                 small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
-                self._kept[row] = Image.fromarray(small).quantize(64)
+                self._kept[row] = Image.fromarray(small).quantize(
+                    palette=_palette(), dither=Image.Dither.NONE
+                )
             yield picture
 
     def data(self) -> bytes:

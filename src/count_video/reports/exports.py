@@ -242,7 +242,7 @@ def _csv(names: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
 def _cell(value: object, number: str) -> str:
     """Write a value as a cell; ``number`` is the format of a float."""
     if value is None or isinstance(value, float):
-        return f"{value:{number}}" if value is not None and math.isfinite(value) else ""
+        return f"{value:z{number}}" if value is not None and math.isfinite(value) else ""
     if isinstance(value, bool):
         return "yes" if value else "no"
     text = printable(str(value))

@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from count_video.physics.theory import Mass, collision_count, state_points, theta_rad
 from count_video.planning.comparison import expected_counts
-from count_video.records import CollisionKind, Floats
+from count_video.records import CollisionKind, Floats, TrialResult
 from count_video.reports.drawing import (
     BALL,
     BARS,
@@ -52,7 +52,8 @@ def draw_whole(axes: Axes, material: Material) -> None:
     """Draw the whole trial, and a frame around what another panel shows enlarged."""
     draw_space_time(axes, material, material.shown_frames)
     numbered = {c.number for c in material.result.collisions}
-    title = "Space and time, the wall at the bottom"
+    walled = material.result.wall_side is not None
+    title = "Space and time, the wall at the bottom" if walled else "Space and time"
     if material.is_dense:
         low, high = material.dense_frames
         frame = YELLOW if material.lines else "black"
@@ -201,8 +202,15 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     beside = 0.12 * float(np.ptp(shown)) or 1.0
     axes.set_gid(TIME)
     axes.set(xlim=frames, ylim=(min(shown) - beside, max(shown) + beside), xlabel="frame")
-    axes.set_ylabel(f"velocity ({unit_name})\naway from the wall is up")
+    axes.set_ylabel(f"velocity ({unit_name})\n{_upward(material.result)} is up")
     axes.set_title("Velocities: dots from frame to frame, lines and bars fitted between collisions")
+
+
+def _upward(result: TrialResult) -> str:
+    """Which way positive velocities lead: along the image where there is no wall."""
+    if result.wall_side is not None:
+        return "away from the wall"
+    return "downward" if result.upright else "to the right"
 
 
 # ---- states and energies after each collision --------------------------------------------------
@@ -268,8 +276,12 @@ def draw_states(axes: Axes, material: Material) -> None:
 
 def _say_instead(axes: Axes, material: Material) -> None:
     """Fill a panel that cannot be drawn with the reason."""
-    one = material.track.heavy is None
-    reason = "one body alone" if one else "needs the mass ratio:\ngive --masses HEAVY LIGHT"
+    if material.track.heavy is None:
+        reason = "one body alone"
+    elif material.result.wall_side is None:
+        reason = "two bodies without a wall"
+    else:
+        reason = "needs the mass ratio:\ngive --masses HEAVY LIGHT"
     axes.set_axis_off()
     axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", va="center", fontsize=12)
 
