@@ -94,7 +94,7 @@ _HELP: dict[tuple[str, str | None] | None, dict[str, str]] = {
         "1)",
         "--restitution": "relative speed after over before a collision, 0 to 1 (default: 1)",
         "--damping": "rate a second at which a free swing decays (default: 0)",
-        "--trials": "add a table of so many simulated trials (default: no table)",
+        "--trials": "add a table of so many simulated trials (default: none, or 30 with -o)",
         "--tolerance": "how trials scatter that are meant to be alike: gap, release and thread in "
         "metres, mass as a share, restitution as the width of its range, scatter from collision "
         "to collision; may be repeated (default: gap=0.001 release=0.002 thread=0.001 mass=0.005 "

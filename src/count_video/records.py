@@ -271,7 +271,7 @@ class TrialResult:
     seen: int | None = None
     between_frames: int | None = None
     probability: dict[int, float] = field(default_factory=dict)
-    """Probability of each count, as far as the evidence goes; empty if not counted."""
+    """Probability of each count, as far as the evidence goes; empty if none comes into question."""
     count_after_burst: int | None = None
     collisions: tuple[Collision, ...] = ()
     """All collisions found; those of the burst first (numbers 1 to ``count``)."""

@@ -64,7 +64,7 @@ class Result:
 
     @property
     def probability(self) -> dict[int, float]:
-        """Probability of each count that comes into question; empty if not counted."""
+        """Probability of each count that comes into question; empty if none does."""
         return dict(self.answer.probability)
 
     @property
