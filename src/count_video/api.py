@@ -129,7 +129,8 @@ def count_all(
     Raises
     ------
     UsageError
-        At the first step, if a setting, the number of jobs or a manifest makes no sense.
+        At the first step, if a setting, the number of jobs or a manifest makes no sense, or one
+        clip is listed twice with the same settings.
     """
     if jobs is not None:
         checked("jobs", jobs, inputs.CLIPS_AT_A_TIME)

@@ -321,3 +321,18 @@ def test_bodies_of_different_masses_have_a_histogram_each() -> None:
         "Counts of 1 trial, mass ratio 16.00 ± 0.10",
         "Counts of 1 trial, mass ratio 100.0 ± 1.0",
     ]
+
+
+@pytest.mark.parametrize(("upright", "way"), [(False, "to the right"), (True, "downward")])
+def test_pictures_of_two_bodies_without_a_wall_speak_of_none(
+    material: Material, upright: bool, way: str
+) -> None:
+    result = replace(material.result, wall_side=None, mass_ratio=None, upright=upright)
+    drawn = trial_figure(replace(material, result=result))
+    written = [text.get_text() for axes in drawn.axes for text in axes.texts]
+    labels = [label for axes in drawn.axes for label in (axes.get_title("left"), axes.get_ylabel())]
+
+    assert written.count("two bodies without a wall") == 2
+    assert [label for label in labels if "wall" in label] == []
+    assert any(label.endswith(f"{way} is up") for label in labels)
+    assert not any("--masses" in text for text in written)

@@ -170,6 +170,7 @@ def planned_material(plan: Plan) -> Material:
         reason=None,
         count=len(collisions),
         collisions=collisions,
+        wall_side=track.wall_side,
         capture_fps=fps,
         millimetres_per_px=1e3 / px_per_m,
         mass_ratio=request.mass_ratio,
