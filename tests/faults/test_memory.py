@@ -129,7 +129,11 @@ def test_every_limit_ends_with_a_count_or_one_line(
 @pytest.mark.parametrize("megabytes", range(600, 1101, 50))
 @pytest.mark.parametrize(
     "arguments",
-    [[COUNTS_3], [COUNTS_3, COUNTS_3, "--pages", "--jobs=1"], ["--plan", "100", "1"]],
+    [
+        [COUNTS_3],
+        [COUNTS_3, COUNTS_3.with_name("ratio16-count12.mp4"), "--pages", "--jobs=1"],
+        ["--plan", "100", "1"],
+    ],
     ids=["evidence", "campaign", "plan"],
 )
 def test_every_limit_leaves_evidence_whole_or_one_line(
@@ -157,3 +161,13 @@ def test_to_ask_for_memory_fills_none() -> None:
     check_memory(MUCH_BYTES)
     touched = resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
     assert touched < MUCH_BYTES // resource.getpagesize() // 100
+
+
+def test_masses_of_no_experiment_take_no_more_memory_than_others() -> None:
+    """Theory has 314 159 collisions for them, each of which a fit would follow in thousands."""
+    clip = COUNTS_3.with_name("ratio16-count12.mp4")
+
+    answer = ask(clip, "--masses", "1e10", "1", limits={"RLIMIT_AS": 1_200_000_000})
+
+    assert answer.code == 0
+    assert answer.out.startswith(f"{clip.name}: 12 collisions")
