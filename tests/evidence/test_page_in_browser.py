@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING
 import pytest
 from evidence_made import Made
 
+from count_video.batch.summary import summarise
 from count_video.corrections import reviewed
+from count_video.reports.page import campaign_page
 from count_video.video.reader import open_footage
+from table_rows import row
 from visits import DESK, PHONE, Visit, open_page
 
 if TYPE_CHECKING:
@@ -410,4 +413,20 @@ def test_nothing_sticks_out_of_a_phones_screen(browser: sync_api.Browser, made: 
     )
     assert min(small) >= 38  # a finger's width
     assert opened.complaints == []
+    opened.page.close()
+
+
+def test_what_to_do_about_a_trial_can_be_read_on_a_phone(
+    browser: sync_api.Browser, tmp_path: Path
+) -> None:
+    rows = [row("a trial with a name of some length", None, reason="film nearer, " * 9), row()]
+    page = tmp_path / "campaign.html"
+    page.write_text(campaign_page(rows, summarise(rows), (b"", "image/png")), "utf-8")
+
+    opened = open_page(browser, page, PHONE)
+    cells = "[...document.querySelectorAll('.trials td')]"
+    right = opened.page.evaluate(f"{cells}.map((cell) => cell.getBoundingClientRect().right)")
+
+    assert len(right) == 8
+    assert max(right) <= PHONE["width"]
     opened.page.close()
