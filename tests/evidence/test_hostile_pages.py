@@ -180,7 +180,8 @@ def test_every_page_allows_only_itself(made: Made) -> None:
         # The first does not cover the next two.
         for rule in ("default-src", "base-uri", "form-action"):
             assert allowed[rule] == "'none'", f"{name}: {rule}"
-        sources = " ".join(allowed.values())
+        # What a digest happens to spell is no address.
+        sources = re.sub(r"'sha256-[\w+/=]+'", "", " ".join(allowed.values()))
         assert not re.search(r"unsafe|//|\*", sources), name
 
 
