@@ -179,6 +179,16 @@ def test_what_never_moves_or_only_jumps_is_no_body() -> None:
     assert apart([followed(rests), followed(jumps)]) == []
 
 
+def test_a_ball_that_rests_but_for_a_moment_moves() -> None:
+    """At 1:1 the ball is struck, turns at the wall, and rests again where it was."""
+    frame = np.arange(300.0)
+    struck = 80.0 - np.maximum(0.0, 24.0 - 4.0 * np.abs(frame - 150.0))
+
+    (ball,) = apart([followed(struck)])
+
+    np.testing.assert_array_equal(ball.x_px, struck)
+
+
 def test_of_two_templates_of_a_body_the_one_that_was_followed_is_kept() -> None:
     path = 100.0 + 0.5 * np.arange(60.0)
     strays = path.copy()

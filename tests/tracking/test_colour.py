@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drawn import FRAMES, Scene, paint_disc, scene
+from drawn import FRAMES, Scene, paint_disc, scene, texture, to_luma
 
 import count_video
 from count_video.physics.simulator import Setup, simulate
@@ -79,6 +79,22 @@ def test_bodies_that_brightness_shows_are_followed_by_it(tmp_path: Path) -> None
     faintly = coloured(trial, trial.frames(), share=0.2)
     assert mixture_of(filmed(tmp_path / "faint.mp4", faintly)) is None
     assert mixture_of(filmed(tmp_path / "grey.mp4", trial.frames())) is None
+
+
+@pytest.mark.parametrize(("stones", "mixed"), [(0, False), (60, True)])
+def test_among_grey_stones_a_body_shows_by_its_colour(stones: int, *, mixed: bool) -> None:
+    """Brightness shows it as well before a plain wall; stones differ from it by as much."""
+    rng = np.random.default_rng(5)
+    wall = texture(7, (160, 320), 120 - stones, 121 + stones, 4)
+    thumbnails, colours = Thumbnails(), Colours()
+    for row in range(40):
+        body = slice(50, 110), slice(40 + 4 * row, 100 + 4 * row)
+        luma, chroma = wall.astype(float), np.full((2, 80, 160), 128.0)
+        luma[body] = 165.0
+        chroma[0, 25:55, 20 + 2 * row : 50 + 2 * row] += 45.0
+        thumbnails.add(row, to_luma(luma, 1.0, rng))
+        colours.add(to_luma(chroma, 1.0, rng))
+    assert (colours.mixture(thumbnails) is not None) == mixed
 
 
 def test_colour_after_a_grey_beginning_keeps_its_pictures_in_step(tmp_path: Path) -> None:

@@ -6,9 +6,11 @@ noise. What is followed is one value a pixel, so a mixture takes the place of th
     P = Y + c . (C - C0),     |c| = 1,
 
 with the chroma C = (U, V) and its mean C0 over the clip. A mixture shows the more, the more pixels
-differ from the background in it, and the more clearly: the sum of log(d / (k s)), where that is
-positive, with the difference d, its noise s, and the number k of standard deviations from which on
-a pixel is seen to differ. Only pixels count that colour shows: grey bodies differ alike in all.
+differ from the background in it, and the more clearly: the sum of log(d / sqrt((k s)^2 + t^2)),
+where that is positive, with the difference d, its noise s, and the number k of standard deviations
+from which on a pixel is seen to differ. The texture t is the standard deviation of the background
+about its surroundings: among grey stones a grey body is lost that differs from each by less. Only
+pixels count that colour shows: grey bodies differ alike in all.
 """
 
 from __future__ import annotations
@@ -37,6 +39,8 @@ DIRECTIONS = np.arange(16) * np.pi / 8
 """Colours that are added, as angles in the plane of U and V."""
 LEVELS_SIGMA = 0.5
 """Rounding to whole levels, by the encoder and by us, is noise of about this standard deviation."""
+SURROUNDINGS_PX = 15
+"""Texture is what varies within so many px of these pictures: a change of the light is wider."""
 WORTH = 2.0
 """A mixture has to show so many times as much as brightness: colour is stored at half size, and
 encoders smear it."""
@@ -122,17 +126,21 @@ def _reduced_to(picture: Luma, size: tuple[int, int]) -> Luma:
 
 def _best(channels: list[Luma]) -> Mixture | None:
     """Choose the best mixture of brightness, U and V, each of shape (pictures, rows, columns)."""
-    away = [one - np.median(one, axis=0).astype(np.float32) for one in channels]
+    behind = [np.median(one, axis=0).astype(np.float32) for one in channels]
+    away = [one - still for one, still in zip(channels, behind, strict=True)]
     noise = MEDIAN_TO_SIGMA * np.array([np.median(np.abs(one)) for one in away])
     least = NOISE_SIGMAS * np.hypot(noise, LEVELS_SIGMA)
     coloured = (np.abs(away[1]) > least[1]) | (np.abs(away[2]) > least[2])
     if coloured.mean() < AREA_SHARE[0]:
         return None
     moving = np.array([one[coloured] for one in away])
+    around = (SURROUNDINGS_PX, SURROUNDINGS_PX)
+    texture = np.array([one - cv2.blur(one, around) for one in behind])
 
     def shown(parts: Floats) -> float:
         sigma = np.sqrt(np.sum((parts * noise) ** 2) + LEVELS_SIGMA**2)
-        ratio = np.abs(parts @ moving) / (NOISE_SIGMAS * sigma)
+        rough = MEDIAN_TO_SIGMA * np.median(np.abs(np.tensordot(parts, texture, 1)))
+        ratio = np.abs(parts @ moving) / np.hypot(NOISE_SIGMAS * sigma, rough)
         return float(np.log(np.maximum(ratio, 1.0)).sum())
 
     plain = shown(np.array([1.0, 0.0, 0.0]))

@@ -24,8 +24,9 @@ AROUND, JUMP_STEPS, JUMP_PX, JUMPS_SHARE = 11, 5.0, 3.0, 0.5
 so many px, is a jump; those of a body make up less than this share of its way in between."""
 BLUR_PX = EDGE_PX + BEYOND_OUTLINE_PX
 """So far beyond its outline a body is cut out."""
-MOST = 0.05, 0.95
-"""Between these quantiles of its places a template moves: a few may be misplaced."""
+SMOOTHED = 5
+"""The median of so many places in a row is one of them if two are misplaced: a ball may rest for
+all of a clip but these."""
 SAME_BODY_PX, SMEARED_SHARE = 1.0, 0.1
 """Two templates whose distance varies by less than this are parts of one body, and by this share of
 its way from one picture to the next."""
@@ -154,8 +155,15 @@ def _ways_px(seen: Followed) -> list[float]:
 
 
 def _way_px(path_px: Floats) -> Floats:
-    """How far a path, shape (n, 2), leads by x and by y, but for a few places."""
-    return np.asarray(np.ptp(np.quantile(path_px, MOST, axis=0), axis=0))
+    """How far a path, shape (n, 2), leads by x and by y, but for misplaced places."""
+    return np.asarray(np.ptp(_running_median(path_px, SMOOTHED), axis=0))
+
+
+def _running_median(values: Floats, count: int) -> Floats:
+    """Median of so many rows about each, shape (n, columns); the first and last are repeated."""
+    around = np.pad(values, [(count // 2, count // 2), (0, 0)], mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(around, count, axis=0)
+    return np.asarray(np.median(windows, axis=2))
 
 
 def _overlap(one: Followed, other: Followed) -> Mask:
@@ -184,8 +192,7 @@ def _jumps(seen: Followed) -> Mask:
     if len(steps) == 0:
         return np.zeros(0, np.bool_)
     apart = np.diff(known)
-    around = np.pad(steps / apart, AROUND // 2, mode="edge")
-    usual = np.median(np.lib.stride_tricks.sliding_window_view(around, AROUND), axis=1)
+    usual = _running_median((steps / apart)[:, None], AROUND)[:, 0]
     return np.asarray(steps > JUMP_STEPS * usual * apart + JUMP_PX)
 
 
