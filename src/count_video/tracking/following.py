@@ -17,8 +17,9 @@ import numpy as np
 
 from count_video.records import Floats, Indices, Pixels
 from count_video.tracking.background import Background
+from count_video.tracking.disc import Disc, Setting, register_discs, search_disc
 from count_video.tracking.learning import Body
-from count_video.tracking.registration import Fit, register, register_all
+from count_video.tracking.registration import Fit, Fits, register_all
 from count_video.tracking.search import search
 from count_video.tracking.sequences import Chosen, Lumas
 from count_video.tracking.shape import Place, Shape
@@ -111,6 +112,17 @@ class Clip:
         pictures, every = Chosen(self.pictures, self.samples), np.arange(len(frames))
         return Clip(pictures, frames, every, self.background, shift_px)
 
+    def setting(self, rows: Indices) -> Setting:
+        """Take some pictures, by their rows, with what stands still in them."""
+        return Setting(Chosen(self.pictures, rows), self.background.luma, self.shift_px[rows])
+
+    def register(self, rows: Indices, body: Body, guesses_px: Floats) -> Fits:
+        """Place a body in some pictures, by a guess for each, shape (n, 2)."""
+        setting = self.setting(rows)
+        if isinstance(body.template, Disc):
+            return register_discs(setting, body.template, guesses_px)
+        return register_all(setting.pictures, body.template, guesses_px)
+
     def as_learnt(self, body: Body) -> Followed:
         """Take a body to be where it was when it was learnt, without an uncertainty."""
         x, y = (body.path_px - self.shift_px[self.samples]).T
@@ -119,6 +131,8 @@ class Clip:
     def shape(self, seen: Followed) -> Shape:
         """Describe what a body hides."""
         template = seen.body.template
+        if isinstance(template, Disc):
+            return Shape(seen.xy_px + self.shift_px, seen.body.box)
         appearance = template.appearance, template.weight > 0
         return Shape(seen.xy_px + self.shift_px, seen.body.box, appearance)
 
@@ -130,7 +144,7 @@ def follow(clip: Clip, body: Body) -> Followed:
     seen = body.path_px[known] - clip.shift_px[rows]
     guesses = np.stack([np.interp(frames, frames[rows], along) for along in seen.T], axis=1)
     found = np.full((len(frames), 3), np.nan)
-    at_guess = register_all(clip.pictures, body.template, guesses + clip.shift_px)
+    at_guess = clip.register(np.arange(len(frames)), body, guesses + clip.shift_px)
     first = int(rows[0])
     ways = range(first, len(frames)), range(min(first + BACK_FROM, len(frames)) - 1, -1, -1)
     for way in ways:
@@ -157,8 +171,7 @@ class _Path:
     """Where a body was last seen, and how it moves; places are those in a picture at rest."""
 
     def __init__(self, clip: Clip, body: Body) -> None:
-        self._template, self._typical = body.template, body.typical_agreement
-        self._clip = clip
+        self._clip, self._body, self._typical = clip, body, body.typical_agreement
         self._trail: deque[tuple[int, Place]] = deque(maxlen=max(ORDERS) + 1)
         self._fastest: Place = (0.0, 0.0)
         self.lost = self._unsure = 0
@@ -205,16 +218,20 @@ class _Path:
         return place[0] + right, place[1] + down
 
     def _registered(self, row: int, place: Place) -> Fit | None:
-        return register(self._clip.pictures[row], self._template, self._shown(row, place))
+        shown = np.array([self._shown(row, place)])
+        return self._clip.register(np.array([row]), self._body, shown).fit(0)
 
     def _searched(self, row: int, near: Place) -> Fit | None:
-        picture, place = self._clip.pictures[row], self._shown(row, near)
-        fits = search(picture, self._template, place, self._reach())
+        template, place, reach = self._body.template, self._shown(row, near), self._reach()
+        if isinstance(template, Disc):
+            found = search_disc(self._clip.setting(np.array([row])), template, place, reach)
+            return next(filter(self._is_sure, found), None)  # ends of bodies are half circles
+        fits = search(self._clip.pictures[row], template, place, reach)
         return next((fit for fit in fits if self._believed(fit, row)), None)
 
     def _reach(self) -> Place:
         """How far to search by x and by y: further, the longer the body has been lost."""
-        large = REACH_OVER_HEIGHT * self._template.shape[0]
+        large = REACH_OVER_HEIGHT * self._body.template.shape[0]
         along, across = (REACH_OVER_SPEED * fastest for fastest in self._fastest)
         away = 1 + self.lost
         return max(REACH_AT_LEAST_PX, large, along) * away, large + across * away
@@ -263,7 +280,10 @@ class _Path:
             return fit
         if fit.agreement < AGREEMENT_SHARE * self._typical:
             return None
-        model = self._template.model
+        template = self._body.template
+        if isinstance(template, Disc):
+            return fit  # scenery differs from the background nowhere
+        model = template.model
         seen = pixels_at(self._clip.pictures[row], fit.x_px, fit.y_px, model.tiles)
         x, y = fit.x_px - self._clip.shift_px[row, 0], fit.y_px - self._clip.shift_px[row, 1]
         behind = pixels_at(self._clip.background.luma, float(x), float(y), model.tiles)

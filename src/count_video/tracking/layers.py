@@ -10,11 +10,13 @@ import numpy as np
 
 from count_video.records import Floats, Indices, Mask
 from count_video.tracking.cutting import EDGE_PX
+from count_video.tracking.disc import Disc
 from count_video.tracking.following import Clip, Followed, follow, was_followed
 from count_video.tracking.learning import Body, learn
 from count_video.tracking.outline import BEYOND_OUTLINE_PX
-from count_video.tracking.paths import Rough
-from count_video.tracking.shape import Shape
+from count_video.tracking.paths import PICTURES, Rough
+from count_video.tracking.round_bodies import find_ball
+from count_video.tracking.shape import Shape, known_of, size_of
 
 STEADY_AT_LEAST = 6
 MOVES_PX = 2.0
@@ -32,6 +34,10 @@ SAME_BODY_PX, SMEARED_SHARE = 1.0, 0.1
 its way from one picture to the next."""
 CLEARER_VARIANCE = 2.0
 """One takes another's place if the variance of its place is so many times less."""
+ALIKE_SHARE = 0.9
+"""A ball looks alike in fewer of the pictures it is learnt from only if its surface changes."""
+SAME_SIZE, SAME_SIZE_PX = 0.05, 2.0
+"""Outlines are right to this share of their size, and to so many px."""
 NEIGHBOURS = 2
 """So many others have a say in where a body ends, and in which pictures it is learnt from."""
 BODIES_AT_MOST, BODIES_ENOUGH = 6, 2
@@ -62,6 +68,8 @@ def add_bodies(
         hide = [*seeds, *(one for one in bodies if rough.blurred or not _holds_seed(one, rough))]
         paths = [seed.path_px for seed in seeds]
         body = learn(clip.pictures, clip.background, rough, others, hide, paths[:NEIGHBOURS])
+        if not _looks_alike(body, rough):
+            body = _or_ball(clip, rough, body, bodies)
         if body is None or any(
             _part_of(body, other, clip) and _stands_for_both(other.body, body) for other in found
         ):
@@ -76,6 +84,35 @@ def add_bodies(
         else:
             failed.append(rough)
     return found, failed
+
+
+def _or_ball(clip: Clip, rough: Rough, body: Body | None, known: Sequence[Shape]) -> Body | None:
+    """Take a ball whose surface changes for what was learnt of it: a part, or a rare view.
+
+    A template of all of it stays if it is seen about as often as the outline is.
+    """
+    source = clip.pictures, clip.background
+    ball = find_ball(source, rough.path_px, rough.box, known)
+    if ball is None and body is not None:
+        ball = find_ball(source, body.path_px, body.box, known)
+    if ball is None or body is None:
+        return ball or body
+    if not _of_one_size(body, ball):
+        return ball
+    often, usual = (_sightings(follow(clip, one)) for one in (body, ball))
+    return body if often >= ALIKE_SHARE * usual else ball
+
+
+def _looks_alike(body: Body | None, rough: Rough) -> bool:
+    """Whether a template is that of a ball which nearly all pictures show that were to show it."""
+    asked = min(len(known_of(rough.path_px)), PICTURES)
+    return body is not None and body.round_ and len(body.learnt) >= ALIKE_SHARE * asked
+
+
+def _of_one_size(one: Body, other: Body) -> bool:
+    """Whether two outlines are as wide and as high as each other."""
+    size, usual = (np.array(size_of(body.box)) for body in (one, other))
+    return bool((np.abs(size - usual) <= np.maximum(SAME_SIZE_PX, SAME_SIZE * usual)).all())
 
 
 def _stands_for_both(body: Body, other: Body) -> bool:
@@ -98,12 +135,17 @@ def apart(followed: Sequence[Followed]) -> list[Followed]:
     first.
     """
     once: dict[int, Followed] = {}
-    for number, seen in sorted(enumerate(followed), key=lambda one: not _moves(one[1])):
+    order = sorted(enumerate(followed), key=lambda one: (not _moves(one[1]), -_sightings(one[1])))
+    for number, seen in order:
         if _moves_on(seen):
             alike = (k for k, other in once.items() if same_body(seen, other))
             first = next(alike, number)
             once[first] = _filled(once[first], seen) if first in once else seen
     return _in_places_of_their_own([once[number] for number in sorted(once)])
+
+
+def _sightings(seen: Followed) -> int:
+    return int(np.isfinite(seen.x_px).sum())
 
 
 def _filled(one: Followed, other: Followed) -> Followed:
@@ -225,14 +267,19 @@ def learn_again(few: Clip, seen: Followed, found: Sequence[Followed]) -> Body | 
     sure = replace(seen, x_px=seen.sure_x_px)
     left, top, right, bottom = seen.body.box
     box = left - BLUR_PX, top - BLUR_PX, right + BLUR_PX, bottom + BLUR_PX
-    return learn(
+    rough = Rough(few.shape(sure).path_px, box, (-np.inf, np.inf))
+    body = learn(
         few.pictures,
         few.background,
-        Rough(few.shape(sure).path_px, box, (-np.inf, np.inf)),
+        rough,
         [shape.path_px for shape in shapes][:NEIGHBOURS],
         [shape for shape in shapes if not shape.holds(own)],
         [shape.path_px for shape in shapes if not shape.moves_with(own)][:NEIGHBOURS],
     )
+    alike = body is not None and _of_one_size(body, seen.body)
+    if not seen.body.round_ or (alike and not isinstance(seen.body.template, Disc)):
+        return body
+    return _or_ball(few, rough, body, shapes)
 
 
 def _alike(one: Rough, other: Rough) -> bool:

@@ -18,6 +18,7 @@ from count_video.records import Floats, Indices
 from count_video.tracking.background import Background
 from count_video.tracking.composite import Source
 from count_video.tracking.cutting import SIGHTINGS_AT_LEAST, Stage, close_cut, wide_cut
+from count_video.tracking.disc import Disc
 from count_video.tracking.outline import Outline, widths_of
 from count_video.tracking.paths import Rough, choose, only
 from count_video.tracking.registration import register_all
@@ -61,7 +62,8 @@ INSIDE_AT_LEAST = 0.7
 class Body:
     """A template with its outline; x is measured from the template's left column."""
 
-    template: Template
+    template: Template | Disc
+    """Its appearance, or its outline alone where that changes from picture to picture."""
     left_edge_px: float
     right_edge_px: float
     """Where the outline's outermost points are."""

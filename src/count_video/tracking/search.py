@@ -10,6 +10,7 @@ are registered, and the best agreement comes first.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Protocol
 
 import cv2
 import numpy as np
@@ -33,6 +34,18 @@ BEYOND_SHARE = 0.65
 """Bodies that come in or go out are searched for while they stick out of the picture so far."""
 ROUNDING = 0.01
 """Correlations are sums of single precision: by so little they may exceed 1."""
+
+
+class Pattern(Protocol):
+    """What is searched for."""
+
+    @property
+    def appearance(self) -> Pixels:
+        """Luma, shape (height, width)."""
+
+    @property
+    def weight(self) -> Pixels:
+        """How much each pixel counts, in any unit, 0 where it shows what lies behind."""
 
 
 def search(
@@ -62,13 +75,13 @@ def search(
 
 
 def likely_places(
-    picture: Luma, template: Template, near: tuple[float, float], reach_px: tuple[float, float]
+    picture: Luma, pattern: Pattern, near: tuple[float, float], reach_px: tuple[float, float]
 ) -> list[tuple[float, float]]:
-    """Places (x, y) of the template's top left pixel, right to a few px, the likeliest first.
+    """Places (x, y) of the pattern's top left pixel, right to a few px, the likeliest first.
 
     Parameters are those of :func:`search`.
     """
-    height, width = template.shape
+    height, width = pattern.appearance.shape
     left, right = _span(near[0], width, reach_px[0], picture.shape[1])
     top, bottom = _span(near[1], height, reach_px[1], picture.shape[0])
     if right - left < width or bottom - top < height:
@@ -77,18 +90,19 @@ def likely_places(
     scene = cut(picture, left, top, (bottom - top, right - left))
     small = _reduce(scene, scale)
     step_y, step_x = (full / few for full, few in zip(scene.shape, small.shape, strict=True))
-    scores = _scores(small, template, scale)
+    scores = _scores(small, pattern, scale)
     size = round(height / scale), round(width / scale)
     return [(left + x * step_x, top + y * step_y) for x, y in _peaks(scores, size)]
 
 
-def _scores(scene: Pixels, template: Template, scale: float) -> Pixels:
-    """Weighted correlation of the reduced template with a scene reduced alike; -1 where unknown."""
+def _scores(scene: Pixels, pattern: Pattern, scale: float) -> Pixels:
+    """Weighted correlation of the reduced pattern with a scene reduced alike; -1 where unknown."""
     # A few pixels that hardly vary would outweigh all the others.
-    most = float(np.median(template.weight[template.weight > 0]))
-    weight = _reduce(np.minimum(template.weight / most, np.float32(1.0)), scale)
-    pattern = _reduce(template.appearance, scale)
-    scores = cv2.matchTemplate(scene, pattern, cv2.TM_CCOEFF_NORMED, mask=weight)
+    most = float(np.median(pattern.weight[pattern.weight > 0]))
+    weight = _reduce(np.minimum(pattern.weight / most, np.float32(1.0)), scale)
+    mask = weight if weight.min() < 1.0 else None  # one that masks nothing takes ten times the time
+    appearance = _reduce(pattern.appearance, scale)
+    scores = cv2.matchTemplate(scene, appearance, cv2.TM_CCOEFF_NORMED, mask=mask)
     # Where the scene is flat, the correlation is rounding over next to nothing.
     return np.where(np.abs(scores) <= 1.0 + ROUNDING, scores, np.float32(-1.0))
 

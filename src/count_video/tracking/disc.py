@@ -1,0 +1,291 @@
+"""Where in a picture is a ball whose surface changes? Its outline, laid by what it hides.
+
+A ball of two colours that spins shows another surface in every picture, and no template fits it.
+What stays is its outline: a circle of one radius, inside which the picture differs from the
+background, and outside of which it does not. Along each radius the edge is where the difference
+falls to half of what it is a little further inside, be the ball brighter or darker there.
+
+The circle is laid by whole px first, where most radii show an edge, and then by least squares on
+where their edges are. Edges of the surface lie inside of the outline, and what hides the ball or
+touches it lies outside: such radii are outliers (Tukey's biweight).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Floats, Indices, Luma, Mask, Pixels
+from count_video.signals import QUARTILE
+from count_video.tracking.registration import Fit, Fits
+from count_video.tracking.search import likely_places
+from count_video.tracking.sequences import Lumas, moved_back
+from count_video.tracking.shape import Box, Place
+from count_video.tracking.template import piece_at
+
+NOISE_SIGMAS, NOISE_LEVELS = 5.0, 3.0
+"""A pixel differs from what lies behind it by so many standard deviations and grey levels."""
+DIFFERS, THINNED = np.uint8(100), 4
+"""Level of pixels that differ, where a picture is searched; the noise is measured in every fourth
+pixel of every fourth row."""
+MARGIN_PX = 2
+"""The box around a circle begins so far outside of it."""
+RAY_PX, STEP_PX = 2.5, 0.5
+"""Rays lie so far apart on the circle that smoothing gives neighbours little noise in common, and
+are sampled in such steps."""
+REACH_PX, REACH_SHARE = 6.0, 0.4
+"""A guess may be wrong by so much, and by this share of the radius."""
+INSIDE_PX, BLUR_PX = 4.0, 1.5
+"""A ray shows an edge by the difference up to so far inside of it; so far to both sides of it the
+edge is blurred."""
+CUTS_PX = 2.0, 1.2, 0.9, 0.9
+"""Radii whose edges lie further from the circle than this are left out, round by round; of several
+edges on a radius that are nearer, the outermost is the outline's."""
+RAYS_AT_LEAST, ROUND_AT_LEAST = 8, 0.02
+"""So many rays must show the outline, and in directions that leave no shift open: the smaller
+eigenvalue of the mean of their squares is so much at least."""
+HARMONICS = 2, 3, 4, 5
+"""What the surface does to the edges varies slowly around the circle: the shift has about as much
+of it as the next harmonics have."""
+SURFACE_PX = 0.25
+"""Standard uncertainty that the surface leaves, where shading or a mark blurs the outline: so much
+the places of seven spinning balls of rendered clips stray (root of the median square)."""
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A circle of unknown surface in a box; pixel (0, 0) is the top left corner of the box."""
+
+    radius_px: float
+    shift_variance: float = 0.0
+    """Median variance of its places by x in px squared."""
+
+    @property
+    def middle_px(self) -> float:
+        """Column and row of the centre."""
+        return float(math.ceil(self.radius_px) + MARGIN_PX)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of the box in px."""
+        side = 2 * round(self.middle_px) + 1
+        return side, side
+
+    @property
+    def appearance(self) -> Pixels:
+        """What it looks like in a picture of what differs from the background."""
+        y, x = np.indices(self.shape) - self.middle_px
+        return np.where(np.hypot(x, y) < self.radius_px, np.float32(DIFFERS), np.float32(0))
+
+    @property
+    def weight(self) -> Pixels:
+        """All of its box counts alike."""
+        return np.ones(self.shape, np.float32)
+
+    @property
+    def box(self) -> Box:
+        """Left, top, right and bottom end of the circle."""
+        low, high = self.middle_px - self.radius_px, self.middle_px + self.radius_px
+        return low, low, high, high
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Pictures with what stands still in them."""
+
+    pictures: Lumas
+    """Each of shape (height, width), n of them."""
+    behind: Luma
+    """The background, shape (height, width)."""
+    shift_px: Floats
+    """How far the camera has moved each picture, by x and y, shape (n, 2)."""
+
+
+def register_discs(setting: Setting, disc: Disc, guesses_px: Floats) -> Fits:
+    """Place a disc in the pictures for which there is a guess.
+
+    ``guesses_px`` is image x and y of its box's top left pixel, right to some px, shape (n, 2); NaN
+    where there is none. The agreement is the square root of the share of the outline that shows.
+    """
+    found, rays = np.full((len(guesses_px), 6), np.nan), _rays(disc.radius_px)
+    for number in np.flatnonzero(np.isfinite(guesses_px[:, 0])).tolist():
+        fit = _registered(setting, number, disc, rays, guesses_px[number])
+        if fit is not None:
+            found[number] = fit
+    return Fits(found)
+
+
+def search_disc(setting: Setting, disc: Disc, near: Place, reach_px: Place) -> Iterator[Fit]:
+    """Find a disc in the first picture: the place that agrees best first.
+
+    ``near`` is where the box's top left pixel once was, ``reach_px`` how far from there to search
+    along x and along y.
+    """
+    picture, shift = setting.pictures[0], setting.shift_px[0]
+    behind = moved_back(setting.behind, -shift) if shift.any() else setting.behind
+    few = (slice(None, None, THINNED), slice(None, None, THINNED))
+    gain = float(np.median(picture[few] / np.maximum(behind[few], np.float32(1.0))))
+    away = cv2.absdiff(np.ascontiguousarray(picture), cv2.convertScaleAbs(behind, alpha=gain))
+    least = difference_at_least(away[few].astype(np.float32))
+    differs = cv2.convertScaleAbs(away, alpha=float(DIFFERS) / least)
+    places = likely_places(np.minimum(differs, DIFFERS), disc, near, reach_px)
+    rays = _rays(disc.radius_px)
+    fits = [_registered(setting, 0, disc, rays, np.array(place)) for place in places]
+    found = [Fit(*fit) for fit in fits if fit is not None]
+    yield from sorted(found, key=lambda fit: -fit.agreement)
+
+
+def difference_at_least(away: Pixels) -> float:
+    """Least difference from the background that is no noise, in grey levels.
+
+    In a quarter of these differences at least there must be nothing else.
+    """
+    return max(NOISE_SIGMAS * float(np.quantile(away, 0.25)) / QUARTILE, NOISE_LEVELS)
+
+
+@dataclass(frozen=True)
+class _Rays:
+    """Rays of a circle, m of them, sampled at k places each from inside to outside."""
+
+    directions: Floats
+    """Shape (m, 2)."""
+    waves: NDArray[np.complex128]
+    """Harmonics around the circle, shape (m, len(HARMONICS))."""
+    half_px: int
+    """Half the side of the box in which they lie."""
+    maps: tuple[Pixels, Pixels]
+    """Columns and rows of that box that are sampled, shape (m, k)."""
+    on_circle: int
+    """Which of the k places lies on the circle."""
+    shifts_px: Floats
+    """Shifts of the circle that are tried, by x and y, shape (s, 2)."""
+    columns: Indices
+    """Which place of each ray the circle meets then, shape (s, m)."""
+
+
+def _reach(radius_px: float) -> float:
+    return min(REACH_PX, REACH_SHARE * radius_px)
+
+
+@lru_cache
+def _rays(radius_px: float) -> _Rays:
+    reach = _reach(radius_px)
+    angle = np.linspace(0, 2 * np.pi, round(2 * math.pi * radius_px / RAY_PX), endpoint=False)
+    directions = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    on_circle = math.ceil((reach + INSIDE_PX) / STEP_PX)
+    places = radius_px + STEP_PX * np.arange(-on_circle, on_circle + 1)
+    half = math.ceil(places[-1]) + 1
+    x, y = ((half + along[:, None] * places).astype(np.float32) for along in directions.T)
+    whole = np.arange(-math.floor(reach), math.floor(reach) + 1)
+    shifts = np.stack(np.meshgrid(whole, whole), axis=-1).reshape(-1, 2).astype(np.float64)
+    shifts = shifts[np.hypot(*shifts.T) <= reach]
+    columns = np.rint(shifts @ directions.T / STEP_PX).astype(np.intp) + on_circle
+    waves = np.exp(1j * angle[:, None] * np.array(HARMONICS))
+    return _Rays(directions, waves, half, (x, y), on_circle, shifts, columns)
+
+
+def _registered(
+    setting: Setting, number: int, disc: Disc, rays: _Rays, guess: Floats
+) -> list[float] | None:
+    """Place a disc in one picture; a row of ``Fits``."""
+    picture = setting.pictures[number]
+    inside = _inside(picture.shape, disc.shape, guess)
+    if inside == 0:
+        return None
+    begin = guess + disc.middle_px - rays.half_px
+    away = _differences(picture, setting.behind, rays, (begin, setting.shift_px[number]))
+    edges = _edges(away)
+    scores = edges.shown[np.arange(len(away)), rays.columns].mean(axis=1)
+    found = _laid(edges, rays, rays.shifts_px[int(np.argmax(scores))])
+    if found is None:
+        return None
+    shift, sigma = found
+    ends = np.rint(rays.directions @ shift / STEP_PX).astype(np.intp) + rays.on_circle
+    share = edges.shown[np.arange(len(away)), ends.clip(0, away.shape[1] - 1)].mean()
+    return [*(guess + shift).tolist(), *sigma.tolist(), math.sqrt(share), inside]
+
+
+def _inside(picture: tuple[int, ...], box: tuple[int, int], place: Floats) -> float:
+    """Share of a box that a picture of this shape shows."""
+    size = np.array(box[::-1])
+    shown = np.minimum(place + size, picture[::-1]) - np.maximum(place, 0.0)
+    return float(np.prod(np.maximum(shown, 0.0) / size))
+
+
+def _differences(picture: Luma, behind: Luma, rays: _Rays, place: tuple[Floats, Floats]) -> Pixels:
+    """How much a picture differs from the background along rays, in grey levels, shape (m, k).
+
+    ``place`` is the top left pixel of their box, and the camera's shift. The background is as
+    bright as the picture at the outer ends of most rays.
+    """
+    begin, shift = place
+    side = 2 * rays.half_px + 1
+    pieces = (
+        piece_at(one, float(corner[0]), float(corner[1]), (side, side))
+        for one, corner in ((picture, begin), (behind, begin - shift))
+    )
+    seen, back = (cv2.remap(piece, *rays.maps, cv2.INTER_CUBIC) for piece in pieces)
+    outer = slice(-round(INSIDE_PX / STEP_PX), None)
+    gain = np.median(seen[:, outer] / np.maximum(back[:, outer], 1.0))
+    return np.asarray(np.abs(seen - gain * back), np.float32)
+
+
+@dataclass(frozen=True)
+class _Edges:
+    """Where each ray may meet the outline; arrays have shape (m, k)."""
+
+    shown: Pixels
+    """How clearly it would show at each place, 0 to 1."""
+    beyond_half: Mask
+    """Where the difference is more than half of the largest one inside of it."""
+    part: Pixels
+    """How far from there to the next place it falls to that half, in steps."""
+
+
+def _edges(away: Pixels) -> _Edges:
+    inner, blur = round(INSIDE_PX / STEP_PX), round(BLUR_PX / STEP_PX)
+    outer = away[:, -inner:]
+    # The largest difference from so far inside of each place up to it, and beyond its blur.
+    most = cv2.dilate(away, np.ones((1, inner + 1), np.uint8), anchor=(inner, 0))
+    padded = np.pad(away, [(0, 0), (blur, inner)], mode="edge")
+    beyond = cv2.dilate(padded, np.ones((1, inner - blur + 1), np.uint8), anchor=(0, 0))
+    falls = padded[:, : away.shape[1]] - beyond[:, 2 * blur : 2 * blur + away.shape[1]]
+    clear = most > difference_at_least(outer)
+    shown = np.where(clear, np.clip(falls / np.maximum(most, NOISE_LEVELS), 0, 1), 0)
+    after = np.concatenate([away[:, 1:], away[:, -1:]], axis=1)
+    half = most / 2
+    part = (away - half) / np.maximum(away - after, 1e-3)
+    return _Edges(shown.astype(np.float32), (away >= half) & (after < half) & clear, part)
+
+
+def _laid(edges: _Edges, rays: _Rays, shift: Floats) -> tuple[Floats, Floats] | None:
+    """Lay the circle by least squares; its shift and its standard uncertainty, by x and y."""
+    ray = np.arange(len(rays.directions))
+    steps = np.arange(edges.shown.shape[1])
+    at = np.where(edges.beyond_half, STEP_PX * (steps + edges.part - rays.on_circle), np.inf)
+    weight, left_over, inverse = np.zeros(len(ray)), np.zeros(len(ray)), np.eye(2)
+    for cut in CUTS_PX:
+        expected = rays.directions @ shift
+        near = np.abs(at - expected[:, None]) < cut
+        nearest = len(steps) - 1 - np.argmax(near[:, ::-1], axis=1)
+        left_over = at[ray, nearest] - expected
+        seen = near.any(axis=1)
+        if np.count_nonzero(seen) < RAYS_AT_LEAST:
+            return None
+        left_over = np.where(seen, left_over, 0.0)
+        weight = seen * np.square(1 - (left_over / cut) ** 2) * edges.shown[ray, nearest]
+        normal = (rays.directions * weight[:, None]).T @ rays.directions
+        if np.linalg.eigvalsh(normal)[0] < ROUND_AT_LEAST * len(ray):
+            return None
+        inverse = np.linalg.inv(normal)
+        shift = shift + inverse @ (rays.directions.T @ (weight * left_over))
+    white = float(weight @ left_over**2) / max(1, int(np.count_nonzero(weight)) - 2)
+    waves = 2 * (weight * left_over) @ rays.waves / weight.sum()
+    variance = white * np.diag(inverse) + np.mean(np.abs(waves) ** 2) / 2 + SURFACE_PX**2
+    return shift, np.sqrt(variance)
