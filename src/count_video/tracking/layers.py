@@ -89,7 +89,7 @@ def add_bodies(
 def _or_ball(clip: Clip, rough: Rough, body: Body | None, known: Sequence[Shape]) -> Body | None:
     """Take a ball whose surface changes for what was learnt of it: a part, or a rare view.
 
-    A template of all of it stays if it is seen about as often as the outline is.
+    A template of all of it stays if it is seen in nearly all of the samples that show the outline.
     """
     source = clip.pictures, clip.background
     ball = find_ball(source, rough.path_px, rough.box, known)
@@ -99,8 +99,8 @@ def _or_ball(clip: Clip, rough: Rough, body: Body | None, known: Sequence[Shape]
         return ball or body
     if not _of_one_size(body, ball):
         return ball
-    often, usual = (_sightings(follow(clip, one)) for one in (body, ball))
-    return body if often >= ALIKE_SHARE * usual else ball
+    seen = np.isfinite(follow(clip, body).x_px[ball.learnt])
+    return body if seen.mean() >= ALIKE_SHARE else ball
 
 
 def _looks_alike(body: Body | None, rough: Rough) -> bool:

@@ -28,6 +28,8 @@ from count_video.tracking.shape import Box, Shape
 SAMPLES, FIRST = 12, 4
 """Circles are sought in so many samples, the first of them spread over all: if these show too few,
 the others are not asked."""
+PLACED = 60
+"""In no more than so many samples the ball is placed; between them it moves by few px."""
 SAME_SHARE = 0.75
 """So many of them, as a share, show the outline of a ball, ..."""
 SAME_RADIUS, SAME_PX = 0.03, 0.7
@@ -99,7 +101,8 @@ def find_ball(
         return None
     disc = Disc(float(np.median([one.circle.radius_px for one in found])))
     setting = Setting(pictures, background.luma, background.shift_px)
-    fits = register_discs(setting, disc, _guesses(found, path_px) - disc.middle_px)
+    guesses = _guesses(found, path_px) - disc.middle_px
+    fits = register_discs(setting, disc, only(guesses, seen[:: -(-len(seen) // PLACED)]))
     typical = float(np.nanmedian(fits.agreement))
     if not typical >= SHOWN_AT_LEAST**0.5:
         return None
