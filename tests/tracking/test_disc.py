@@ -20,7 +20,7 @@ from drawn import (
 
 from count_video.records import Floats
 from count_video.tracking.background import Background
-from count_video.tracking.disc import SURFACE_PX, Disc, Setting, register_discs, search_disc
+from count_video.tracking.disc import SURFACE_PX, Disc, WithBackground, register_discs, search_disc
 from count_video.tracking.light import Light
 from count_video.tracking.observation import observe
 from count_video.tracking.pairing import pair_tracks
@@ -66,8 +66,8 @@ def pictures(behind: Canvas, noise: float = 1.0, gain: float = 1.0) -> list[Luma
     return seen
 
 
-def setting(behind: Canvas, seen: list[Luma]) -> Setting:
-    return Setting(seen, to_luma(behind), np.zeros((len(seen), 2)))
+def before(behind: Canvas, seen: list[Luma]) -> WithBackground:
+    return WithBackground(seen, to_luma(behind), np.zeros((len(seen), 2)))
 
 
 def corner_of(disc: Disc) -> Floats:
@@ -81,9 +81,7 @@ def test_a_ball_of_two_colours_is_placed_as_it_turns(behind: Canvas, gain: float
     disc, behind = Disc(RADIUS_PX), np.asarray(behind, np.float64)
     away = np.random.default_rng(5).uniform(-AWAY_PX, AWAY_PX, (len(FRAMES), 2))
 
-    fits = register_discs(
-        setting(behind, pictures(behind, gain=gain)), disc, corner_of(disc) + away
-    )
+    fits = register_discs(before(behind, pictures(behind, gain=gain)), disc, corner_of(disc) + away)
 
     error = fits.places_px - corner_of(disc)
     assert np.sqrt(np.mean(error**2)) < SURFACE_PX
@@ -99,7 +97,7 @@ def test_a_guess_is_needed_and_a_shift_of_the_camera_is_known() -> None:
     guesses[5] = np.nan
 
     fits = register_discs(
-        Setting(moved, to_luma(behind), np.tile(shift, (len(FRAMES), 1))), disc, guesses
+        WithBackground(moved, to_luma(behind), np.tile(shift, (len(FRAMES), 1))), disc, guesses
     )
 
     assert np.isnan(fits.places_px[5]).all()
@@ -111,7 +109,7 @@ def test_beside_the_picture_and_where_nothing_differs_there_is_no_disc() -> None
     behind, disc = background(SIZE), Disc(RADIUS_PX)
     still = [to_luma(behind)] * 2
 
-    fits = register_discs(setting(behind, still), disc, np.array([[100.0, 30.0], [-200.0, 0.0]]))
+    fits = register_discs(before(behind, still), disc, np.array([[100.0, 30.0], [-200.0, 0.0]]))
 
     assert np.isnan(fits.places_px).all()
 
@@ -121,7 +119,7 @@ def test_a_disc_is_found_far_from_where_it_was() -> None:
     frame = 12
     near = corner_of(disc)[frame] - (80.0, 0.0)
 
-    one = Setting([pictures(behind)[frame]], to_luma(behind), np.zeros((1, 2)))
+    one = WithBackground([pictures(behind)[frame]], to_luma(behind), np.zeros((1, 2)))
     found = next(search_disc(one, disc, (float(near[0]), float(near[1])), (100.0, 10.0)))
 
     assert (found.x_px, found.y_px) == pytest.approx(corner_of(disc)[frame], abs=3 * SURFACE_PX)

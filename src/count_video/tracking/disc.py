@@ -96,7 +96,7 @@ class Disc:
 
 
 @dataclass(frozen=True)
-class Setting:
+class WithBackground:
     """Pictures with what stands still in them."""
 
     pictures: Lumas
@@ -107,7 +107,7 @@ class Setting:
     """How far the camera has moved each picture, by x and y, shape (n, 2)."""
 
 
-def register_discs(setting: Setting, disc: Disc, guesses_px: Floats) -> Fits:
+def register_discs(scene: WithBackground, disc: Disc, guesses_px: Floats) -> Fits:
     """Place a disc in the pictures for which there is a guess.
 
     ``guesses_px`` is image x and y of its box's top left pixel, right to some px, shape (n, 2); NaN
@@ -115,20 +115,20 @@ def register_discs(setting: Setting, disc: Disc, guesses_px: Floats) -> Fits:
     """
     found, rays = np.full((len(guesses_px), 6), np.nan), _rays(disc.radius_px)
     for number in np.flatnonzero(np.isfinite(guesses_px[:, 0])).tolist():
-        fit = _registered(setting, number, disc, rays, guesses_px[number])
+        fit = _registered(scene, number, disc, rays, guesses_px[number])
         if fit is not None:
             found[number] = fit
     return Fits(found)
 
 
-def search_disc(setting: Setting, disc: Disc, near: Place, reach_px: Place) -> Iterator[Fit]:
+def search_disc(scene: WithBackground, disc: Disc, near: Place, reach_px: Place) -> Iterator[Fit]:
     """Find a disc in the first picture: the place that agrees best first.
 
     ``near`` is where the box's top left pixel once was, ``reach_px`` how far from there to search
     along x and along y.
     """
-    picture, shift = setting.pictures[0], setting.shift_px[0]
-    behind = moved_back(setting.behind, -shift) if shift.any() else setting.behind
+    picture, shift = scene.pictures[0], scene.shift_px[0]
+    behind = moved_back(scene.behind, -shift) if shift.any() else scene.behind
     few = (slice(None, None, THINNED), slice(None, None, THINNED))
     gain = float(np.median(picture[few] / np.maximum(behind[few], np.float32(1.0))))
     away = cv2.absdiff(np.ascontiguousarray(picture), cv2.convertScaleAbs(behind, alpha=gain))
@@ -136,7 +136,7 @@ def search_disc(setting: Setting, disc: Disc, near: Place, reach_px: Place) -> I
     differs = cv2.convertScaleAbs(away, alpha=float(DIFFERS) / least)
     places = likely_places(np.minimum(differs, DIFFERS), disc, near, reach_px)
     rays = _rays(disc.radius_px)
-    fits = [_registered(setting, 0, disc, rays, np.array(place)) for place in places]
+    fits = [_registered(scene, 0, disc, rays, np.array(place)) for place in places]
     found = [Fit(*fit) for fit in fits if fit is not None]
     yield from sorted(found, key=lambda fit: -fit.agreement)
 
@@ -191,15 +191,15 @@ def _rays(radius_px: float) -> _Rays:
 
 
 def _registered(
-    setting: Setting, number: int, disc: Disc, rays: _Rays, guess: Floats
+    scene: WithBackground, number: int, disc: Disc, rays: _Rays, guess: Floats
 ) -> list[float] | None:
     """Place a disc in one picture; a row of ``Fits``."""
-    picture = setting.pictures[number]
+    picture = scene.pictures[number]
     inside = _inside(picture.shape, disc.shape, guess)
     if inside == 0:
         return None
     begin = guess + disc.middle_px - rays.half_px
-    away = _differences(picture, setting.behind, rays, (begin, setting.shift_px[number]))
+    away = _differences(picture, scene.behind, rays, (begin, scene.shift_px[number]))
     edges = _edges(away)
     scores = edges.shown[np.arange(len(away)), rays.columns].mean(axis=1)
     found = _laid(edges, rays, rays.shifts_px[int(np.argmax(scores))])

@@ -17,7 +17,7 @@ import numpy as np
 
 from count_video.records import Floats, Indices, Pixels
 from count_video.tracking.background import Background
-from count_video.tracking.disc import Disc, Setting, register_discs, search_disc
+from count_video.tracking.disc import Disc, WithBackground, register_discs, search_disc
 from count_video.tracking.learning import Body
 from count_video.tracking.registration import Fit, Fits, register_all
 from count_video.tracking.search import search
@@ -112,16 +112,18 @@ class Clip:
         pictures, every = Chosen(self.pictures, self.samples), np.arange(len(frames))
         return Clip(pictures, frames, every, self.background, shift_px)
 
-    def setting(self, rows: Indices) -> Setting:
+    def with_background(self, rows: Indices) -> WithBackground:
         """Take some pictures, by their rows, with what stands still in them."""
-        return Setting(Chosen(self.pictures, rows), self.background.luma, self.shift_px[rows])
+        return WithBackground(
+            Chosen(self.pictures, rows), self.background.luma, self.shift_px[rows]
+        )
 
     def register(self, rows: Indices, body: Body, guesses_px: Floats) -> Fits:
         """Place a body in some pictures, by a guess for each, shape (n, 2)."""
-        setting = self.setting(rows)
+        scene = self.with_background(rows)
         if isinstance(body.template, Disc):
-            return register_discs(setting, body.template, guesses_px)
-        return register_all(setting.pictures, body.template, guesses_px)
+            return register_discs(scene, body.template, guesses_px)
+        return register_all(scene.pictures, body.template, guesses_px)
 
     def as_learnt(self, body: Body) -> Followed:
         """Take a body to be where it was when it was learnt, without an uncertainty."""
@@ -224,7 +226,7 @@ class _Path:
     def _searched(self, row: int, near: Place) -> Fit | None:
         template, place, reach = self._body.template, self._shown(row, near), self._reach()
         if isinstance(template, Disc):
-            found = search_disc(self._clip.setting(np.array([row])), template, place, reach)
+            found = search_disc(self._clip.with_background(np.array([row])), template, place, reach)
             return next(filter(self._is_sure, found), None)  # ends of bodies are half circles
         fits = search(self._clip.pictures[row], template, place, reach)
         return next((fit for fit in fits if self._believed(fit, row)), None)

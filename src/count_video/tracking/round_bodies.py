@@ -18,7 +18,7 @@ from count_video.records import Floats, Luma, Mask, Pixels
 from count_video.signals import beyond
 from count_video.tracking.background import Background
 from count_video.tracking.circle import Circle, Edges, circle_through, placed
-from count_video.tracking.disc import Disc, Setting, difference_at_least, register_discs
+from count_video.tracking.disc import Disc, WithBackground, difference_at_least, register_discs
 from count_video.tracking.learning import Body
 from count_video.tracking.outline import BEYOND_OUTLINE_PX
 from count_video.tracking.paths import only
@@ -100,9 +100,9 @@ def find_ball(
     if np.quantile([one.beside for one in found], 0.25) > BESIDE_SHARE:
         return None
     disc = Disc(float(np.median([one.circle.radius_px for one in found])))
-    setting = Setting(pictures, background.luma, background.shift_px)
+    scene = WithBackground(pictures, background.luma, background.shift_px)
     guesses = _guesses(found, path_px) - disc.middle_px
-    fits = register_discs(setting, disc, only(guesses, seen[:: -(-len(seen) // PLACED)]))
+    fits = register_discs(scene, disc, only(guesses, seen[:: -(-len(seen) // PLACED)]))
     typical = float(np.nanmedian(fits.agreement))
     if not typical >= SHOWN_AT_LEAST**0.5:
         return None
