@@ -176,6 +176,13 @@ def test_what_is_not_round_is_no_ball_nor_is_a_part_of_it(paint: object) -> None
     assert find_ball(samples(seen, behind), centres(), BOX, []) is None
 
 
+def test_a_body_that_hardly_any_sample_shows_is_no_ball() -> None:
+    behind, path = background(SIZE), np.full((len(FRAMES), 2), np.nan)
+    path[7:9] = centres()[7:9]
+
+    assert find_ball(samples(pictures(behind), behind), path, BOX, []) is None
+
+
 def test_a_ball_of_two_colours_is_followed_through_a_trial(tmp_path: Path) -> None:
     """Its template is a part of it at best: it is no half, and is where it was drawn."""
     drawn = scene(wall_left=False)

@@ -84,6 +84,8 @@ def find_ball(
     """
     pictures, background = source
     seen = np.flatnonzero(np.isfinite(path_px[:, 0]))
+    if len(seen) < FIRST:
+        return None
     some = np.unique(seen[np.linspace(0, len(seen) - 1, min(SAMPLES, len(seen))).astype(int)])
     first = some[:: -(-len(some) // FIRST)]
     found: list[_Sighting] = []
@@ -103,8 +105,9 @@ def find_ball(
     scene = WithBackground(pictures, background.luma, background.shift_px)
     guesses = _guesses(found, path_px) - disc.middle_px
     fits = register_discs(scene, disc, only(guesses, seen[:: -(-len(seen) // PLACED)]))
-    typical = float(np.nanmedian(fits.agreement))
-    if not typical >= SHOWN_AT_LEAST**0.5:
+    agreement = fits.agreement[np.isfinite(fits.agreement)]
+    typical = float(np.median(agreement)) if len(agreement) >= FIRST else 0.0
+    if typical < SHOWN_AT_LEAST**0.5:
         return None
     good = np.flatnonzero(fits.agreement > AGREEMENT_SHARE * typical)
     left, top, right, bottom = disc.box
