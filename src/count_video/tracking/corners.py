@@ -115,40 +115,25 @@ def _scene_corners(picture: Luma) -> Pixels:
 
 
 def _step(pictures: Sequence[Luma], places: Pixels, here: int, there: int, meant: Mask) -> None:
-    """Follow the corners that are meant and known here to the next picture, in place.
-
-    Reduced pictures show where fast ones went, but mix a body with what lies behind it. So corners
-    are followed both through these and by their last step alone, and what leaves less open counts.
-    """
+    """Follow the corners that are meant and known here to the next picture, in place."""
     known = np.flatnonzero(meant & np.isfinite(places[:, here, 0]))
     if len(known) == 0:
         return
     start = np.ascontiguousarray(places[known, here])
-    least = np.full(len(known), np.inf)
-    before = np.clip(2 * here - there, 0, places.shape[1] - 1)
-    step = start - places[known, before]
-    onward = start + np.where(np.isfinite(step), step, 0)
-    for guess, levels in ((start, PYRAMID_LEVELS), (onward, 0)):
-        end, left_over = _flow(pictures[here], pictures[there], (start, guess), levels)
-        # Begun where it should lead, the way back needs no coarser pictures.
-        back, there_and_back = _flow(pictures[there], pictures[here], (end, start), 0)
-        near = np.abs(back - start).max(axis=1) < RETURN_ERROR_PX
-        good = near & np.isfinite(there_and_back) & (left_over < least)
-        places[known[good], there] = end[good]
-        least[good] = left_over[good]
+    end, found = _flow(pictures[here], pictures[there], (start, start), PYRAMID_LEVELS)
+    # Begun where it should lead, the way back needs no coarser pictures.
+    back, returned = _flow(pictures[there], pictures[here], (end, start), 0)
+    good = found & returned & (np.abs(back - start).max(axis=1) < RETURN_ERROR_PX)
+    places[known[good], there] = end[good]
 
 
 def _flow(
     before: Luma, after: Luma, points_and_guess: tuple[Pixels, Pixels], levels: int
-) -> tuple[Pixels, Pixels]:
-    """Places of points, shape (n, 2), in the next picture, and what they leave open there.
-
-    It is the mean difference in grey levels, shape (n,); infinite where a point was not found.
-    """
+) -> tuple[Pixels, Mask]:
+    """Places of points, shape (n, 2), in the next picture, and which of them were found."""
     points, guess = (one[:, None].copy() for one in points_and_guess)
     size, flags = (WINDOW_PX, WINDOW_PX), cv2.OPTFLOW_USE_INITIAL_FLOW
-    end, found, differs = cv2.calcOpticalFlowPyrLK(
+    end, found, _ = cv2.calcOpticalFlowPyrLK(
         before, after, points, guess, winSize=size, maxLevel=levels, flags=flags
     )
-    left_over = np.where(np.asarray(found) > 0, np.asarray(differs, np.float32), np.inf)
-    return np.asarray(end, np.float32)[:, 0], np.asarray(left_over, np.float32)[:, 0]
+    return np.asarray(end, np.float32)[:, 0], np.asarray(found)[:, 0] > 0
