@@ -68,7 +68,7 @@ def add_bodies(
         hide = [*seeds, *(one for one in bodies if rough.blurred or not _holds_seed(one, rough))]
         paths = [seed.path_px for seed in seeds]
         body = learn(clip.pictures, clip.background, rough, others, hide, paths[:NEIGHBOURS])
-        if not _looks_alike(body, rough):
+        if not _is_steady_ball(body, rough):
             body = _or_ball(clip, rough, body, bodies)
         if body is None or any(
             _part_of(body, other, clip) and _stands_for_both(other.body, body) for other in found
@@ -103,7 +103,7 @@ def _or_ball(clip: Clip, rough: Rough, body: Body | None, known: Sequence[Shape]
     return body if seen.mean() >= ALIKE_SHARE else ball
 
 
-def _looks_alike(body: Body | None, rough: Rough) -> bool:
+def _is_steady_ball(body: Body | None, rough: Rough) -> bool:
     """Whether a template is that of a ball which nearly all pictures show that were to show it."""
     asked = min(len(known_of(rough.path_px)), PICTURES)
     return body is not None and body.round_ and len(body.learnt) >= ALIKE_SHARE * asked
