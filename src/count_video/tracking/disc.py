@@ -23,14 +23,13 @@ from numpy.typing import NDArray
 
 from count_video.records import Floats, Indices, Luma, Mask, Pixels
 from count_video.signals import QUARTILE
+from count_video.tracking.regions import NOISE_LEVELS, NOISE_SIGMAS
 from count_video.tracking.registration import Fit, Fits
 from count_video.tracking.search import likely_places
 from count_video.tracking.sequences import Lumas, moved_back
 from count_video.tracking.shape import Box, Place
 from count_video.tracking.template import piece_at
 
-NOISE_SIGMAS, NOISE_LEVELS = 5.0, 3.0
-"""A pixel differs from what lies behind it by so many standard deviations and grey levels."""
 DIFFERS, THINNED = np.uint8(100), 4
 """Level of pixels that differ, where a picture is searched; the noise is measured in every fourth
 pixel of every fourth row."""

@@ -9,12 +9,12 @@ that holds most of what moves there.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
-from count_video.records import Floats, Luma, Mask, Pixels
+from count_video.records import Floats, Indices, Luma, Mask, Pixels
 from count_video.signals import beyond
 from count_video.tracking.background import Background
 from count_video.tracking.circle import Circle, Edges, circle_through, placed
@@ -84,22 +84,8 @@ def find_ball(
     """
     pictures, background = source
     seen = np.flatnonzero(np.isfinite(path_px[:, 0]))
-    if len(seen) < FIRST:
-        return None
-    some = np.unique(seen[np.linspace(0, len(seen) - 1, min(SAMPLES, len(seen))).astype(int)])
-    first = some[:: -(-len(some) // FIRST)]
-    found: list[_Sighting] = []
-    for number, sample in enumerate([*first.tolist(), *np.setdiff1d(some, first).tolist()]):
-        one = _sighting(source, sample, path_px[sample], (box, known))
-        if one is not None:
-            found.append(one)
-        asked = len(first) if number < len(first) else len(some)
-        if number + 1 - len(found) > (1 - SAME_SHARE) * asked:
-            return None
-    found = _of_one_radius(found)
-    if len(found) < SAME_SHARE * len(some):
-        return None
-    if np.quantile([one.beside for one in found], 0.25) > BESIDE_SHARE:
+    found = _sightings(source, path_px, seen, (box, known)) if len(seen) >= FIRST else []
+    if not found or np.quantile([one.beside for one in found], 0.25) > BESIDE_SHARE:
         return None
     disc = Disc(float(np.median([one.circle.radius_px for one in found])))
     scene = WithBackground(pictures, background.luma, background.shift_px)
@@ -111,9 +97,30 @@ def find_ball(
         return None
     good = np.flatnonzero(fits.agreement > AGREEMENT_SHARE * typical)
     left, top, right, bottom = disc.box
-    disc = Disc(disc.radius_px, float(np.nanmedian(fits.sigmas_px[:, 0] ** 2)))
+    disc = replace(disc, shift_variance=float(np.nanmedian(fits.sigmas_px[:, 0] ** 2)))
     path = only(fits.places_px, good)
     return Body(disc, left, right, (top, bottom), True, path, good, typical)
+
+
+def _sightings(
+    source: tuple[Lumas, Background],
+    path_px: Floats,
+    seen: Indices,
+    what: tuple[Box, Sequence[Shape]],
+) -> list[_Sighting]:
+    """Find circles of one radius in some of the samples; none where too few show one."""
+    some = np.unique(seen[np.linspace(0, len(seen) - 1, min(SAMPLES, len(seen))).astype(int)])
+    first = some[:: -(-len(some) // FIRST)]
+    found: list[_Sighting] = []
+    for number, sample in enumerate([*first.tolist(), *np.setdiff1d(some, first).tolist()]):
+        one = _sighting(source, sample, path_px[sample], what)
+        if one is not None:
+            found.append(one)
+        asked = len(first) if number < len(first) else len(some)
+        if number + 1 - len(found) > (1 - SAME_SHARE) * asked:
+            return []
+    same = _of_one_radius(found)
+    return same if len(same) >= SAME_SHARE * len(some) else []
 
 
 def _of_one_radius(found: list[_Sighting]) -> list[_Sighting]:
