@@ -65,7 +65,7 @@ class Measured:
 
 
 RESOLVED = Measured(
-    *("rendered clips whose frames show every collision", 1160, 1141, 19, 0),
+    *("rendered clips whose frames show every collision", 1160, 1146, 14, 0),
     way="seen",
     shortest_frames=RESOLVED_FRAMES,
 )
