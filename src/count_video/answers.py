@@ -15,7 +15,7 @@ from count_video.physics.theory import pi_bounds
 from count_video.reasons import Cause, Reason
 from count_video.records import Estimate, FootageInfo, FootageReport, Track, TrialResult
 from count_video.reports.material import Pendulum
-from count_video.reports.words import sentence, sentences
+from count_video.reports.words import CLEARER, sentence, sentences, what_to_do
 from count_video.settings import TrialSettings
 from count_video.tracking.pairing import contradiction
 
@@ -46,12 +46,15 @@ def knowledge(info: FootageInfo, masses: tuple[Fraction, Fraction] | None) -> Kn
 
 def nothing_to_count(info: FootageInfo, report: FootageReport, reason: str) -> TrialResult:
     """Answer for a clip that was read but shows nothing that can be counted."""
+    to_do = CLEARER
     if report.frames_decoded == 1:
-        reason = "one picture alone could be read, in which nothing moves; give the whole clip"
+        reason = "one picture alone could be read, in which nothing moves"
+        to_do = "give the whole clip"
     return TrialResult(
         clip=str(info.path),
         status="not_counted",
         reason=reason,
+        what_to_do=to_do,
         capture_fps=info.capture_fps,
         capture_fps_source=info.capture_fps_source,
         frames_decoded=report.frames_decoded,
@@ -70,15 +73,17 @@ def answer(
         collisions = tuple(replace(c, time_s=c.frame / fps) for c in collisions)
     seen = sum(collision.seen for collision in collisions[:count])
     at_wall, counts = explained.scene == "wall", explained.counts
-    lacks = report.frames_missing and not counts
-    missing = (Reason(Cause.FRAMES_MISSING, (report.frames_missing,)),) if lacks else ()
+    why = explained.against or explained.doubts
+    if report.frames_missing and not counts:
+        why = (Reason(Cause.FRAMES_MISSING, (report.frames_missing,)), *why)
     scaled = at_wall and not explained.outlines_apart
     unused = not at_wall and settings.masses is not None
     notes = (*explained.notes, *([Reason(Cause.MASSES_UNUSED)] if unused else ()))
     result = replace(
         nothing_to_count(info, report, ""),
         status="counted" if counts else "not_counted",
-        reason=sentences((*missing, *(explained.against or explained.doubts))),
+        reason=sentences(why),
+        what_to_do=what_to_do(why),
         count=count if counts else None,
         seen=seen,
         between_frames=count - seen if counts else None,

@@ -251,7 +251,7 @@ def _count(
 
 def _show(result: Result, gap: str, kept: Sequence[Path], *, as_json: bool) -> bool:
     """Show a result, as text below what came before it; true if such text was printed."""
-    # A clip without count and without findings has its reason alone to say, on stderr.
+    # A clip without count and without findings has its reason to say alone, on stderr.
     shown = result.count is not None or bool(result.collisions or result.answer.warnings)
     if as_json:
         from count_video.reports.exports import json_line
@@ -262,7 +262,8 @@ def _show(result: Result, gap: str, kept: Sequence[Path], *, as_json: bool) -> b
     as_text = shown and not as_json
     # The text has the reason in it: on a terminal that is enough, from a file nobody sees it now.
     if result.count is None and not (as_text and _is_seen()):
-        _complain(f"{result.clip}: {result.answer.reason or 'not counted'}")
+        said = filter(None, (result.answer.reason or "not counted", result.what_to_do))
+        _complain(f"{result.clip}: {'; '.join(said)}")
     if not as_json:
         _say_what_is_kept(kept)
     return as_text

@@ -74,6 +74,11 @@ class Result:
         return (*why, *self.answer.warnings)
 
     @property
+    def what_to_do(self) -> str | None:
+        """What a person can do about what leaves the count open; None if nothing does."""
+        return self.answer.what_to_do
+
+    @property
     def collisions(self) -> tuple[Collision, ...]:
         """All collisions found, in order of time; those of the count come first."""
         return self.answer.collisions

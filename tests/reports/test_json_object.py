@@ -17,6 +17,7 @@ KEYS = [
     "clip",
     "status",
     "reason",
+    "what_to_do",
     "count",
     "seen",
     "between_frames",
@@ -99,7 +100,7 @@ def test_no_key_is_ever_left_out(result: TrialResult) -> None:
 
 
 WRITTEN_DIFFERENTLY = {
-    *("clip", "reason", "probability", "collisions", "warnings", "corrections"),
+    *("clip", "reason", "what_to_do", "probability", "collisions", "warnings", "corrections"),
     *("energy_kept", "restitution_bodies", "restitution_wall", "ending"),
     *("setup", "comparison"),
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from count_video.reasons import Cause, Reason
-from count_video.reports.words import sentence, sentences
+from count_video.reports.words import TO_DO, sentence, sentences, what_to_do
 
 FIGURES = (12.0, 15.0, 1.0)
 """As many as any cause has."""
@@ -30,3 +30,23 @@ def test_no_reason_is_no_sentence() -> None:
     assert sentences(()) is None
     both = Reason(Cause.NO_IMPACT), Reason(Cause.TOO_FAINT)
     assert sentences(both) == "; ".join(map(sentence, both))
+
+
+UNUSUAL = {
+    *(Cause.GAP_MADE_UP_FOR, Cause.RATE_CHANGES, Cause.OUTLINES_APART),
+    *(Cause.MASSES_UNUSED, Cause.MASSES_CONTRADICT),
+}
+"""They stand against no count."""
+
+
+@pytest.mark.parametrize("cause", [one for one in Cause if one not in UNUSUAL])
+def test_one_thing_can_be_done_about_each_cause(cause: Cause) -> None:
+    assert what_to_do([Reason(cause)]) in TO_DO
+
+
+def test_what_helps_against_several_causes_is_said_once() -> None:
+    late, close = Reason(Cause.STARTS_LATE), Reason(Cause.STARTS_CLOSE)
+    both = what_to_do([late, close])
+    assert both == what_to_do([late]) == what_to_do([close])
+    assert what_to_do([late, Reason(Cause.UNRESOLVED)]) not in (None, both)
+    assert what_to_do(()) is None

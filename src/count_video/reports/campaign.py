@@ -168,14 +168,9 @@ def advice(row: TrialRow) -> str:
         return ""
     if row.not_kept is not None:
         return "remove what prevented the writing and start the same command again"
-    if row.count is not None:
-        return "compare the clip with the listed collisions (count-video CLIP)"
     if row.result.frames_decoded is None:
         return "mend what the reason names, and start the same command again"
-    return (
-        "if the clip shows the trial, say where with start, end and region or name the wall's "
-        "side, or film it again at a higher rate"
-    )
+    return row.result.what_to_do or "compare the clip with the collisions listed"
 
 
 def campaign_text(rows: Sequence[TrialRow], summary: CampaignSummary, width: int = WIDTH) -> str:

@@ -32,11 +32,6 @@ _ENDINGS = {
     "dissipative": "dissipative: the energy is used up",
 }
 _RATE_SOURCES = {"option": "as given", "metadata": "from the clip", "unknown": "of unknown source"}
-_ADVICE = (
-    "The clip must show the trial from before the first collision until the cylinder turns back. "
-    "Cut away what does not belong to it with --start, --end and --region X,Y,W,H, or name the "
-    "side of the wall with --wall."
-)
 
 
 def result_text(result: TrialResult, width: int = WIDTH) -> str:
@@ -76,7 +71,7 @@ def _answer_notes(result: TrialResult) -> Iterator[Note]:
     """Yield why there is a doubt, what a person changed, and what was planned."""
     counted = result.status == "counted"
     yield ("In doubt" if counted else "Why"), result.reason or ""
-    yield "What to do", "" if counted else _ADVICE
+    yield "What to do", result.what_to_do or ""
     if result.reviewed_count is not None:
         changes = []
         for one in result.corrections:

@@ -100,15 +100,15 @@ SENTENCES: Final = {
     Cause.NEVER_TOUCH: "the two bodies that move never touch: where they turn back, a gap stays "
     "between them",
     Cause.STARTS_MOVING: "the clip starts after the first collision: the ball already moves to the "
-    "wall; start the clip while the ball is still at rest",
+    "wall",
     Cause.STARTS_CLOSE: "the clip starts too close to its first collision to show whether the ball "
-    "was at rest; start it some frames earlier",
+    "was at rest",
     Cause.STARTS_LATE: "the clip starts after the first collision: the ball is not at rest before "
-    "the first one seen; start the clip earlier",
+    "the first one seen",
     Cause.ENDS_WITHIN: "the clip ends before the burst can be over: after the last collision seen "
-    "ball and cylinder do not part and leave the wall; let it run longer",
+    "ball and cylinder do not part and leave the wall",
     Cause.ENDS_BEFORE_NEXT: "the clip ends before the burst can be over: by the fitted motion more "
-    "collisions follow, with a probability of {:.0%}; let it run longer",
+    "collisions follow, with a probability of {:.0%}",
     Cause.STRAYS: "the cylinder does not move as its swing and these collisions would have it: "
     "some were missed, or something else was taken for a body",
     Cause.WALL_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the wall was "
@@ -116,12 +116,10 @@ SENTENCES: Final = {
     Cause.BODY_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the cylinder "
     "was missed",
     Cause.UNRESOLVED: "collisions follow each other within {:.2g} pictures, less than the {} that "
-    "show each for certain; film at a higher rate",
-    Cause.FRAMES_MISSING: "{:.0f} frames are missing, in which collisions may have happened; copy "
-    "the file again if it was cut off",
+    "show each for certain",
+    Cause.FRAMES_MISSING: "{:.0f} frames are missing, in which collisions may have happened",
     Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at all, "
-    "and jumps nowhere; if it is the cylinder of a trial, its ball could not be followed: film "
-    "from nearer, with more light or before a plainer background",
+    "and jumps nowhere; if it is the cylinder of a trial, its ball could not be followed",
     Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to be called impacts",
     Cause.BEFORE_UNSEEN: "what came before the first impact is not seen: one may be missing",
     Cause.FIRST_UNSEEN: "no picture shows the first impact; that there was one, about frame "
@@ -135,16 +133,15 @@ SENTENCES: Final = {
     Cause.TOO_FREQUENT: "impacts follow each other faster than the pictures show, or the body came "
     "back to its stop while no picture shows it: some may be missed",
     Cause.DIES_OUT: "the last bounces are lower than the pictures show: they are not counted",
-    Cause.WALL_BEHIND: "the clip begins while a body comes from something that stands still: if it "
-    "struck that, start the clip before the first collision",
-    Cause.WALL_AHEAD: "the clip ends while a body moves towards something that stands in its way: "
-    "if that is a wall, let the clip run until the last collision",
+    Cause.WALL_BEHIND: "the clip begins while a body comes from something that stands still, which "
+    "it may have struck",
+    Cause.WALL_AHEAD: "the clip ends while a body moves towards something that stands in its way, "
+    "which may be a wall",
     Cause.SEVERAL_BOUNCE: "{:.0f} bodies each bounce by themselves, and which of them is meant is "
-    "not known; give its part of the picture with --region",
+    "not known",
     Cause.OTHERS_MOVE: "few impacts of one body are seen ({:.0f}) where more move by themselves "
     "({:.0f}): it may be the ball of a trial whose cylinder could not be followed",
-    Cause.UNLIKE: "the two bodies are not of a kind, and neither reaches a wall: let the clip run "
-    "until the burst is over",
+    Cause.UNLIKE: "the two bodies are not of a kind, and neither reaches a wall",
     Cause.STRUCK: "something that could not be followed strikes the body at rest in frame "
     "{:.0f}: it may be the ball of a trial whose cylinder was not found",
     Cause.STRUCK_MOVING: "the body leaves the impact in frame {:.0f} faster than it came: what it "
@@ -155,15 +152,11 @@ SENTENCES: Final = {
     "{:.0f}: the body may be the cylinder of a trial whose ball was not found",
     Cause.PARTNER_UNSEEN: "one body alone turns a few times: with a probability of {:.0%} it is "
     "the cylinder of a trial whose ball was not found",
-    Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else: show the trial "
-    "from the ball at rest until the cylinder is driven back, or bodies that meet nothing but "
-    "each other",
-    Cause.ENDS_TOGETHER: "the clip ends before the bodies have parted; let it run longer",
-    Cause.STARTS_TOGETHER: "the clip starts when the bodies are next to each other; start it "
-    "earlier",
+    Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else",
+    Cause.ENDS_TOGETHER: "the clip ends before the bodies have parted",
+    Cause.STARTS_TOGETHER: "the clip starts when the bodies are next to each other",
     Cause.PARTS_OF_BODIES: "what was followed as ball and cylinder may be parts of them: their "
-    "outlines do not meet where they collide, and their motion shows no momentum to be kept; light "
-    "the bodies better, or give their part of the picture with --region",
+    "outlines do not meet where they collide, and their motion shows no momentum to be kept",
     Cause.OTHERS_LIKELY: "that the impacts seen ({:.0f}) are all of them is {:.0%} probable",
     Cause.MODEL_LACKS_FRAMES: "too few frames surround the collisions to fit a model of the motion "
     "to them",
@@ -172,7 +165,7 @@ SENTENCES: Final = {
     Cause.MODEL_STRAYS: "the modelled motion strays from the track by {:.2f} px where {:.2f} are "
     "allowed: something else than two swinging bodies and a wall took part",
     Cause.MODEL_LEAVES_OPEN: "{open_counts}",
-    Cause.MASSES_WOULD_HELP: "the masses, given with --masses, narrow it down",
+    Cause.MASSES_WOULD_HELP: "the masses would narrow it down",
     Cause.GAP_MADE_UP_FOR: "frames are left out after frame {0:.0f} (about {1:.0f})",
     Cause.RATE_CHANGES: "the rate of the footage changes at frame {changes}, by a factor of "
     "{0:.0f}",
@@ -184,6 +177,48 @@ SENTENCES: Final = {
     Cause.MASSES_CONTRADICT: "the masses given have the ratio {:.4g}, the motion shows {:.4g} +- "
     "{:.2g}: check --masses, the cylinder's first",
 }
+
+CLEARER: Final = (
+    "film from nearer, with more light and before a plain background, or show the bodies' part of "
+    "the picture alone with --region X,Y,W,H"
+)
+"""What to do where the bodies could not be followed."""
+TO_DO: Final = {
+    "copy the file again from the camera, whole": {Cause.FRAMES_MISSING},
+    "start the clip well before the first collision, with the ball at rest": {
+        *(Cause.STARTS_MOVING, Cause.STARTS_CLOSE, Cause.STARTS_LATE, Cause.STARTS_TOGETHER),
+        *(Cause.BEFORE_UNSEEN, Cause.FIRST_UNSEEN, Cause.WALL_BEHIND),
+    },
+    "let the clip run until the bodies have parted for good": {
+        *(Cause.ENDS_WITHIN, Cause.ENDS_BEFORE_NEXT, Cause.ENDS_TOGETHER, Cause.LAST_UNSEEN),
+        *(Cause.CUT_AT_STOP, Cause.WALL_AHEAD, Cause.UNLIKE),
+    },
+    "film at a higher rate: --plan gives the one that shows every collision": {
+        *(Cause.WALL_MISSED, Cause.BODY_MISSED, Cause.UNRESOLVED, Cause.TOO_FREQUENT),
+        *(Cause.MODEL_LACKS_FRAMES, Cause.MODEL_LEAVES_OPEN),
+    },
+    "give the masses with --masses": {Cause.MASSES_WOULD_HELP},
+    "show nothing but the trial: cut the rest away with --start, --end and --region X,Y,W,H, or "
+    "name the side of the wall with --wall": {
+        *(Cause.STRAYS, Cause.MODEL_STRAYS, Cause.MODEL_DIFFERS, Cause.MODEL_FITS_NOTHING),
+        *(Cause.NEVER_TOUCH, Cause.MEETS_OTHERS, Cause.OTHERS_MOVE, Cause.SEVERAL_BOUNCE),
+    },
+    CLEARER: {
+        *(Cause.NO_COLLISION, Cause.NO_IMPACT, Cause.TOO_FAINT, Cause.PARTS_OF_BODIES),
+        *(Cause.STRUCK, Cause.STRUCK_MOVING, Cause.HEAVY_UNSEEN, Cause.MOVES_BESIDE),
+        *(Cause.PARTNER_UNSEEN, Cause.OUTLINES_LEAVE_OPEN),
+    },
+    "compare the clip with the collisions listed": {
+        *(Cause.TURNS_OPEN, Cause.NOT_TURNED, Cause.DIES_OUT, Cause.OTHERS_LIKELY),
+    },
+}
+"""What a person can do about causes, in the order in which it is said."""
+
+
+def what_to_do(reasons: Iterable[Reason]) -> str | None:
+    """Say what a person can do about reasons, each thing once; None if there are none."""
+    causes = {reason.cause for reason in reasons}
+    return "; ".join(what for what, about in TO_DO.items() if causes & about) or None
 
 
 def sentence(reason: Reason) -> str:
