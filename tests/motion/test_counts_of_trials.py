@@ -190,6 +190,30 @@ def test_free_bodies_are_counted_as_the_theory_says(heavy: int, count: int) -> N
     assert found.doubts == ()
 
 
+def test_a_body_that_is_misplaced_as_it_leaves_the_picture_has_not_turned_round() -> None:
+    setup = Setup(
+        heavy_mass_kg=0.0117,
+        light_mass_kg=0.0105,
+        mounting="free",
+        heavy_velocity_m_s=-0.3,
+        release_m=0.083,
+        wall_gap_m=0.039,
+    )
+    motion = simulate(setup)
+    trial = film_motion(motion, Filming(120.0, 0.05, px_per_m=1143.0))
+    heavy = trial.track.heavy
+    assert heavy is not None
+    between = round(float(trial.frames[-2:].mean()))
+    place, sigma = heavy.position_px.copy(), heavy.sigma_px.copy()
+    place[between - 2 : between] -= 9.0  # nearer to the wall than three frames before
+    place[between:] = sigma[between:] = np.nan
+
+    leaving = replace(heavy, position_px=place, sigma_px=sigma)
+    found = seen_collisions(replace(trial.track, heavy=leaving))
+
+    assert counted(found) == (motion.count, trial.kinds)
+
+
 @pytest.mark.parametrize("wall_gap_m", [0.03, 0.04, 0.05, 0.07])
 def test_the_apparatus_is_counted_at_every_distance_of_its_wall(wall_gap_m: float) -> None:
     motion = simulate(Setup(wall_gap_m=wall_gap_m))

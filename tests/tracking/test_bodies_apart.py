@@ -189,6 +189,16 @@ def test_a_ball_that_rests_but_for_a_moment_moves() -> None:
     np.testing.assert_array_equal(ball.x_px, struck)
 
 
+@pytest.mark.parametrize("misplaced", [slice(None, 5), slice(-5, None)])
+def test_a_body_that_is_misplaced_in_the_first_or_last_pictures_moves(misplaced: slice) -> None:
+    path = 100.0 + 1.5 * np.arange(60.0)
+    path[misplaced] -= 200.0
+
+    (body,) = apart([followed(path)])
+
+    np.testing.assert_array_equal(body.x_px, path)
+
+
 def test_of_two_templates_of_a_body_the_one_that_was_followed_is_kept() -> None:
     path = 100.0 + 0.5 * np.arange(60.0)
     strays = path.copy()

@@ -21,10 +21,14 @@ from drawn import (
 from count_video.records import Floats
 from count_video.tracking.background import Background
 from count_video.tracking.disc import SURFACE_PX, Disc, WithBackground, register_discs, search_disc
+from count_video.tracking.following import Clip, follow
+from count_video.tracking.layers import is_fixed_to
+from count_video.tracking.learning import Body
 from count_video.tracking.light import Light
 from count_video.tracking.observation import observe
 from count_video.tracking.pairing import pair_tracks
 from count_video.tracking.round_bodies import find_ball
+from count_video.tracking.template import make_template
 from count_video.tracking.view import TrackSettings
 from count_video.video.reader import open_footage
 from count_video.video.writer import WriteOptions, write_clip
@@ -181,6 +185,32 @@ def test_a_body_that_hardly_any_sample_shows_is_no_ball() -> None:
     path[7:9] = centres()[7:9]
 
     assert find_ball(samples(pictures(behind), behind), path, BOX, []) is None
+
+
+@pytest.mark.parametrize(("swing_px", "fixed"), [(0.0, True), (2.0, False)])
+def test_a_mark_is_fixed_to_a_ball_if_it_keeps_its_distance_from_the_outline(
+    swing_px: float, fixed: bool
+) -> None:
+    """A print on a ball that turns a little is seen in every picture, but in another place."""
+    behind, seen = background(SIZE), []
+    away = swing_px * np.sin(FRAMES / 3.0)
+    for (x, y), along in zip(centres().tolist(), away.tolist(), strict=True):
+        canvas = behind.copy()
+        paint_disc(canvas, x, y, RADIUS_PX, LIGHT)
+        paint_disc(canvas, x + along, y - 6.0, 4.0, DARK)
+        seen.append(to_luma(canvas))
+    lumas, still = samples(seen, behind)
+    ball = find_ball((lumas, still), centres(), BOX, [])
+    assert ball is not None
+    corner = np.round(centres() + np.stack([away, 0 * away], axis=1)) - (9.0, 15.0)
+    left, top = corner[0].astype(int)
+    piece = seen[0][top : top + 18, left : left + 18].astype(np.float32)
+    mark = make_template(piece, np.ones_like(piece))
+    body = Body(mark, 5.0, 13.0, (5.0, 13.0), True, corner, np.arange(len(FRAMES)), 1.0)
+    clip = Clip(lumas, FRAMES, np.arange(len(FRAMES)), still, np.zeros((len(FRAMES), 2)))
+
+    assert np.isfinite(follow(clip, body).x_px).all()
+    assert is_fixed_to(body, ball, clip) == fixed
 
 
 def test_a_ball_of_two_colours_is_followed_through_a_trial(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ import numpy as np
 from count_video.motion.gaps import Gaps
 from count_video.reasons import Cause, Reason
 from count_video.records import Collision
-from count_video.signals import low_points, sigma_of
+from count_video.signals import low_points, running_median, sigma_of
 
 AT_REST_SHARE = 0.3
 """A ball slower than this share of the approach speed is at rest before the first collision; in
@@ -55,10 +55,14 @@ def turn_round(gaps: Gaps, collisions: Sequence[Collision]) -> float:
 
     It is driven back from where it is nearest to the wall after the first collision. The furthest
     of many noisy places says little about when: it is put after collisions nearby at which the
-    heavy body still moves away.
+    heavy body still moves away. A body that leaves the picture is misplaced in its last places.
     """
-    depth, away = max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px)), -gaps.heavy_px
-    near = gaps.frame[low_points(gaps.heavy_px, depth)]
+    depth, place_px = max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px)), gaps.heavy_px
+    seen = np.isfinite(place_px)
+    if seen.any():
+        place_px = place_px.copy()
+        place_px[seen] = running_median(place_px[seen])
+    near, away = gaps.frame[low_points(place_px, depth)], -place_px
     first = collisions[0].frame if collisions else np.inf
     nearest = near[near >= first].min(initial=np.inf)
     turns = low_points(np.where(gaps.frame > nearest, away, np.nan), depth)

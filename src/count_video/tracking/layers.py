@@ -9,6 +9,7 @@ from itertools import permutations
 import numpy as np
 
 from count_video.records import Floats, Indices, Mask
+from count_video.signals import MEDIAN_TO_SIGMA, running_median
 from count_video.tracking.cutting import EDGE_PX
 from count_video.tracking.disc import Disc
 from count_video.tracking.following import Clip, Followed, follow, was_followed
@@ -23,12 +24,10 @@ MOVES_PX = 2.0
 """A body moves by so much at least."""
 AROUND, JUMP_STEPS, JUMP_PX, JUMPS_SHARE = 11, 5.0, 3.0, 0.5
 """A step that is so many times as long as the median of so many neighbours, picture by picture, and
-so many px, is a jump; those of a body make up less than this share of its way in between."""
+so many px, is a jump; those of a body make up less than this share of its way in between, each by
+the share of the sightings that it leads astray."""
 BLUR_PX = EDGE_PX + BEYOND_OUTLINE_PX
 """So far beyond its outline a body is cut out."""
-SMOOTHED = 5
-"""The median of so many places in a row is one of them if two are misplaced: a ball may rest for
-all of a clip but these."""
 SAME_BODY_PX, SMEARED_SHARE = 1.0, 0.1
 """Two templates whose distance varies by less than this are parts of one body, and by this share of
 its way from one picture to the next."""
@@ -36,6 +35,9 @@ CLEARER_VARIANCE = 2.0
 """One takes another's place if the variance of its place is so many times less."""
 ALIKE_SHARE = 0.9
 """A ball looks alike in fewer of the pictures it is learnt from only if its surface changes."""
+FIXED_VARIANCE = 4.0
+"""What is fixed to a ball has a distance from its outline that varies by less than so many times
+the variance of the outline's place."""
 SAME_SIZE, SAME_SIZE_PX = 0.05, 2.0
 """Outlines are right to this share of their size, and to so many px."""
 NEIGHBOURS = 2
@@ -87,20 +89,29 @@ def add_bodies(
 
 
 def _or_ball(clip: Clip, rough: Rough, body: Body | None, known: Sequence[Shape]) -> Body | None:
-    """Take a ball whose surface changes for what was learnt of it: a part, or a rare view.
-
-    A template of all of it stays if it is seen in nearly all of the samples that show the outline.
-    """
+    """Take a ball whose surface changes for what was learnt of it: a part, or a rare view."""
     source = clip.pictures, clip.background
     ball = find_ball(source, rough.path_px, rough.box, known)
     if ball is None and body is not None:
         ball = find_ball(source, body.path_px, body.box, known)
     if ball is None or body is None:
         return ball or body
-    if not _of_one_size(body, ball):
-        return ball
-    seen = np.isfinite(follow(clip, body).x_px[ball.learnt])
-    return body if seen.mean() >= ALIKE_SHARE else ball
+    return body if is_fixed_to(body, ball, clip) else ball
+
+
+def is_fixed_to(body: Body, ball: Body, clip: Clip) -> bool:
+    """Whether a template is seen wherever the outline of a ball is, and in one place of it.
+
+    What turns with the ball is not.
+    """
+    outline_px = (ball.path_px - clip.shift_px)[ball.learnt]
+    away = follow(clip, body).xy_px[ball.learnt] - outline_px
+    seen = np.isfinite(away[:, 0])
+    if seen.mean() < ALIKE_SHARE:
+        return False
+    away = away[seen]
+    spread = MEDIAN_TO_SIGMA * np.median(np.abs(away - np.median(away, axis=0)), axis=0)
+    return bool((spread**2 < FIXED_VARIANCE * ball.template.shift_variance).all())
 
 
 def _is_steady_ball(body: Body | None, rough: Rough) -> bool:
@@ -197,15 +208,11 @@ def _ways_px(seen: Followed) -> list[float]:
 
 
 def _way_px(path_px: Floats) -> Floats:
-    """How far a path, shape (n, 2), leads by x and by y, but for misplaced places."""
-    return np.asarray(np.ptp(_running_median(path_px, SMOOTHED), axis=0))
+    """How far a path, shape (n, 2), leads by x and by y, but for misplaced places.
 
-
-def _running_median(values: Floats, count: int) -> Floats:
-    """Median of so many rows about each, shape (n, columns); the first and last are repeated."""
-    around = np.pad(values, [(count // 2, count // 2), (0, 0)], mode="edge")
-    windows = np.lib.stride_tricks.sliding_window_view(around, count, axis=0)
-    return np.asarray(np.median(windows, axis=2))
+    A ball may rest for all of a clip but these.
+    """
+    return np.asarray(np.ptp(running_median(path_px), axis=0))
 
 
 def _overlap(one: Followed, other: Followed) -> Mask:
@@ -234,7 +241,7 @@ def _jumps(seen: Followed) -> Mask:
     if len(steps) == 0:
         return np.zeros(0, np.bool_)
     apart = np.diff(known)
-    usual = _running_median((steps / apart)[:, None], AROUND)[:, 0]
+    usual = running_median(steps / apart, AROUND)
     return np.asarray(steps > JUMP_STEPS * usual * apart + JUMP_PX)
 
 
@@ -243,9 +250,12 @@ def _moves(seen: Followed) -> bool:
     x, y = (place[np.isfinite(place)] for place in (seen.x_px, seen.y_px))
     if len(x) < STEADY_AT_LEAST:
         return False
-    jumps = np.hypot(np.diff(x), np.diff(y))[_jumps(seen)]
+    jumps = np.flatnonzero(_jumps(seen))
+    # Before the first jump, or after the last one, few pictures may show something else.
+    astray = np.minimum(jumps + 1, len(x) - jumps - 1) / (len(x) / 2)
+    jumped = float(np.hypot(np.diff(x), np.diff(y))[jumps] @ astray)
     way = sum(_ways_px(seen))
-    return way > MOVES_PX and float(jumps.sum()) < JUMPS_SHARE * way
+    return way > MOVES_PX and jumped < JUMPS_SHARE * way
 
 
 def _seeds_beside(rough: Rough, roughs: Sequence[Rough]) -> list[Shape]:
