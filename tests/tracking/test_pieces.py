@@ -6,13 +6,14 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from registering import register
 
 from count_video.records import Floats
 from count_video.tracking.background import Background
 from count_video.tracking.composite import STEPS, Source, cut_pieces, median_of
 from count_video.tracking.cutting import Stage, wide_cut
 from count_video.tracking.light import Light
-from count_video.tracking.registration import CONVERGED_PX, register
+from count_video.tracking.registration import CONVERGED_PX
 
 SIZE = 60, 80
 DIM = 0.3

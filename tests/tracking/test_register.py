@@ -3,9 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drawn import background, paint_ball, paint_box, paint_disc, to_luma
+from registering import register
 
 from count_video.records import Luma
-from count_video.tracking.registration import GAIN_AT_LEAST, Fit, register
+from count_video.tracking.registration import GAIN_AT_LEAST, Fit
 from count_video.tracking.template import SMOOTHING_PX, Template, make_template, piece_at
 
 SHAPE = (80, 160)

@@ -22,7 +22,7 @@ ANYWHERE = 480.0, 20.0
 def best_of(
     picture: Luma, template: Template, near: tuple[float, float], reach_px: tuple[float, float]
 ) -> Fit | None:
-    return next(search(picture, template, near, reach_px), None)
+    return next(iter(search(picture, template, near, reach_px)), None)
 
 
 def scene(x: float, y: float, radius: float, size: tuple[int, int] = (200, 480)) -> Luma:

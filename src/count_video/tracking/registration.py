@@ -20,7 +20,6 @@ import numpy as np
 from count_video.records import Floats, Indices, Luma, Mask, Pixels
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.sequences import Lumas
-from count_video.tracking.shape import Place
 from count_video.tracking.template import Model, Template, inverse_of, pixels_at
 
 ROUNDS, FRESH_ROUNDS = 8, 2
@@ -106,19 +105,12 @@ class Fits:
         return None if math.isnan(row[0]) else Fit(*row)
 
 
-def register(picture: Luma, template: Template, guess: Place) -> Fit | None:
-    """Place the template in the picture, starting from a guess that is right to a pixel or two.
-
-    Returns None where the equations have no solution or the iteration does not settle nearby.
-    """
-    return Fits(_together([picture], template, np.array([guess]))).fit(0)
-
-
 def register_all(pictures: Lumas, template: Template, guesses_px: Floats) -> Fits:
-    """Place the template, as :func:`register` does, in the pictures for which there is a guess.
+    """Place the template in pictures, starting from guesses that are right to a pixel or two.
 
-    Some pictures are worked on together, which takes half the time. ``guesses_px`` has shape
-    (n, 2), NaN where there is none.
+    ``guesses_px`` has shape (n, 2), NaN where there is none. No place is found where the equations
+    have no solution or the iteration does not settle nearby. Some pictures are worked on together,
+    which takes half the time.
     """
     found = np.full((len(guesses_px), 6), np.nan)
     known = np.flatnonzero(np.isfinite(guesses_px[:, 0]))

@@ -9,7 +9,6 @@ are registered, and the best agreement comes first.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Protocol
 
 import cv2
@@ -17,7 +16,7 @@ import numpy as np
 
 from count_video.records import Luma, Pixels
 from count_video.signals import peak_of
-from count_video.tracking.registration import Fit, register
+from count_video.tracking.registration import Fit, register_all
 from count_video.tracking.template import Template, cut
 
 COARSE_HEIGHT_PX = 28
@@ -28,8 +27,6 @@ PLACES = 4
 """So many places are registered."""
 APART_SHARE = 0.25
 """Places lie this share of the template's width and height apart at least."""
-SURE = 0.95
-"""With this agreement a place needs no rival."""
 BEYOND_SHARE = 0.65
 """Bodies that come in or go out are searched for while they stick out of the picture so far."""
 ROUNDING = 0.01
@@ -50,7 +47,7 @@ class Pattern(Protocol):
 
 def search(
     picture: Luma, template: Template, near: tuple[float, float], reach_px: tuple[float, float]
-) -> Iterator[Fit]:
+) -> list[Fit]:
     """Find the template about a place: what is like it, that which agrees best first.
 
     Parameters
@@ -64,14 +61,10 @@ def search(
     reach_px
         How far from ``near`` to search along x and along y.
     """
-    fits = []
-    for place in likely_places(picture, template, near, reach_px):
-        fit = register(picture, template, place)
-        if fit is not None and fit.agreement > SURE:
-            yield fit
-        elif fit is not None:
-            fits.append(fit)
-    yield from sorted(fits, key=lambda fit: -fit.agreement)
+    places = likely_places(picture, template, near, reach_px)
+    fits = register_all([picture] * len(places), template, np.array(places).reshape(-1, 2))
+    found = filter(None, map(fits.fit, range(len(places))))
+    return sorted(found, key=lambda fit: -fit.agreement)
 
 
 def likely_places(
