@@ -247,12 +247,15 @@ def without_a_wall(
     """Explain a track by two bodies that meet.
 
     Where one comes from something else as the clip begins, or goes to it as it ends, they may be
-    those of a trial whose wall was left before the clip, or is not reached in it.
+    those of a trial whose wall was left before the clip, or is not reached in it. What one does
+    that is lost within the picture nobody knows.
     """
     found = seen_impacts(without_wall(track))
     if found.collisions and not found.shortcomings:
         causes = zip((Cause.WALL_BEHIND, Cause.WALL_AHEAD), stands_beyond(), strict=True)
-        found = replace(found, shortcomings=tuple(Reason(one) for one, stands in causes if stands))
+        against = [Reason(one) for one, stands in causes if stands]
+        against += [Reason(Cause.LOST, (frame,)) for frame in track.lost_beyond]
+        found = replace(found, shortcomings=tuple(against))
     return by_impacts(track, found, report)
 
 

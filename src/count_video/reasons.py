@@ -40,6 +40,7 @@ class Cause(Enum):
     OTHERS_MOVE = auto()  # few impacts, while other bodies move [how many impacts, others]
     UNLIKE = auto()  # two bodies are not of a kind, and neither reaches a wall
     MEETS_OTHERS = auto()
+    LOST = auto()  # a body is not seen to the clip's end, and does not leave the picture [frame]
     STRUCK = auto()  # something that is not followed strikes the body at rest [frame]
     STRUCK_MOVING = auto()  # an impact gives the body speed: what it struck moves [frame]
     HEAVY_UNSEEN = auto()  # the heavy body is known by what it does to the ball alone

@@ -132,6 +132,9 @@ class Track:
     wall_seen: bool = True
     """False where neither body bounces off anything but the other; ``wall_side`` says nothing then,
     and the ball is the body at smaller positions."""
+    lost_beyond: tuple[float, ...] = ()
+    """Frames beyond which, to the clip's first or last one, a body is not seen any more although it
+    does not leave the picture there."""
 
     @property
     def bodies(self) -> tuple[BodyTrack, ...]:

@@ -100,6 +100,24 @@ def test_two_bodies_stay_apart_through_their_contact(tmp_path: Path) -> None:
         assert float(np.nanstd(error)) <= PLACED_PX
 
 
+@pytest.mark.parametrize("speed_px", [1.0, 6.0])
+def test_a_body_that_is_seen_no_more_is_lost_unless_it_leaves_the_picture(
+    tmp_path: Path, speed_px: float
+) -> None:
+    time = np.arange(-30, 30) + 0.5
+    left = 118.0 - RADIUS_PX + np.where(time < 0, 3.0, -1.0) * time
+    right = 118.0 + RADIUS_PX + np.where(time < 0, -1.0, speed_px) * time
+    leaves, gone = speed_px > 5.0, 50
+    if not leaves:
+        right[gone:] = -100.0  # as behind a curtain
+
+    track = track_of(
+        tmp_path, drawn([(left, 0 * left + 80.0), (right, 0 * left + 80.0)]), pair=True
+    )
+
+    assert track.lost_beyond == pytest.approx([] if leaves else [gone - 1.0], abs=1.0)
+
+
 def test_nothing_that_moves_is_said_so(tmp_path: Path) -> None:
     still = to_luma(background(SHAPE, 5), 1.0, np.random.default_rng(0))
 

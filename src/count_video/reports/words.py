@@ -153,6 +153,8 @@ SENTENCES: Final = {
     Cause.PARTNER_UNSEEN: "one body alone turns a few times: with a probability of {:.0%} it is "
     "the cylinder of a trial whose ball was not found",
     Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else",
+    Cause.LOST: "one of the bodies could not be followed beyond frame {:.0f}, though it does not "
+    "leave the picture there: more collisions may have happened",
     Cause.ENDS_TOGETHER: "the clip ends before the bodies have parted",
     Cause.STARTS_TOGETHER: "the clip starts when the bodies are next to each other",
     Cause.PARTS_OF_BODIES: "what was followed as ball and cylinder may be parts of them: their "
@@ -206,7 +208,7 @@ TO_DO: Final = {
     CLEARER: {
         *(Cause.NO_COLLISION, Cause.NO_IMPACT, Cause.TOO_FAINT, Cause.PARTS_OF_BODIES),
         *(Cause.STRUCK, Cause.STRUCK_MOVING, Cause.HEAVY_UNSEEN, Cause.MOVES_BESIDE),
-        *(Cause.PARTNER_UNSEEN, Cause.OUTLINES_LEAVE_OPEN),
+        *(Cause.PARTNER_UNSEEN, Cause.OUTLINES_LEAVE_OPEN, Cause.LOST),
     },
     "compare the clip with the collisions listed": {
         *(Cause.TURNS_OPEN, Cause.NOT_TURNED, Cause.DIES_OUT, Cause.OTHERS_LIKELY),

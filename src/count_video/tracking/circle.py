@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from count_video.records import Floats, Indices, Mask
+from count_video.records import Floats, Indices, Mask, Pixels
+from count_video.signals import beyond
 
 TRIPLES = 600
 PROPOSALS = 300
@@ -58,6 +59,24 @@ class Edges:
     """By x and y, shape (n, 2)."""
     clarity: Floats
     """How steep each is, in any unit, shape (n,)."""
+
+    def beside(self, across: Edges) -> Edges:
+        """Join edges in rows with those in columns, which were found in the transposed picture."""
+        places = np.concatenate([self.places_px, across.places_px[:, ::-1]])
+        return Edges(places, np.concatenate([self.clarity, across.clarity]))
+
+
+def steepest(slope: Pixels) -> tuple[Floats, tuple[Indices, Indices]]:
+    """Find where a slope is steepest among its neighbours in the row; 0 is none.
+
+    Between the columns the parabola through the neighbours gives the place. Returns x and y of n
+    places, shape (n, 2), and rows and columns of their pixels.
+    """
+    before = np.pad(slope, ((0, 0), (1, 0)))[:, :-1]
+    after = np.pad(slope, ((0, 0), (0, 1)))[:, 1:]
+    y, x = np.nonzero((slope > before) & (slope >= after))
+    between = beyond(before[y, x], slope[y, x], after[y, x])
+    return np.stack([x + between, y], axis=1), (y, x)
 
 
 def circle_through(edges: Edges, height_px: int) -> Circle | None:

@@ -17,7 +17,7 @@ import numpy as np
 
 from count_video.records import Floats, Indices, Mask, Pixels
 from count_video.signals import beyond
-from count_video.tracking.circle import Circle, Edges, circle_through, placed
+from count_video.tracking.circle import Circle, Edges, circle_through, placed, steepest
 from count_video.tracking.template import Template, make_template
 
 EDGE_POSSIBLE = 0.35
@@ -92,10 +92,7 @@ def find_outline(mean: Mean, fence: tuple[float, float], *, circles: bool = True
     body = _own_edges(clarity)
     upright = _edge_points(slope, clarity, body)
     level = _edge_points(across.T, clear_across.T, _own_edges(clear_across.T))
-    every = Edges(
-        np.concatenate([upright.places_px, level.places_px[:, ::-1]]),
-        np.concatenate([upright.clarity, level.clarity]),
-    )
+    every = upright.beside(level)
     circle = circle_through(every, len(body)) if circles else None
     if circles and (circle is None or not _is_outline(circle, mean)):
         circle = _circle_of_ends(mean, slope, own)
@@ -231,16 +228,12 @@ def _own_edges(clarity: Pixels) -> Mask:
 def _edge_points(slope: Pixels, clarity: Pixels, own: Mask) -> Edges:
     """Find those of a body's own edges that are steepest among their neighbours in the row.
 
-    Between the columns the parabola through the neighbours gives the place. An edge is clearest a
-    little further within the body, where what lies behind it does not vary yet.
+    An edge is clearest a little further within the body, where what lies behind it does not vary
+    yet.
     """
     clearest = cv2.dilate(clarity, np.ones((1, 2 * EDGE_WIDTH_PX + 1)))
-    steep = np.where(own, slope, 0)
-    before = np.pad(steep, ((0, 0), (1, 0)))[:, :-1]
-    after = np.pad(steep, ((0, 0), (0, 1)))[:, 1:]
-    y, x = np.nonzero((steep > before) & (steep >= after))
-    places = np.stack([x + beyond(before[y, x], steep[y, x], after[y, x]), y], axis=1)
-    return Edges(places, clearest[y, x].astype(np.float64))
+    places, pixels = steepest(np.where(own, slope, 0))
+    return Edges(places, clearest[pixels].astype(np.float64))
 
 
 def _edge(slope: Pixels, rows: Indices, ends: Indices, inward: int) -> float:

@@ -6,7 +6,7 @@ its velocity. The heavy body reverses on its far side too, when it swings back, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -39,6 +39,8 @@ REVERSAL_SIGMAS = 8.0
 REVERSAL_AT_LEAST_PX = 0.4
 SPAN_FRAMES = 3
 """The jump is read between the mean velocities over so many frames on either side."""
+LEAVES_WITHIN = 8
+"""Pictures after that which showed a body last, in which it reaches the border if it leaves."""
 
 
 def pair_tracks(
@@ -227,7 +229,23 @@ def _track(
         ),
         shift_px=camera_shift(movers, view),
         wall_seen=bool(given or found),
+        lost_beyond=tuple(frame for one in places for frame in lost_beyond(one, frames, view)),
     )
+
+
+def lost_beyond(body: Places, frames: Indices, view: View) -> Iterator[float]:
+    """Yield the first and the last frame that show a body, where it is lost within the picture.
+
+    One that leaves it would reach its border soon after, if it went on as it was last seen.
+    """
+    seen = np.flatnonzero(np.isfinite(body.x_px))
+    corner, size = np.split(np.array(view.region), 2)
+    half = np.array([body.width_px, body.height_px]) / 2
+    for last, before, end in ((seen[0], seen[1], 0), (seen[-1], seen[-2], len(frames) - 1)):
+        step = (body.xy_px[last] - body.xy_px[before]) / abs(last - before)
+        soon = body.xy_px[last] + LEAVES_WITHIN * step
+        if last != end and np.all(np.abs(soon - corner - size / 2) < size / 2 - half):
+            yield float(frames[last])
 
 
 @dataclass(frozen=True)

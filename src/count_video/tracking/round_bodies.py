@@ -15,9 +15,8 @@ import cv2
 import numpy as np
 
 from count_video.records import Floats, Indices, Luma, Mask, Pixels
-from count_video.signals import beyond
 from count_video.tracking.background import Background
-from count_video.tracking.circle import Circle, Edges, circle_through, placed
+from count_video.tracking.circle import Circle, Edges, circle_through, placed, steepest
 from count_video.tracking.disc import Disc, WithBackground, difference_at_least, register_discs
 from count_video.tracking.learning import Body
 from count_video.tracking.outline import BEYOND_OUTLINE_PX
@@ -185,17 +184,11 @@ def _beside(circle: Circle, differs: Luma) -> float:
 
 def _edges(piece: Pixels, own: Mask) -> Edges:
     """Places of a picture that are steepest among their neighbours in the row or in the column."""
-    along = _steepest(piece, own)
-    across = _steepest(piece.T, own.T)
-    places = np.concatenate([along[0], across[0][:, ::-1]])
-    return Edges(places, np.concatenate([along[1], across[1]]))
+    return _edges_in_rows(piece, own).beside(_edges_in_rows(piece.T, own.T))
 
 
-def _steepest(piece: Pixels, own: Mask) -> tuple[Floats, Floats]:
-    """Places that are steepest in their rows, shape (n, 2), and how steep they are."""
-    steep = np.where(own, np.abs(np.gradient(piece, axis=1)), 0)
-    before, after = steep[:, :-2], steep[:, 2:]
-    here = steep[:, 1:-1]
-    y, x = np.nonzero((here > before) & (here >= after) & (here > SLOPE_AT_LEAST))
-    between = beyond(before[y, x], here[y, x], after[y, x])
-    return np.stack([x + 1 + between, y], axis=1), here[y, x].astype(np.float64)
+def _edges_in_rows(piece: Pixels, own: Mask) -> Edges:
+    slope = np.where(own, np.abs(np.gradient(piece, axis=1)), 0)
+    places, pixels = steepest(slope)
+    steep = slope[pixels] > SLOPE_AT_LEAST
+    return Edges(places[steep], slope[pixels][steep].astype(np.float64))
