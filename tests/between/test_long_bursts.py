@@ -114,9 +114,9 @@ def test_a_probable_count_leaves_nothing_open() -> None:
 
 def test_a_count_that_stays_open_is_given_as_a_range_with_what_would_help() -> None:
     chances = dict.fromkeys(range(295, 315, 2), 0.1)
-    reason = stated(305, chances, masses_known=False).reason or ""
-    assert "every count from 295 to 313" in reason
-    assert "--masses" in reason
+    unknown = stated(305, chances, masses_known=False)
+    assert "every count from 295 to 313" in (unknown.reason or "")
+    assert "--masses" in (unknown.what_to_do or "")
     wide = dict.fromkeys(range(271, 305, 2), 0.05)
     assert "about 290" in (stated(287, wide).reason or "")
-    assert "--masses" not in (stated(305, chances).reason or "")
+    assert "--masses" not in (stated(305, chances).what_to_do or "")

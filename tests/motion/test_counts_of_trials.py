@@ -190,6 +190,19 @@ def test_free_bodies_are_counted_as_the_theory_says(heavy: int, count: int) -> N
     assert found.doubts == ()
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_body_that_its_like_brought_to_rest_is_not_driven_back(seed: int) -> None:
+    """At 1:1 noise gives it some velocity, away from the wall or to it, until the ball returns."""
+    setup = Setup(heavy_mass_kg=LIGHT_KG, wall_gap_m=0.033, restitution_wall=0.96)
+    trial = film(setup, Filming(120.0, 0.05, px_per_m=1600.0), seed)
+
+    measured = fit_burst(trial.track, seen_collisions(trial.track))
+
+    assert isinstance(measured, Between)
+    assert measured.count == trial.motion.count == 3
+    assert measured.probability[3] > 0.98
+
+
 def test_a_body_that_is_misplaced_as_it_leaves_the_picture_has_not_turned_round() -> None:
     setup = Setup(
         heavy_mass_kg=0.0117,

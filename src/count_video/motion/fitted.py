@@ -23,6 +23,7 @@ from count_video.motion.posterior import (
     ratio_by_places,
     setup_estimates,
     shares_of,
+    turns,
     with_more,
 )
 from count_video.motion.rivals import (
@@ -212,8 +213,7 @@ def _is_one(fit: Fit) -> bool:
     """
     if not np.isfinite(fit.paths.time[0, -1]):
         return False
-    leaving, coming = fit.paths.states[1, 0, 1:-2], fit.paths.before[1, 0, 2:-1]
-    return not bool(((leaving > 0) & (coming < 0)).any())
+    return not bool((turns(fit.paths)[0, 1:-2] < fit.paths.time[0, 2:-1]).any())
 
 
 def _answer(found: SeenCollisions, fits: list[Fit]) -> Between | Reason:

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from count_video.motion.burst import TURN_AT_LEAST_PX
 from count_video.motion.errors_of_places import HALF_EXPOSURE
 from count_video.motion.parameters import LIMITS, Column, within_limits
 from count_video.motion.pendulums import Paths, follow, slopes, stepped
@@ -83,22 +84,29 @@ def end_chances(fit: Fit) -> dict[int, float]:
     while going.any() and count + followed < MOST_COLLISIONS:
         followed += max(FOLLOWED, followed)
         paths = follow(within_limits(drawn), count + followed, observed.start)
-        late = (paths.states[1, :, count - 1] > 0) & (paths.before[1, :, count] < 0)
+        turn = turns(paths)
+        late = turn[:, count - 1] < paths.time[:, count]
         more, going = np.where(late, -1, 0), ~late
         for last in range(count, count + followed):
             following = paths.time[:, last + 1]
-            going &= (following > end) & (following < _turns(paths, last))
+            going &= (following > end) & (following < turn[:, last])
             more += going
     return {number: float(np.mean(more == number)) for number in sorted(set(more.tolist()))}
 
 
-def _turns(paths: Paths, last: int) -> Floats:
-    """Give the times of the heavy body's turn to the wall after a collision, shape (sets,)."""
-    rate, rest = paths.laws[:2]
-    heavy, velocity = paths.states[:2, :, last]
-    # It turns toward the wall where it is farthest from it, not where it is nearest.
-    phase = np.arctan2(velocity, rate * (heavy - rest)) % (2 * np.pi)
-    return np.asarray(paths.time[:, last] + phase / rate)
+def turns(paths: Paths) -> Floats:
+    """Give the times at which the heavy body, driven back, would turn to the wall, (sets, pieces).
+
+    Each is that of the turn after the event that starts a piece. One that a ball of its own mass
+    brought to rest is not driven back: there is no turn, the time is inf.
+    """
+    (rate, rest), (heavy, velocity) = paths.laws[:2, :, None], paths.states[:2]
+    with np.errstate(invalid="ignore"):
+        # It turns toward the wall where it is farthest from it, not where it is nearest.
+        phase = np.arctan2(velocity, rate * (heavy - rest)) % (2 * np.pi)
+        farthest = rest + np.hypot(heavy - rest, velocity / rate)
+        driven_back = farthest - np.minimum.accumulate(heavy, axis=1) > TURN_AT_LEAST_PX
+        return np.where(driven_back, paths.time + phase / rate, np.inf)
 
 
 # ---- the set-up and the energies -----------------------------------------------------------------
