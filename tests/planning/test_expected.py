@@ -169,3 +169,13 @@ def test_what_is_not_known_leads_to_no_count_and_no_error(changes: dict[str, obj
     expected = expected_counts(result)
     assert expected is None or expected.hanging in (31, None)
     assert result_text(result).startswith("trial.mp4: 31 collisions")
+
+
+def test_a_cylinder_that_may_be_as_heavy_as_the_ball_is_taken_for_no_lighter() -> None:
+    equal = found(replace(SETUP, heavy_mass_kg=SETUP.light_mass_kg))
+    expected = expected_counts(replace(equal, mass_ratio=0.997, mass_ratio_sigma=0.007))
+
+    assert expected is not None
+    assert (
+        expected.hanging == simulate(replace(SETUP, heavy_mass_kg=SETUP.light_mass_kg)).count == 3
+    )

@@ -42,6 +42,8 @@ def expected_counts(result: TrialResult) -> Expected | None:
         return None
     low, high = ratio_range(result)
     free = (collision_count(low), collision_count(high))
+    if ratio < 1.0 <= high:
+        ratio = 1.0  # the cylinder is no lighter than the ball, which would drive it back at once
     fitted = result.setup if ratio <= MOST_RATIO else None
     hung = None if fitted is None else _as_fitted(fitted, ratio)
     lossy, (bodies, wall) = None, (result.restitution_bodies, result.restitution_wall)
