@@ -18,6 +18,7 @@ from count_video.reports.text import result_text
 
 SETUP = PLANNED.setup()
 """1:100 with threads of 1 m, the ball 3 cm from the wall: 31, for free bodies as well."""
+LIGHT_KG = SETUP.light_mass_kg
 WIDE = replace(SETUP, wall_gap_m=0.07)
 """The same with the ball 7 cm from the wall: 27."""
 
@@ -172,10 +173,11 @@ def test_what_is_not_known_leads_to_no_count_and_no_error(changes: dict[str, obj
 
 
 def test_a_cylinder_that_may_be_as_heavy_as_the_ball_is_taken_for_no_lighter() -> None:
-    equal = found(replace(SETUP, heavy_mass_kg=SETUP.light_mass_kg))
-    expected = expected_counts(replace(equal, mass_ratio=0.997, mass_ratio_sigma=0.007))
+    """A lighter one would be driven back, and its threads turn it before the ball returns."""
+    equal = replace(SETUP, heavy_mass_kg=LIGHT_KG, bodies_gap_m=-0.001)
+    result = replace(found(equal), mass_ratio=0.997, mass_ratio_sigma=0.007)
+    expected, lighter = expected_counts(result), replace(equal, heavy_mass_kg=0.997 * LIGHT_KG)
 
     assert expected is not None
-    assert (
-        expected.hanging == simulate(replace(SETUP, heavy_mass_kg=SETUP.light_mass_kg)).count == 3
-    )
+    assert expected.hanging == simulate(equal).count
+    assert expected.hanging != simulate(lighter).count
