@@ -84,8 +84,8 @@ def end_chances(fit: Fit) -> dict[int, float]:
     while going.any() and count + followed < MOST_COLLISIONS:
         followed += max(FOLLOWED, followed)
         paths = follow(within_limits(drawn), count + followed, observed.start)
-        turn = turns(paths)
-        late = turn[:, count - 1] < paths.time[:, count]
+        turn, time = turns(paths), paths.time[:, count]
+        late = (turn[:, count - 1] < time) & np.isfinite(time)
         more, going = np.where(late, -1, 0), ~late
         for last in range(count, count + followed):
             following = paths.time[:, last + 1]
