@@ -102,7 +102,7 @@ def _or_ball(clip: Clip, rough: Rough, body: Body | None, known: Sequence[Shape]
 def is_fixed_to(body: Body, ball: Body, clip: Clip) -> bool:
     """Whether a template is seen wherever the outline of a ball is, and in one place of it.
 
-    What turns with the ball is not.
+    A mark on a ball that turns moves within the outline.
     """
     outline_px = (ball.path_px - clip.shift_px)[ball.learnt]
     away = follow(clip, body).xy_px[ball.learnt] - outline_px

@@ -40,7 +40,8 @@ REVERSAL_AT_LEAST_PX = 0.4
 SPAN_FRAMES = 3
 """The jump is read between the mean velocities over so many frames on either side."""
 LEAVES_WITHIN = 8
-"""Pictures after that which showed a body last, in which it reaches the border if it leaves."""
+"""Pictures after that which showed a body last, in which it reaches the border if it leaves; fewer
+than these may show a title."""
 
 
 def pair_tracks(
@@ -244,7 +245,8 @@ def lost_beyond(body: Places, frames: Indices, view: View) -> Iterator[float]:
     for last, before, end in ((seen[0], seen[1], 0), (seen[-1], seen[-2], len(frames) - 1)):
         step = (body.xy_px[last] - body.xy_px[before]) / abs(last - before)
         soon = body.xy_px[last] + LEAVES_WITHIN * step
-        if last != end and np.all(np.abs(soon - corner - size / 2) < size / 2 - half):
+        inside = np.abs(soon - corner - size / 2) < size / 2 - half
+        if abs(last - end) > LEAVES_WITHIN and inside.all():
             yield float(frames[last])
 
 
