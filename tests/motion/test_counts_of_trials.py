@@ -23,6 +23,15 @@ from count_video.records import Track
 from tiers import known_miss, rest_slow
 
 LIGHT_KG = 0.0105
+FREE = Setup(
+    heavy_mass_kg=1.0,
+    light_mass_kg=1.0,
+    mounting="free",
+    heavy_velocity_m_s=-0.4,
+    release_m=0.09,
+    wall_gap_m=0.03,
+)
+"""Bodies that nothing pulls, of one mass."""
 TIME_FRAMES = 0.5
 """Half a frame, and what noise adds: its share of the jump of the relative velocity."""
 NOISE_SHARE = 6.0
@@ -153,15 +162,7 @@ def velocity_sign_changes(motion: Motion) -> int:
 
 def test_the_relative_velocity_counts_31_where_the_balls_own_would_count_29() -> None:
     # At 1:100 the first collision sets a ball at rest in motion and the last only slows it down.
-    setup = Setup(
-        heavy_mass_kg=100.0,
-        light_mass_kg=1.0,
-        mounting="free",
-        heavy_velocity_m_s=-0.4,
-        release_m=0.09,
-        wall_gap_m=0.03,
-    )
-    motion = simulate(setup)
+    motion = simulate(replace(FREE, heavy_mass_kg=100.0))
     trial = film_motion(motion, Filming(resolving_fps(motion, 4.0)))
 
     found = seen_collisions(trial.track)
@@ -174,15 +175,7 @@ def test_the_relative_velocity_counts_31_where_the_balls_own_would_count_29() ->
     ("heavy", "count"), [(1, 3), (2, 5), (4, 6), (16, 12), (64, 25), (100, 31)]
 )
 def test_free_bodies_are_counted_as_the_theory_says(heavy: int, count: int) -> None:
-    setup = Setup(
-        heavy_mass_kg=float(heavy),
-        light_mass_kg=1.0,
-        mounting="free",
-        heavy_velocity_m_s=-0.4,
-        release_m=0.09,
-        wall_gap_m=0.03,
-    )
-    motion = simulate(setup)
+    motion = simulate(replace(FREE, heavy_mass_kg=float(heavy)))
 
     found = seen_collisions(film_motion(motion, Filming(resolving_fps(motion, 4.0), 0.03)).track)
 
@@ -204,15 +197,7 @@ def test_a_body_that_its_like_brought_to_rest_is_not_driven_back(seed: int) -> N
 
 
 def test_a_body_that_is_misplaced_as_it_leaves_the_picture_has_not_turned_round() -> None:
-    setup = Setup(
-        heavy_mass_kg=0.0117,
-        light_mass_kg=0.0105,
-        mounting="free",
-        heavy_velocity_m_s=-0.3,
-        release_m=0.083,
-        wall_gap_m=0.039,
-    )
-    motion = simulate(setup)
+    motion = simulate(replace(FREE, heavy_mass_kg=1.114, heavy_velocity_m_s=-0.3, wall_gap_m=0.039))
     trial = film_motion(motion, Filming(120.0, 0.05, px_per_m=1143.0))
     heavy = trial.track.heavy
     assert heavy is not None

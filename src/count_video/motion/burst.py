@@ -57,19 +57,19 @@ def turn_round(gaps: Gaps, collisions: Sequence[Collision]) -> float:
     of many noisy places says little about when: it is put after collisions nearby at which the
     heavy body still moves away. A body that leaves the picture is misplaced in its last places.
     """
-    depth, place_px = max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px)), gaps.heavy_px
-    seen = np.isfinite(place_px)
-    if seen.any():
-        place_px = place_px.copy()
-        place_px[seen] = running_median(place_px[seen])
-    near, away = gaps.frame[low_points(place_px, depth)], -place_px
+    seen = np.isfinite(gaps.heavy_px)
+    if not seen.any():
+        return float("inf")
+    depth = max(TURN_AT_LEAST_PX, TURN_SIGMAS * sigma_of(gaps.heavy_px))
+    frame, place_px = gaps.frame[seen], running_median(gaps.heavy_px[seen])
+    near, away = frame[low_points(place_px, depth)], -place_px
     first = collisions[0].frame if collisions else np.inf
     nearest = near[near >= first].min(initial=np.inf)
-    turns = low_points(np.where(gaps.frame > nearest, away, np.nan), depth)
+    turns = low_points(np.where(frame > nearest, away, np.nan), depth)
     if len(turns) == 0:
         return float("inf")
-    turn = float(gaps.frame[turns[0]])
-    back = gaps.frame[(away > away[turns[0]] + depth) & (gaps.frame > turn)].min(initial=np.inf)
+    turn = float(frame[turns[0]])
+    back = frame[(away > away[turns[0]] + depth) & (frame > turn)].min(initial=np.inf)
     for one in collisions:
         leaves = gaps.sign * one.velocity_before.heavy_px_frame
         if one.frame < back and leaves > SIGMAS * one.velocity_before.heavy_sigma_px_frame:

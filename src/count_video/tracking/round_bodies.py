@@ -190,5 +190,6 @@ def _edges(piece: Pixels, own: Mask) -> Edges:
 def _edges_in_rows(piece: Pixels, own: Mask) -> Edges:
     slope = np.where(own, np.abs(np.gradient(piece, axis=1)), 0)
     places, pixels = steepest(slope)
-    steep = slope[pixels] > SLOPE_AT_LEAST
-    return Edges(places[steep], slope[pixels][steep].astype(np.float64))
+    clarity = slope[pixels].astype(np.float64)
+    steep = clarity > SLOPE_AT_LEAST
+    return Edges(places[steep], clarity[steep])
