@@ -37,6 +37,17 @@ def test_each_of_two_bodies_is_proposed_however_faint_one_is(levels: int) -> Non
     assert len(proposed) == 2
 
 
+def test_thick_threads_on_which_a_body_hangs_are_no_part_of_its_region() -> None:
+    top, thread = 40, 5  # wider than an opening takes away
+    hanging = [np.full(SIZE, 80, np.uint8) for _ in range(FRAMES)]
+    for k, picture in enumerate(hanging):
+        left = 10 + 5 * k
+        picture[top : top + BODY, left : left + BODY] += np.uint8(BRIGHT)
+        picture[:top, left : left + thread] += np.uint8(BRIGHT)
+    for k, boxes in enumerate(find_regions(hanging).boxes):
+        assert boxes.tolist() == [[10 + 5 * k, top, BODY, BODY]]
+
+
 def test_what_makes_next_to_nothing_of_all_that_changes_is_no_body() -> None:
     regions = find_regions(pictures(levels=BRIGHT))
     both = propose(NO_CORNERS, regions, STANDS, regions.all_change)

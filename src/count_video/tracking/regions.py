@@ -30,7 +30,10 @@ NOISE_OF = 16
 NOISE_SIGMAS, NOISE_LEVELS = 5.0, 3.0
 """A pixel differs from the background by so many standard deviations and grey levels."""
 OPENING_PX, CLOSING_PX = 3, 5
-"""Threads and single pixels are narrower than the first, gaps in a region than the second."""
+"""Fine threads and single pixels are narrower than the first, gaps in a region than the second."""
+THREAD_SHARE = 0.3
+"""Rows above and below a body in which less of it shows than this share of its widest row are those
+of thick threads, on which it hangs; a ball has hardly any."""
 AREA_SHARE = 1e-4, 0.25
 """Smallest and largest area of a region as a share of the picture's."""
 REGIONS_AT_MOST = 12
@@ -160,8 +163,20 @@ def _boxes(mask: Luma) -> Floats:
     area = np.array([cv2.contourArea(one) + len(one) / 2 + 1 for one in borders]) / mask.size
     good = np.flatnonzero((area > AREA_SHARE[0]) & (area < AREA_SHARE[1]))
     largest = good[np.argsort(-area[good], kind="stable")][:REGIONS_AT_MOST]
-    boxes = [cv2.boundingRect(borders[place]) for place in largest]
+    boxes = [_without_threads(mask, cv2.boundingRect(borders[place])) for place in largest]
     return np.array(boxes, np.float64).reshape(-1, 4)
+
+
+def _without_threads(mask: Luma, box: Sequence[int]) -> tuple[int, int, int, int]:
+    """Take the rows of threads off a box, and then the columns that show nothing else."""
+    left, top, width, height = box
+    part = mask[top : top + height, left : left + width]
+    shown = np.count_nonzero(part, axis=1)
+    rows = np.flatnonzero(shown >= THREAD_SHARE * shown.max())
+    first, end = int(rows[0]), int(rows[-1]) + 1
+    columns = np.flatnonzero(part[first:end].any(axis=0))
+    begin, stop = int(columns[0]), int(columns[-1]) + 1
+    return left + begin, top + first, stop - begin, end - first
 
 
 def _linked(paths: Sequence[_Path], sample: int, found: Floats) -> Floats:
