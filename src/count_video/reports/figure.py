@@ -33,7 +33,7 @@ from count_video.reports.drawing import (
 )
 from count_video.reports.material import Material
 from count_video.reports.page import campaign_page
-from count_video.reports.panels import PANELS, TIME, draw_phase_circle, draw_space_time
+from count_video.reports.panels import TIME, draw_phase_circle, draw_space_time, panels_of
 from count_video.reports.plan_text import plain
 from count_video.reports.text import answer_words, review_words
 from count_video.reports.words import plural, ratio_words
@@ -61,10 +61,10 @@ def trial_figure(material: Material) -> Figure:
     title = answer_words(result) + review_words(result)
     if result.count is not None and result.mass_ratio is not None:
         title += f" at a mass ratio of {result.mass_ratio:.4g}"
-    middle = "enlarged" if material.is_dense else "space-time"
-    columns = [["space-time", middle, "velocities"], ["phase-circle", "phase-circle", "energy"]]
-    if material.track.heavy is None:  # one body alone has no states of two
-        del columns[1]
+    shown = panels_of(material)
+    columns = [["space-time", "enlarged" if "enlarged" in shown else "space-time", "velocities"]]
+    if "energy" in shown:
+        columns.append(["phase-circle", "phase-circle", "energy"])
     with styled():
         figure = figure_of(16.0, 10.5)
         figure.suptitle(title, fontsize=20, weight="bold")
@@ -74,7 +74,7 @@ def trial_figure(material: Material) -> Figure:
             height_ratios=[1, 1.4, 1.25],
         )
         for name, axes in panels.items():
-            PANELS[name](axes, material)
+            shown[name](axes, material)
         add_legend(figure, panels["space-time"], drawable(Path(result.clip).name))
         thin_numbers(figure)
         return figure
@@ -100,14 +100,13 @@ def panel_figures(material: Material) -> dict[str, Figure]:
     """Draw each panel as a figure of its own, by the name that its file gets."""
     figures = {}
     with styled():
-        for name, draw in PANELS.items():
-            if name != "enlarged" or material.is_dense:
-                figures[name] = figure = Figure(figsize=(10.0, 6.0), layout="constrained")
-                axes = figure.add_subplot()
-                draw(axes, material)
-                if axes.get_gid() == TIME:
-                    add_legend(figure, axes)
-                thin_numbers(figure)
+        for name, draw in panels_of(material).items():
+            figures[name] = figure = Figure(figsize=(10.0, 6.0), layout="constrained")
+            axes = figure.add_subplot()
+            draw(axes, material)
+            if axes.get_gid() == TIME:
+                add_legend(figure, axes)
+            thin_numbers(figure)
     return figures
 
 

@@ -252,7 +252,7 @@ def draw_states(axes: Axes, material: Material) -> None:
     states, ratio = measured_states(material), material.result.mass_ratio
     expected = expected_counts(material.result)
     if states is None or ratio is None or expected is None:
-        _say_instead(axes, material)
+        _ask_for_masses(axes)
         return
     draw_phase_circle(axes, ratio, 1, colour=GREY, alpha=0.55)
     x, y = states.scaled
@@ -274,16 +274,11 @@ def draw_states(axes: Axes, material: Material) -> None:
         axes.text(0.0, -0.12, words, ha="center", va="top", fontsize=9, bbox=PAPER)
 
 
-def _say_instead(axes: Axes, material: Material) -> None:
-    """Fill a panel that cannot be drawn with the reason."""
-    if material.track.heavy is None:
-        reason = "one body alone"
-    elif material.result.wall_side is None:
-        reason = "two bodies without a wall"
-    else:
-        reason = "needs the mass ratio:\ngive --masses HEAVY LIGHT"
+def _ask_for_masses(axes: Axes) -> None:
+    """Say in a panel what it needs."""
+    words = "needs the mass ratio:\ngive --masses HEAVY LIGHT"
     axes.set_axis_off()
-    axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", va="center", fontsize=12)
+    axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", fontsize=12)
 
 
 def draw_energy(axes: Axes, material: Material) -> None:
@@ -295,7 +290,7 @@ def draw_energy(axes: Axes, material: Material) -> None:
     axes.set_title("Energy after each collision; bars: uncertainty")
     states = measured_states(material)
     if states is None:
-        _say_instead(axes, material)
+        _ask_for_masses(axes)
         return
     swing = 100 * states.swing_energy
     moving, sigma = 100 * states.scaled**2, 200 * np.abs(states.scaled) * states.sigma
@@ -318,7 +313,8 @@ def draw_energy(axes: Axes, material: Material) -> None:
     axes.legend(loc="upper center", ncols=2, fontsize=9)
 
 
-PANELS: Mapping[str, Callable[[Axes, Material], None]] = {
+Draw = Callable[[Axes, Material], None]
+PANELS: Mapping[str, Draw] = {
     "space-time": draw_whole,
     "enlarged": draw_enlarged,
     "velocities": draw_velocities,
@@ -326,3 +322,14 @@ PANELS: Mapping[str, Callable[[Axes, Material], None]] = {
     "energy": draw_energy,
 }
 """The panels of a trial, by the names of their own files."""
+
+
+def panels_of(material: Material) -> dict[str, Draw]:
+    """Choose the panels that show something of a clip.
+
+    Nothing is enlarged where no collisions lie close together, and only a ball and a cylinder at a
+    wall have the states and energies of the theory.
+    """
+    at_wall = material.track.heavy is not None and material.result.wall_side is not None
+    shown = {"enlarged": material.is_dense, "phase-circle": at_wall, "energy": at_wall}
+    return {name: draw for name, draw in PANELS.items() if shown.get(name, True)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from heapq import nlargest
 
 import numpy as np
 
@@ -25,7 +26,7 @@ FENCE_MARGIN_PX = 3.0
 NEIGHBOUR_CORNERS = 8
 """A neighbour with fewer corners than this sets no bound to an outline."""
 REGIONS_AT_MOST = 5
-"""So many of the regions with the longest paths are proposed."""
+"""So many of the regions that change most are proposed."""
 CHANGE_SHARE = 0.002
 """What makes a smaller share of all that changes in a clip is no body of its experiment."""
 
@@ -41,9 +42,12 @@ def propose(
     groups = rigid_groups(corners, scene_px)
     many = [group for group in groups if len(group.corners_px) >= NEIGHBOUR_CORNERS]
     few = [group for group in groups if len(group.corners_px) < NEIGHBOUR_CORNERS]
-    linked = moving_regions(regions)[:REGIONS_AT_MOST]
-    proposed = [*many, *linked, *few]
-    changes = [regions.change(one.path_px, box_of(one)) for one in proposed]
+
+    def change(group: RigidGroup) -> float:
+        return regions.change(group.path_px, box_of(group))
+
+    proposed = [*many, *nlargest(REGIONS_AT_MOST, moving_regions(regions), key=change), *few]
+    changes = list(map(change, proposed))
     clear = [k for k, change in enumerate(changes) if change > CHANGE_SHARE * all_change]
     order = sorted(clear, key=lambda k: (k >= len(many), -changes[k]))
     return [proposed[k] for k in order]

@@ -128,7 +128,7 @@ def find_regions(
 
 
 def moving_regions(regions: Regions) -> list[RigidGroup]:
-    """Link regions from sample to sample; those with the longest paths come first.
+    """Link regions from sample to sample.
 
     Paths are those of the regions' centres; the corners of the groups are the corners of the
     regions' usual boxes.
@@ -140,9 +140,7 @@ def moving_regions(regions: Regions) -> list[RigidGroup]:
         closed += [path for path in open_paths if path.samples[-1] < sample]
         open_paths = [path for path in open_paths if path.samples[-1] == sample]
         open_paths += [_Path([sample], [box]) for box in left]
-    moving = [path for path in (*closed, *open_paths) if _moves(path)]
-    moving.sort(key=lambda path: -len(path.samples))
-    return [_group(path, len(regions.boxes)) for path in moving]
+    return [_group(path, len(regions.boxes)) for path in (*closed, *open_paths) if _moves(path)]
 
 
 def _mask(changes: Luma) -> Luma:
