@@ -115,10 +115,10 @@ MISPLACED = 5
 """A median of so many places in a row is right though two of them are misplaced."""
 
 
-def running_median(values: Floats, count: int = MISPLACED) -> Floats:
-    """Median of so many rows about each, shape (n, ...); the first and last are repeated."""
-    around = np.pad(values, [(count // 2,) * 2, *[(0, 0)] * (values.ndim - 1)], mode="edge")
-    windows = np.lib.stride_tricks.sliding_window_view(around, count, axis=0)
+def running_median(values: Floats) -> Floats:
+    """Median of some rows about each, shape (n, ...); the first and last are repeated."""
+    around = np.pad(values, [(MISPLACED // 2,) * 2, *[(0, 0)] * (values.ndim - 1)], mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(around, MISPLACED, axis=0)
     return np.asarray(np.median(windows, axis=-1))
 
 

@@ -179,10 +179,11 @@ def test_what_never_moves_or_only_jumps_is_no_body() -> None:
     assert apart([followed(rests), followed(jumps)]) == []
 
 
-def test_a_ball_that_rests_but_for_a_moment_moves() -> None:
+@pytest.mark.parametrize("way_px", [24.0, 8.0])
+def test_a_ball_that_rests_but_for_a_moment_moves(way_px: float) -> None:
     """At 1:1 the ball is struck, turns at the wall, and rests again where it was."""
     frame = np.arange(300.0)
-    struck = 80.0 - np.maximum(0.0, 24.0 - 4.0 * np.abs(frame - 150.0))
+    struck = 80.0 - np.maximum(0.0, way_px - 4.0 * np.abs(frame - 150.0))
 
     (ball,) = apart([followed(struck)])
 

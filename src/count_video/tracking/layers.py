@@ -22,10 +22,10 @@ from count_video.tracking.shape import Shape, known_of, size_of
 STEADY_AT_LEAST = 6
 MOVES_PX = 2.0
 """A body moves by so much at least."""
-AROUND, JUMP_STEPS, JUMP_PX, JUMPS_SHARE = 11, 5.0, 3.0, 0.5
-"""A step that is so many times as long as the median of so many neighbours, picture by picture, and
-so many px, is a jump; those of a body make up less than this share of its way in between, each by
-the share of the sightings that it leads astray."""
+JUMP_STEPS, JUMP_PX, JUMPS_SHARE = 5.0, 3.0, 0.5
+"""A step that is so many times as long as the running median, picture by picture, and so many px,
+is a jump; those of a body make up less than this share of its way in between, each by the share of
+the sightings that it leads astray."""
 BLUR_PX = EDGE_PX + BEYOND_OUTLINE_PX
 """So far beyond its outline a body is cut out."""
 SAME_BODY_PX, SMEARED_SHARE = 1.0, 0.1
@@ -241,7 +241,7 @@ def _jumps(seen: Followed) -> Mask:
     if len(steps) == 0:
         return np.zeros(0, np.bool_)
     apart = np.diff(known)
-    usual = running_median(steps / apart, AROUND)
+    usual = running_median(steps / apart)
     return np.asarray(steps > JUMP_STEPS * usual * apart + JUMP_PX)
 
 
