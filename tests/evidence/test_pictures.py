@@ -28,6 +28,7 @@ from count_video.reports.figure import (
     trial_figure,
 )
 from count_video.reports.material import Material, line_of_motion, measured_states, speed_scale
+from count_video.reports.panels import TIME
 from count_video.video.reader import open_footage
 from table_rows import row, rows_of
 from tiers import rest_slow
@@ -136,6 +137,14 @@ def test_a_trial_without_a_dense_part_is_not_enlarged(material: Material) -> Non
     ]
     assert not any(title.startswith("Enlarged") for title in titles)
     assert "enlarged" not in panel_figures(replace(material, result=result))
+
+
+def test_frames_are_marked_by_whole_numbers(material: Material) -> None:
+    one = replace(material.result, collisions=material.result.collisions[:1], count=1)
+    short = trial_figure(replace(material, result=one)).axes
+    ticks = [axes.get_xticks() for axes in short if axes.get_gid() == TIME]
+    assert len(ticks) == 2
+    assert all(float(tick).is_integer() for own in ticks for tick in own)
 
 
 def test_each_panel_is_a_picture_of_its_own(material: Material) -> None:

@@ -149,8 +149,8 @@ def _number_and_label(
         if c.number in numbers
     ]
     number_marks(axes, marks, size=size)
-    axes.set_gid(TIME)
-    axes.set(xlabel="frame", ylabel="position along the line (px)")
+    _count_frames(axes)
+    axes.set_ylabel("position along the line (px)")
     (low, high), mm_a_px = ball_edges_px(track), material.result.millimetres_per_px
     wall = float(np.nanmin(low) if outward > 0 else np.nanmax(high))
     if mm_a_px:
@@ -160,6 +160,13 @@ def _number_and_label(
         ms_a_frame = 1000.0 / material.result.capture_fps
         top = axes.secondary_xaxis("top", functions=_linear(ms_a_frame, 0.0))
         top.set_xlabel("time (ms)", loc="right", labelpad=2)
+
+
+def _count_frames(axes: Axes) -> None:
+    """Let time run to the right, in whole frames."""
+    axes.set_gid(TIME)
+    axes.set_xlabel("frame")
+    axes.locator_params("x", integer=True)
 
 
 def _linear(factor: float, zero: float) -> Any:
@@ -200,8 +207,8 @@ def draw_velocities(axes: Axes, material: Material) -> None:
         axes.axvline(collision.frame, color=colour, linewidth=0.8, alpha=0.45, zorder=0)
     axes.axhline(0.0, color="black", linewidth=0.8)
     beside = 0.12 * float(np.ptp(shown)) or 1.0
-    axes.set_gid(TIME)
-    axes.set(xlim=frames, ylim=(min(shown) - beside, max(shown) + beside), xlabel="frame")
+    _count_frames(axes)
+    axes.set(xlim=frames, ylim=(min(shown) - beside, max(shown) + beside))
     axes.set_ylabel(f"velocity ({unit_name})\n{_upward(material.result)} is up")
     axes.set_title("Velocities: dots from frame to frame, lines and bars fitted between collisions")
 
