@@ -25,7 +25,7 @@ FENCE_MARGIN_PX = 3.0
 """Corners lie so near to the edges they belong to."""
 NEIGHBOUR_CORNERS = 8
 """A neighbour with fewer corners than this sets no bound to an outline."""
-REGIONS_AT_MOST = 5
+REGIONS_AT_MOST = 8
 """So many of the regions that change most are proposed."""
 CHANGE_SHARE = 0.002
 """What makes a smaller share of all that changes in a clip is no body of its experiment."""
