@@ -31,7 +31,7 @@ NOISE_SIGMAS, NOISE_LEVELS = 5.0, 3.0
 """A pixel differs from the background by so many standard deviations and grey levels."""
 OPENING_PX, CLOSING_PX = 3, 5
 """Fine threads and single pixels are narrower than the first, gaps in a region than the second."""
-THREAD_SHARE = 0.3
+NARROW_SHARE = 0.3
 """Rows above and below a body in which less of it shows than this share of its widest row are those
 of thick threads, on which it hangs; a ball has hardly any."""
 AREA_SHARE = 1e-4, 0.25
@@ -170,7 +170,7 @@ def _without_threads(mask: Luma, box: Sequence[int]) -> tuple[int, int, int, int
     left, top, width, height = box
     part = mask[top : top + height, left : left + width]
     shown = np.count_nonzero(part, axis=1)
-    rows = np.flatnonzero(shown >= THREAD_SHARE * shown.max())
+    rows = np.flatnonzero(shown >= NARROW_SHARE * shown.max())
     first, end = int(rows[0]), int(rows[-1]) + 1
     columns = np.flatnonzero(part[first:end].any(axis=0))
     begin, stop = int(columns[0]), int(columns[-1]) + 1
