@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from count_video.tracking.corners import Trajectories
 from count_video.tracking.paths import Rough, common_direction_deg
-from count_video.tracking.proposals import CHANGE_SHARE, box_of, propose
+from count_video.tracking.proposals import CHANGE_SHARE, REGIONS_AT_MOST, box_of, propose
 from count_video.tracking.regions import find_regions
 
 FRAMES, SIZE, BODY = 40, (74, 320), 24
@@ -46,6 +46,20 @@ def test_thick_threads_on_which_a_body_hangs_are_no_part_of_its_region() -> None
         picture[:top, left : left + thread] += np.uint8(BRIGHT)
     for k, boxes in enumerate(find_regions(hanging).boxes):
         assert boxes.tolist() == [[10 + 5 * k, top, BODY, BODY]]
+
+
+def test_of_many_things_that_move_those_that_change_most_are_proposed() -> None:
+    height, small, since = 12 * REGIONS_AT_MOST + 2 * BODY, 6, FRAMES // 3
+    drawn = [np.full((height, SIZE[1]), 80, np.uint8) for _ in range(FRAMES)]
+    for k, picture in enumerate(drawn):
+        for top in range(0, 12 * REGIONS_AT_MOST, 12):
+            picture[top : top + small, 5 + 5 * k :][:, :small] += np.uint8(BRIGHT // 3)
+        if k >= since:  # seen in fewer pictures than all the others
+            picture[-BODY - 4 : -4, 10 + 5 * k :][:, :BODY] += np.uint8(BRIGHT)
+    regions = find_regions(drawn)
+    proposed = propose(NO_CORNERS, regions, STANDS, regions.all_change)
+    assert len(proposed) == REGIONS_AT_MOST
+    assert np.isfinite(proposed[0].path_px[:, 0]).sum() == FRAMES - since
 
 
 def test_what_makes_next_to_nothing_of_all_that_changes_is_no_body() -> None:
