@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from heapq import nlargest
 
 import numpy as np
 
@@ -34,23 +33,21 @@ CHANGE_SHARE = 0.002
 def propose(
     corners: Trajectories, regions: Regions, scene_px: Floats, all_change: float
 ) -> list[RigidGroup]:
-    """Bodies by their corners where there are many, then moving regions, then the other corners.
+    """Bodies by their corners where there are many, then moving regions and the other corners.
 
-    ``scene_px`` is how far the camera has moved each sample, shape (samples, 2). Only what makes a
-    fair share of ``all_change``, in grey levels times px, is proposed.
+    Of these the ones that change most come first. ``scene_px`` is how far the camera has moved each
+    sample, shape (samples, 2). Only what makes a fair share of ``all_change``, in grey levels times
+    px, is proposed.
     """
     groups = rigid_groups(corners, scene_px)
     many = [group for group in groups if len(group.corners_px) >= NEIGHBOUR_CORNERS]
     few = [group for group in groups if len(group.corners_px) < NEIGHBOUR_CORNERS]
-
-    def change(group: RigidGroup) -> float:
-        return regions.change(group.path_px, box_of(group))
-
-    proposed = [*many, *nlargest(REGIONS_AT_MOST, moving_regions(regions), key=change), *few]
-    changes = list(map(change, proposed))
-    clear = [k for k, change in enumerate(changes) if change > CHANGE_SHARE * all_change]
-    order = sorted(clear, key=lambda k: (k >= len(many), -changes[k]))
-    return [proposed[k] for k in order]
+    proposed = [*many, *moving_regions(regions), *few]
+    changes = [regions.change(one.path_px, box_of(one)) for one in proposed]
+    order = sorted(range(len(proposed)), key=lambda k: (k >= len(many), -changes[k]))
+    beyond = [k for k in order if proposed[k].blurred][REGIONS_AT_MOST:]
+    clear = (k for k in order if changes[k] > CHANGE_SHARE * all_change)
+    return [proposed[k] for k in clear if k not in beyond]
 
 
 def box_of(group: RigidGroup) -> Box:
