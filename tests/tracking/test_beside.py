@@ -1,8 +1,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from count_video.tracking.beside import changes, has_face
+from count_video.tracking.beside import changes, has_face, turning_side
 
 
 def strip(face: int | None, body: int) -> np.ndarray:
@@ -49,6 +50,16 @@ def test_a_ball_that_comes_and_goes_moves_and_a_lamp_that_flickers_does_not() ->
     assert changes(strips(coming, STEADY))
     assert changes(strips(coming, flicker))
     assert not changes(strips(STILL, flicker))
+
+
+@pytest.mark.parametrize("unseen", [range(0), range(37, 45)], ids=["seen", "hidden"])
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_body_that_is_hidden_where_it_turns_turns_at_that_end(unseen: range, side: int) -> None:
+    frames = np.arange(100.0)
+    place = side * (200.0 - 2 * np.abs(frames - 41.3))
+    place[list(unseen)] = np.nan
+
+    assert turning_side(frames, place, 41.3) == side
 
 
 def test_a_title_is_no_motion_and_neither_is_what_is_covered() -> None:

@@ -64,14 +64,12 @@ def moves_beside(seen: Observation, track: Track, frame: float) -> bool:
     is no motion, and neither is that of the other bodies that were followed.
     """
     place, body = track.ball.position_px, track.ball
-    turned = place[int(np.argmin(np.abs(track.frame - frame)))]
-    side = 1 if turned >= np.nanmedian(place) else -1
+    rows, side = np.flatnonzero(np.isfinite(place)), turning_side(track.frame, place, frame)
     face = np.nanmax(place) + body.high_edge_px if side > 0 else np.nanmin(place) + body.low_edge_px
     way = (float(face) + side * APART_PX, side)
     length = body.high_edge_px - body.low_edge_px
     others = [places_of(one, seen.movers, seen.view) for one in seen.movers.bodies]
     strips = []
-    rows = np.flatnonzero(np.isfinite(place))
     for row in rows[np.linspace(0, len(rows) - 1, PICTURES).astype(int)].tolist():
         shift = (0.0, 0.0) if track.shift_px is None else track.shift_px[row].tolist()
         strip, x, y = _strip(_whole(seen, seen.pictures[row], track), track, way, length, shift)
@@ -80,6 +78,16 @@ def moves_beside(seen: Observation, track: Track, frame: float) -> bool:
         hidden = [_covers(other, row, x - shift[0], y - shift[1]) for other in others]
         strips.append(np.where(np.any(hidden, axis=0), np.nan, strip))
     return changes(np.array(strips))
+
+
+def turning_side(frames: Floats, place_px: Floats, frame: float) -> int:
+    """At which end of its way a body turns round at a frame: 1 where places are greatest, or -1.
+
+    Both arrays have shape (n,). Where it turns, its partner may hide it: places are NaN there.
+    """
+    rows = np.flatnonzero(np.isfinite(place_px))
+    turned = place_px[rows[np.argmin(np.abs(frames[rows] - frame))]]
+    return 1 if turned >= np.median(place_px[rows]) else -1
 
 
 def _covers(body: Places, row: int, x: Floats, y: Floats) -> Mask:
