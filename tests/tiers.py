@@ -10,14 +10,14 @@ import pytest
 
 def rest_slow(cases: Iterable[Any], quick: int = 1) -> list[Any]:
     """Return all cases; those after the first few run only when the slow tests are asked for."""
-    marked = []
+    marked, cases = [], list(cases)
     for case in cases:
         values = case.values if hasattr(case, "marks") else case
         marks = [*getattr(case, "marks", ()), pytest.mark.slow]
         marked.append(
             pytest.param(*(values if isinstance(values, tuple) else (values,)), marks=marks)
         )
-    return [*list(cases)[:quick], *marked[quick:]]
+    return [*cases[:quick], *marked[quick:]]
 
 
 def known_miss(*case: Any, why: str) -> Any:

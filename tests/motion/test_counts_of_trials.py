@@ -144,7 +144,7 @@ def test_resolved_trials_are_counted_exactly_with_kinds_and_times(seed: int) -> 
         assert collision.frame == pytest.approx(frame, abs=TIME_FRAMES + blurred)
 
 
-@pytest.mark.parametrize("seed", CAUGHT + FEW_FRAMES_APART)
+@pytest.mark.parametrize("seed", rest_slow(FEW_FRAMES_APART + CAUGHT, quick=3))
 def test_the_fit_of_the_burst_finds_collisions_that_are_misplaced_or_close(seed: int) -> None:
     trial, _ = drawn(seed)
 

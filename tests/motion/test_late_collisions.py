@@ -17,6 +17,7 @@ from count_video.motion.seen import SeenCollisions, seen_collisions
 from count_video.motion.starting import rough_values
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
+from tiers import rest_slow
 
 SETUPS = (
     (10, 0.015, 0.99),
@@ -61,7 +62,7 @@ def without_last(trial: FilmedTrial) -> SeenCollisions:
     return replace(found, collisions=found.collisions[:before], burst=before)
 
 
-@pytest.mark.parametrize("setup", SETUPS)
+@pytest.mark.parametrize("setup", rest_slow(map(pytest.param, SETUPS), quick=2))
 def test_a_late_last_collision_that_was_missed_is_counted(setup: tuple[float, ...]) -> None:
     trial = filmed(*setup)
     fit = fit_burst(trial.track, without_last(trial))
@@ -71,7 +72,7 @@ def test_a_late_last_collision_that_was_missed_is_counted(setup: tuple[float, ..
     assert abs(late.frame - trial.frames[-1]) < 4 * late.frame_sigma
 
 
-@pytest.mark.parametrize("setup", SETUPS)
+@pytest.mark.parametrize("setup", rest_slow(map(pytest.param, SETUPS), quick=2))
 def test_one_after_the_end_of_the_clip_is_foreseen(setup: tuple[float, ...]) -> None:
     trial = filmed(*setup)
     shown = part(trial.track, 0, int(trial.frames[-1]) - CUT_FRAMES)

@@ -21,6 +21,7 @@ from count_video.physics.simulator import simulate
 from count_video.reasons import Cause
 from count_video.records import FootageInfo, FootageReport, Track, WallSide
 from count_video.settings import TrialSettings
+from tiers import rest_slow
 
 SIGMAS = 4.0
 """Of a dozen numbers none is off by more standard uncertainties, but once in a thousand."""
@@ -56,7 +57,7 @@ def explained(track: Track, *, seen_only: bool = False) -> Explanation:
     return of_one(track, Knowledge(), report, lambda _: False, seen_only=seen_only)
 
 
-@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("side", rest_slow(["left", "right"]))
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_the_ball_alone_gives_count_times_and_kinds(ratio: float, side: WallSide) -> None:
     filmed, fit = trial(ratio, side), fitted(ratio, side)
