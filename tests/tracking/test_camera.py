@@ -33,6 +33,9 @@ NORMAL_ERROR = (0.6, 1.6)
 KNOCK_PX = 8.0
 SEEN_SHARE = 0.9
 """In so many frames a shift is measured."""
+DRIFT_PX, HIDDEN_SHARE = 3.5, 0.15
+"""A part that is hidden in this share of the pictures lies in the median by half of it times the
+drift, 0.5 px, beside the rest."""
 FAINT_SHARE = 0.3
 """Of the backdrop's usual contrast."""
 SWEPT: list[Box] = [(40.0, 30.0, 270.0, 80.0)]
@@ -255,6 +258,29 @@ def test_pictures_that_lose_the_edges_along_the_motion_keep_their_place_across(
     assert motion is not None
     assert np.isfinite(motion.shift_px[:, 0]).all()
     assert float(np.std(errors(motion, shifts)[:, 0])) <= 2 * SHIFT_PX
+
+
+def test_a_drift_is_followed_by_scenery_of_which_some_pictures_hide_a_part() -> None:
+    """The median of that part is where the camera was in the other pictures: it lies beside."""
+    rng = np.random.default_rng(3)
+    drift = np.stack([np.linspace(-DRIFT_PX, DRIFT_PX, FRAMES), np.zeros(FRAMES)], axis=1)
+    canvas = np.full((112, 320), 100.0)
+    for x in (60.0, 260.0):
+        paint_box(canvas, (x, -1.0, x + 8.0, 113.0), 180.0)
+    bars = to_luma(cv2.GaussianBlur(canvas, (0, 0), 2.0))
+    pictures = []
+    for number, one in enumerate(shaken([bars] * FRAMES, drift)):
+        shown = one.astype(np.float64)
+        if number < HIDDEN_SHARE * FRAMES:
+            shown[:, 200:] = 100.0
+        pictures.append(to_luma(shown, 0.8, rng))
+
+    motion = measured(pictures)
+
+    assert motion is not None
+    away = (motion.shift_px - drift)[round(HIDDEN_SHARE * FRAMES) :, 0]
+    assert np.isfinite(away).mean() >= SEEN_SHARE
+    assert float(np.nanstd(away)) <= 2 * SHIFT_PX
 
 
 @pytest.mark.parametrize("camera_moves", [True, False])

@@ -106,11 +106,14 @@ def scenery(pictures: Lumas, background: Background, swept: Sequence[Box]) -> Sc
             continue
         halves = [_made(whole, part, change.shape) for part in (clear[::2], clear[1::2])]
         found = [_places(half, Chosen(pictures, some), guesses[some])[0] for half in halves]
-        # The mean of two errors is half their difference.
-        apart = np.abs(np.subtract(*found))
+        apart = np.subtract(*found)
         if np.isnan(apart).any(axis=1).mean() > 0.5:
             continue
-        sigma = np.nanquantile(apart, CHANGED_SHARE, axis=0) / 2 / NORMAL_QUANTILE
+        # A median of pictures that moved holds one part as some of them show it and another part as
+        # others do: all places by a part are off by the same. The mean of two errors is half their
+        # difference.
+        strays = np.abs(apart - np.nanmedian(apart, axis=0))
+        sigma = np.nanquantile(strays, CHANGED_SHARE, axis=0) / 2 / NORMAL_QUANTILE
         shown = sigma < SIGMA_AT_MOST_PX
         if shown.any():
             return Scenery(_made(whole, clear, change.shape), np.where(shown, sigma, np.inf))
