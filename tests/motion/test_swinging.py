@@ -21,6 +21,8 @@ PICTURES = 160
 SURE = 0.9
 SURE_LOG_ODDS = 7.0
 """A probability of 0.999."""
+FLIGHT = 4.2
+"""Pictures from one corner to the next, amid a long rest."""
 TIME_WITHIN = 0.1
 """Pictures, of a body that moves by 3 px in each, the place of which is known to 0.1 px."""
 
@@ -108,6 +110,21 @@ def test_a_corner_of_straight_flights_is_an_impact_at_its_time(kept: float, time
 
     assert corner.log_odds > SURE_LOG_ODDS
     assert corner.frame == pytest.approx(time, abs=TIME_WITHIN)
+
+
+@given(st.floats(-0.5, 0.5), st.floats(1.5, 6.0), seeds)
+@settings(max_examples=20)
+def test_a_corner_amid_a_long_rest_is_an_impact(phase: float, speed: float, seed: int) -> None:
+    """A ball between a wall and a body like it: it moves in a few pictures of the clip alone."""
+    time = np.arange(-100.0, 101.0) + phase
+    place = noisy(speed * np.minimum(np.abs(time), FLIGHT), 0.02, seed)
+    motion = motion_of(time, place, 0.05)
+    (turn,) = find_turns(motion)
+
+    corner = weigh(motion, turn, (-FLIGHT, FLIGHT), 2 * FLIGHT, HALF_EXPOSURE)
+
+    assert corner.likely
+    assert corner.frame == pytest.approx(0.0, abs=TIME_WITHIN)
 
 
 def test_two_bodies_that_are_not_of_a_kind_lack_their_wall() -> None:

@@ -64,7 +64,8 @@ class Motion:
     @cached_property
     def speed(self) -> float:
         """How fast it moves at most, in px per picture; misplaced pictures aside."""
-        steps = np.abs(np.diff(self.place_px)) / np.diff(self.frame)
+        rows = np.flatnonzero(self.moving)  # a body may rest for all of the clip but a few pictures
+        steps = np.abs(np.diff(self.place_px[rows])) / np.diff(self.frame[rows])
         known = steps[np.isfinite(steps)]
         return (float(np.quantile(known, 0.95)) if len(known) else 0.0) + self.sigma_px
 
