@@ -22,6 +22,7 @@ class Cause(Enum):
     STRAYS = auto()  # the heavy body's path does not follow from its swing and the collisions
     WALL_MISSED = auto()  # between two frames [two] the ball must have met the wall ...
     BODY_MISSED = auto()  # ... or the heavy body [two]
+    WALL_NOT_REACHED = auto()  # ... or it turned round by itself before the wall [two]
     UNRESOLVED = auto()  # they follow each other too fast [shortest interval, what shows each]
     FRAMES_MISSING = auto()  # frames that the file promises are missing [how many]
     NO_IMPACT = auto()

@@ -27,6 +27,8 @@ UNSEEN_FRAMES = 3.0
 CLEAR_SIGMAS = 6.0
 """A turn is as deep as so many standard deviations of a place, or, where it is shallower, a corner
 as clear: of 10 000 independent frames none strays from its neighbours by so much."""
+SMOOTH_SIGMAS = 3.0
+"""A corner that is less clear is none, if pictures show the whole flight."""
 
 
 @dataclass(frozen=True)
@@ -111,13 +113,53 @@ def _missing(
     return found
 
 
+def turns_alone(gaps: Gaps, between: tuple[float, float]) -> bool:
+    """Whether the ball turns round between two contacts without one: its thread brings it back."""
+    clearest = _clearest(gaps.frame, gaps.ball_px, between, np.inf)
+    if clearest is None or clearest.sigmas > SMOOTH_SIGMAS:
+        return False
+    inside = (gaps.frame > between[0]) & (gaps.frame < between[1]) & np.isfinite(gaps.ball_px)
+    frame, place = gaps.frame[inside], gaps.ball_px[inside]
+    depth = min(place[0], place[-1]) - place.min()
+    shown = np.diff(frame).max() <= UNSEEN_FRAMES
+    return bool(shown and depth > CLEAR_SIGMAS * sigma_of(place))
+
+
 def _corner(
     frame: Floats, signal: Floats, between: tuple[float, float], below: float
 ) -> float | None:
-    """Frame between two others at which a signal most clearly turns from closing to opening.
+    """Frame between two others at which a signal turns from closing to opening by a corner.
+
+    None where too few places are seen, or none of those ``below`` is clear.
+    """
+    best = _clearest(frame, signal, between, below)
+    if best is None or not best.shown or best.sigmas < CLEAR_SIGMAS:
+        return None
+    return best.frame if best.closing < 0 < best.closing + best.jump else None
+
+
+@dataclass(frozen=True)
+class _Corner:
+    """The clearest corner of a flight."""
+
+    frame: float
+    shown: bool
+    """Whether the pictures next to it are close."""
+    sigmas: float
+    """How clear it is, in standard deviations."""
+    closing: float
+    """Velocity before it, in px per frame."""
+    jump: float
+    """What it adds to that."""
+
+
+def _clearest(
+    frame: Floats, signal: Floats, between: tuple[float, float], below: float
+) -> _Corner | None:
+    """Find the clearest corner between two frames, where the signal is below a place.
 
     Before and after it obeys x'' = g - w^2 (x - x0), so that with a ramp for the jump it is linear
-    in five unknowns. None where too few places are seen, or none of those ``below`` is clear.
+    in five unknowns. None where too few places are seen.
     """
     low, high = between
     inside = (frame > low + HALF_EXPOSURE) & (frame < high - HALF_EXPOSURE)
@@ -138,10 +180,12 @@ def _corner(
     squares = (ramps**2).sum(axis=0)
     clear = place @ ramps
     best = int(np.argmax(clear / np.sqrt(squares)))
-    jump, row = clear[best] / squares[best], tried[best]
-    unseen = time[row + 1] - time[row - 1] > UNSEEN_FRAMES
-    if unseen or clear[best] < CLEAR_SIGMAS * sigma_of(place) * np.sqrt(squares[best]):
-        return None
+    jump, row = float(clear[best] / squares[best]), tried[best]
     free = np.linalg.solve(triangle, basis.T @ place - jump * shared[:, best])
-    closing = np.gradient(law @ free, time)[row]
-    return float(time[row]) if closing < 0 < closing + jump else None
+    return _Corner(
+        frame=float(time[row]),
+        shown=bool(time[row + 1] - time[row - 1] <= UNSEEN_FRAMES),
+        sigmas=float(clear[best] / np.sqrt(squares[best])) / sigma_of(place),
+        closing=float(np.gradient(law @ free, time)[row]),
+        jump=jump,
+    )

@@ -11,7 +11,7 @@ import numpy as np
 from count_video.motion.burst import find_burst
 from count_video.motion.contacts import BodyErrors
 from count_video.motion.errors_of_places import Errors
-from count_video.motion.gaps import UNSEEN_FRAMES, find_contacts, gaps_of
+from count_video.motion.gaps import UNSEEN_FRAMES, Gaps, find_contacts, gaps_of, turns_alone
 from count_video.motion.swing import Swing, fit_swing
 from count_video.motion.time_base import frames_per_picture, in_frames, in_pictures
 from count_video.reasons import LEFT_TO_THE_FIT, Cause, Reason
@@ -117,7 +117,8 @@ def seen_collisions(track: Track, pace: float | None = None) -> SeenCollisions:
     inside = collisions[:burst]
     in_clip = tuple(in_frames(collision, pace) for collision in collisions)
     path, swing = (fit_swing(gaps_of(track), some) for some in (in_clip, in_clip[:burst]))
-    doubts = tuple(unresolved(inside, pace))
+    doubts, not_reached = _without_turns(unresolved(inside, pace), gaps, pace)
+    shortcomings = (*not_reached, *shortcomings)
     apart = contacts.distance_px - gaps.near_edge_px
     if len(inside) <= FEW_TO_BELIEVE and apart > APART_SHARE * track.ball_diameter_px:
         shortcomings = (Reason(Cause.NEVER_TOUCH), *shortcomings)
@@ -152,6 +153,20 @@ def unresolved(candidates: Sequence[Collision], pace: float) -> list[Reason]:
     if shortest < RESOLVED_FRAMES:
         found.append(Reason(Cause.UNRESOLVED, (shortest, RESOLVED_FRAMES)))
     return found
+
+
+def _without_turns(
+    doubts: Sequence[Reason], gaps: Gaps, pace: float
+) -> tuple[tuple[Reason, ...], tuple[Reason, ...]]:
+    """Take the doubts off in which the ball turned round by itself: it did not reach the wall."""
+    turned = [
+        doubt
+        for doubt in doubts
+        if doubt.cause is Cause.WALL_MISSED
+        and turns_alone(gaps, (doubt.figures[0] / pace, doubt.figures[1] / pace))
+    ]
+    left = tuple(doubt for doubt in doubts if doubt not in turned)
+    return left, tuple(replace(doubt, cause=Cause.WALL_NOT_REACHED) for doubt in turned)
 
 
 def marked(collisions: Sequence[Collision], pictures: Floats) -> list[Collision]:

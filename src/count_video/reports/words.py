@@ -115,6 +115,8 @@ SENTENCES: Final = {
     "missed",
     Cause.BODY_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the cylinder "
     "was missed",
+    Cause.WALL_NOT_REACHED: "between frames {:.1f} and {:.1f} the ball turned round by itself: it "
+    "did not reach the wall",
     Cause.UNRESOLVED: "collisions follow each other within {:.2g} pictures, less than the {} that "
     "show each for certain",
     Cause.FRAMES_MISSING: "{:.0f} frames are missing, in which collisions may have happened",
@@ -187,6 +189,7 @@ CLEARER: Final = (
 """What to do where the bodies could not be followed."""
 TO_DO: Final = {
     "copy the file again from the camera, whole": {Cause.FRAMES_MISSING},
+    "move the wall nearer to the ball, or pull the cylinder further back": {Cause.WALL_NOT_REACHED},
     "start the clip well before the first collision, with the ball at rest": {
         *(Cause.STARTS_MOVING, Cause.STARTS_CLOSE, Cause.STARTS_LATE, Cause.STARTS_TOGETHER),
         *(Cause.BEFORE_UNSEEN, Cause.FIRST_UNSEEN, Cause.WALL_BEHIND),

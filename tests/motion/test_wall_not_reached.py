@@ -1,0 +1,68 @@
+"""Balls that their threads bring back before they reach the wall."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from filmed_trials import FilmedTrial, Filming, film
+
+from count_video.explanations import Explanation, of_pair
+from count_video.motion.fitted import NOTHING_KNOWN
+from count_video.motion.gaps import gaps_of, turns_alone
+from count_video.physics.setup import Setup
+from count_video.reasons import Cause
+from count_video.records import FootageReport
+
+LIGHT_KG = 0.0105
+LEAD_FRAMES, TAIL_FRAMES = 130, 130
+
+
+def filmed(setup: Setup, seed: int = 0) -> FilmedTrial:
+    filming = Filming(240.0, lead_frames=LEAD_FRAMES, tail_frames=TAIL_FRAMES)
+    return film(setup, filming, seed)
+
+
+def explained(trial: FilmedTrial) -> Explanation:
+    frames = len(trial.track.frame)
+    report = FootageReport(frames, frames, ())
+    return of_pair(trial.track, NOTHING_KNOWN, report, lambda: (False, False))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ball_that_its_thread_brings_back_before_the_wall_does_not_strike_it(seed: int) -> None:
+    short = Setup(heavy_mass_kg=3.0 * LIGHT_KG, wall_gap_m=0.05, release_m=0.03)
+    trial = filmed(short, seed)
+    assert "wall" not in trial.kinds
+
+    found = explained(trial)
+
+    assert not found.counts
+    assert [reason.cause for reason in found.against] == [Cause.WALL_NOT_REACHED]
+    assert {one.kind for one in found.collisions} == {"bodies"}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_two_like_bodies_that_meet_far_from_the_wall_are_counted_without_it(seed: int) -> None:
+    alike = Setup(heavy_mass_kg=LIGHT_KG, wall_gap_m=0.05, release_m=0.03)
+    trial = filmed(alike, seed)
+    assert "wall" not in trial.kinds
+
+    found = explained(trial)
+
+    assert (found.scene, found.counts, found.count) == ("bodies", True, trial.motion.count)
+
+
+@pytest.mark.parametrize("wall_gap_m", [0.01, 0.03, 0.05])
+@pytest.mark.parametrize("unseen", [0, 5])
+def test_a_ball_that_strikes_the_wall_does_not_turn_by_itself(
+    wall_gap_m: float, unseen: int
+) -> None:
+    trial = filmed(Setup(heavy_mass_kg=LIGHT_KG, wall_gap_m=wall_gap_m))
+    first, wall, second = trial.frames[:3]
+    place = trial.track.ball.position_px.copy()
+    place[np.abs(trial.track.frame - wall) < unseen / 2] = np.nan
+    track = replace(trial.track, ball=replace(trial.track.ball, position_px=place))
+
+    assert not turns_alone(gaps_of(track), (float(first), float(second)))
