@@ -17,7 +17,7 @@ from typing import Literal
 
 import numpy as np
 
-from count_video.motion.fitted import MISFIT_SIGMAS, Between, fit_burst
+from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.meeting import only_turns, seen_impacts, without_wall
 from count_video.motion.parameters import Knowledge
 from count_video.motion.posterior import doubted, with_more
@@ -162,10 +162,6 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
     if isinstance(fit, Reason):
         return _not_described(shown, fit)
     count, seen = fit.count, shown.count
-    # Where the frames show all, the places of another number would have to be explained by noise.
-    noise_px = MISFIT_SIGMAS * float(np.nanmedian(shown.track.ball.sigma_px))
-    if count != seen and not shown.against and fit.misfit_px > noise_px:
-        return _not_described(shown, Reason(Cause.MODEL_STRAYS, (fit.misfit_px, noise_px)))
     if shown.against and _passes_over(fit, shown):
         return replace(shown, against=(*shown.against, Reason(Cause.MODEL_DIFFERS)))
     others = _others_likely(fit, masses_known=masses_known)

@@ -10,7 +10,7 @@ import pytest
 from explained import bouncing, collision
 
 from count_video.explanations import Explanation, by_fit
-from count_video.motion.fitted import MISFIT_SIGMAS, Between
+from count_video.motion.fitted import Between
 from count_video.motion.posterior import doubted
 from count_video.motion.priors import MODEL_WRONG, UNEXPLAINED_WRONG
 from count_video.reasons import Cause, Reason
@@ -86,21 +86,6 @@ def test_inferred_collisions_are_less_sure_where_outlines_do_not_meet(
     assert any(doubt.cause is Cause.OUTLINES_LEAVE_OPEN for doubt in stated.doubts) != sure
     apart_px = [note.figures for note in stated.notes if note.cause is Cause.OUTLINES_APART]
     assert apart_px == ([(by_fit_px,)] if apart and by_fit_px else [])
-
-
-@pytest.mark.parametrize(("misfit_sigmas", "count"), [(0.9, COUNT + 2), (1.1, COUNT)])
-def test_another_number_than_the_frames_show_is_fitted_within_the_noise(
-    misfit_sigmas: float, count: int
-) -> None:
-    seen = shown()
-    noise_px = float(seen.track.ball.sigma_px[0])
-    fit = replace(fitted(COUNT + 2, COUNT), misfit_px=misfit_sigmas * MISFIT_SIGMAS * noise_px)
-
-    stated = by_fit(seen, fit, masses_known=False)
-
-    assert stated.count == count
-    strays = [doubt.cause is Cause.MODEL_STRAYS for doubt in stated.doubts]
-    assert strays == [True] * (count == COUNT)
 
 
 def test_what_follows_the_burst_comes_after_its_last_fitted_collision() -> None:

@@ -18,7 +18,7 @@ from count_video.motion.fitted import Between, fit_burst
 from count_video.motion.seen import SeenCollisions, seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
-from count_video.reasons import Cause
+from count_video.reasons import Cause, Reason
 from count_video.records import Track
 from tiers import known_miss, rest_slow
 
@@ -153,6 +153,30 @@ def test_the_fit_of_the_burst_finds_collisions_that_are_misplaced_or_close(seed:
     assert isinstance(measured, Between)
     assert tuple(collision.kind for collision in measured.collisions) == trial.kinds
     assert [c.frame for c in measured.collisions] == pytest.approx(trial.frames, abs=TIME_FRAMES)
+
+
+@pytest.mark.parametrize(("slip_px", "described"), [(0.0, True), (0.04, True), (0.8, False)])
+def test_a_burst_in_which_the_ball_was_misplaced_on_one_side_of_it_is_not_described(
+    slip_px: float, described: bool
+) -> None:
+    """Each flight obeys the law, the burst does not: noise of 0.05 px is far less than the slip."""
+    motion = simulate(Setup(heavy_mass_kg=LIGHT_KG * 16, wall_gap_m=0.03))
+    trial = film_motion(motion, Filming(resolving_fps(motion, 6.0), 0.05))
+    ball = trial.track.ball
+    late = trial.track.frame > trial.frames[len(trial.frames) // 2]
+    slipped = replace(ball, position_px=ball.position_px + slip_px * late)
+    track = replace(trial.track, ball=slipped)
+
+    measured = fit_burst(track, seen_collisions(track))
+
+    if described:
+        assert isinstance(measured, Between)
+        assert measured.count == motion.count
+    else:
+        assert isinstance(measured, Reason)
+        assert measured.cause is Cause.MODEL_STRAYS
+        strays_px, limit_px = measured.figures
+        assert limit_px < strays_px < slip_px
 
 
 def velocity_sign_changes(motion: Motion) -> int:

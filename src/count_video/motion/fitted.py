@@ -33,7 +33,7 @@ from count_video.motion.rivals import (
     weigh,
     with_residual_noise,
 )
-from count_video.motion.seen import SeenCollisions
+from count_video.motion.seen import SeenCollisions, with_errors
 from count_video.motion.skips import with_frames_left_out
 from count_video.motion.solving import Fit, with_each_scatter
 from count_video.motion.starting import rough_values
@@ -42,11 +42,10 @@ from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
 FRAMES_AT_LEAST = 20
-MISFIT_SIGMAS = 8.0
-"""The model does not describe a track from which it strays by more than so many sigmas, ..."""
-MISFIT_SHARE, MISFIT_AT_MOST = 0.01, 0.5
-"""... or by the first share of the ball's diameter, as a root mean square; but never by its radius,
-however unsteady the track."""
+MISFIT_SIGMAS, MISFIT_AT_MOST = 4.0, 0.5
+"""The model does not describe a track from which it strays, as a root mean square, by so many times
+as much as places stray from single flights, or by this share of the ball's diameter: of 1100 clips
+that were counted rightly none strays by more than 3 times as much."""
 NEAR_LOSS = 0.5
 """Loss in each frame below which noise may explain what a fit leaves over: as large as is allowed,
 it loses 1 of two bodies, but it is smaller as a rule."""
@@ -148,13 +147,15 @@ def _fitted(
     if not first:
         return Reason(Cause.MODEL_FITS_NOTHING)
     likeliest = max(first, key=lambda one: one.evidence)
-    strayed = _strayed(_misfit_px(likeliest), coarse.observed, track)
+    sigma_px = float(np.nanmedian(with_errors(track, found.errors).ball.sigma_px))
+    limit_px = min(MISFIT_SIGMAS * sigma_px, MISFIT_AT_MOST * track.ball_diameter_px)
+    strayed = _strayed(_misfit_px(likeliest), limit_px)
     if strayed is not None:
         return strayed  # before the other counts are fitted, which takes far longer
     answer = _answer(found, weigh(coarse, fit.question, first, fit.loss + UNLIKELY))
     if isinstance(answer, Reason):
         return answer
-    return _strayed(answer.misfit_px, coarse.observed, track) or answer
+    return _strayed(answer.misfit_px, limit_px) or answer
 
 
 def _begun(rivals: Rivals, rough: Floats, found: SeenCollisions) -> tuple[Floats, Floats | None]:
@@ -190,13 +191,9 @@ def _is_near(fit: Fit) -> bool:
     return near and 0.5 * float(led @ led) <= len(led)
 
 
-def _strayed(misfit_px: float, observed: Observations, track: Track) -> Reason | None:
+def _strayed(misfit_px: float, limit_px: float) -> Reason | None:
     """Say so if the model does not describe the track."""
-    least, most = (share * track.ball_diameter_px for share in (MISFIT_SHARE, MISFIT_AT_MOST))
-    limit = min(max(MISFIT_SIGMAS * observed.sigma_px[0], least), most)
-    if misfit_px <= limit:
-        return None
-    return Reason(Cause.MODEL_STRAYS, (misfit_px, limit))
+    return Reason(Cause.MODEL_STRAYS, (misfit_px, limit_px)) if misfit_px > limit_px else None
 
 
 def _misfit_px(fit: Fit) -> float:
