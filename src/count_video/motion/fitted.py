@@ -42,10 +42,13 @@ from count_video.reasons import Cause, Reason
 from count_video.records import Collision, Ending, Estimate, FittedSetup, Floats, Track
 
 FRAMES_AT_LEAST = 20
-MISFIT_SIGMAS, MISFIT_AT_MOST = 4.0, 0.5
+MISFIT_SIGMAS = 4.0
 """The model does not describe a track from which it strays, as a root mean square, by so many times
-as much as places stray from single flights, or by this share of the ball's diameter: of 1100 clips
-that were counted rightly none strays by more than 3 times as much."""
+as much as places stray from single flights: of 1100 clips that were counted rightly none strays by
+more than 3 times as much, ..."""
+MISFIT_SHARE, MISFIT_AT_MOST = 0.0025, 0.5
+"""... and by the first share of the ball's diameter, as lenses bend straight lines, however sharp a
+picture is: by 0.0023 at most in rendered ones. By its radius it never strays."""
 NEAR_LOSS = 0.5
 """Loss in each frame below which noise may explain what a fit leaves over: as large as is allowed,
 it loses 1 of two bodies, but it is smaller as a rule."""
@@ -148,7 +151,8 @@ def _fitted(
         return Reason(Cause.MODEL_FITS_NOTHING)
     likeliest = max(first, key=lambda one: one.evidence)
     sigma_px = float(np.nanmedian(with_errors(track, found.errors).ball.sigma_px))
-    limit_px = min(MISFIT_SIGMAS * sigma_px, MISFIT_AT_MOST * track.ball_diameter_px)
+    bent_px, most_px = (share * track.ball_diameter_px for share in (MISFIT_SHARE, MISFIT_AT_MOST))
+    limit_px = min(max(MISFIT_SIGMAS * sigma_px, bent_px), most_px)
     strayed = _strayed(_misfit_px(likeliest), limit_px)
     if strayed is not None:
         return strayed  # before the other counts are fitted, which takes far longer
