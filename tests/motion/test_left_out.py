@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from filmed_trials import FilmedTrial, Filming, film
 
-from count_video.explanations import shown_at_wall
-from count_video.motion.fitted import Between, fit_burst
+from count_video.explanations import at_wall, shown_at_wall
+from count_video.motion.fitted import NOTHING_KNOWN, Between, fit_burst
 from count_video.motion.seen import seen_collisions
 from count_video.motion.time_base import LeftOut
 from count_video.motion.timed import seen_by_time_base
 from count_video.physics.setup import Setup
-from count_video.records import BodyTrack, Track
+from count_video.reasons import Cause
+from count_video.records import BodyTrack, FootageReport, Track
 
 FPS = 480.0
 SIGMAS = 4.0
@@ -102,7 +103,11 @@ def test_a_knock_of_the_camera_or_a_template_that_slips_is_no_frame_left_out(
             ball=replace(track.ball, position_px=track.ball.position_px + ball_px * late),
             heavy=replace(track.heavy, position_px=track.heavy.position_px + heavy_px * late),
         )
-        assert left_out(moved) == (whole.motion.count, None)
+        explained = at_wall(moved, NOTHING_KNOWN, FootageReport(len(late), len(late), ()))
+        notes = [note.cause for note in explained.notes]
+
+        assert (explained.counts, explained.count) == (True, whole.motion.count)
+        assert Cause.GAP_MADE_UP_FOR not in notes
 
 
 def test_collisions_in_frames_left_out_are_not_passed_over(whole: FilmedTrial) -> None:
