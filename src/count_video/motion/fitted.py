@@ -48,7 +48,7 @@ as much as places stray from single flights: of 1100 clips that were counted rig
 more than 3 times as much, ..."""
 MISFIT_SHARE, MISFIT_AT_MOST = 0.0025, 0.5
 """... and by the first share of the ball's diameter, as lenses bend straight lines, however sharp a
-picture is: by 0.0023 at most in rendered ones. By its radius it never strays."""
+picture is: by 0.0023 at most in rendered ones. One that strays by its radius describes none."""
 NEAR_LOSS = 0.5
 """Loss in each frame below which noise may explain what a fit leaves over: as large as is allowed,
 it loses 1 of two bodies, but it is smaller as a rule."""
@@ -150,9 +150,7 @@ def _fitted(
     if not first:
         return Reason(Cause.MODEL_FITS_NOTHING)
     likeliest = max(first, key=lambda one: one.evidence)
-    sigma_px = float(np.nanmedian(with_errors(track, found.errors).ball.sigma_px))
-    bent_px, most_px = (share * track.ball_diameter_px for share in (MISFIT_SHARE, MISFIT_AT_MOST))
-    limit_px = min(max(MISFIT_SIGMAS * sigma_px, bent_px), most_px)
+    limit_px = _misfit_limit_px(track, found)
     strayed = _strayed(_misfit_px(likeliest), limit_px)
     if strayed is not None:
         return strayed  # before the other counts are fitted, which takes far longer
@@ -193,6 +191,13 @@ def _is_near(fit: Fit) -> bool:
     led = fit.off[:-1]
     near = fit.loss < NEAR_LOSS * len(fit.observed.frame)
     return near and 0.5 * float(led @ led) <= len(led)
+
+
+def _misfit_limit_px(track: Track, found: SeenCollisions) -> float:
+    """By how much a model that describes a track may stray from it, as a root mean square."""
+    sigma_px = float(np.nanmedian(with_errors(track, found.errors).ball.sigma_px))
+    bent_px, most_px = (share * track.ball_diameter_px for share in (MISFIT_SHARE, MISFIT_AT_MOST))
+    return min(max(MISFIT_SIGMAS * sigma_px, bent_px), most_px)
 
 
 def _strayed(misfit_px: float, limit_px: float) -> Reason | None:

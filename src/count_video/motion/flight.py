@@ -66,8 +66,7 @@ class Motion:
         """How fast it moves at most, in px per picture; misplaced pictures aside."""
         rows = np.flatnonzero(self.moving)  # a body may rest for all of the clip but a few pictures
         steps = np.abs(np.diff(self.place_px[rows])) / np.diff(self.frame[rows])
-        known = steps[np.isfinite(steps)]
-        return (float(np.quantile(known, 0.95)) if len(known) else 0.0) + self.sigma_px
+        return (float(np.quantile(steps, 0.95)) if len(steps) else 0.0) + self.sigma_px
 
     @cached_property
     def acceleration_sigma(self) -> float:

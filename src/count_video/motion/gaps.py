@@ -17,7 +17,7 @@ from count_video.motion.flight import motion_of
 from count_video.motion.impacts import find_impacts
 from count_video.motion.priors import NO_BOUNCE, STOP_SHARE
 from count_video.records import CollisionKind, Floats, Track
-from count_video.signals import NOISE_AT_LEAST_PX, sigma_of
+from count_video.signals import NOISE_AT_LEAST_PX, low_points, sigma_of
 
 KINDS: tuple[CollisionKind, CollisionKind] = ("bodies", "wall")
 CORNER_ROWS, CORNERS_TRIED = 10, 400
@@ -95,9 +95,10 @@ def _missing(
 ) -> list[tuple[float, CollisionKind]]:
     """Where two contacts of one kind follow each other, the clearest corner of the other gap.
 
-    The ball cannot come to one side twice but by a contact on the other, nor from rest to the wall.
-    Such a contact may be no deeper than the noise, and make no turn. One with the wall is where the
-    others are; where none is shown, as where two balls meet far from any wall, none is missing.
+    The ball comes to one side twice by a contact on the other, if its thread does not bring it back
+    (see ``turns_alone``), and never from rest to the wall. Such a contact may be no deeper than the
+    noise, and make no turn. One with the wall is where the others are; where none is shown, as
+    where two balls meet far from any wall, none is missing.
     """
     found, below = [], {"bodies": np.inf}
     walls = [frame for frame, kind in points if kind == "wall"]
@@ -119,10 +120,8 @@ def turns_alone(gaps: Gaps, between: tuple[float, float]) -> bool:
     if clearest is None or clearest.sigmas > SMOOTH_SIGMAS:
         return False
     inside = (gaps.frame > between[0]) & (gaps.frame < between[1]) & np.isfinite(gaps.ball_px)
-    frame, place = gaps.frame[inside], gaps.ball_px[inside]
-    depth = min(place[0], place[-1]) - place.min()
-    shown = np.diff(frame).max() <= UNSEEN_FRAMES
-    return bool(shown and depth > CLEAR_SIGMAS * sigma_of(place))
+    place, shown = gaps.ball_px[inside], np.diff(gaps.frame[inside]).max() <= UNSEEN_FRAMES
+    return bool(shown and len(low_points(place, CLEAR_SIGMAS * sigma_of(place))))
 
 
 def _corner(
