@@ -26,6 +26,11 @@ FLIGHT = 4.2
 TIME_WITHIN = 0.1
 """Pictures, of a body that moves by 3 px in each, the place of which is known to 0.1 px."""
 
+REST = 4000
+"""Pictures of rest before a motion: seconds at a high rate."""
+SPEED_WITHIN = 0.1
+"""Share of a measured speed: the slowest pictures of a motion are taken for rest, or not."""
+
 seeds = st.integers(0, 999)
 phases = st.floats(0.0, 6.28)
 reaches = st.floats(10.0, 200.0)
@@ -125,6 +130,18 @@ def test_a_corner_amid_a_long_rest_is_an_impact(phase: float, speed: float, seed
 
     assert corner.likely
     assert corner.frame == pytest.approx(0.0, abs=TIME_WITHIN)
+
+
+@given(st.floats(20.0, 80.0), seeds)
+@settings(max_examples=20)
+def test_rest_before_a_motion_changes_no_speed(period: float, seed: int) -> None:
+    path = swing(period, 0.0, 60.0)
+    place = noisy(np.append(np.full(REST, path[0]), path), 0.1, seed)
+    frame = np.arange(len(place), dtype=np.float64)
+
+    rests, moves = motion_of(frame, place), motion_of(frame[REST:], place[REST:])
+
+    assert rests.speed == pytest.approx(moves.speed, rel=SPEED_WITHIN)
 
 
 def test_two_bodies_that_are_not_of_a_kind_lack_their_wall() -> None:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from count_video.records import Floats
-from count_video.signals import MEDIAN_TO_SIGMA, low_points, noise_px
+from count_video.signals import MEDIAN_TO_SIGMA, low_points, noise_px, running_median
 
-NOISE_AT_LEAST_PX = 0.1
-"""The centre of a patch is known no better than this."""
+MIDDLE_NOISE_PX = 0.1
+"""The middle of a body is known no better than this."""
 HYSTERESIS_SIGMAS = 3.0
 """What is no more than noise has no turn, and lies at no stop."""
 STEP_SHARE = 0.2
@@ -53,12 +53,14 @@ class Motion:
         """Which pictures show the body, but for its rest at both ends of the clip."""
         seen = np.isfinite(self.place_px)
         rows = np.flatnonzero(seen)
+        if len(rows) == 0:
+            return seen
         place, depth = self.place_px[rows], HYSTERESIS_SIGMAS * self.sigma_px
-        for ordered in (slice(None), slice(None, None, -1)):
-            away = np.abs(place[ordered] - place[ordered][:1]) > depth
-            rest = int(np.argmax(away)) if away.any() else len(rows)
+        away = np.abs(place[::-1] - place[-1]) > depth  # small last bounces are no rest
+        after = int(np.argmax(away)) if away.any() else len(rows)
+        for rest, ordered in ((_rest_before(place, depth), rows), (after, rows[::-1])):
             if rest > REST_PICTURES:
-                seen[rows[ordered][: rest - 1]] = False
+                seen[ordered[: rest - 1]] = False
         return seen
 
     @cached_property
@@ -90,8 +92,21 @@ STILL_PICTURES = 10.0
 """A flight over so many pictures shows its acceleration to the noise of one place."""
 
 
+def _rest_before(place_px: Floats, depth_px: float) -> int:
+    """How many pictures a path, shape (n,), lasts before it gets so far from where it rests.
+
+    Noise leads one place of hundreds as far, but hardly the median of five. Where it rests the
+    first pictures say roughly, and then all of its rest.
+    """
+    path, rest = running_median(place_px), REST_PICTURES
+    for _ in range(2):
+        away = np.abs(path[REST_PICTURES:] - np.median(path[:rest])) > depth_px
+        rest = REST_PICTURES + int(np.argmax(away)) if away.any() else len(path)
+    return rest
+
+
 def motion_of(
-    frame: Floats, place_px: Floats, noise_at_least_px: float = NOISE_AT_LEAST_PX
+    frame: Floats, place_px: Floats, noise_at_least_px: float = MIDDLE_NOISE_PX
 ) -> Motion:
     """Measure acceleration and noise of a path, shape (n,), in pictures and px."""
     sigma_px = max(noise_px(place_px), noise_at_least_px)
@@ -121,6 +136,6 @@ def usual_acceleration(frame: Floats, place_px: Floats) -> tuple[float, float]:
 
 def _between_turns(frame: Floats, place_px: Floats) -> float:
     """Median time in pictures between turns of a path, of whatever sort; 0 for fewer than two."""
-    depth = HYSTERESIS_SIGMAS * max(noise_px(place_px), NOISE_AT_LEAST_PX)
+    depth = HYSTERESIS_SIGMAS * max(noise_px(place_px), MIDDLE_NOISE_PX)
     turns = np.sort(np.concatenate([low_points(sign * place_px, depth) for sign in (1, -1)]))
     return float(np.median(np.diff(frame[turns]))) if len(turns) > 1 else 0.0
