@@ -27,6 +27,8 @@ from count_video.tracking.rigid import RigidGroup, scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
 from count_video.tracking.sequences import Chosen, Lumas, Prepared, Turned, prepared
 from count_video.tracking.shape import Box, Part, Shape, known_of, size_of
+from count_video.tracking.turning import Turns, between, camera_turns, turned_back
+from count_video.video.store import PictureStore
 
 PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
 """Shorter clips and smaller pictures show no motion to speak of."""
@@ -85,6 +87,26 @@ def find_movers(
     if len(samples.chosen) < 2:
         return NOTHING_MOVES
     scene = _Scene(samples, prepared(pictures, samples))
+    turns = scene.camera_turns()
+    if turns is None:
+        return _movers_in(pictures, frames, samples, scene, enough)
+    with PictureStore() as level:
+        for picture, turn in zip(
+            pictures, between(turns, samples.chosen, len(frames)), strict=True
+        ):
+            level.append(turned_back(picture, turn))
+        scene = _Scene(samples, prepared(level, samples))
+        return _movers_in(level, frames, samples, scene, enough)
+
+
+def _movers_in(
+    pictures: Sequence[Luma],
+    frames: Indices,
+    samples: Samples,
+    scene: _Scene,
+    enough: Callable[[Sequence[Followed]], bool],
+) -> Movers:
+    """Find and follow the bodies of a scene, which the camera may shift, and no more."""
     proposed = scene.proposals()
     if not proposed:
         return NOTHING_MOVES
@@ -208,6 +230,7 @@ class _Scene:
         """How far the camera has moved each sample, in its px, shape (samples, 2)."""
         if self.shift_px.any() and not camera_moved(small.pictures, self.shift_px):
             self.shift_px = np.zeros_like(self.shift_px)
+        self._shape = small.pictures[0].shape
         self._small, self._scale = reduced_for_regions(small.pictures)
         self._all_change = 0.0
         """Sum of what changes in a sample: known once all that moves was sought."""
@@ -216,6 +239,10 @@ class _Scene:
     def axes(self) -> list[int]:
         """Which axis of a sample is x of the pictures, and which is y."""
         return [1, 0] if self.upright else [0, 1]
+
+    def camera_turns(self) -> Turns | None:
+        """How the camera turned and scaled each sample; None where it did not."""
+        return camera_turns(self._corners, self._shape)
 
     def proposals(self, known: Sequence[Shape] = ()) -> list[RigidGroup]:
         """Find what may be a body where no known one is."""

@@ -1,0 +1,96 @@
+"""The camera's roll and zoom, which no shift of a picture makes up for.
+
+A hand rolls the camera, and a lens that focuses changes the scale of its picture: corners of the
+scenery that are far from each other then move differently. The similarity (Umeyama 1991) that takes
+the corners of one sample to their places in another is found by the least median of squares
+(Rousseeuw 1984, as in OpenCV), so that bodies among the corners do not matter. What it turns and
+scales is interpolated between the samples, and taken back as a picture is read; what it shifts is
+left to ``camera``.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from count_video.records import Indices, Luma, Pixels
+from count_video.signals import interpolated
+from count_video.tracking.camera import MOVED_AT_LEAST_PX
+from count_video.tracking.corners import Trajectories
+from count_video.tracking.rigid import CORNERS_AT_LEAST, RIGID_PX, SCENE_SEEN
+
+RIGID_SHARE = 0.9
+"""In this share of the samples half of the corners keep their places in a rigid scene."""
+SHIFT_FACTOR = 2.0
+"""A camera turned if a shift alone leaves corners so many times as far from their places."""
+Turns = NDArray[np.complex128]
+"""Similarities without their shifts: absolute values are scales, arguments angles in radians from
+x to y."""
+
+
+def turned_back(picture: Luma, turn: complex) -> Luma:
+    """Turn and scale a picture, shape (height, width), back about its middle.
+
+    Its border goes on.
+    """
+    height, width = picture.shape
+    middle = complex(width - 1, height - 1) / 2
+    shift = middle - turn * middle
+    there = np.array([[turn.real, -turn.imag, shift.real], [turn.imag, turn.real, shift.imag]])
+    flags, border = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP, cv2.BORDER_REPLICATE
+    back = cv2.warpAffine(picture, there, (width, height), flags=flags, borderMode=border)
+    return np.asarray(back, np.uint8)
+
+
+def camera_turns(corners: Trajectories, shape: tuple[int, ...]) -> Turns | None:
+    """How the camera turned and scaled each sample, shape (samples,); None where it did not.
+
+    The scenery must be rigid but for that, and a shift alone must not describe it as well.
+    ``shape`` is that of a sample.
+    """
+    places = corners.places_px[corners.anywhere]
+    if len(places) < CORNERS_AT_LEAST:
+        return None
+    away = np.abs(places - np.nanmedian(places, axis=1, keepdims=True)).max(axis=2)
+    if np.median(np.nanmax(away, axis=1)) < MOVED_AT_LEAST_PX:
+        return None
+    first = places[:, places.shape[1] // 2]
+    found = [_similarity(first, there) for there in places.swapaxes(0, 1)]
+    turns, strays_px = np.array([turn for turn, _ in found]), np.array([left for _, left in found])
+    measured = np.isfinite(turns)
+    if measured.mean() < SCENE_SEEN:
+        return None
+    by_shift, left = np.quantile(strays_px[measured], RIGID_SHARE, axis=0)
+    if left > 2 * RIGID_PX or by_shift < SHIFT_FACTOR * left:
+        return None
+    turns = interpolated(turns.real) + 1j * interpolated(turns.imag)
+    turns /= complex(np.median(turns.real), np.median(turns.imag))
+    edge_px = np.abs(turns - 1) * float(np.linalg.norm(shape)) / 2
+    return turns if edge_px.max() > MOVED_AT_LEAST_PX else None
+
+
+def _similarity(here: Pixels, there: Pixels) -> tuple[complex, tuple[float, float]]:
+    """Turn and scale that take corners, shape (n, 2), to their places in another sample.
+
+    With it comes how far half of the corners stray at most, in px, from where their common shift
+    has them, and from where the similarity does. NaN for too few corners.
+    """
+    known = np.isfinite(here[:, 0]) & np.isfinite(there[:, 0])
+    here, there = here[known], there[known]
+    matrix = None
+    if len(here) >= CORNERS_AT_LEAST:
+        matrix, _ = cv2.estimateAffinePartial2D(here, there, method=cv2.LMEDS)
+    if matrix is None:
+        return complex(np.nan, np.nan), (np.nan, np.nan)
+    shift, turned = there - here, here @ matrix[:, :2].T + matrix[:, 2]
+    apart = shift - np.median(shift, axis=0), there - turned
+    by_shift, left = (float(np.median(np.abs(one).max(axis=1))) for one in apart)
+    return complex(matrix[0, 0], matrix[1, 0]), (by_shift, left)
+
+
+def between(turns: Turns, samples: Indices, count: int) -> Turns:
+    """Interpolate the turns of samples, shape (samples,), for so many pictures."""
+    rows = np.arange(count)
+    real, imaginary = (np.interp(rows, samples, part) for part in (turns.real, turns.imag))
+    return np.asarray(real + 1j * imaginary, np.complex128)
