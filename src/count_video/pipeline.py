@@ -12,6 +12,7 @@ count is not certain, it is compared with that of one body alone.
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -62,6 +63,9 @@ def _explained(seen: Observation, settings: TrialSettings) -> Followed:
     """Explain what moves by two bodies, or by one alone, and read the answer off."""
     footage = seen.view.footage
     info, report = footage.info, footage.report()
+    if not seen.whole:
+        shot = Reason(Cause.OTHER_SHOTS, (float(seen.frames[0]), float(seen.frames[-1])))
+        report = replace(report, warnings=(*report.warnings, sentence(shot)))
     known = knowledge(info, settings.masses)
     pair = best = None
     why = ""

@@ -151,7 +151,7 @@ SENTENCES: Final = {
     Cause.HEAVY_UNSEEN: "the cylinder could not be followed: it is known only by what it does to "
     "the ball",
     Cause.MOVES_BESIDE: "something that could not be followed moves where the body turns in frame "
-    "{:.0f}: the body may be the cylinder of a trial whose ball was not found",
+    "{:.0f}: the body may be one of a trial whose other body was not found",
     Cause.PARTNER_UNSEEN: "one body alone turns a few times: with a probability of {:.0%} it is "
     "the cylinder of a trial whose ball was not found",
     Cause.MEETS_OTHERS: "one of the two bodies also bounces off something else",
@@ -167,10 +167,12 @@ SENTENCES: Final = {
     Cause.MODEL_FITS_NOTHING: "no motion of two bodies and a wall resembles the track",
     Cause.MODEL_DIFFERS: "the fitted collisions are not those that were seen",
     Cause.MODEL_STRAYS: "the modelled motion strays from the track by {:.2f} px where {:.2f} are "
-    "allowed: something else than two swinging bodies and a wall took part",
+    "allowed: something else took part than the bodies that were followed",
     Cause.MODEL_LEAVES_OPEN: "{open_counts}",
     Cause.MASSES_WOULD_HELP: "the masses would narrow it down",
     Cause.GAP_MADE_UP_FOR: "frames are left out after frame {0:.0f} (about {1:.0f})",
+    Cause.OTHER_SHOTS: "the clip is cut: of its shots only the longest is counted, frames {:.0f} "
+    "to {:.0f}; choose another with --start and --end",
     Cause.RATE_CHANGES: "the rate of the footage changes at frame {changes}, by a factor of "
     "{0:.0f}",
     Cause.OUTLINES_LEAVE_OPEN: "one of the bodies is not outlined rightly, which makes collisions "

@@ -94,6 +94,14 @@ class Colours:
     def _keep(self, picture: Luma) -> None:
         self._thumbnails.add(len(self._pictures), self._pictures.append(picture))
 
+    def of_shot(self, shot: range) -> Colours:
+        """Keep the pictures of a shot alone."""
+        kept = Colours()
+        for row in shot if len(self._pictures) else ():
+            kept._keep(self._pictures[row])
+        self.close()
+        return kept
+
     def mixture(self, brightness: Thumbnails) -> Mixture | None:
         """Choose the mixture that shows most; None where brightness does as well, or nearly."""
         rows = sorted(brightness.pictures.keys() & self._thumbnails.pictures.keys())

@@ -18,6 +18,7 @@ from count_video.tracking.bodies import Movers, find_movers
 from count_video.tracking.colour import Colours
 from count_video.tracking.pairing import has_pair
 from count_video.tracking.samples import Thumbnails
+from count_video.tracking.shots import Shots
 from count_video.tracking.view import TrackSettings, View, view_of
 from count_video.video.reader import Footage
 from count_video.video.store import PictureStore
@@ -34,6 +35,8 @@ class Observation:
     """Index of each picture, shape (n,); copies are left out."""
     pictures: PictureStore
     movers: Movers
+    whole: bool = True
+    """Whether the clip is one shot; of others the longest alone is here."""
 
     def __enter__(self) -> Observation:
         return self
@@ -61,12 +64,15 @@ def observe(
     """
     view = view_of(footage, settings)
     pictures, thumbnails, colours = PictureStore(), Thumbnails(), Colours()
+    shots = Shots()
     frames: list[int] = []
     try:
         progress.start(footage.info.frames_promised, "tracking")
         for frame in view.frames():
             if not frame.repeats_previous:
-                thumbnails.add(len(frames), pictures.append(frame.luma))
+                small = pictures.append(frame.luma)
+                thumbnails.add(len(frames), small)
+                shots.add(small)
                 colours.add(frame.chroma)
                 frames.append(frame.index)
             if frame.index % PROGRESS_STEP == PROGRESS_STEP - 1:
@@ -77,17 +83,31 @@ def observe(
                 f"start {settings.start} leaves nothing of the clip, which has "
                 f"{footage.report().frames_decoded} frames; give an earlier one"
             )
+        shot = shots.longest()
+        whole = len(shot) == len(frames)
+        if not whole:
+            thumbnails.taken()
+            pictures, thumbnails = _of_shot(pictures, shot)
+            colours = colours.of_shot(shot)
         mixture = colours.mixture(thumbnails)
         if mixture is not None:
             thumbnails.taken()  # those of brightness make room for the new ones
             pictures, thumbnails = colours.mixed(pictures, mixture)
         colours.close()
         give_memory_back()
-        indices = np.array(frames, dtype=np.intp)
-        return Observation(
-            view, indices, pictures, find_movers(pictures, indices, thumbnails, has_pair)
-        )
+        indices = np.array(frames, dtype=np.intp)[shot.start : shot.stop]
+        movers = find_movers(pictures, indices, thumbnails, has_pair)
+        return Observation(view, indices, pictures, movers, whole)
     except BaseException:
         pictures.close()
         colours.close()
         raise
+
+
+def _of_shot(pictures: PictureStore, shot: range) -> tuple[PictureStore, Thumbnails]:
+    """Keep the pictures of a shot alone."""
+    kept, thumbnails = PictureStore(), Thumbnails()
+    for row in shot:
+        thumbnails.add(row - shot.start, kept.append(pictures[row]))
+    pictures.close()
+    return kept, thumbnails
