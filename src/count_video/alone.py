@@ -38,9 +38,12 @@ def at_a_stop(
     found = seen_impacts(base.evened(track))
     found = replace(found, collisions=tuple(map(base.shown, found.collisions)))
     alone = by_impacts(track, found, report)
-    if not alone.counts or alone.count >= IMPACTS_OF_ONE_ALONE:
+    few = alone.count < IMPACTS_OF_ONE_ALONE
+    if not alone.counts or not (few or _turns_on_both_sides(alone)):
         return alone
     moving = next((one.frame for one in alone.collisions if moves_beside(one.frame)), None)
+    if moving is None and not few:
+        return alone
     stands_still, meets_still = STANDS_STILL
     if moving is not None:
         stands_still, meets_still = 1 - stands_still, 1 - meets_still
@@ -52,6 +55,12 @@ def at_a_stop(
         against=() if moving is None else (Reason(Cause.MOVES_BESIDE, (moving,)),),
         doubts=(*alone.doubts, Reason(Cause.PARTNER_UNSEEN, (unseen,))),
     )
+
+
+def _turns_on_both_sides(alone: Explanation) -> bool:
+    """Whether impacts turn a body round at both ends of its way, as wall and cylinder do a ball."""
+    turns = [one.velocity_after.ball_px_frame > 0 for one in alone.collisions]
+    return len(set(turns)) > 1
 
 
 def struck_unseen(track: Track, known: Knowledge, report: FootageReport) -> Explanation | None:

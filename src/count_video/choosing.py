@@ -73,9 +73,10 @@ def is_settled(pair: Explanation) -> bool:
 def may_be_bodies(pair: Explanation) -> bool:
     """Whether what was followed to a wall touches, shows momentum to be kept, or obeys the law.
 
-    Parts of bodies that were followed do none of these.
+    Parts of bodies that were followed do none of these. That they obey the law is shown by a fit
+    only if the frames show a collision of it.
     """
-    shown = pair.fit is not None or pair.path_shows
+    shown = (pair.fit is not None and pair.fit.shown > 0) or pair.path_shows
     return pair.scene != "wall" or shown or not pair.outlines_apart
 
 

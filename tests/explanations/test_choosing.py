@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import cycle
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -54,6 +56,14 @@ def test_a_pair_that_cannot_be_bodies_gives_way_to_impacts() -> None:
     assert may_be_bodies(replace(at_a_wall(path_shows=True), notes=apart))
     assert not stands_before(parts, bouncing(3), 1)
     assert stands_before(parts, bouncing(None), 1)
+
+
+@pytest.mark.parametrize("shown", [0, 1])
+def test_a_fit_shows_bodies_only_if_the_frames_show_a_collision_of_it(shown: int) -> None:
+    apart = (Reason(Cause.OUTLINES_APART, (-78.0,)),)
+    fit: Any = SimpleNamespace(shown=shown)
+
+    assert may_be_bodies(replace(at_a_wall(path_shows=False), notes=apart, fit=fit)) is (shown > 0)
 
 
 def test_one_impact_alone_does_not_come_before_a_pair_that_collides_more_often() -> None:

@@ -13,6 +13,7 @@ from count_video import alone, answers
 from count_video.alone import at_a_stop
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL
+from count_video.reasons import Cause
 from count_video.records import (
     BodyTrack,
     FootageInfo,
@@ -24,6 +25,12 @@ from count_video.records import (
 from count_video.settings import TrialSettings
 
 FRAMES, SPEED_PX, WIDTH_PX = 200, 3.0, 150.0
+PULL_PX = 0.4
+"""Acceleration in px a frame squared."""
+FIRST, LAST = 20, 152
+"""The clip begins and ends while the body is in the air."""
+STRAY_PX = 40.0
+"""Half of what the body rises: far more than a share of it that lenses or the air make."""
 INFO = FootageInfo(*(Path("clip"), 640, 240, 0), *(FRAMES, 30.0, None, "unknown"))
 REPORT = FootageReport(FRAMES, FRAMES, ())
 
@@ -38,12 +45,17 @@ def track() -> Track:
 
 
 def answer(
-    shares: dict[int, float], impacts: int | None = None, *, moves: bool = False
+    shares: dict[int, float],
+    impacts: int | None = None,
+    *,
+    moves: bool = False,
+    path: Track | None = None,
 ) -> TrialResult:
-    shown = seen_impacts(track())
+    path = path or track()
+    shown = seen_impacts(path)
     found = replace(shown, probability=shares, collisions=shown.collisions[:impacts])
     with patch.object(alone, "seen_impacts", return_value=found):
-        explained = at_a_stop(track(), REPORT, lambda _: moves)
+        explained = at_a_stop(path, REPORT, lambda _: moves)
         return answers.answer(explained, INFO, REPORT, TrialSettings())
 
 
@@ -73,4 +85,45 @@ def test_one_impact_may_be_the_burst_of_a_ball_that_was_not_found() -> None:
     assert still.reason is not None
     assert f"{hidden:.0%}" in still.reason
     assert (moving.status, moving.count) == ("not_counted", None)
-    assert answer({4: 1.0}, moves=True).count == 4
+
+
+@pytest.mark.parametrize("moves", [True, False])
+def test_between_two_stops_nothing_else_moves(moves: bool) -> None:
+    """The ball of a trial turns round at the wall and at its cylinder, any number of times."""
+    result = answer({4: 1.0}, moves=moves)
+
+    assert result.count == (None if moves else 4)
+    assert result.count_after_burst is not None
+    assert ("moves where the body turns" in (result.reason or "")) is moves
+
+
+def bounces() -> Track:
+    """A body that bounces at one stop under a constant pull, ever less."""
+    place, clock = [], np.arange(200.0)
+    begins, speed = 0.0, 8.0
+    for _ in range(6):
+        lasts = 2 * speed / PULL_PX
+        inside = clock[(clock >= begins) & (clock < begins + lasts)] - begins
+        place.extend(speed * inside - PULL_PX * inside**2 / 2)
+        begins, speed = begins + lasts, 0.9 * speed
+    shown = np.array(place)[FIRST:LAST]
+    body = BodyTrack(shown, np.full(len(shown), 0.1), -20.0, 20.0)
+    line = MotionLine(0.0, 0.0, 0.0, upright=False)
+    return Track(np.arange(float(len(shown))), body, None, "left", 40.0, line, ())
+
+
+def test_many_impacts_at_one_stop_are_those_of_a_body_that_bounces() -> None:
+    assert answer({4: 1.0}, moves=True, path=bounces()).count == 4
+
+
+def test_a_path_of_no_free_flights_is_no_motion_of_one_body() -> None:
+    """As where a clip shows a trial once more, or what is followed changes from body to body."""
+    free, mixed = bounces(), bounces()
+    part = slice(40, 100)
+    path = mixed.ball.position_px.copy()
+    path[part] = path[part][::-1] + STRAY_PX * np.sin(np.arange(60) / 4.0)
+    mixed = replace(mixed, ball=replace(mixed.ball, position_px=path))
+    causes = [{reason.cause for reason in seen_impacts(one).shortcomings} for one in (free, mixed)]
+
+    assert Cause.MODEL_STRAYS not in causes[0]
+    assert Cause.MODEL_STRAYS in causes[1]

@@ -11,10 +11,10 @@ from dataclasses import astuple, replace
 import numpy as np
 
 from count_video.motion.beginnings import before_first
-from count_video.motion.contacts import Kind, fit_contacts
+from count_video.motion.contacts import BodyErrors, Kind, fit_contacts
 from count_video.motion.corners import weigh
 from count_video.motion.errors_of_places import HALF_EXPOSURE
-from count_video.motion.flight import motion_of
+from count_video.motion.flight import LAW_SHARE, LAW_SIGMAS, MIDDLE_NOISE_PX, motion_of
 from count_video.motion.impacts import find_impacts, find_turns, usual_flight
 from count_video.motion.priors import TURN_LOG_RATIO
 from count_video.motion.seen import RESOLVED_FRAMES, shows_motion
@@ -22,6 +22,7 @@ from count_video.motion.time_base import frames_per_picture, in_frames, in_pictu
 from count_video.motion.weighing import SeenImpacts, weighed
 from count_video.reasons import Cause, Reason
 from count_video.records import BodyTrack, Collision, Floats, Track
+from count_video.signals import noise_px
 
 LENGTH_FACTOR, MASS_FACTOR = 1.35, 1.6
 """Two bodies are of a kind if neither is longer, or heavier, than the other by such a factor."""
@@ -59,7 +60,8 @@ def seen_impacts(track: Track) -> SeenImpacts:
     fitted = fit_contacts(slow.frame, places, contacts, contact, ends=ends)
     collisions = [in_frames(collision, pace) for collision in fitted.collisions]
     seen = weighed(motion, turns, earlier, contact, pace, collisions)
-    seen = replace(seen, errors=fitted.errors)
+    stray = _stray(places, fitted.errors)
+    seen = replace(seen, errors=fitted.errors, shortcomings=(*seen.shortcomings, *stray))
     if heavy is None or not frames:
         return seen
     against = _against_two(slow, heavy, frames, collisions)
@@ -94,6 +96,17 @@ def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:
         if not shown or max(shown) > -TURN_LOG_RATIO:
             return False
     return True
+
+
+def _stray(places: Sequence[Floats], errors: BodyErrors) -> tuple[Reason, ...]:
+    """Say so if free flights between the impacts do not describe where a body was."""
+    for place_px, error in zip(places, errors, strict=True):
+        noise = max(noise_px(place_px), MIDDLE_NOISE_PX)
+        way = float(np.nanmax(place_px) - np.nanmin(place_px))
+        allowed = max(LAW_SIGMAS * noise, LAW_SHARE * way)
+        if error is not None and error.sigma_px > allowed:
+            return (Reason(Cause.MODEL_STRAYS, (error.sigma_px, allowed)),)
+    return ()
 
 
 def _against_two(
