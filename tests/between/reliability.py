@@ -145,7 +145,8 @@ def counted(trial: HardTrial, *, ball_alone: bool = False) -> Outcome:
     )
     report = FootageReport(frames, frames, ())
     footage = SimpleNamespace(info=info, report=lambda: report)
-    seen = SimpleNamespace(view=SimpleNamespace(footage=footage), movers=None, frames=None)
+    view = SimpleNamespace(footage=footage)
+    seen = SimpleNamespace(view=view, movers=None, frames=None, whole=True)
 
     def found(tracks: list[Track]) -> list[Track]:
         if not tracks:

@@ -59,7 +59,8 @@ def counted(stored: StoredClip) -> ClipScore:
 @contextmanager
 def _tracking_gives(stored: StoredClip) -> Iterator[None]:
     footage = SimpleNamespace(info=stored.info, report=lambda: stored.report)
-    seen = SimpleNamespace(view=SimpleNamespace(footage=footage), movers=None, frames=None)
+    view = SimpleNamespace(footage=footage)
+    seen = SimpleNamespace(view=view, movers=None, frames=None, whole=True)
     alone = stored.track.heavy is None
 
     def pairs(*_: object, **__: object) -> list[Track]:

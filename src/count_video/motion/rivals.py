@@ -8,8 +8,8 @@ of rivals is the same at all collisions.
 What the best of them leaves unexplained is larger than the noise of single frames and hangs
 together over several: compression, shading and a model that is not the world see to that. Where
 collisions are close, a track's own estimate of its noise is too large. So the noise is that of the
-residuals about the best fit, and only then are the counts weighed, with a scatter of the
-restitution.
+residuals about the best fit, and larger the more these hang together. Only then are the counts
+weighed, with a scatter of the restitution.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ from count_video.motion.solving import (
 )
 from count_video.motion.starting import LONGEST_STEP, MOST_COLLISIONS, scan
 from count_video.records import Floats
+from count_video.signals import MEDIAN_TO_SIGMA
 
 FLOORS_PX = (6.0, 0.6)
 """Until all counts are compared, anything nearer than this is as good; the first far from the
@@ -67,6 +68,8 @@ MOST_RIVALS = 16
 """Counts on either side of the best that are weighed: where so many are likely, none is known."""
 CLIPPED_SIGMAS = 6.0
 """Larger residuals count as this: the tracker was misled."""
+BLOCK_FRAMES, BLOCKS_AT_LEAST = 8, 3
+"""Errors that last show in the means of so many residuals; fewer blocks show nothing."""
 
 
 @dataclass(frozen=True)
@@ -236,8 +239,10 @@ def with_residual_noise(observed: Observations, fit: Fit) -> Fit:
     known = fit.question.known.with_value(Column.DAMPING, *DAMPING)
     question = Question(observed, noise_px, known, fit.count, SCATTERS[-1])
     fit = solve(question, fit.values, enough=NEARLY)
-    spread = [_spread(left) for left in fit.left_px.reshape(2, -1) / noise_px[:, None]]
-    return Fit(replace(question, noise_px=noise_px * spread), fit.values)
+    left = fit.left_px.reshape(2, -1) / noise_px[:, None]
+    lasting = np.array([_lasting(one) for one in left])
+    noise_px = noise_px * [_spread(one) for one in left] * lasting
+    return Fit(replace(question, noise_px=noise_px, lasting=lasting), fit.values)
 
 
 def _spread(residuals: Floats) -> float:
@@ -245,6 +250,23 @@ def _spread(residuals: Floats) -> float:
     if np.isnan(residuals).all():
         return 1.0
     return float(np.sqrt(np.nanmean(np.clip(residuals, -CLIPPED_SIGMAS, CLIPPED_SIGMAS) ** 2)))
+
+
+def _lasting(residuals: Floats) -> float:
+    """Factor on the noise for residuals that hang together over some frames; 1 for white ones.
+
+    The mean of n white residuals has an n-th of their variance (batch means). Where the means of
+    blocks have more, so many times fewer residuals are independent of each other, as where a camera
+    moves that no scenery shows: each of them counts that much less beside what was known before.
+    """
+    known = residuals[np.isfinite(residuals)]
+    blocks = len(known) // BLOCK_FRAMES
+    limit = CLIPPED_SIGMAS * MEDIAN_TO_SIGMA * float(np.median(np.abs(known))) if blocks else 0.0
+    if blocks < BLOCKS_AT_LEAST or limit == 0.0:
+        return 1.0
+    used = np.clip(known, -limit, limit)[: blocks * BLOCK_FRAMES].reshape(blocks, BLOCK_FRAMES)
+    inflation = BLOCK_FRAMES * np.mean(used.mean(axis=1) ** 2) / np.mean(used**2)
+    return float(np.sqrt(max(1.0, inflation)))
 
 
 def weigh(rivals: Rivals, question: Question, fits: list[Fit], bearable: float) -> list[Fit]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import NamedTuple
 
@@ -54,6 +54,9 @@ class Question:
     """Standard deviation of the restitution from collision to collision; 0 if it is the same."""
     time_sigma: float = np.inf
     """Of the times of calm collisions, frames; infinite where the places decide alone."""
+    lasting: Floats = field(default_factory=lambda: np.ones(2))
+    """Factors in the noise for errors that last, by which fewer places are independent, shape (2,).
+    """
 
     @cached_property
     def prior(self) -> Prior:
@@ -258,9 +261,14 @@ class Fit:
         return mean + away, math.sqrt((says + lasting) / says**2)
 
     def correlated(self, values: Floats) -> Floats:
-        """Multiply by the correlations of the errors of both bodies, shape (2 frames, ...)."""
-        bodies = zip(np.split(values, 2), self.observed.correlations, strict=True)
-        return np.concatenate([own if one is None else one @ own for own, one in bodies])
+        """Multiply by the correlations of the errors of both bodies, shape (2 frames, ...).
+
+        Those that last are in the noise already, by a factor that is taken out here.
+        """
+        bodies = zip(
+            np.split(values, 2), self.observed.correlations, self.question.lasting, strict=True
+        )
+        return np.concatenate([v if one is None else one @ v / f**2 for v, one, f in bodies])
 
 
 def solve(
