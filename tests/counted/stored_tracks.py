@@ -77,6 +77,7 @@ def _tracking_gives(stored: StoredClip) -> Iterator[None]:
         "open_footage": lambda *_, **__: nullcontext(footage),
         "observe": lambda *_, **__: nullcontext(seen),
         "stands_beyond": lambda *_: (False, False),
+        "moves_beside": lambda *_: False,
         "pair_tracks": pairs,
         "single_tracks": without_pair,
     }

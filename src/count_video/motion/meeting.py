@@ -60,8 +60,10 @@ def seen_impacts(track: Track) -> SeenImpacts:
     fitted = fit_contacts(slow.frame, places, contacts, contact, ends=ends)
     collisions = [in_frames(collision, pace) for collision in fitted.collisions]
     seen = weighed(motion, turns, earlier, contact, pace, collisions)
-    stray = _stray(places, fitted.errors)
-    seen = replace(seen, errors=fitted.errors, shortcomings=(*seen.shortcomings, *stray))
+    # What dies out bounces on where pictures show no flights any more.
+    dying = any(doubt.cause is Cause.DIES_OUT for doubt in seen.doubts)
+    stray = () if dying else _stray(places, fitted.errors)
+    seen = replace(seen, errors=fitted.errors, shortcomings=seen.shortcomings or stray)
     if heavy is None or not frames:
         return seen
     against = _against_two(slow, heavy, frames, collisions)
