@@ -39,7 +39,7 @@ def at_a_stop(
     found = replace(found, collisions=tuple(map(base.shown, found.collisions)))
     alone = by_impacts(track, found, report)
     few = alone.count < IMPACTS_OF_ONE_ALONE
-    if not alone.counts or not (few or _turns_on_both_sides(alone)):
+    if not alone.counts or not (few or turns_on_both_sides(alone)):
         return alone
     moving = next((one.frame for one in alone.collisions if moves_beside(one.frame)), None)
     if moving is None and not few:
@@ -57,7 +57,7 @@ def at_a_stop(
     )
 
 
-def _turns_on_both_sides(alone: Explanation) -> bool:
+def turns_on_both_sides(alone: Explanation) -> bool:
     """Whether impacts turn a body round at both ends of its way, as wall and cylinder do a ball."""
     turns = [one.velocity_after.ball_px_frame > 0 for one in alone.collisions]
     return len(set(turns)) > 1

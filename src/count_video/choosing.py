@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from count_video.alone import IMPACTS_OF_ONE_ALONE
+from count_video.alone import IMPACTS_OF_ONE_ALONE, turns_on_both_sides
 from count_video.explanations import Explanation
 from count_video.reasons import Cause, Reason
 
@@ -31,8 +31,8 @@ def of_bodies_alone(explanations: Sequence[Explanation]) -> Explanation:
     """Choose one of several bodies, each taken alone: the only one that counts, or the first.
 
     The ball of a trial comes before those at a stop. If more count, but for shadows, which of them
-    is meant is not known; and a few impacts at each stop, where more than one body moves, may be
-    those of a trial: its ball turns round at the wall and at the heavy body.
+    is meant is not known; and where more than one body moves, a few impacts, or those of one that
+    turns at both ends of its way, may be of a trial: its ball turns at wall and heavy body.
     """
     counted = [one for one in explanations if one.counts]
     counted = [one for one in counted if one.scene == "wall"] or counted
@@ -40,17 +40,11 @@ def of_bodies_alone(explanations: Sequence[Explanation]) -> Explanation:
     apart = [one for one in counted if not _strikes_with(one, first)]
     if apart:
         return replace(first, against=(Reason(Cause.SEVERAL_BOUNCE, (1 + len(apart),)),))
-    others, few = len(explanations) - 1, _at_one_stop(first) < IMPACTS_OF_ONE_ALONE
-    if counted and others and few and first.scene != "wall":
+    others = len(explanations) - 1
+    of_trial = first.count < IMPACTS_OF_ONE_ALONE or turns_on_both_sides(first)
+    if counted and others and of_trial and first.scene != "wall":
         return replace(first, against=(Reason(Cause.OTHERS_MOVE, (first.count, others)),))
     return first
-
-
-def _at_one_stop(alone: Explanation) -> int:
-    """How many impacts a body has on one side of it, that with more."""
-    both = ((one.velocity_before, one.velocity_after) for one in alone.collisions)
-    right = sum(after.ball_px_frame < before.ball_px_frame for before, after in both)
-    return max(right, len(alone.collisions) - right)
 
 
 def _strikes_with(one: Explanation, other: Explanation) -> bool:

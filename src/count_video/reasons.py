@@ -38,7 +38,7 @@ class Cause(Enum):
     WALL_BEHIND = auto()
     WALL_AHEAD = auto()
     SEVERAL_BOUNCE = auto()  # bodies that each bounce by themselves [how many]
-    OTHERS_MOVE = auto()  # few impacts, while other bodies move [how many impacts, others]
+    OTHERS_MOVE = auto()  # beside the body that has impacts [how many impacts, others]
     UNLIKE = auto()  # two bodies are not of a kind, and neither reaches a wall
     MEETS_OTHERS = auto()
     LOST = auto()  # a body is not seen to the clip's end, and does not leave the picture [frame]

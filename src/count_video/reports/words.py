@@ -141,8 +141,8 @@ SENTENCES: Final = {
     "which may be a wall",
     Cause.SEVERAL_BOUNCE: "{:.0f} bodies each bounce by themselves, and which of them is meant is "
     "not known",
-    Cause.OTHERS_MOVE: "few impacts of one body are seen ({:.0f}) where more move by themselves "
-    "({:.0f}): it may be the ball of a trial whose cylinder could not be followed",
+    Cause.OTHERS_MOVE: "one body has impacts ({:.0f}) where more move by themselves ({:.0f}): it "
+    "may be the ball of a trial whose cylinder could not be followed",
     Cause.UNLIKE: "the two bodies are not of a kind, and neither reaches a wall",
     Cause.STRUCK: "something that could not be followed strikes the body at rest in frame "
     "{:.0f}: it may be the ball of a trial whose cylinder was not found",
