@@ -32,7 +32,7 @@ def at_a_stop(
     """Explain a track by one body alone.
 
     ``moves_beside`` says whether something that was not followed moves where the body turns at a
-    frame: then, or if nothing shows it, it may be the heavy body of a trial.
+    frame: then, or if nothing shows it, it may be one of the bodies of a trial.
     """
     base = with_copies(track) or even(track.frame)
     found = seen_impacts(base.evened(track))

@@ -3,7 +3,7 @@
 A hand rolls the camera, and a lens that focuses changes the scale of its picture: corners of the
 scenery that are far from each other then move differently. The similarity (Umeyama 1991) that takes
 the corners of one sample to their places in another is found by the least median of squares
-(Rousseeuw 1984, as in OpenCV), so that bodies among the corners do not matter. What it turns and
+(Rousseeuw 1984), so that bodies among the corners do not matter. What it turns and
 scales is interpolated between the samples, and taken back as a picture is read; what it shifts is
 left to ``camera``.
 """
@@ -16,12 +16,15 @@ from numpy.typing import NDArray
 
 from count_video.records import Indices, Luma, Pixels
 from count_video.signals import interpolated
-from count_video.tracking.camera import MOVED_AT_LEAST_PX
+from count_video.tracking.camera import MEASURED_OF, MOVED_AT_LEAST_PX
 from count_video.tracking.corners import Trajectories
 from count_video.tracking.rigid import CORNERS_AT_LEAST, RIGID_PX, SCENE_SEEN
 
 RIGID_SHARE = 0.9
 """In this share of the samples half of the corners keep their places in a rigid scene."""
+PARTNERS, NEAR_MEDIANS = 3, 4.0
+"""Each corner makes pairs with so many others; the scenery strays less than so many times as far as
+half of all corners do."""
 SHIFT_FACTOR = 2.0
 """A camera turned if a shift alone leaves corners so many times as far from their places."""
 Turns = NDArray[np.complex128]
@@ -52,18 +55,22 @@ def camera_turns(corners: Trajectories, shape: tuple[int, ...]) -> Turns | None:
     places = corners.places_px[corners.anywhere]
     if len(places) < CORNERS_AT_LEAST:
         return None
-    away = np.abs(places - np.nanmedian(places, axis=1, keepdims=True)).max(axis=2)
-    if np.median(np.nanmax(away, axis=1)) < MOVED_AT_LEAST_PX:
+    count = places.shape[1]
+    first = places[:, count // 2]
+    away = np.nanmax(np.abs(places - first[:, None]), axis=(1, 2))
+    if np.median(away) < MOVED_AT_LEAST_PX:
         return None
-    first = places[:, places.shape[1] // 2]
-    found = [_similarity(first, there) for there in places.swapaxes(0, 1)]
-    turns, strays_px = np.array([turn for turn, _ in found]), np.array([left for _, left in found])
-    measured = np.isfinite(turns)
-    if measured.mean() < SCENE_SEEN:
-        return None
-    by_shift, left = np.quantile(strays_px[measured], RIGID_SHARE, axis=0)
-    if left > 2 * RIGID_PX or by_shift < SHIFT_FACTOR * left:
-        return None
+    few = np.unique(np.linspace(0, count - 1, MEASURED_OF).astype(int))
+    for samples in (few, np.arange(count)):
+        found = [_similarity(first, there) for there in places[:, samples].swapaxes(0, 1)]
+        turns = np.array([turn for turn, _ in found])
+        measured = np.isfinite(turns)
+        if measured.mean() < SCENE_SEEN:
+            return None
+        strays_px = np.array([strays for _, strays in found])[measured]
+        by_shift, left = np.quantile(strays_px, RIGID_SHARE, axis=0)
+        if left > 2 * RIGID_PX or by_shift < SHIFT_FACTOR * left:
+            return None  # a few samples say so of most clips
     turns = interpolated(turns.real) + 1j * interpolated(turns.imag)
     turns /= complex(np.median(turns.real), np.median(turns.imag))
     edge_px = np.abs(turns - 1) * float(np.linalg.norm(shape)) / 2
@@ -77,16 +84,24 @@ def _similarity(here: Pixels, there: Pixels) -> tuple[complex, tuple[float, floa
     has them, and from where the similarity does. NaN for too few corners.
     """
     known = np.isfinite(here[:, 0]) & np.isfinite(there[:, 0])
-    here, there = here[known], there[known]
-    matrix = None
-    if len(here) >= CORNERS_AT_LEAST:
-        matrix, _ = cv2.estimateAffinePartial2D(here, there, method=cv2.LMEDS)
-    if matrix is None:
+    one, other = (part[known, 0] + 1j * part[known, 1].astype(np.float64) for part in (here, there))
+    if len(one) < CORNERS_AT_LEAST:
         return complex(np.nan, np.nan), (np.nan, np.nan)
-    shift, turned = there - here, here @ matrix[:, :2].T + matrix[:, 2]
-    apart = shift - np.median(shift, axis=0), there - turned
-    by_shift, left = (float(np.median(np.abs(one).max(axis=1))) for one in apart)
-    return complex(matrix[0, 0], matrix[1, 0]), (by_shift, left)
+    # As complex numbers: two corners each give a turn, and the best one leaves half of all nearest.
+    first = np.tile(np.arange(len(one)), PARTNERS)
+    second = (first + np.repeat(np.arange(PARTNERS), len(one)) + 1) % len(one)
+    turn = (other[second] - other[first]) / (one[second] - one[first])
+    away, gone = (part - part[first][:, None] for part in (one, other))
+    apart = np.abs(gone - turn[:, None] * away)
+    middle = np.median(apart, axis=1)
+    best = int(np.argmin(middle))
+    scenery = apart[best] <= NEAR_MEDIANS * middle[best]
+    one, other = one - one[scenery].mean(), other - other[scenery].mean()
+    product = np.conj(one[scenery]) * other[scenery]
+    found = complex(product.sum() / (np.abs(one[scenery]) ** 2).sum())
+    moved = other - one
+    moved -= complex(np.median(moved.real), np.median(moved.imag))
+    return found, (float(np.median(np.abs(moved))), float(np.median(np.abs(other - found * one))))
 
 
 def between(turns: Turns, samples: Indices, count: int) -> Turns:
