@@ -10,6 +10,7 @@ from drawn import Luma, scene, to_luma
 from scipy import ndimage
 
 import count_video
+from count_video.tracking.background import agree_better
 from count_video.tracking.corners import Trajectories
 from count_video.tracking.turning import Turns, between, camera_turns, turned_back
 from count_video.video.reader import open_footage
@@ -99,6 +100,18 @@ def test_a_picture_turned_back_is_the_one_that_was_turned() -> None:
     inside = np.s_[8:-8, 8:-8]
     apart = back[inside].astype(float) - luma[inside]
     assert float(np.sqrt(np.mean(apart**2))) < LEVELS_RMS
+
+
+@pytest.mark.parametrize("rolls", [True, False])
+def test_pictures_are_turned_back_only_if_they_agree_better_then(rolls: bool) -> None:
+    """Two bodies that near each other look as a zoom does, but for the rest of the picture."""
+    frames = scene().frames()[::12]
+    turns = swaying(len(frames), roll_deg=0.5).tolist()
+    still = np.zeros((len(frames), 2))
+    if rolls:
+        frames = [turned(luma, turn) for luma, turn in zip(frames, turns, strict=True)]
+    back = [turned_back(luma, turn) for luma, turn in zip(frames, turns, strict=True)]
+    assert agree_better(frames, still, back, still) is rolls
 
 
 def test_a_trial_is_counted_while_the_camera_rolls_and_zooms(tmp_path: Path) -> None:

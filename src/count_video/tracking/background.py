@@ -102,13 +102,34 @@ def camera_moved(pictures: Sequence[Luma], shift_px: Floats) -> bool:
     away = np.hypot(*(shift_px - np.median(shift_px, axis=0)).T)
     most = np.argsort(-away, kind="stable")[:MOTION_OF]
     even = np.linspace(0, len(pictures) - 1, min(MOTION_OF, len(pictures))).astype(int)
-    both, left_over, sharpness = np.concatenate([even, most]), [], []
+    both = np.concatenate([even, most])
     small = [reduced(pictures[k], scale) for k in both.tolist()]
-    for shift in (np.zeros_like(shift_px), shift_px / scale):
-        some = [_moved_back(*one) for one in zip(small, shift[both], strict=True)]
-        middle = median_picture(some[: len(even)])
-        left_over.append(np.array([cv2.absdiff(one, middle) for one in some[len(even) :]]))
-        sharpness.append(np.abs(np.gradient(np.mean(some[len(even) :], axis=0))).sum())
+    return _agree_better(small, np.zeros_like(shift_px[both]), small, shift_px[both] / scale)
+
+
+def agree_better(
+    pictures: Sequence[Luma], shift_px: Floats, others: Sequence[Luma], their_shift_px: Floats
+) -> bool:
+    """Whether other pictures of the same samples agree better with their median than these do.
+
+    Both are moved back along paths of the camera, shape (n, 2).
+    """
+    some = np.linspace(0, len(pictures) - 1, min(MOTION_OF, len(pictures))).astype(int)
+    both = np.concatenate([some, some])
+    one, other = ([these[k] for k in both.tolist()] for these in (pictures, others))
+    return _agree_better(one, shift_px[both], other, their_shift_px[both])
+
+
+def _agree_better(
+    pictures: Sequence[Luma], shift_px: Floats, others: Sequence[Luma], their_shift_px: Floats
+) -> bool:
+    """Compare the second halves of two lists of pictures with the medians of the first ones."""
+    left_over, sharpness, half = [], [], min(MOTION_OF, len(pictures) // 2)
+    for these, shifts in ((pictures, shift_px), (others, their_shift_px)):
+        some = [_moved_back(*one) for one in zip(these, shifts, strict=True)]
+        middle = median_picture(some[:half])
+        left_over.append(np.array([cv2.absdiff(one, middle) for one in some[half:]]))
+        sharpness.append(np.abs(np.gradient(np.mean(some[half:], axis=0))).sum())
     limit = NOISE_SIGMAS * (MEDIAN_TO_SIGMA * float(np.median(left_over[0])) + ROUNDING)
     stands, moves = (np.minimum(one, limit).mean() for one in left_over)
     return bool(moves < stands and sharpness[1] > sharpness[0])

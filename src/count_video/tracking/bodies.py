@@ -14,7 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from count_video.records import Floats, Indices, Luma
-from count_video.tracking.background import Background, background_of, camera_moved
+from count_video.tracking.background import (
+    Background,
+    agree_better,
+    background_of,
+    camera_moved,
+)
 from count_video.tracking.camera import Motion, camera_motion, scenery
 from count_video.tracking.corners import follow_corners
 from count_video.tracking.following import Clip, Followed, follow
@@ -95,8 +100,10 @@ def find_movers(
             pictures, between(turns, samples.chosen, len(frames)), strict=True
         ):
             level.append(turned_back(picture, turn))
-        scene = _Scene(samples, prepared(level, samples))
-        return _movers_in(level, frames, samples, scene, enough)
+        turned = _Scene(samples, prepared(level, samples))
+        if turned.agrees_better_than(scene):
+            return _movers_in(level, frames, samples, turned, enough)
+    return _movers_in(pictures, frames, samples, scene, enough)  # bodies that near each other
 
 
 def _movers_in(
@@ -243,6 +250,11 @@ class _Scene:
     def camera_turns(self) -> Turns | None:
         """How the camera turned and scaled each sample; None where it did not."""
         return camera_turns(self._corners, self._shape)
+
+    def agrees_better_than(self, other: _Scene) -> bool:
+        """Whether its samples agree better with their median than those of another scene do."""
+        before, after = ((one._small, one.shift_px / one._scale) for one in (other, self))
+        return agree_better(*before, *after)
 
     def proposals(self, known: Sequence[Shape] = ()) -> list[RigidGroup]:
         """Find what may be a body where no known one is."""
