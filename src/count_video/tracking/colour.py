@@ -24,7 +24,7 @@ from count_video.records import Chroma, Floats, Luma
 from count_video.signals import MEDIAN_TO_SIGMA
 from count_video.tracking.light import Light, gains_of
 from count_video.tracking.regions import AREA_SHARE, NOISE_SIGMAS
-from count_video.tracking.samples import Thumbnails
+from count_video.tracking.samples import Thumbnails, stored
 from count_video.video.store import PictureStore
 
 MIDDLE = 128
@@ -119,12 +119,9 @@ class Colours:
 
     def mixed(self, pictures: PictureStore, mixture: Mixture) -> tuple[PictureStore, Thumbnails]:
         """Mix all pictures; what was kept of brightness is forgotten."""
-        mixed, thumbnails = PictureStore(), Thumbnails()
-        for row in range(len(pictures)):
-            picture = mixture.of(pictures[row], self._pictures[row])
-            thumbnails.add(row, mixed.append(picture))
+        mixed = stored(map(mixture.of, pictures, self._pictures))
         pictures.close()
-        return mixed, thumbnails
+        return mixed
 
 
 def _reduced_to(picture: Luma, size: tuple[int, int]) -> Luma:

@@ -17,7 +17,7 @@ from count_video.records import Indices
 from count_video.tracking.bodies import Movers, find_movers
 from count_video.tracking.colour import Colours
 from count_video.tracking.pairing import has_pair
-from count_video.tracking.samples import Thumbnails
+from count_video.tracking.samples import Thumbnails, stored
 from count_video.tracking.shots import Shots
 from count_video.tracking.view import TrackSettings, View, view_of
 from count_video.video.reader import Footage
@@ -87,7 +87,9 @@ def observe(
         whole = len(shot) == len(frames)
         if not whole:
             thumbnails.taken()
-            pictures, thumbnails = _of_shot(pictures, shot)
+            whole_clip = pictures
+            pictures, thumbnails = stored(whole_clip[row] for row in shot)
+            whole_clip.close()
             colours = colours.of_shot(shot)
         mixture = colours.mixture(thumbnails)
         if mixture is not None:
@@ -102,12 +104,3 @@ def observe(
         pictures.close()
         colours.close()
         raise
-
-
-def _of_shot(pictures: PictureStore, shot: range) -> tuple[PictureStore, Thumbnails]:
-    """Keep the pictures of a shot alone."""
-    kept, thumbnails = PictureStore(), Thumbnails()
-    for row in shot:
-        thumbnails.add(row - shot.start, kept.append(pictures[row]))
-    pictures.close()
-    return kept, thumbnails

@@ -8,7 +8,7 @@ block has changed by more than a set share.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -20,6 +20,7 @@ from count_video.tracking.light import Light, gains_of, lights_of
 from count_video.tracking.medians import median_picture, quantile_of
 from count_video.tracking.shape import Part, marked
 from count_video.video.pictures import reduced
+from count_video.video.store import PictureStore
 
 THUMBNAIL_BYTES = 60_000_000
 """Thumbnails are kept up to so many bytes, of longer clips every second, fourth and so on."""
@@ -86,6 +87,14 @@ class Thumbnails:
         """Hand the pictures over, and keep none."""
         taken, self.pictures = self.pictures, {}
         return taken
+
+
+def stored(pictures: Iterable[Luma]) -> tuple[PictureStore, Thumbnails]:
+    """Keep pictures that were made of those of a clip, each of shape (height, width)."""
+    store, thumbnails = PictureStore(), Thumbnails()
+    for row, picture in enumerate(pictures):
+        thumbnails.add(row, store.append(picture))
+    return store, thumbnails
 
 
 def choose_samples(pictures: dict[int, Luma]) -> Samples:

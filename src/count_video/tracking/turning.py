@@ -3,9 +3,9 @@
 A hand rolls the camera, and a lens that focuses changes the scale of its picture: corners of the
 scenery that are far from each other then move differently. The similarity (Umeyama 1991) that takes
 the corners of one sample to their places in another is found by the least median of squares
-(Rousseeuw 1984), so that bodies among the corners do not matter. What it turns and
-scales is interpolated between the samples, and taken back as a picture is read; what it shifts is
-left to ``camera``.
+(Rousseeuw 1984), so that bodies among the corners do not matter. What it turns and scales is
+interpolated between the samples, and taken back in every picture; what it shifts is left to
+``camera``.
 """
 
 from __future__ import annotations
