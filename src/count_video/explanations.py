@@ -25,6 +25,7 @@ from count_video.motion.priors import UNEXPLAINED_WRONG
 from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
 from count_video.motion.time_base import TimeBase
+from count_video.motion.time_hypotheses import without_still
 from count_video.motion.timed import seen_by_time_base
 from count_video.motion.weighing import SeenImpacts
 from count_video.reasons import Cause, Reason
@@ -283,11 +284,17 @@ def of_pair(
     ``stands_beyond`` says whether one of them comes from something as the clip begins, and whether
     one goes to something as it ends.
     """
-    walled = at_wall(track, known, report, seen_only=seen_only) if track.wall_seen else None
-    if walled is not None and not only_turns(track, walled.collisions):
-        return walled
-    free = without_a_wall(track, report, stands_beyond)
-    return free if walled is None or free.counts or walled.counts else walled
+    moving = without_still(track)
+    walled = at_wall(moving, known, report, seen_only=seen_only) if track.wall_seen else None
+    if walled is not None and not only_turns(moving, walled.collisions):
+        best = walled
+    else:
+        free = without_a_wall(moving, report, stands_beyond)
+        best = free if walled is None or free.counts or walled.counts else walled
+    if len(moving.frame) < len(track.frame):
+        still = Reason(Cause.STANDS_STILL, (float(moving.frame[0]), float(moving.frame[-1])))
+        best = replace(best, notes=(*best.notes, still))
+    return best
 
 
 # ---- what all have in common ---------------------------------------------------------------------

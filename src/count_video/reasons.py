@@ -61,6 +61,7 @@ class Cause(Enum):
     # What is unusual about a clip and stands against no count.
     GAP_MADE_UP_FOR = auto()  # frames are left out that the times allow for [frame, how many]
     OTHER_SHOTS = auto()  # the clip is cut, and one shot is counted [its first and last frame]
+    STANDS_STILL = auto()  # the bodies stand still at either end [frames in which they move]
     RATE_CHANGES = auto()  # the rate of the footage changes [by which factor, at which frames]
     OUTLINES_LEAVE_OPEN = auto()  # collisions are inferred though the outlines do not meet
     OUTLINES_APART = auto()  # ball and cylinder touch with a gap between their outlines [in px]

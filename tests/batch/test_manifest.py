@@ -52,9 +52,9 @@ def test_a_result_is_named_after_its_clip() -> None:
     ("paths", "expected"),
     [
         (["a.mp4", "a.mov"], ["a", "a.mov"]),
-        (["one/a.mp4", "two/a.mp4", "three/a.mp4"], ["a", "a.mp4", "three-a.mp4"]),
+        (["one/a.mp4", "two/a.mp4", "two/a.mov"], ["a", "two-a", "a.mov"]),
         (["a.mp4", "A.mp4"], ["a", "A.mp4"]),
-        ([f"{k}/x/a.mp4" for k in range(4)], ["a", "a.mp4", "x-a.mp4", "a-2"]),
+        ([f"{k}/x/a.mp4" for k in range(4)], ["a", "x-a", "x-a.mp4", "a-2"]),
         (["campaign.mp4"], ["campaign.mp4"]),
     ],
     ids=["suffixes", "folders", "case", "folders of one name", "the campaign's own file"],

@@ -139,11 +139,18 @@ def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
 
 
 def _free_name(job: Job, taken: dict[str, int]) -> str:
-    """Choose and take the shortest free name; ``taken`` has the next number for each name."""
+    """Choose and take the shortest free name; ``taken`` has the next number for each name.
+
+    Where clips of two folders have one name, the folder's name comes before it.
+    """
     full = job.file.name or "clip"
     stem = job.name or job.file.stem or full
-    folder = Path(os.path.abspath(job.clip)).parent.name
-    for name in map(output_name, (stem,) if job.name else (stem, full, f"{folder}-{full}")):
+    folder = Path(os.path.abspath(job.clip)).parent
+    anywhere, here = f"/{_alike(stem)}", f"{folder}/{_alike(stem)}"
+    elsewhere = anywhere in taken and here not in taken
+    wishes = (stem, f"{folder.name}-{stem}" if elsewhere else full, f"{folder.name}-{full}")
+    taken |= {anywhere: 2, here: 2}
+    for name in map(output_name, wishes[:1] if job.name else wishes):
         if _alike(name) not in taken:
             taken[_alike(name)] = 2
             return name

@@ -48,12 +48,7 @@ class TimeBase:
 
     def evened(self, track: Track) -> Track:
         """Time the pictures of a track by this hypothesis."""
-        heavy = None if track.heavy is None else self._pictures_of(track.heavy)
-        return replace(track, frame=self.time, ball=self._pictures_of(track.ball), heavy=heavy)
-
-    def _pictures_of(self, body: BodyTrack) -> BodyTrack:
-        rows = self.rows
-        return replace(body, position_px=body.position_px[rows], sigma_px=body.sigma_px[rows])
+        return replace(at_rows(track, self.rows), frame=self.time)
 
     def shown(self, collision: Collision) -> Collision:
         """Place a collision among the frames: after the last that shows the picture before it."""
@@ -139,6 +134,21 @@ class Ramp:
 
     def _sparse(self, stretch: NDArray[np.intp]) -> NDArray[np.bool_]:
         return np.asarray((stretch % 2 == 0) == self.sparse_first)
+
+
+def at_rows(track: Track, rows: NDArray[np.bool_]) -> Track:
+    """Keep these rows of a track, shape (n,)."""
+
+    def kept(body: BodyTrack) -> BodyTrack:
+        return replace(body, position_px=body.position_px[rows], sigma_px=body.sigma_px[rows])
+
+    return replace(
+        track,
+        frame=track.frame[rows],
+        ball=kept(track.ball),
+        heavy=None if track.heavy is None else kept(track.heavy),
+        shift_px=None if track.shift_px is None else track.shift_px[rows],
+    )
 
 
 def frames_per_picture(track: Track) -> float:

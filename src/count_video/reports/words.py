@@ -173,6 +173,8 @@ SENTENCES: Final = {
     Cause.GAP_MADE_UP_FOR: "frames are left out after frame {0:.0f} (about {1:.0f})",
     Cause.OTHER_SHOTS: "the clip is cut: of its shots only the longest is counted, frames {:.0f} "
     "to {:.0f}; choose another with --start and --end",
+    Cause.STANDS_STILL: "the bodies stand still but for frames {:.0f} to {:.0f}, which alone are "
+    "counted",
     Cause.RATE_CHANGES: "the rate of the footage changes at frame {changes}, by a factor of "
     "{0:.0f}",
     Cause.OUTLINES_LEAVE_OPEN: "one of the bodies is not outlined rightly, which makes collisions "
