@@ -24,8 +24,8 @@ from count_video.motion.posterior import doubted, with_more
 from count_video.motion.priors import UNEXPLAINED_WRONG
 from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
+from count_video.motion.stretches import longest_shot, without_still
 from count_video.motion.time_base import TimeBase
-from count_video.motion.time_hypotheses import without_still
 from count_video.motion.timed import seen_by_time_base
 from count_video.motion.weighing import SeenImpacts
 from count_video.reasons import Cause, Reason
@@ -281,20 +281,45 @@ def of_pair(
 ) -> Explanation:
     """Explain a track of two bodies, at a wall or, where none is shown, without one.
 
+    Where the track as it is shows no trial, the longest stretch between cuts may show one.
     ``stands_beyond`` says whether one of them comes from something as the clip begins, and whether
     one goes to something as it ends.
     """
-    moving = without_still(track)
-    walled = at_wall(moving, known, report, seen_only=seen_only) if track.wall_seen else None
-    if walled is not None and not only_turns(moving, walled.collisions):
-        best = walled
-    else:
-        free = without_a_wall(moving, report, stands_beyond)
-        best = free if walled is None or free.counts or walled.counts else walled
-    if len(moving.frame) < len(track.frame):
-        still = Reason(Cause.STANDS_STILL, (float(moving.frame[0]), float(moving.frame[-1])))
-        best = replace(best, notes=(*best.notes, still))
+
+    def explained(part: Track) -> Explanation:
+        moving = without_still(part)
+        one = _of_moving(moving, known, report, stands_beyond, seen_only=seen_only)
+        if len(moving.frame) == len(part.frame):
+            return one
+        return replace(one, notes=(*one.notes, _frames(Cause.STANDS_STILL, moving)))
+
+    best = explained(track)
+    if not best.counts and len((shot := longest_shot(track)).frame) < len(track.frame):
+        alone = explained(shot)
+        if alone.counts:
+            return replace(alone, notes=(*alone.notes, _frames(Cause.OTHER_SHOTS, shot)))
     return best
+
+
+def _frames(cause: Cause, shown: Track) -> Reason:
+    """Say which frames alone are counted."""
+    return Reason(cause, (float(shown.frame[0]), float(shown.frame[-1])))
+
+
+def _of_moving(
+    track: Track,
+    known: Knowledge,
+    report: FootageReport,
+    stands_beyond: Callable[[], tuple[bool, bool]],
+    *,
+    seen_only: bool,
+) -> Explanation:
+    """Explain a track without cuts and still pictures."""
+    walled = at_wall(track, known, report, seen_only=seen_only) if track.wall_seen else None
+    if walled is not None and not only_turns(track, walled.collisions):
+        return walled
+    free = without_a_wall(track, report, stands_beyond)
+    return free if walled is None or free.counts or walled.counts else walled
 
 
 # ---- what all have in common ---------------------------------------------------------------------

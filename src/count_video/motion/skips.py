@@ -25,7 +25,7 @@ from count_video.motion.solving import Fit, Question, solve
 from count_video.records import Floats
 
 MOST_FRAMES = 24
-"""So many frames may be left out of a burst: more hold most of it."""
+"""So many frames may be left out of a burst as a rule, and no more than there are."""
 BESIDE_FRAMES = 8
 """Places so near to the one that is suspected are tried as well."""
 
@@ -41,7 +41,8 @@ def with_frames_left_out(even: Rivals) -> Rivals:
     beside = _skipping(some, some.best, _placed(some), float(some.best.values[Column.SKIP]))
     some = min(some, beside, key=lambda one: one.best.loss)
     other = _with_scatter(some)
-    better = other.values[Column.SKIP] > 0 and other.loss + _price(even.observed) < fit.loss
+    skip = float(other.values[Column.SKIP])
+    better = 0 < skip <= len(even.observed.frame) and other.loss + _price(even.observed) < fit.loss
     return some if better else even
 
 

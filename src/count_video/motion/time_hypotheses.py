@@ -1,6 +1,6 @@
 r"""Hypotheses about the times of a clip's pictures, which the bodies' own paths show.
 
-Frames are usually even. Three hypotheses say otherwise:
+Frames are usually even. Two hypotheses say otherwise:
 
 *Copies.* A clip of 25 pictures a second that is shown at 30 holds a copy after every fifth::
 
@@ -11,9 +11,6 @@ By the frames' numbers a body would stand still during each. Where a camera lost
 repeated the one before, it is the other way round: the frames are even, and the body moves two
 steps in one.
 
-*A still picture* at either end, as edited clips hold their first and last one or fade them. A body
-stops at once, away from the other one, which stands as well: nothing is there that stops it.
-
 *Changes of the rate* by a whole factor, as slow-motion exports leave pictures out in parts of a
 clip. All speeds change at once. No collision does that: the energy of both bodies together is the
 same after it, but for what each restitution takes. So changes of its root are the places in
@@ -23,15 +20,14 @@ question.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from count_video.motion.gaps import Gaps, gaps_of
-from count_video.motion.time_base import Ramp, TimeBase, at_rows
-from count_video.records import Collision, Floats, Track
+from count_video.motion.time_base import Ramp, TimeBase
+from count_video.records import Collision, Track
 from count_video.signals import sigma_of
 
 CLEAR_SIGMAS = 8.0
@@ -113,48 +109,6 @@ def _stands_still(track: Track) -> NDArray[np.intp]:
         clear = way > CLEAR_SIGMAS * np.nanmedian(body.sigma_px)
         still[2:-1] |= clear & (np.abs(here) < STILL_SHARE * way)
     return np.flatnonzero(still)
-
-
-# ---- a still picture -----------------------------------------------------------------------------
-
-
-GOES_ON = 2.0
-"""A body that is let go moves three times as far in the second step as in the first; one that a
-still picture stops keeps its speed, to this factor, up to it."""
-
-
-def without_still(track: Track) -> Track:
-    """Leave out still pictures with which a clip of two bodies begins or ends."""
-    rows = len(track.frame)
-    places = np.array([body.position_px for body in track.bodies])
-    clear = CLEAR_SIGMAS * np.array([[np.nanmedian(body.sigma_px)] for body in track.bodies])
-    gap = gaps_of(track).closing("bodies")
-    end = _rows_before_still(places, clear, gap)
-    start = rows - _rows_before_still(places[:, ::-1], clear, gap[::-1])
-    if end == rows and not start:
-        return track
-    first, last = track.frame[start], track.frame[end - 1]
-    lost = tuple(one for one in track.lost_beyond if first < one < last)
-    kept = (track.frame >= first) & (track.frame <= last)
-    return at_rows(replace(track, lost_beyond=lost), kept)
-
-
-def _rows_before_still(places: Floats, clear: Floats, gap: Floats) -> int:
-    """Count rows of places, shape (bodies, rows), up to a still picture; all if none follows.
-
-    Steps of more than ``clear``, shape (bodies, 1), are none of noise.
-    """
-    steps = np.abs(np.diff(places))
-    moved = np.flatnonzero((steps > clear).any(axis=0))
-    last = int(moved[-1]) + 1 if len(moved) else 0
-    if last < 2 or not gap[last] > abs(gap[last] - gap[last - 1]):
-        return len(gap)
-    step, before = np.nanmax(steps[:, last - 2 : last], axis=0)[::-1]
-    after = np.abs(places[:, last + 1 :] - places[:, last, None])
-    seen = after[:, np.isfinite(after).all(axis=0)]
-    stands = seen.size and np.quantile(seen, KEEP_TIME) <= STILL_SHARE * step
-    goes_on = step <= GOES_ON * before and before <= GOES_ON * step
-    return last + 1 if stands and goes_on else len(gap)
 
 
 # ---- changes of the rate -------------------------------------------------------------------------
