@@ -239,7 +239,7 @@ def _not_described(shown: Explanation, reason: Reason) -> Explanation:
 
 
 def without_a_wall(
-    track: Track, report: FootageReport, stands_beyond: Callable[[], tuple[bool, bool]]
+    track: Track, report: FootageReport, stands_beyond: Callable[[Track], tuple[bool, bool]]
 ) -> Explanation:
     """Explain a track by two bodies that meet.
 
@@ -249,7 +249,7 @@ def without_a_wall(
     """
     found = seen_impacts(without_wall(track))
     if found.collisions and not found.shortcomings:
-        causes = zip((Cause.WALL_BEHIND, Cause.WALL_AHEAD), stands_beyond(), strict=True)
+        causes = zip((Cause.WALL_BEHIND, Cause.WALL_AHEAD), stands_beyond(track), strict=True)
         against = [Reason(one) for one, stands in causes if stands]
         against += [Reason(Cause.LOST, (frame,)) for frame in track.lost_beyond]
         found = replace(found, shortcomings=tuple(against))
@@ -275,7 +275,7 @@ def of_pair(
     track: Track,
     known: Knowledge,
     report: FootageReport,
-    stands_beyond: Callable[[], tuple[bool, bool]],
+    stands_beyond: Callable[[Track], tuple[bool, bool]],
     *,
     seen_only: bool = False,
 ) -> Explanation:
@@ -310,7 +310,7 @@ def _of_moving(
     track: Track,
     known: Knowledge,
     report: FootageReport,
-    stands_beyond: Callable[[], tuple[bool, bool]],
+    stands_beyond: Callable[[Track], tuple[bool, bool]],
     *,
     seen_only: bool,
 ) -> Explanation:

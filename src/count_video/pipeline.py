@@ -75,7 +75,7 @@ def _explained(seen: Observation, settings: TrialSettings) -> Followed:
     )
     with suppress(TrackingError):
         pair = best = likeliest_pair(
-            two(track, stands_beyond=partial(stands_beyond, seen, track))
+            two(track, stands_beyond=partial(stands_beyond, seen))
             for track in pair_tracks(seen.movers, seen.frames, seen.view, settings.wall)
         )
     if pair is None or not is_settled(pair):

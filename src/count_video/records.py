@@ -29,6 +29,11 @@ Luma = NDArray[np.uint8]
 Chroma = NDArray[np.uint8]
 Indices = NDArray[np.intp]
 Mask = NDArray[np.bool_]
+Turns = NDArray[np.complex128]
+"""Similarities without their shifts, shape (n,): absolute values are scales, arguments angles in
+radians from x to y."""
+Point = tuple[float, float]
+"""Image x and y in px."""
 CollisionKind = Literal["bodies", "wall"]
 WallSide = Literal["left", "right"]
 RateSource = Literal["option", "metadata", "unknown"]
@@ -111,6 +116,21 @@ class BodyTrack:
 
 
 @dataclass(frozen=True)
+class CameraTurns:
+    """How the camera rolled and zoomed."""
+
+    turns: Turns
+    """Of each picture, shape (n,)."""
+    about_px: Point
+
+    def of(self, row: int, point: Point) -> Point:
+        """Where a picture shows what would be at a point if it were not turned."""
+        middle = complex(*self.about_px)
+        shown = middle + complex(self.turns[row]) * (complex(*point) - middle)
+        return shown.real, shown.imag
+
+
+@dataclass(frozen=True)
 class Track:
     """Where the bodies were, frame by frame."""
 
@@ -129,6 +149,9 @@ class Track:
     shift_px: Floats | None = None
     """How far each picture lies from where a camera at rest had shown it, by image x and y, shape
     (n, 2); positions and line are freed of it. None where the camera stood."""
+    turned: CameraTurns | None = None
+    """How the camera turned and scaled each picture, which comes after the shift; positions, line
+    and shift are freed of it. None where it did not."""
     wall_seen: bool = True
     """False where neither body bounces off anything but the other; ``wall_side`` says nothing then,
     and the ball is the body at smaller positions."""

@@ -35,7 +35,7 @@ def track() -> Track:
 
 
 def test_the_collision_is_counted() -> None:
-    explained = without_a_wall(track(), REPORT, lambda: (False, False))
+    explained = without_a_wall(track(), REPORT, lambda _: (False, False))
 
     assert (explained.counts, explained.count) == (True, 1)
 
@@ -46,7 +46,7 @@ def test_the_collision_is_counted() -> None:
 def test_what_stands_beyond_an_end_of_the_clip_may_be_a_wall(
     beyond: tuple[bool, bool], cause: Cause
 ) -> None:
-    explained = without_a_wall(track(), REPORT, lambda: beyond)
+    explained = without_a_wall(track(), REPORT, lambda _: beyond)
 
     assert not explained.counts
     assert [reason.cause for reason in explained.against] == [cause]
@@ -55,7 +55,7 @@ def test_what_stands_beyond_an_end_of_the_clip_may_be_a_wall(
 def test_a_body_that_is_lost_may_collide_again() -> None:
     lost = replace(track(), lost_beyond=(60.0,))
 
-    explained = without_a_wall(lost, REPORT, lambda: (False, False))
+    explained = without_a_wall(lost, REPORT, lambda _: (False, False))
 
     assert not explained.counts
     assert [(one.cause, one.figures) for one in explained.against] == [(Cause.LOST, (60.0,))]

@@ -62,7 +62,7 @@ def test_held_pictures_change_no_count(ratio: float, before: int, after: int) ->
 
 def check(track: Track, filmed: FilmedTrial, cause: Cause, first: int) -> None:
     """Check that a trial is counted that begins at some frame of a track, and why it alone is."""
-    explained = of_pair(track, NOTHING_KNOWN, ALL_FRAMES, lambda: (False, False))
+    explained = of_pair(track, NOTHING_KNOWN, ALL_FRAMES, lambda _: (False, False))
     assert explained.counts
     assert explained.count == len(filmed.frames)
     found = [one.frame for one in explained.collisions[: explained.count]]
@@ -137,7 +137,7 @@ def test_of_a_clip_that_is_cut_the_whole_trial_is_counted(
 def test_parts_of_a_trial_are_none(ratio: float) -> None:
     filmed = trial(ratio)
     parts = joined(attempt(filmed), climax(filmed), attempt(filmed))
-    assert not of_pair(parts, NOTHING_KNOWN, ALL_FRAMES, lambda: (False, False)).counts
+    assert not of_pair(parts, NOTHING_KNOWN, ALL_FRAMES, lambda _: (False, False)).counts
 
 
 @pytest.mark.parametrize("ratio", [1.0, 4.0, 16.0, 100.0])

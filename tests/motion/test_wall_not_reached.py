@@ -27,7 +27,7 @@ def filmed(setup: Setup, seed: int = 0) -> FilmedTrial:
 def explained(trial: FilmedTrial) -> Explanation:
     frames = len(trial.track.frame)
     report = FootageReport(frames, frames, ())
-    return of_pair(trial.track, NOTHING_KNOWN, report, lambda: (False, False))
+    return of_pair(trial.track, NOTHING_KNOWN, report, lambda _: (False, False))
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -1,9 +1,16 @@
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
+from drawn import background, paint_box, paint_disc, to_luma
 
-from count_video.tracking.beside import changes, has_face, turning_side
+from count_video.motion.time_base import at_rows
+from count_video.records import BodyTrack, Floats, MotionLine, Track
+from count_video.tracking.beside import changes, has_face, stands_beyond, turning_side
 
 
 def strip(face: int | None, body: int) -> np.ndarray:
@@ -72,3 +79,76 @@ def test_a_title_is_no_motion_and_neither_is_what_is_covered() -> None:
     assert not changes(titled)
     assert not changes(covered)
     assert not changes(np.full((8, 21, 40), np.nan))
+
+
+HEIGHT, WIDTH, MIDDLE_PX, RADIUS_PX, FACE_PX = 120, 480, 60.0, 20.0, 430.0
+PICTURES = 30
+LEAVES_PX = 4.0
+"""Step of a body from picture to picture."""
+
+
+def two_that_part() -> Track:
+    """Two bodies that part, of which the right one nears a face."""
+    frame = np.arange(float(PICTURES))
+    away = LEAVES_PX * (frame - frame[-1])
+    left, right = (
+        BodyTrack(place, np.full(PICTURES, 0.05), -RADIUS_PX, RADIUS_PX)
+        for place in (150.0 - away, 370.0 + away)
+    )
+    line = MotionLine(0.0, 0.0, MIDDLE_PX, upright=False)
+    return Track(frame, left, right, "left", 2 * RADIUS_PX, line, (), wall_seen=False)
+
+
+def seen_with(
+    track: Track,
+    shift_px: Floats,
+    region: tuple[int, int, int, int] = (0, 0, WIDTH, HEIGHT),
+    *,
+    face: bool,
+) -> Any:
+    """Pictures of these bodies, with the face or without it, by a camera that is shifted."""
+    assert track.heavy is not None
+    x, y, width, height = region
+    pictures = []
+    for row, (right, down) in enumerate(shift_px.tolist()):
+        canvas = np.full((HEIGHT, WIDTH), 140.0) + 0.1 * background((HEIGHT, WIDTH))
+        if face:
+            paint_box(canvas, (FACE_PX + right, -1.0, WIDTH + 50.0, HEIGHT + 1.0), 60.0)
+        for body in (track.ball, track.heavy):
+            place = float(body.position_px[row])
+            paint_disc(canvas, place + right, MIDDLE_PX + down, RADIUS_PX, 220.0)
+        pictures.append(to_luma(canvas)[y : y + height, x : x + width])
+    info = SimpleNamespace(width_px=WIDTH, height_px=HEIGHT)
+    view = SimpleNamespace(region=region, footage=SimpleNamespace(info=info))
+    return SimpleNamespace(
+        view=view, frames=track.frame.astype(int), picture=lambda row: pictures[row]
+    )
+
+
+STANDS = np.zeros((PICTURES, 2))
+
+
+@pytest.mark.parametrize("face", [True, False])
+def test_a_face_that_a_body_nears_as_the_clip_ends_is_seen(face: bool) -> None:
+    track = two_that_part()
+    assert stands_beyond(seen_with(track, STANDS, face=face), track) == (False, face)
+
+
+def test_the_border_of_a_region_is_no_face() -> None:
+    track, region = two_that_part(), (8, 8, WIDTH - 16, HEIGHT - 16)
+    assert stands_beyond(seen_with(track, STANDS, region, face=False), track) == (False, False)
+
+
+def test_a_face_is_seen_while_the_camera_trembles() -> None:
+    trembles = 6.0 * np.stack([np.sin(np.arange(PICTURES) * 0.9), np.zeros(PICTURES)], axis=1)
+    track = replace(two_that_part(), shift_px=trembles)
+    assert stands_beyond(seen_with(track, trembles, face=True), track) == (False, True)
+
+
+def test_the_ends_are_those_of_the_part_that_is_explained() -> None:
+    """Behind a still picture no body moves; and rows of a part are not those of the clip."""
+    track = two_that_part()
+    seen = seen_with(track, STANDS, face=True)
+    nearing = at_rows(track, track.frame >= 10)
+    assert stands_beyond(seen, nearing) == (False, True)
+    assert stands_beyond(seen, at_rows(track, track.frame < 10)) == (False, True)

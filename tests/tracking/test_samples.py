@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 from drawn import paint_ball, paint_box
 
+from count_video.errors import FootageError
 from count_video.tracking.bodies import find_movers
-from count_video.tracking.samples import BLOCK_PX, SURROUNDINGS, Thumbnails, choose_samples
+from count_video.tracking.samples import BLOCK_PX, SURROUNDINGS, Thumbnails, choose_samples, stored
 from count_video.tracking.sequences import prepared
 from count_video.video.pictures import reduced, scale_to
+from count_video.video.store import PictureStore
 
 SIZE = 720, 1280
 NOISE_LEVELS = 1.5
@@ -67,3 +71,17 @@ def test_a_ball_of_14_px_is_followed_in_a_large_picture() -> None:
     (ball,) = movers.bodies
     away = ball.middle_px - place
     assert float(np.std(away)) < PLACED_PX
+
+
+def test_pictures_that_cannot_all_be_made_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    closed: list[PictureStore] = []
+    # A list's method would not be bound to the store.
+    monkeypatch.setattr(PictureStore, "close", lambda store: closed.append(store))  # noqa: PLW0108
+
+    def pictures() -> Iterator[np.ndarray]:
+        yield np.zeros((40, 60), np.uint8)
+        raise FootageError("no room")
+
+    with pytest.raises(FootageError, match="no room"):
+        stored(pictures())
+    assert len(closed) == 1

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drawn import Luma, scene, to_luma
+from drawn import Luma, paint_disc, scene, to_luma
 from scipy import ndimage
 
 import count_video
+from count_video.records import CameraTurns, Turns
 from count_video.tracking.background import agree_better
 from count_video.tracking.corners import Trajectories
-from count_video.tracking.turning import Turns, between, camera_turns, turned_back
+from count_video.tracking.turning import between, camera_turns, turned_back
 from count_video.video.reader import open_footage
 from count_video.video.writer import WriteOptions, write_clip
 
@@ -100,6 +101,16 @@ def test_a_picture_turned_back_is_the_one_that_was_turned() -> None:
     inside = np.s_[8:-8, 8:-8]
     apart = back[inside].astype(float) - luma[inside]
     assert float(np.sqrt(np.mean(apart**2))) < LEVELS_RMS
+
+
+def test_a_place_that_was_followed_is_shown_where_the_picture_has_it() -> None:
+    turn, place = complex(1.02 * np.exp(0.03j)), (130.0, 70.0)
+    canvas = np.full(SHAPE, 100.0)
+    paint_disc(canvas, *place, 8.0, 220.0)
+    shown = turned(to_luma(canvas), turn).astype(float) - 100.0
+    middle = (SHAPE[1] - 1) / 2, (SHAPE[0] - 1) / 2
+    y, x = ndimage.center_of_mass(np.clip(shown, 0.0, None))
+    assert CameraTurns(np.array([turn]), middle).of(0, place) == pytest.approx((x, y), abs=0.1)
 
 
 @pytest.mark.parametrize("rolls", [True, False])

@@ -97,6 +97,14 @@ def test_the_file_is_open_until_the_footage_is_closed(clip: Path) -> None:
     assert not is_open(clip)
 
 
+def test_a_stream_that_is_never_begun_leaves_no_file_open(clip: Path) -> None:
+    with open_footage(clip) as footage:
+        stream = footage.frames()
+        assert is_open(clip)
+    assert not is_open(clip)
+    del stream
+
+
 def test_the_file_is_closed_where_the_reader_fails_half_way(clip: Path) -> None:
     def read(footage: Footage) -> None:
         for frame in footage.frames():

@@ -3,6 +3,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -10,6 +11,8 @@ from count_video.errors import FootageError
 from count_video.video.store import PictureStore
 
 PICTURE = np.arange(12 * 20, dtype=np.uint8).reshape(12, 20)
+LIGHT_LEVELS = 1
+"""A step of the light changes no pixel by more."""
 STEP = 8
 """Grey levels from one picture to the next: what is no more than noise is not written."""
 
@@ -92,3 +95,20 @@ def test_a_scene_at_rest_takes_no_space() -> None:
             store.append(PICTURE)
         assert store.bytes_written == 0
         assert all(np.array_equal(one, PICTURE) for one in store)
+
+
+@pytest.mark.parametrize("width", [8, 40])
+def test_a_dark_body_that_comes_in_is_no_change_of_the_light(width: int) -> None:
+    """Whatever share of the picture it takes: the rest comes back as it was, from the first one."""
+    scene = np.tile(np.where(np.arange(320) % 80 < 40, 140, 120).astype(np.uint8), (240, 1))
+    pictures = [scene]
+    for k in range(29):
+        picture = scene.copy()
+        picture[60:180, 200 + k : 200 + k + width] = 20
+        pictures.append(picture)
+    with PictureStore(memory_bytes=0, chunk_bytes=10 * scene.size) as store:
+        for picture in pictures:
+            store.append(picture)
+        assert 0 < store.bytes_written < 0.25 * len(pictures) * scene.size
+        apart = [cv2.absdiff(found, true) for found, true in zip(store, pictures, strict=True)]
+    assert max(int(one.max()) for one in apart) <= LIGHT_LEVELS

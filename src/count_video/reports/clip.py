@@ -22,9 +22,9 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw, ImageFont
 from PIL.ImageColor import getrgb
 
-from count_video.records import Collision, Floats, Frame, TrialResult
+from count_video.records import Collision, Floats, Frame, Point, TrialResult
 from count_video.reports.drawing import BALL, FONT, HEAVY, MARKS
-from count_video.reports.material import Material, Point, ball_edges_px, contact_px, image_point
+from count_video.reports.material import Material, ball_edges_px, contact_px, image_point
 from count_video.settings import Shape
 
 Pixels = NDArray[np.uint8]

@@ -11,9 +11,8 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from count_video.records import BodyTrack, Collision, Floats, Frame, Luma, Track, TrialResult
+from count_video.records import BodyTrack, Collision, Floats, Frame, Luma, Point, Track, TrialResult
 
-Point = tuple[float, float]
 Range = tuple[float, float]
 
 
@@ -122,7 +121,8 @@ def image_point(track: Track, row: int, position_px: float) -> Point:
     if line.upright:
         x, y = line.anchor_x_px + slope * (position_px - line.anchor_y_px), position_px
     right, down = (0.0, 0.0) if track.shift_px is None else track.shift_px[row]
-    return float(x + right), float(y + down)
+    point = float(x + right), float(y + down)
+    return point if track.turned is None else track.turned.of(row, point)
 
 
 def touching(material: Material) -> Material:

@@ -33,7 +33,6 @@ from count_video.reports.drawing import (
 )
 from count_video.reports.material import (
     Material,
-    Point,
     Range,
     ball_edges_px,
     contact_px,
@@ -109,7 +108,7 @@ def _draw_image(axes: Axes, material: Material, frames: Range, places: Range) ->
 
 def _draw_marks(axes: Axes, material: Material, frames: Range, size: float) -> None:
     """Mark the collisions; filled where they were seen, grey after the burst."""
-    alike: dict[tuple[CollisionKind, bool, bool], list[Point]] = defaultdict(list)
+    alike: dict[tuple[CollisionKind, bool, bool], list[tuple[float, float]]] = defaultdict(list)
     for c in material.result.collisions:
         if frames[0] <= c.frame <= frames[1]:
             counts = c.number <= material.result.burst_size

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from count_video.records import Floats, Luma, Mask, Track
+from count_video.records import Floats, Luma, Mask, Point, Track
 from count_video.tracking.observation import Observation
 from count_video.tracking.pairing import Places, places_of
 
@@ -53,8 +53,11 @@ def _stands_ahead(seen: Observation, track: Track, rows: Sequence[int]) -> bool:
     ways = _ways(track, rows)
     if not ways:
         return False
-    pictures = [_whole(seen, seen.pictures[row], track) for row in (rows[0], rows[-1])]
-    return any(has_face(*(_strip(luma, track, way)[0] for luma in pictures)) for way in ways)
+    first, last = (_shown(seen, track, row) for row in (rows[0], rows[-1]))
+    return any(
+        has_face(*(_strip(luma, track, way, shift_px=shift)[0] for luma, shift in (first, last)))
+        for way in ways
+    )
 
 
 def moves_beside(seen: Observation, track: Track, frame: float) -> bool:
@@ -71,8 +74,8 @@ def moves_beside(seen: Observation, track: Track, frame: float) -> bool:
     others = [places_of(one, seen.movers, seen.view) for one in seen.movers.bodies]
     strips = []
     for row in rows[np.linspace(0, len(rows) - 1, PICTURES).astype(int)].tolist():
-        shift = (0.0, 0.0) if track.shift_px is None else track.shift_px[row].tolist()
-        strip, x, y = _strip(_whole(seen, seen.pictures[row], track), track, way, length, shift)
+        luma, shift = _shown(seen, track, row)
+        strip, x, y = _strip(luma, track, way, length, shift)
         if track.line.upright:
             x, y = y, x
         hidden = [_covers(other, row, x - shift[0], y - shift[1]) for other in others]
@@ -119,13 +122,20 @@ def changes(strips: Floats) -> bool:
     return unlike > 1
 
 
-def _whole(seen: Observation, luma: Luma, track: Track) -> Luma:
-    """Picture in px of the footage, with x along the line of motion; 0 beyond the region."""
+def _shown(seen: Observation, track: Track, row: int) -> tuple[Luma, Point]:
+    """Picture of a row of a track in px of the footage, and how far the camera moved it.
+
+    Its x is along the line of motion, that of the shift along the rows of the footage. The border
+    of a region goes on beyond it.
+    """
+    luma = seen.picture(int(np.searchsorted(seen.frames, track.frame[row])))
     x, y, width, height = seen.view.region
     info = seen.view.footage.info
-    whole = np.zeros((info.height_px, info.width_px), dtype=np.uint8)
-    whole[y : y + height, x : x + width] = cv2.resize(luma, (width, height))
-    return whole.T if track.line.upright else whole
+    beyond = y, info.height_px - y - height, x, info.width_px - x - width
+    part = cv2.resize(luma, (width, height))
+    whole = np.asarray(cv2.copyMakeBorder(part, *beyond, cv2.BORDER_REPLICATE), np.uint8)
+    right, down = (0.0, 0.0) if track.shift_px is None else track.shift_px[row].tolist()
+    return whole.T if track.line.upright else whole, (right, down)
 
 
 def _ways(track: Track, shown: Sequence[int]) -> list[tuple[float, int]]:
@@ -151,7 +161,7 @@ def _strip(
     track: Track,
     way: tuple[float, int],
     length: float = np.inf,
-    shift_px: Sequence[float] = (0.0, 0.0),
+    shift_px: Point = (0.0, 0.0),
 ) -> tuple[Floats, Floats, Floats]:
     """Cut out what lies ahead from a place on, as far as the border or so long.
 

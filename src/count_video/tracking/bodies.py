@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from count_video.records import Floats, Indices, Luma
+from count_video.records import Floats, Indices, Luma, Turns
 from count_video.tracking.background import (
     Background,
     agree_better,
@@ -32,7 +32,7 @@ from count_video.tracking.rigid import RigidGroup, scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
 from count_video.tracking.sequences import Chosen, Lumas, Prepared, Turned, prepared
 from count_video.tracking.shape import Box, Part, Shape, known_of, size_of
-from count_video.tracking.turning import Turns, between, camera_turns, turned_back
+from count_video.tracking.turning import between, camera_turns, turned_back
 from count_video.video.store import PictureStore
 
 PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32
@@ -62,6 +62,8 @@ class Movers:
     """True if the pictures were transposed because the bodies move up and down."""
     motion: Motion | None
     """How the camera moved, by image x and y; None where it stood."""
+    turns: Turns | None = None
+    """How it turned and scaled each picture; None where it did not. All else is freed of it."""
 
 
 NOTHING_MOVES = Movers([], 0.0, upright=False, motion=None)
@@ -95,14 +97,13 @@ def find_movers(
     turns = scene.camera_turns()
     if turns is None:
         return _movers_in(pictures, frames, samples, scene, enough)
+    turns = between(turns, samples.chosen, len(frames))
     with PictureStore() as level:
-        for picture, turn in zip(
-            pictures, between(turns, samples.chosen, len(frames)), strict=True
-        ):
+        for picture, turn in zip(pictures, turns, strict=True):
             level.append(turned_back(picture, turn))
         turned = _Scene(samples, prepared(level, samples))
         if turned.agrees_better_than(scene):
-            return _movers_in(level, frames, samples, turned, enough)
+            return replace(_movers_in(level, frames, samples, turned, enough), turns=turns)
     return _movers_in(pictures, frames, samples, scene, enough)  # bodies that near each other
 
 

@@ -97,8 +97,12 @@ class Colours:
     def of_shot(self, shot: range) -> Colours:
         """Keep the pictures of a shot alone."""
         kept = Colours()
-        for row in shot if len(self._pictures) else ():
-            kept._keep(self._pictures[row])
+        try:
+            for row in shot if len(self._pictures) else ():
+                kept._keep(self._pictures[row])
+        except BaseException:
+            kept.close()
+            raise
         self.close()
         return kept
 

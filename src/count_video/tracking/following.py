@@ -203,7 +203,7 @@ class _Path:
     def _or_searched(self, best: Fit | None, row: int, near: Place) -> Fit | None:
         """Take what is found further away if that agrees better: than a sure place, much better.
 
-        The longer no fit has been sure, the rarer are the searches: in the 1st, 2nd, 4th, 8th
+        The longer no fit has been sure, the rarer are the searches: in the 1st, 2nd, 3rd, 5th, 9th
         picture and so on. The samples guess where the body is when it shows again.
         """
         if self._unsure & (self._unsure - 1):

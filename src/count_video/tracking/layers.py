@@ -60,7 +60,7 @@ def add_bodies(
         enough = BODIES_AT_MOST if rough.sure else BODIES_ENOUGH
         if len(found) - len(known) >= enough:
             break
-        if any(_holds(rough, other) for other in found):
+        if any(_holds(rough, other, clip) for other in found):
             continue
         if any(_alike(rough, one) for one in in_vain):
             continue
@@ -297,10 +297,11 @@ def _alike(one: Rough, other: Rough) -> bool:
     return one.box == other.box and np.array_equal(one.path_px, other.path_px, equal_nan=True)
 
 
-def _holds(rough: Rough, other: Followed) -> bool:
+def _holds(rough: Rough, other: Followed, clip: Clip) -> bool:
     """Whether the box of a proposal holds the middle of a known body in most of its samples."""
-    x = other.middle_px - rough.path_px[:, 0]
-    y = other.y_px + other.body.template.shape[0] / 2 - rough.path_px[:, 1]
+    right, down = (clip.shift_px - rough.path_px).T
+    x = other.middle_px + right
+    y = other.y_px + other.body.template.shape[0] / 2 + down
     left, top, right, bottom = rough.box
     inside = (x > left) & (x < right) & (y > top) & (y < bottom)
     return bool(inside[np.isfinite(rough.path_px[:, 0])].mean() > 0.5)

@@ -6,19 +6,19 @@ Which of the bodies are ball and heavy body is decided from their motion alone.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import TracebackType
 
 import numpy as np
 
 from count_video.errors import UsageError
 from count_video.process import give_memory_back
 from count_video.progress import NO_PROGRESS, Progress
-from count_video.records import Indices
+from count_video.records import Indices, Luma
 from count_video.tracking.bodies import Movers, find_movers
 from count_video.tracking.colour import Colours
 from count_video.tracking.pairing import has_pair
 from count_video.tracking.samples import Thumbnails, stored
 from count_video.tracking.shots import Shots
+from count_video.tracking.turning import turned_back
 from count_video.tracking.view import TrackSettings, View, view_of
 from count_video.video.reader import Footage
 from count_video.video.store import PictureStore
@@ -38,15 +38,16 @@ class Observation:
     whole: bool = True
     """Whether the clip is one shot; of others the longest alone is here."""
 
+    def picture(self, row: int) -> Luma:
+        """Picture as the bodies were followed in it: turned back where the camera turned."""
+        turns = self.movers.turns
+        shown = self.pictures[row]
+        return shown if turns is None else turned_back(shown, complex(turns[row]))
+
     def __enter__(self) -> Observation:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.pictures.close()
 
 

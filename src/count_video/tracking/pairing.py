@@ -13,7 +13,15 @@ from itertools import combinations
 import numpy as np
 
 from count_video.errors import TrackingError
-from count_video.records import BodyTrack, Floats, Indices, MotionLine, Track, WallSide
+from count_video.records import (
+    BodyTrack,
+    CameraTurns,
+    Floats,
+    Indices,
+    MotionLine,
+    Track,
+    WallSide,
+)
 from count_video.signals import NOISE_AT_LEAST_PX, low_points, noise_px, sigma_of
 from count_video.tracking.bodies import Movers
 from count_video.tracking.following import FRAMES_AT_LEAST, Followed, was_followed
@@ -229,6 +237,7 @@ def _track(
             *contradiction(given, found),
         ),
         shift_px=camera_shift(movers, view),
+        turned=camera_turned(movers, view),
         wall_seen=bool(given or found),
         lost_beyond=tuple(frame for one in places for frame in lost_beyond(one, frames, view)),
     )
@@ -288,6 +297,14 @@ def camera_shift(movers: Movers, view: View) -> Floats | None:
     if movers.motion is None:
         return None
     return np.asarray(view.factor * movers.motion.everywhere_px, dtype=np.float64)
+
+
+def camera_turned(movers: Movers, view: View) -> CameraTurns | None:
+    """How the camera turned each picture, about the middle of the view; None if it did not."""
+    if movers.turns is None:
+        return None
+    x, y, width, height = view.region
+    return CameraTurns(movers.turns, (x + (width - 1) / 2, y + (height - 1) / 2))
 
 
 def unseen_warning(name: str, x_px: Floats) -> list[str]:

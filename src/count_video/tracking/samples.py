@@ -92,8 +92,12 @@ class Thumbnails:
 def stored(pictures: Iterable[Luma]) -> tuple[PictureStore, Thumbnails]:
     """Keep pictures that were made of those of a clip, each of shape (height, width)."""
     store, thumbnails = PictureStore(), Thumbnails()
-    for row, picture in enumerate(pictures):
-        thumbnails.add(row, store.append(picture))
+    try:
+        for row, picture in enumerate(pictures):
+            thumbnails.add(row, store.append(picture))
+    except BaseException:
+        store.close()
+        raise
     return store, thumbnails
 
 

@@ -15,6 +15,7 @@ from count_video.tracking.observation import Observation
 from count_video.tracking.pairing import (
     Places,
     camera_shift,
+    camera_turned,
     places_of,
     unseen_warning,
     wall_side,
@@ -84,6 +85,7 @@ def _track(body: Places, seen: Observation) -> Track:
         line=line,
         warnings=tuple(unseen_warning("body", ball.position_px)),
         shift_px=camera_shift(seen.movers, seen.view),
+        turned=camera_turned(seen.movers, seen.view),
     )
 
 

@@ -12,9 +12,8 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from count_video.records import Indices, Luma, Pixels
+from count_video.records import Indices, Luma, Pixels, Turns
 from count_video.signals import interpolated
 from count_video.tracking.camera import MEASURED_OF, MOVED_AT_LEAST_PX
 from count_video.tracking.corners import Trajectories
@@ -27,9 +26,6 @@ PARTNERS, NEAR_MEDIANS = 3, 4.0
 half of all corners do."""
 SHIFT_FACTOR = 2.0
 """A camera turned if a shift alone leaves corners so many times as far from their places."""
-Turns = NDArray[np.complex128]
-"""Similarities without their shifts: absolute values are scales, arguments angles in radians from
-x to y."""
 
 
 def turned_back(picture: Luma, turn: complex) -> Luma:

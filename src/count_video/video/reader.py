@@ -73,10 +73,7 @@ class Footage:
             raise UsageError(f"frames {start} to {end}: frames count from 0; give no negative one")
         if self._stream is not None:
             self._stream.close()
-        # A pass alone holds what it reads: a decoder keeps its pictures until it is forgotten.
-        reading, self._opened = self._opened or Reading(self.info.path), None
-        self._tally, self._runs = reading.tally, [0]
-        self._stream = self._frames(reading, start, end, colour)
+        self._stream = self._frames(start, end, colour)
         return self._stream
 
     def report(self) -> FootageReport:
@@ -99,9 +96,10 @@ class Footage:
             frames_missing=round(max([0, *(one.lost for one in found if math.isfinite(one.lost))])),
         )
 
-    def _frames(
-        self, reading: Reading, start: int, end: int | None, colour: bool
-    ) -> Generator[Frame, None, None]:
+    def _frames(self, start: int, end: int | None, colour: bool) -> Generator[Frame, None, None]:
+        # A pass alone holds what it reads: a decoder keeps its pictures until it is forgotten.
+        reading, self._opened = self._opened or Reading(self.info.path), None
+        self._tally, self._runs = reading.tally, [0]
         # Whether a frame is a copy is known when the next one is there: it waits here till then.
         waiting: deque[tuple[Luma, Chroma | None]] = deque()
         turns = self.info.rotation_deg // 90

@@ -162,16 +162,21 @@ class PictureStore(Sequence[Luma]):
 
 def _changes(thumbnails: Sequence[Luma], before: Luma) -> tuple[Floats, Mask]:
     """Light of each picture over the first one's, and where more than that changes."""
-    first, bright = _smooth(before), max(1.0, cv2.mean(before)[0])
-    light, squares = np.ones(len(thumbnails)), np.zeros(before.shape, np.float32)
-    for number, one in enumerate(thumbnails):
-        light[number] = round(cv2.mean(one)[0] / bright * LIGHT_STEPS) / LIGHT_STEPS
-        cv2.accumulateSquare(_smooth(one) - np.float32(light[number]) * first, squares)
-    away = np.sqrt(squares / len(thumbnails))
-    # What differs by 4 times as much as most of the picture does is more than noise, for the first
-    # picture's own noise makes up to 3.6 times as much in one of 40 000 pixels. It differs by half
-    # a grey level at least; and by 4 levels at most, for another scene differs everywhere.
-    return light, away > np.clip(4.0 * float(np.median(away)), 0.5, 4.0)
+    first, light = _smooth(before), np.ones(len(thumbnails))
+    usual = np.ones(before.shape, np.uint8)
+    for _ in range(2):  # the second time without bodies that come in, which are no light
+        bright, squares = max(1.0, cv2.mean(before, usual)[0]), np.zeros(before.shape, np.float32)
+        for number, one in enumerate(thumbnails):
+            light[number] = round(cv2.mean(one, usual)[0] / bright * LIGHT_STEPS) / LIGHT_STEPS
+            cv2.accumulateSquare(_smooth(one) - np.float32(light[number]) * first, squares)
+        away = np.sqrt(squares / len(thumbnails))
+        # What differs by 4 times as much as most of the picture does is more than noise, for the
+        # first picture's own noise makes up to 3.6 times as much in one of 40 000 pixels. It
+        # differs by half a grey level at least; ...
+        least = max(4.0 * float(np.median(away)), 0.5)
+        usual = (away <= least).astype(np.uint8)
+    # ... and by 4 levels at most, for another scene differs everywhere.
+    return light, away > min(least, 4.0)
 
 
 def _smooth(small: Luma) -> Pixels:
