@@ -194,7 +194,7 @@ class _Path:
             best = self._or_searched(best, row, onward[0] if onward else guess)
         self._unsure = 0 if best is not None and self._is_sure(best) else self._unsure + 1
         if best is None:
-            self.lose()
+            self.lost += 1
             return None
         right, down = self._clip.shift_px[row].tolist()
         self.pass_by(row, (best.x_px - right, best.y_px - down))
@@ -246,10 +246,6 @@ class _Path:
             share = math.prod((frame - other) / (at - other) for other, _ in known if other != at)
             x, y = x + share * place[0], y + share * place[1]
         return (x, y) if known else guess
-
-    def lose(self) -> None:
-        """Take note that a picture does not show the body."""
-        self.lost += 1
 
     def pass_by(self, row: int, place: Place) -> None:
         """Take note of where the body is in a picture."""

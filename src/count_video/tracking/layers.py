@@ -135,8 +135,7 @@ def _stands_for_both(body: Body, other: Body) -> bool:
 
 
 def _travel_px(seen: Followed) -> float:
-    x, y = (place[np.isfinite(place)] for place in (seen.x_px, seen.y_px))
-    return float(np.hypot(np.ptp(x), np.ptp(y))) if len(x) else 0.0
+    return float(np.hypot(*np.ptp(known_of(seen.xy_px), axis=0)))
 
 
 def apart(followed: Sequence[Followed]) -> list[Followed]:

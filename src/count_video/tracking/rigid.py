@@ -129,7 +129,7 @@ def scene_path(trajectories: Trajectories, shape: tuple[int, ...]) -> Floats:
     whole = trajectories.anywhere & (trajectories.seen.mean(axis=1) > SCENE_SEEN)
     places, seen = trajectories.places_px[whole], trajectories.seen[whole]
     still = np.zeros(trajectories.places_px.shape[1:])
-    joined = _joined(places, seen, still=True) if len(places) else np.empty((0, 0), np.bool_)
+    joined = _joined(places, seen, still=True)
     # Corners of one scene name the same ones.
     scenes = [np.flatnonzero(row) for row in np.unique(joined, axis=0)]
     scenes = [one for one in scenes if len(one) >= CORNERS_AT_LEAST]

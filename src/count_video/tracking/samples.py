@@ -102,7 +102,7 @@ def stored(pictures: Iterable[Luma]) -> tuple[PictureStore, Thumbnails]:
 
 
 def choose_samples(pictures: dict[int, Luma]) -> Samples:
-    """Choose samples among the pictures of a clip, given thumbnails by their place in it.
+    """Choose samples among two pictures or more of a clip, given thumbnails by their place in it.
 
     They are made equally bright in their place: copies of all take much memory.
     """
@@ -203,15 +203,10 @@ def _changes(level: Sequence[Luma]) -> tuple[Floats, Floats, Mask]:
     """
     rng = np.random.default_rng(SEED)
     count = len(level)
-    near = (
-        np.unique(np.linspace(0, count - 2, PAIRS).astype(int)) if count > 1 else np.empty(0, int)
-    )
+    near = np.unique(np.linspace(0, count - 2, PAIRS).astype(int))
     neighbours = np.array([_change(level[k], level[k + 1]) for k in near])
     pairs = rng.integers(0, count, (PAIRS, 2))
     distant = np.array([_change(level[a], level[b]) for a, b in pairs])
-    if len(neighbours) == 0:
-        nothing = np.zeros(distant.shape[1:])
-        return nothing, nothing + np.inf, nothing > 0
     noise = np.quantile(neighbours, 0.2, axis=0)
     scatter = MEDIAN_TO_SIGMA * float(np.median(np.abs(neighbours - np.median(neighbours, axis=0))))
     largest = np.quantile(distant, 0.97, axis=0) - noise
