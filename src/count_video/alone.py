@@ -8,7 +8,6 @@ from dataclasses import replace
 from count_video.explanations import Explanation, by_impacts, completed, shown_at_wall
 from count_video.motion.fitted import fit_burst
 from count_video.motion.flight import LAW_SIGMAS
-from count_video.motion.meeting import seen_impacts
 from count_video.motion.parameters import Knowledge
 from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL
 from count_video.motion.struck import struck_ball, with_unseen_heavy
@@ -27,17 +26,18 @@ three blows five numbers show whether three describe them."""
 
 
 def at_a_stop(
-    track: Track, report: FootageReport, moves_beside: Callable[[float], bool]
+    track: Track,
+    report: FootageReport,
+    moves_beside: Callable[[float], bool],
+    *,
+    seen_only: bool = False,
 ) -> Explanation:
     """Explain a track by one body alone.
 
     ``moves_beside`` says whether something that was not followed moves where the body turns at a
     frame: then, or if nothing shows it, it may be one of the bodies of a trial.
     """
-    base = with_copies(track) or even(track.frame)
-    found = seen_impacts(base.evened(track))
-    found = replace(found, collisions=tuple(map(base.shown, found.collisions)))
-    alone = by_impacts(track, found, report)
+    alone = by_impacts(track, report, seen_only=seen_only)
     few = alone.count < IMPACTS_OF_ONE_ALONE
     if not alone.counts or not (few or turns_on_both_sides(alone)):
         return alone
@@ -108,6 +108,6 @@ def of_one(
 
     See ``at_a_stop`` and ``at_wall``.
     """
-    alone = at_a_stop(track, report, moves_beside)
+    alone = at_a_stop(track, report, moves_beside, seen_only=seen_only)
     struck = None if alone.counts or seen_only else struck_unseen(track, known, report)
     return struck or alone

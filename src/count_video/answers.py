@@ -10,11 +10,9 @@ from pathlib import Path
 from count_video.explanations import Explanation
 from count_video.motion.parameters import Knowledge
 from count_video.motion.priors import SWING_RATIO_SHARE
-from count_video.motion.swing import Swing
 from count_video.physics.theory import pi_bounds
 from count_video.reasons import Cause, Reason
 from count_video.records import Estimate, FootageInfo, FootageReport, Track, TrialResult
-from count_video.reports.material import Pendulum
 from count_video.reports.words import CLEARER, sentence, sentences, what_to_do
 from count_video.settings import TrialSettings
 from count_video.tracking.pairing import contradiction
@@ -30,8 +28,6 @@ class Followed:
     result: TrialResult
     track: Track | None = None
     """None where no bodies could be followed."""
-    pendulum: Pendulum | None = None
-    """That of the heavy body; None where its swing does not show."""
 
     @property
     def path(self) -> Path:
@@ -116,22 +112,13 @@ def answer(
     return weighed(result, measured, settings.masses)
 
 
-def pendulum_of(explained: Explanation) -> Pendulum | None:
-    """How the heavy body swings, if it shows."""
-    swing = _swing_of(explained)
-    return None if swing is None else Pendulum(swing.rate_squared, swing.centre_px)
-
-
-def _swing_of(explained: Explanation) -> Swing | None:
-    return explained.found.swing if explained.found is not None else None
-
-
 def measured_ratios(explained: Explanation, *, given: bool) -> list[Estimate]:
     """Mass ratios that the motion gives, as far as it determines them: the fit's, the swing's.
 
     Where masses are ``given`` the fit knows them; then it is what the places say by themselves.
     """
-    swing, fit = _swing_of(explained), explained.fit
+    found, fit = explained.found, explained.fit
+    swing = None if found is None else found.swing
     ratios = [] if fit is None else [fit.ratio_by_places if given else fit.mass_ratio]
     if swing is not None:
         ratio = float(swing.mass_ratio)

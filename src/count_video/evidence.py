@@ -88,7 +88,7 @@ def _material(found: Followed) -> Material | None:
     """Return what is drawn of a clip, with the heavy body's face where the ball touches it."""
     if found.track is None:
         return None
-    return touching(Material(found.result, found.track, found.pendulum))
+    return touching(Material(found.result, found.track))
 
 
 def _rows(footage: Footage, track: Track, progress: Progress) -> Iterator[tuple[Frame, int]]:

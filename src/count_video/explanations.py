@@ -25,9 +25,9 @@ from count_video.motion.priors import UNEXPLAINED_WRONG
 from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
 from count_video.motion.stretches import longest_shot, without_still
-from count_video.motion.time_base import TimeBase
+from count_video.motion.time_base import TimeBase, even
+from count_video.motion.time_hypotheses import with_copies
 from count_video.motion.timed import seen_by_time_base
-from count_video.motion.weighing import SeenImpacts
 from count_video.reasons import Cause, Reason
 from count_video.records import SURE, Collision, FootageReport, Track
 
@@ -239,7 +239,11 @@ def _not_described(shown: Explanation, reason: Reason) -> Explanation:
 
 
 def without_a_wall(
-    track: Track, report: FootageReport, stands_beyond: Callable[[Track], tuple[bool, bool]]
+    track: Track,
+    report: FootageReport,
+    stands_beyond: Callable[[Track], tuple[bool, bool]],
+    *,
+    seen_only: bool = False,
 ) -> Explanation:
     """Explain a track by two bodies that meet.
 
@@ -247,27 +251,39 @@ def without_a_wall(
     those of a trial whose wall was left before the clip, or is not reached in it. What one does
     that is lost within the picture nobody knows.
     """
-    found = seen_impacts(without_wall(track))
-    if found.collisions and not found.shortcomings:
-        causes = zip((Cause.WALL_BEHIND, Cause.WALL_AHEAD), stands_beyond(track), strict=True)
-        against = [Reason(one) for one, stands in causes if stands]
-        against += [Reason(Cause.LOST, (frame,)) for frame in track.lost_beyond]
-        found = replace(found, shortcomings=tuple(against))
-    return by_impacts(track, found, report)
+    pair = replace(without_wall(track), wall_seen=track.wall_seen)
+    explained = by_impacts(pair, report, seen_only=seen_only)
+    if not explained.collisions or explained.against:
+        return explained
+    causes = zip((Cause.WALL_BEHIND, Cause.WALL_AHEAD), stands_beyond(track), strict=True)
+    against = [Reason(one) for one, stands in causes if stands]
+    against += [Reason(Cause.LOST, (frame,)) for frame in track.lost_beyond]
+    return replace(explained, against=tuple(against))
 
 
-def by_impacts(track: Track, found: SeenImpacts, report: FootageReport) -> Explanation:
-    """Explain a track of one body alone, or of two without a wall, by the impacts that it shows."""
-    count = len(found.collisions)
-    turned = track.heavy is not None and track.wall_side == "right"
+def by_impacts(track: Track, report: FootageReport, *, seen_only: bool = False) -> Explanation:
+    """Explain a track of one body alone, or of two without a wall, by the impacts that it shows.
+
+    With ``seen_only`` those are left out that no picture shows.
+    """
+    base = with_copies(track) or even(track.frame)
+    found = seen_impacts(base.evened(track))
+    impacts = [one for one in found.collisions if one.seen or not seen_only]
+    count, doubts = len(impacts), found.doubts
     probability = with_missing(found.probability, count, report)
-    chance, doubts = probability.get(count, 0.0), found.doubts
+    chance = probability.get(count, 0.0)
     if chance < PROBABILITY_AT_LEAST:
         doubts = (*doubts, Reason(Cause.OTHERS_LIKELY, (count, chance)))
-    track = with_errors(track, found.errors[::-1] if turned else found.errors)
-    scene: Scene = "stop" if track.heavy is None else "bodies"
     return Explanation(
-        track, scene, found.collisions, count, probability, found.shortcomings, doubts
+        track=with_errors(track, found.errors),
+        scene="stop" if track.heavy is None else "bodies",
+        collisions=tuple(
+            replace(base.shown(one), number=number) for number, one in enumerate(impacts, 1)
+        ),
+        count=count,
+        probability=probability,
+        against=found.shortcomings,
+        doubts=doubts,
     )
 
 
@@ -318,7 +334,7 @@ def _of_moving(
     walled = at_wall(track, known, report, seen_only=seen_only) if track.wall_seen else None
     if walled is not None and not only_turns(track, walled.collisions):
         return walled
-    free = without_a_wall(track, report, stands_beyond)
+    free = without_a_wall(track, report, stands_beyond, seen_only=seen_only)
     return free if walled is None or free.counts or walled.counts else walled
 
 

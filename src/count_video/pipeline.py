@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 
 from count_video.alone import of_one
-from count_video.answers import Followed, answer, knowledge, nothing_to_count, pendulum_of
+from count_video.answers import Followed, answer, knowledge, nothing_to_count
 from count_video.choosing import (
     is_settled,
     likeliest_pair,
@@ -95,4 +95,4 @@ def _explained(seen: Observation, settings: TrialSettings) -> Followed:
         result = answer(best, info, report, settings)
     else:
         result = nothing_to_count(info, report, sentence(Reason(Cause.PARTS_OF_BODIES)))
-    return Followed(result, best.track, pendulum_of(best))
+    return Followed(result, best.track)

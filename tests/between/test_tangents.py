@@ -49,6 +49,19 @@ def test_a_motion_that_ends_has_no_further_events() -> None:
     assert np.isinf(paths.time[0, -1])
 
 
+@pytest.mark.parametrize(("count", "most"), [(26, 60), (69, 60)])
+def test_collisions_after_those_that_were_fitted_leave_these_as_they_are(
+    count: int, most: int
+) -> None:
+    """Of long bursts neighbours share a deviation: of more collisions they would be others."""
+    sets = values(min(count, most))[None]
+    sets[:, [Column.BODIES, Column.BOUNCE]] = 1.0
+    sets[:, Column.LIGHTNESS] = -np.log(700.0)
+    fitted, beyond = follow(sets, count, START), follow(sets, count + 12, START, fitted=count)
+    assert np.isfinite(fitted.time[0, :40]).all()
+    assert np.array_equal(fitted.time, beyond.time[:, : count + 1])
+
+
 @pytest.mark.parametrize("column", range(FIRST_DEVIATION + 26))
 def test_derivatives_are_those_of_the_motion(column: int) -> None:
     at = values(26)

@@ -9,7 +9,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from count_video import alone, answers
+from count_video import answers, explanations
 from count_video.alone import at_a_stop
 from count_video.motion.meeting import seen_impacts
 from count_video.motion.priors import PARTNER_UNSEEN, STANDS_STILL
@@ -54,7 +54,7 @@ def answer(
     path = path or track()
     shown = seen_impacts(path)
     found = replace(shown, probability=shares, collisions=shown.collisions[:impacts])
-    with patch.object(alone, "seen_impacts", return_value=found):
+    with patch.object(explanations, "seen_impacts", return_value=found):
         explained = at_a_stop(path, REPORT, lambda _: moves)
         return answers.answer(explained, INFO, REPORT, TrialSettings())
 

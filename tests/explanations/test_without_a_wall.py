@@ -12,6 +12,8 @@ from count_video.reasons import Cause
 from count_video.records import BodyTrack, FootageReport, MotionLine, Track
 
 FRAMES, SIZE_PX, MEETS = 80, 20.0, 40.3
+AT_CORNER_PX = 1.0
+"""A place between two pictures about a corner of 3 px a frame is wrong by a quarter of that."""
 REPORT = FootageReport(FRAMES, FRAMES, ())
 
 
@@ -59,3 +61,39 @@ def test_a_body_that_is_lost_may_collide_again() -> None:
 
     assert not explained.counts
     assert [(one.cause, one.figures) for one in explained.against] == [(Cause.LOST, (60.0,))]
+
+
+def test_two_bodies_that_meet_are_counted_between_copies() -> None:
+    """One picture in six is a copy, as from 25 to 30 a second; a cradle of two meets again."""
+    frame = np.arange(160.0)
+    swing = 80.0 * np.sin(2 * np.pi / 28.0 * (frame - 7.3))
+    noise, sigma = np.random.default_rng(1).normal(0.0, 0.05, (2, 160)), np.full(160, 0.05)
+    left = BodyTrack(300.0 + np.minimum(swing, 0.0) + noise[0], sigma, -SIZE_PX, SIZE_PX)
+    right = BodyTrack(300.0 + SIZE_PX + np.maximum(swing, 0.0) + noise[1], sigma, 0.0, 2 * SIZE_PX)
+    shown = replace(track(), frame=frame, ball=left, heavy=right, ball_diameter_px=2 * SIZE_PX)
+    copied = replace(shown, frame=frame + frame // 5)
+    true, found = (without_a_wall(one, REPORT, lambda _: (False, False)) for one in (shown, copied))
+    assert (true.counts, true.count) == (found.counts, found.count) == (True, 11)
+    times = np.array([one.frame for one in true.collisions])
+    # After picture k, the frame after the copies before it.
+    expected = times + times // 5
+    np.testing.assert_allclose([one.frame for one in found.collisions], expected, atol=1.0)
+
+
+def test_bodies_are_named_alike_in_track_and_collisions_whatever_wall_is_given() -> None:
+    shown = track()
+    assert shown.heavy is not None
+    turned = replace(
+        shown,
+        wall_side="right",
+        ball=BodyTrack(
+            shown.heavy.position_px + SIZE_PX / 2, shown.ball.sigma_px, -SIZE_PX / 2, SIZE_PX / 2
+        ),
+        heavy=BodyTrack(shown.ball.position_px + SIZE_PX / 2, shown.ball.sigma_px, -SIZE_PX, 0.0),
+    )
+    explained = without_a_wall(turned, REPORT, lambda _: (False, False))
+    (one,) = explained.collisions
+    place = np.interp(one.frame, explained.track.frame, explained.track.ball.position_px)
+    assert place == pytest.approx(one.position_px, abs=AT_CORNER_PX)
+    touches = place + explained.track.ball.high_edge_px
+    assert touches == pytest.approx(200.0 + SIZE_PX / 2, abs=AT_CORNER_PX)

@@ -14,12 +14,13 @@ from filmed_trials import (
     resolving_fps,
 )
 
-from count_video.motion.fitted import Between, fit_burst
+from count_video.explanations import of_pair
+from count_video.motion.fitted import NOTHING_KNOWN, Between, fit_burst
 from count_video.motion.seen import SeenCollisions, seen_collisions
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
 from count_video.reasons import Cause, Reason
-from count_video.records import Track
+from count_video.records import FootageReport, Track, WallSide
 from tiers import known_miss, rest_slow
 
 LIGHT_KG = 0.0105
@@ -314,3 +315,15 @@ def test_as_many_frames_as_the_noise_asks_for_show_the_ball_at_rest(
     whole = found.burst == motion.count and not found.shortcomings
     assert whole or found.shortcomings
     assert whole is (noise_px < 0.1 or (lead_frames > 2 and noise_px < 1.0))
+
+
+@pytest.mark.parametrize("wall_side", ["left", "right"])
+@pytest.mark.parametrize("pace", [1.0, 2.0])
+def test_a_turn_at_the_cylinder_says_nothing_of_the_wall(wall_side: WallSide, pace: float) -> None:
+    """At 60 pictures a second flights are short: turns at both ends lie within three pictures."""
+    setup = Setup(heavy_mass_kg=3 * 0.0105, wall_gap_m=0.0187)
+    filmed = film(setup, Filming(60.0, noise_px=0.05, wall_side=wall_side))
+    track = replace(filmed.track, frame=pace * filmed.track.frame)
+    report = FootageReport(len(track.frame), len(track.frame), ())
+    explained = of_pair(track, NOTHING_KNOWN, report, lambda _: (False, False))
+    assert (explained.scene, explained.counts, explained.count) == ("wall", True, 5)

@@ -13,6 +13,7 @@ from filmed_trials import FilmedTrial, Filming, film_motion, make_track, part
 from count_video.explanations import of_pair
 from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.motion.stretches import longest_shot, without_still
+from count_video.motion.time_base import at_rows
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.reasons import Cause, Reason
@@ -152,3 +153,20 @@ def test_a_knock_of_the_camera_is_no_cut() -> None:
     ball, heavy = (replace(b, position_px=b.position_px + knock) for b in track.bodies)
     knocked = replace(track, ball=ball, heavy=heavy)
     assert longest_shot(knocked) is knocked
+
+
+@pytest.mark.parametrize("frames", [2, 3, 6])
+def test_frames_whose_numbers_are_missing_are_no_cut(frames: int) -> None:
+    track = trial(16.0).track
+    gone = (track.frame < 30) | (track.frame >= 30 + frames)
+    shown = at_rows(track, gone)
+    assert longest_shot(shown) is shown
+
+
+@pytest.mark.parametrize("both", [(), (0,), (0, 40)])
+def test_bodies_that_are_hardly_seen_together_are_refused(both: tuple[int, ...]) -> None:
+    track = trial(16.0).track
+    hidden = np.full(len(track.frame), np.nan)
+    hidden[list(both)] = track.ball.position_px[list(both)]
+    apart = replace(track, ball=replace(track.ball, position_px=hidden))
+    assert not of_pair(apart, NOTHING_KNOWN, ALL_FRAMES, lambda _: (False, False)).counts

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from free_paths import alone, bouncing, noisy
 
+from count_video.alone import of_one
+from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.motion.meeting import seen_impacts
 from count_video.reasons import Cause
-from count_video.records import SURE, Floats
+from count_video.records import SURE, Floats, FootageReport
 
 NOISE_PX = 0.3
 FLIGHT, PULL = 16.0, 14.0
@@ -100,3 +102,16 @@ def test_places_before_an_unseen_impact_do_not_mislead_the_first_one_seen() -> N
     times = [one.frame for one in found.collisions if one.seen]
     assert found.collisions[0].seen is False
     assert times == pytest.approx(impacts[1:], abs=TIMES_WITHIN)
+
+
+def test_what_no_picture_shows_is_not_counted_where_only_seen_impacts_are_asked_for() -> None:
+    place, impacts = lost_before_its_last_impact(0, 3)
+    report = FootageReport(len(place), len(place), ())
+    counted, asked = (
+        of_one(alone(place), NOTHING_KNOWN, report, lambda _: False, seen_only=only)
+        for only in (False, True)
+    )
+    assert (counted.counts, counted.count) == (True, len(impacts))
+    assert not all(one.seen for one in counted.collisions)
+    assert all(one.seen for one in asked.collisions)
+    assert not asked.counts  # that these are all is not probable

@@ -75,9 +75,20 @@ def without_wall(track: Track) -> Track:
     if track.heavy is None or track.wall_side == "left":
         return replace(track, wall_seen=False)
     left, right = track.heavy, track.ball
-    face = right.low_edge_px
-    right = BodyTrack(right.position_px + face, right.sigma_px, 0.0, right.high_edge_px - face)
-    return replace(track, ball=left, heavy=right, wall_side="left", wall_seen=False)
+    middle, face = (left.low_edge_px + left.high_edge_px) / 2, right.low_edge_px
+    return replace(
+        track,
+        ball=_about(left, middle),
+        heavy=_about(right, face),
+        wall_side="left",
+        wall_seen=False,
+    )
+
+
+def _about(body: BodyTrack, point_px: float) -> BodyTrack:
+    """Refer a body's places to another point of it."""
+    low_px, high_px = body.low_edge_px - point_px, body.high_edge_px - point_px
+    return BodyTrack(body.position_px + point_px, body.sigma_px, low_px, high_px)
 
 
 def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:
@@ -85,9 +96,13 @@ def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:
 
     What no picture shows on either side is no smooth turn.
     """
-    motion = motion_of(track.frame, track.ball.position_px)
+    pace = frames_per_picture(track)
+    motion = motion_of(track.frame / pace, track.ball.position_px)
+    side = -1 if track.wall_side == "left" else 1
     turns = find_turns(motion)
     flight = usual_flight(turns, motion)
+    turns = [turn for turn in turns if turn.side == side]
+    collisions = [in_frames(one, 1 / pace) for one in collisions]
     ends = [-np.inf, *(collision.frame for collision in collisions), np.inf]
     for before, collision, after in zip(ends[:-2], collisions, ends[2:], strict=True):
         if collision.kind != "wall":

@@ -84,7 +84,7 @@ class Paths:
     """Like ``states``, right before the event that starts the piece."""
 
 
-def follow(sets: Floats, count: int, first_time: float) -> Paths:
+def follow(sets: Floats, count: int, first_time: float, *, fitted: int | None = None) -> Paths:
     """Follow the motions through ``count`` collisions that alternate, the bodies' first.
 
     Parameters
@@ -95,6 +95,8 @@ def follow(sets: Floats, count: int, first_time: float) -> Paths:
         Number of collisions.
     first_time
         No collision is sought before this time (the model's time 0 may lie after the first).
+    fitted
+        Of so many collisions the sets have deviations; None for all.
     """
     alone = len(sets) == 1
     on: Any = Numbers if alone else np
@@ -104,7 +106,7 @@ def follow(sets: Floats, count: int, first_time: float) -> Paths:
     times: list[Number] = [first_time + 0.0 * columns[0]]
     before, states = [first], [first]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for flight, arrived, left in _events(columns, laws, (first, count), on):
+        for flight, arrived, left in _events(columns, laws, (first, count, fitted or count), on):
             times.append(times[-1] + flight)
             before.append(arrived)
             states.append(left)
@@ -142,12 +144,16 @@ def _start(columns: Sequence[Number], laws: Laws, time: float, on: Any) -> State
 
 
 def _events(
-    columns: Sequence[Number], laws: Laws, begin: tuple[State, int], on: Any
+    columns: Sequence[Number], laws: Laws, begin: tuple[State, int, int], on: Any
 ) -> Iterator[tuple[Number, State, State]]:
-    """Yield flight, state on arrival and state after it for each event, while there are any."""
-    state, count = begin
+    """Yield flight, state on arrival and state after it for each event, while there are any.
+
+    They ``begin`` with a state; so many are asked for, and of so many there are deviations.
+    """
+    state, count, fitted = begin
     lightness, wall = on.exp(columns[Column.LIGHTNESS]), columns[Column.WALL]
-    deviation = (FIRST_DEVIATION + deviation_places(count)).tolist()
+    deviation = (FIRST_DEVIATION + deviation_places(fitted)).tolist()
+    deviation += [len(columns)] * (count - fitted)
     for event in range(count):
         if event:
             # Undo the rounding of the last flight: bodies do not start inside each other.

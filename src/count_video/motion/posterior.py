@@ -48,11 +48,15 @@ def shares_of(fits: Sequence[Fit]) -> Floats:
 
 
 def with_more(chances: Mapping[int, float], more: Mapping[int, float]) -> dict[int, float]:
-    """Add to each count as many as there may be more, or fewer, each with its probability."""
+    """Add to each count as many as there may be more, or fewer, each with its probability.
+
+    None is fewer than 0.
+    """
     total: dict[int, float] = {}
     for count, chance in chances.items():
         for number, share in more.items():
-            total[count + number] = total.get(count + number, 0.0) + chance * share
+            other = max(0, count + number)
+            total[other] = total.get(other, 0.0) + chance * share
     return dict(sorted(total.items()))
 
 
@@ -83,7 +87,7 @@ def end_chances(fit: Fit) -> dict[int, float]:
     going = np.ones(DRAWS, bool)
     while going.any() and count + followed < MOST_COLLISIONS:
         followed += max(FOLLOWED, followed)
-        paths = follow(within_limits(drawn), count + followed, observed.start)
+        paths = follow(within_limits(drawn), count + followed, observed.start, fitted=count)
         turn, time = turns(paths), paths.time[:, count]
         late = (turn[:, count - 1] < time) & np.isfinite(time)
         more, going = np.where(late, -1, 0), ~late

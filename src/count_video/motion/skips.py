@@ -103,14 +103,18 @@ def _price(observed: Observations) -> float:
 
 def _scores(fit: Fit) -> tuple[Floats, Floats]:
     """Time missing after each frame but the last, and by how much the loss falls with it."""
-    linear, frames = fit.linearised, len(fit.observed.frame)
-    covariance = fit.white
-    rows = np.tile(np.arange(frames), 2)
-    moved = (rows[:, None] > rows[: frames - 1]) * linear.velocity[:, None]
-    shared = linear.jacobian.T @ moved
-    slope = moved.T @ linear.data - shared.T @ (covariance @ fit.gradient)
-    alone = (moved**2).sum(axis=0)
-    curve = alone - (shared * (covariance @ shared)).sum(axis=0)
+    linear, covariance = fit.linearised, fit.white
+    velocity = linear.velocity[:, None]
+    shared = _later(linear.jacobian * velocity)
+    slope = _later(linear.data[:, None] * velocity)[:, 0] - shared @ (covariance @ fit.gradient)
+    alone = _later(velocity**2)[:, 0]
+    curve = alone - ((shared @ covariance) * shared).sum(axis=1)
     known = curve > 1e-6 * alone
     safe = np.where(known, curve, 1.0)
     return np.where(known, -slope / safe, 0.0), np.where(known, slope**2 / safe / 2, 0.0)
+
+
+def _later(values: Floats) -> Floats:
+    """Sum values of both bodies, shape (2 frames, columns), after each frame but the last."""
+    each = values.reshape(2, -1, values.shape[1]).sum(axis=0)
+    return np.asarray(np.cumsum(each[::-1], axis=0)[-2::-1])

@@ -51,16 +51,20 @@ def _cuts(track: Track) -> list[int]:
     """
     heavy, ball = (body.position_px for body in track.bodies[::-1])
     rows = np.flatnonzero(np.isfinite(heavy) & np.isfinite(ball))
+    if len(rows) < 2:
+        return []
     heavy, ball = heavy[rows], ball[rows]
-    steps, passed = np.diff(heavy), np.diff(rows)
+    passed = np.diff(track.frame[rows])
+    steps, moved = np.diff(heavy), np.diff(ball)
+    velocity = steps / passed
     sigma_px = max(float(np.nanmedian(body.sigma_px)) for body in track.bodies)
     least_px = max(CLEAR_SIGMAS * sigma_px, JUMP_SHARE * track.ball_diameter_px)
-    jumps = (np.abs(steps) > least_px) & (np.abs(steps - np.diff(ball)) > least_px)
+    jumps = (np.abs(steps) > least_px) & (np.abs(steps - moved) > least_px)
     cuts = []
     for k in np.flatnonzero(jumps).tolist():
-        sides = steps[max(0, k - SIDE_ROWS) : k], steps[k + 1 : k + 1 + SIDE_ROWS]
+        sides = velocity[max(0, k - SIDE_ROWS) : k], velocity[k + 1 : k + 1 + SIDE_ROWS]
         speeds = [np.sign(steps[k]) * float(np.median(side)) for side in sides if len(side)]
-        fastest = max(0.0, *speeds)
+        fastest = max([0.0, *speeds])
         if abs(steps[k]) > (passed[k] + FRAMES_LEFT_OUT) * fastest + least_px:
             cuts.append(int(rows[k + 1]))
     return cuts
@@ -81,6 +85,8 @@ def without_still(track: Track) -> Track:
     """Leave out still pictures with which a track begins or ends."""
     rows = len(track.frame)
     places = np.array([body.position_px for body in track.bodies])
+    if not np.isfinite(places).all(axis=0).any():
+        return track
     clear = CLEAR_SIGMAS * np.array([[np.nanmedian(body.sigma_px)] for body in track.bodies])
     gap = gaps_of(track).closing("bodies")
     end = _rows_before_still(places, clear, gap)

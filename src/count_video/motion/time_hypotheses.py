@@ -103,7 +103,7 @@ def _missed_copies(track: Track) -> NDArray[np.bool_]:
 def _stands_still(track: Track) -> NDArray[np.intp]:
     """Rows in which a body is where it was, but moves clearly the same way before and after."""
     still = np.zeros(len(track.frame), dtype=bool)
-    for body in track.bodies:
+    for body in (one for one in track.bodies if np.isfinite(one.sigma_px).any()):
         before, here, after = (np.diff(body.position_px)[n : n - 2 or None] for n in range(3))
         way = np.minimum(before * np.sign(after), np.abs(after))
         clear = way > CLEAR_SIGMAS * np.nanmedian(body.sigma_px)

@@ -17,24 +17,11 @@ Range = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Pendulum:
-    """How the heavy body swings, as measured."""
-
-    rate_squared: float
-    """Square of the angular rate in (radians per frame) squared."""
-    centre_px: float
-    """Distance of its face from the wall's side where the threads hang straight down, in px along
-    the line, growing away from the wall."""
-
-
-@dataclass(frozen=True)
 class Material:
     """All that pictures and tables of one clip are made from."""
 
     result: TrialResult
     track: Track
-    pendulum: Pendulum | None
-    """None where the swing does not show."""
     lines: list[Luma] = field(default_factory=list)
     """Brightness along the line of motion in the frames of the track that were decoded so far,
     shape (length,) each: the space-time image. Empty of a trial that is planned and not filmed;
@@ -126,13 +113,13 @@ def image_point(track: Track, row: int, position_px: float) -> Point:
 
 
 def touching(material: Material) -> Material:
-    """Shift the heavy body's face, and its swing, to where the ball touches it, in the median.
+    """Shift the heavy body's face to where the ball touches it, in the median.
 
     Its face is learnt from the picture, and a rim, a shadow or a reflection can pass for it. The
     track is not wrong by that, only shifted by a constant; and the collisions between the bodies
     give the constant, for there the heavy body's face is where the ball's outline is.
     """
-    track, heavy, swing = material.track, material.track.heavy, material.pendulum
+    track, heavy = material.track, material.track.heavy
     contacts = [c for c in material.result.collisions if c.kind == "bodies" and c.seen]
     if heavy is None or not contacts or not np.isfinite(heavy.position_px).any():
         return material
@@ -144,9 +131,7 @@ def touching(material: Material) -> Material:
         low_edge_px=heavy.low_edge_px - shift,
         high_edge_px=heavy.high_edge_px - shift,
     )
-    if swing is not None:
-        swing = replace(swing, centre_px=swing.centre_px + material.outward * shift)
-    return replace(material, track=replace(track, heavy=moved), pendulum=swing)
+    return replace(material, track=replace(track, heavy=moved))
 
 
 def face_px(track: Track, heavy: BodyTrack, frames: Sequence[float]) -> Floats:
@@ -176,9 +161,9 @@ class States:
     length, shape (2, n); NaN if unknown."""
     sigma: Floats
     """Standard uncertainties of these, in the same unit, which counts as exact; NaN if unknown."""
-    swing_energy: Floats
-    """Energy stored in the heavy body's swing, in units of the first state's kinetic energy and
-    counted from there, shape (n,); 0 where the swing is not known."""
+    swing_energy: Floats | None
+    """Energy of both bodies' heights on their threads, in units of the first state's kinetic one,
+    shape (n,); None where no fitted motion shows it."""
 
 
 def measured_states(material: Material) -> States | None:
@@ -195,13 +180,28 @@ def measured_states(material: Material) -> States | None:
     length = math.hypot(*scaled[:, 0])
     if not (length > 0 and math.isfinite(length)):
         return None
-    swing = np.zeros(len(velocities))
-    heavy, pendulum = material.track.heavy, material.pendulum
-    if pendulum is not None and heavy is not None and np.isfinite(heavy.position_px).any():
-        face = face_px(material.track, heavy, [burst[0].frame, *(c.frame for c in burst)])
-        height = (face * material.outward - pendulum.centre_px) ** 2
-        swing = ratio * pendulum.rate_squared * (height - height[0]) / length**2
+    raised = _raised(material, ratio)
+    swing = None if raised is None else raised / length**2
     return States(material.outward * scaled / length, sigma / length, swing)
+
+
+def _raised(material: Material, ratio: float) -> Floats | None:
+    """Energy of the heights at the first state and all others, in halves of the ball's mass.
+
+    Both bodies first meet where the ball hangs at rest; how far from there the heavy body does, and
+    both periods, are those of the fitted motion.
+    """
+    setup, heavy, burst = material.result.setup, material.track.heavy, material.burst
+    if setup is None or heavy is None or not np.isfinite(heavy.position_px).any():
+        return None
+    states = [burst[0], *burst]
+    ball = np.array([one.position_px for one in states])
+    face = face_px(material.track, heavy, [one.frame for one in states])
+    ball, face = (material.outward * (place - place[0]) for place in (ball, face))
+    periods = setup.heavy_period_frames.value, setup.ball_period_frames.value
+    heavy_rate, ball_rate = (2 * math.pi / period for period in periods)
+    from_rest = face - setup.bodies_gap_px.value
+    return np.asarray(ratio * (heavy_rate * from_rest) ** 2 + (ball_rate * ball) ** 2)
 
 
 # ---- what is kept of the frames ----------------------------------------------------------------

@@ -275,7 +275,8 @@ def draw_states(axes: Axes, material: Material) -> None:
     number_marks(axes, [(str(number), (x, y), (x, y)) for number, (x, y) in places], size=9)
     words = f"M : m = {ratio:.4g} : 1\ntheory counts {counts_words(*expected.free)}"
     axes.text(0.0, 0.06, words, ha="center", va="bottom", fontsize=11, bbox=PAPER)
-    if states.swing_energy.max() > 0.05:  # of all energy
+    swing = states.swing_energy
+    if swing is not None and (swing - swing[0]).max() > 0.05:  # of the energy
         words = "inside the circle: the swing\nholds part of the energy"
         axes.text(0.0, -0.12, words, ha="center", va="top", fontsize=9, bbox=PAPER)
 
@@ -290,6 +291,7 @@ def _ask_for_masses(axes: Axes) -> None:
 def draw_energy(axes: Axes, material: Material) -> None:
     """Draw each share of the energy against the collision's number, in % of the first state's.
 
+    Heights count from where each body hangs at rest, as in ``energy_kept``.
     Uncertainties are propagated to first order (JCGM 100:2008, 5.1.2): that of a square is twice
     the value times its own. The two bodies' are taken as independent.
     """
@@ -298,14 +300,18 @@ def draw_energy(axes: Axes, material: Material) -> None:
     if states is None:
         _ask_for_masses(axes)
         return
-    swing = 100 * states.swing_energy
-    moving, sigma = 100 * states.scaled**2, 200 * np.abs(states.scaled) * states.sigma
-    known = material.pendulum is not None
+    known = states.swing_energy is not None
+    raised = (
+        np.zeros(states.scaled.shape[1]) if states.swing_energy is None else states.swing_energy
+    )
+    first = 1.0 + raised[0]
+    moving, swing = 100 * states.scaled**2 / first, 100 * raised / first
+    sigma = 200 * np.abs(states.scaled) * states.sigma / first
     whole = "all together" if known else "both together; the swing is not known"
     for label, shape, colour, energy, bar in (
         ("cylinder, moving", "s", HEAVY, moving[0], sigma[0]),
         ("ball, moving", "o", BALL, moving[1], sigma[1]),
-        *([("raised by the swing", "^", GREEN, swing, 0.0 * swing)] if known else []),
+        *([("raised on the threads", "^", GREEN, swing, 0.0 * swing)] if known else []),
         (whole, "D", "black", moving.sum(axis=0) + swing, np.hypot(*sigma)),
     ):
         style: Any = {"fmt": f"{shape}-", "color": colour, "ms": 4, "label": label, **BARS}
@@ -314,7 +320,7 @@ def draw_energy(axes: Axes, material: Material) -> None:
     axes.axhline(100.0, color="black", linewidth=0.7, linestyle=":")
     axes.set_xlabel("after collision number (0: before the first)")
     axes.set_ylabel("energy (% of the first state's)")
-    axes.set_ylim(min(0.0, 1.1 * float(swing.min())), 138.0)
+    axes.set_ylim(0.0, 138.0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend(loc="upper center", ncols=2, fontsize=9)
 

@@ -15,11 +15,14 @@ from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from count_video.physics.setup import Setup, swing_rate
 from count_video.planning.plan import PICTURE_WIDTH_PX, Plan
 from count_video.planning.variations import RESOLVED_FRAMES
 from count_video.records import (
     BodyTrack,
     Collision,
+    Estimate,
+    FittedSetup,
     Floats,
     MotionLine,
     Track,
@@ -39,7 +42,7 @@ from count_video.reports.drawing import (
 )
 from count_video.reports.exports import plan_object, table_csv
 from count_video.reports.figure import add_legend, figure_of
-from count_video.reports.material import Material, Pendulum
+from count_video.reports.material import Material
 from count_video.reports.page import data_address, plan_page
 from count_video.reports.panels import draw_enlarged, draw_states, draw_whole
 from count_video.reports.plan_text import plan_headline
@@ -174,9 +177,18 @@ def planned_material(plan: Plan) -> Material:
         capture_fps=fps,
         millimetres_per_px=1e3 / px_per_m,
         mass_ratio=request.mass_ratio,
+        setup=_as_fitted(setup, fps, px_per_m),
     )
-    rate_squared = setup.gravity_m_s2 / setup.heavy_thread_m / fps**2
-    return Material(result, track, Pendulum(rate_squared, px_per_m * setup.heavy_rest_m))
+    return Material(result, track)
+
+
+def _as_fitted(setup: Setup, fps: float, px_per_m: float) -> FittedSetup:
+    """Describe a set-up as a fit would that knows all of it."""
+    lengths = (setup.wall_gap_m, setup.release_m, setup.bodies_gap_m)
+    threads = (setup.heavy_thread_m, setup.light_thread_m)
+    periods = (2 * math.pi / swing_rate(thread, setup.gravity_m_s2) for thread in threads)
+    known = [*(px_per_m * one for one in lengths), *(fps * one for one in periods)]
+    return FittedSetup(*(Estimate(one, 0.0) for one in known))
 
 
 def _as_counted(
