@@ -64,6 +64,9 @@ def answer(
 ) -> TrialResult:
     """Read the answer off an explanation."""
     track, count, fit = explained.track, explained.count, explained.fit
+    even_rate = all(note.cause is not Cause.RATE_CHANGES for note in explained.notes)
+    if not even_rate:  # no rate is that of all frames
+        info = replace(info, capture_fps=None, capture_fps_source="unknown")
     fps, collisions = info.capture_fps, explained.collisions
     if fps is not None:
         collisions = tuple(replace(c, time_s=c.frame / fps) for c in collisions)
@@ -88,6 +91,7 @@ def answer(
         collisions=collisions,
         wall_side=None if explained.scene == "bodies" else track.wall_side,
         upright=track.line.upright,
+        even_rate=even_rate,
         ball_diameter_px=track.ball_diameter_px,
         millimetres_per_px=settings.ball_diameter_mm / track.ball_diameter_px if scaled else None,
         warnings=(

@@ -11,20 +11,19 @@ nothing does and it is as probable as all others together.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from count_video.motion.fitted import Between, fit_burst
-from count_video.motion.meeting import only_turns, seen_impacts, without_wall
+from count_video.motion.meeting import seen_impacts
 from count_video.motion.parameters import Knowledge
 from count_video.motion.posterior import doubted, with_more
 from count_video.motion.priors import UNEXPLAINED_WRONG
 from count_video.motion.rivals import PAIR
 from count_video.motion.seen import SeenCollisions, with_errors
-from count_video.motion.stretches import longest_shot, without_still
 from count_video.motion.time_base import TimeBase, even
 from count_video.motion.time_hypotheses import with_copies
 from count_video.motion.timed import seen_by_time_base
@@ -38,6 +37,8 @@ LIKELY_ABOVE = 0.02
 OUTLINES_SHARE = 0.05
 """A ball whose width is wrong by a tenth has its edge wrong by this share of it. Outlines that are
 learnt rightly meet to a hundredth."""
+SWINGS_BACK = 0.25
+"""A body swings back to what it left in no less than this share of a period."""
 PATH_SIGMAS = 4.0
 """The heavy body's path shows its collisions if they exceed their uncertainty by this factor."""
 Scene = Literal["wall", "bodies", "stop"]
@@ -172,8 +173,7 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
     if shown.outlines_apart:
         # Where collisions are missed, contacts by themselves say less of it than the motion does.
         shown = replace(shown, notes=_outlines(shown.track, fit.outlines_apart_px))
-    ends = fit.collisions[-1].frame
-    after = (one for one in shown.collisions[min(count, seen) :] if one.frame > ends)
+    after = (one for one in shown.collisions[min(count, seen) :] if _is_another(one, fit))
     later = tuple(replace(one, number=number) for number, one in enumerate(after, count + 1))
     probability, doubts = _left_open(shown, fit, others)
     collisions = (*fit.collisions, *later)
@@ -186,6 +186,15 @@ def by_fit(shown: Explanation, fit: Between | Reason, *, masses_known: bool) -> 
         doubts=doubts,
         fit=fit,
     )
+
+
+def _is_another(one: Collision, fit: Between) -> bool:
+    """Whether a collision that is seen comes after the burst that was fitted.
+
+    To collide with the same thing again a body swings to and fro, for half a period or nearly.
+    """
+    last, swing = fit.collisions[-1], fit.setup.ball_period_frames.value * SWINGS_BACK
+    return one.frame > last.frame + (swing if one.kind == last.kind else 0.0)
 
 
 def _left_open(
@@ -235,30 +244,7 @@ def _not_described(shown: Explanation, reason: Reason) -> Explanation:
     return replace(shown, doubts=(reason,), probability=with_more(shown.probability, missed))
 
 
-# ---- impacts without a wall ----------------------------------------------------------------------
-
-
-def without_a_wall(
-    track: Track,
-    report: FootageReport,
-    stands_beyond: Callable[[Track], tuple[bool, bool]],
-    *,
-    seen_only: bool = False,
-) -> Explanation:
-    """Explain a track by two bodies that meet.
-
-    Where one comes from something else as the clip begins, or goes to it as it ends, they may be
-    those of a trial whose wall was left before the clip, or is not reached in it. What one does
-    that is lost within the picture nobody knows.
-    """
-    pair = replace(without_wall(track), wall_seen=track.wall_seen)
-    explained = by_impacts(pair, report, seen_only=seen_only)
-    if not explained.collisions or explained.against:
-        return explained
-    causes = zip((Cause.WALL_BEHIND, Cause.WALL_AHEAD), stands_beyond(track), strict=True)
-    against = [Reason(one) for one, stands in causes if stands]
-    against += [Reason(Cause.LOST, (frame,)) for frame in track.lost_beyond]
-    return replace(explained, against=tuple(against))
+# ---- impacts at a stop or without a wall ---------------------------------------------------------
 
 
 def by_impacts(track: Track, report: FootageReport, *, seen_only: bool = False) -> Explanation:
@@ -285,57 +271,6 @@ def by_impacts(track: Track, report: FootageReport, *, seen_only: bool = False) 
         against=found.shortcomings,
         doubts=doubts,
     )
-
-
-def of_pair(
-    track: Track,
-    known: Knowledge,
-    report: FootageReport,
-    stands_beyond: Callable[[Track], tuple[bool, bool]],
-    *,
-    seen_only: bool = False,
-) -> Explanation:
-    """Explain a track of two bodies, at a wall or, where none is shown, without one.
-
-    Where the track as it is shows no trial, the longest stretch between cuts may show one.
-    ``stands_beyond`` says whether one of them comes from something as the clip begins, and whether
-    one goes to something as it ends.
-    """
-
-    def explained(part: Track) -> Explanation:
-        moving = without_still(part)
-        one = _of_moving(moving, known, report, stands_beyond, seen_only=seen_only)
-        if len(moving.frame) == len(part.frame):
-            return one
-        return replace(one, notes=(*one.notes, _frames(Cause.STANDS_STILL, moving)))
-
-    best = explained(track)
-    if not best.counts and len((shot := longest_shot(track)).frame) < len(track.frame):
-        alone = explained(shot)
-        if alone.counts:
-            return replace(alone, notes=(*alone.notes, _frames(Cause.OTHER_SHOTS, shot)))
-    return best
-
-
-def _frames(cause: Cause, shown: Track) -> Reason:
-    """Say which frames alone are counted."""
-    return Reason(cause, (float(shown.frame[0]), float(shown.frame[-1])))
-
-
-def _of_moving(
-    track: Track,
-    known: Knowledge,
-    report: FootageReport,
-    stands_beyond: Callable[[Track], tuple[bool, bool]],
-    *,
-    seen_only: bool,
-) -> Explanation:
-    """Explain a track without cuts and still pictures."""
-    walled = at_wall(track, known, report, seen_only=seen_only) if track.wall_seen else None
-    if walled is not None and not only_turns(track, walled.collisions):
-        return walled
-    free = without_a_wall(track, report, stands_beyond, seen_only=seen_only)
-    return free if walled is None or free.counts or walled.counts else walled
 
 
 # ---- what all have in common ---------------------------------------------------------------------

@@ -26,7 +26,7 @@ from count_video.choosing import (
     stands_before,
 )
 from count_video.errors import TrackingError
-from count_video.explanations import of_pair
+from count_video.pairs import of_pair
 from count_video.process import take_buffer
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.reasons import Cause, Reason

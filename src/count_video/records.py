@@ -328,6 +328,8 @@ class TrialResult:
     notes: dict[str, str] = field(default_factory=dict)
     """What a person wrote on the clip (its key is empty) and on collisions (NUMBER/KIND/FRAME; the
     number of one that was missed is +)."""
+    even_rate: bool = True
+    """False where the rate of the frames changes within the clip."""
     energy_kept: tuple[float, ...] = ()
     """Energy after each collision of the burst over that before the first; empty if not known."""
     restitution_bodies: Estimate | None = None

@@ -14,6 +14,7 @@ from count_video.motion.fitted import Between
 from count_video.motion.posterior import doubted
 from count_video.motion.priors import MODEL_WRONG, UNEXPLAINED_WRONG
 from count_video.reasons import Cause, Reason
+from count_video.records import CollisionKind, Estimate
 
 COUNT = 14
 STRAYS = Reason(Cause.MODEL_STRAYS, (0.5, 0.3))
@@ -88,23 +89,35 @@ def test_inferred_collisions_are_less_sure_where_outlines_do_not_meet(
     assert apart_px == ([(by_fit_px,)] if apart and by_fit_px else [])
 
 
-def test_what_follows_the_burst_comes_after_its_last_fitted_collision() -> None:
+PERIOD_FRAMES = 40.0
+
+
+@pytest.mark.parametrize(
+    ("kind", "later", "another"),
+    [("wall", 0.4, False), ("wall", 9.0, False), ("wall", 20.0, True), ("bodies", 0.4, True)],
+)
+def test_what_follows_the_burst_is_not_its_last_collision_again(
+    kind: CollisionKind, later: float, another: bool
+) -> None:
+    """The fit places its last one between the two that seemed to follow, of which one is it."""
     seen = shown(COUNT + 2)
     fit = fitted(COUNT, COUNT)
-    # The fit places its last collision between the two that seemed to follow.
-    late = replace(fit.collisions[-1], frame=seen.collisions[-1].frame - 1.0)
-    fit = replace(fit, collisions=(*fit.collisions[:-1], late))
+    last = replace(fit.collisions[-1], frame=seen.collisions[-2].frame + 1.0)
+    fit = replace(fit, collisions=(*fit.collisions[:-1], last))
+    follows = replace(seen.collisions[-1], kind=kind, frame=last.frame + later)
+    seen = replace(seen, count=COUNT, collisions=(*seen.collisions[:-1], follows))
 
-    stated = by_fit(replace(seen, count=COUNT), fit, masses_known=False)
+    stated = by_fit(seen, fit, masses_known=False)
 
-    assert [one.number for one in stated.collisions] == list(range(1, COUNT + 2))
-    assert stated.collisions[-1].frame == seen.collisions[-1].frame
+    assert [one.number for one in stated.collisions] == list(range(1, COUNT + 1 + another))
+    assert stated.collisions[-1].frame == (follows if another else last).frame
 
 
 def fitted(count: int, confirmed: int) -> Between:
     """A fit of so many collisions, of which the frames show the first ones."""
     burst = [replace(collision(n, "wall"), seen=n <= confirmed) for n in range(1, count + 1)]
     unknown: Any = None
+    setup: Any = SimpleNamespace(ball_period_frames=Estimate(PERIOD_FRAMES, 0.1))
     return Between(
         count=count,
         probability=doubted({count: 1.0}),
@@ -115,7 +128,7 @@ def fitted(count: int, confirmed: int) -> Between:
         restitution_wall=unknown,
         energy_kept=(),
         ending=unknown,
-        setup=unknown,
+        setup=setup,
         misfit_px=0.1,
         outlines_apart_px=0.0,
         following={0: 1.0},

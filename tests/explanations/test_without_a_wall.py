@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from count_video.explanations import without_a_wall
+from count_video.pairs import without_a_wall
 from count_video.reasons import Cause
 from count_video.records import BodyTrack, FootageReport, MotionLine, Track
 

@@ -14,9 +14,9 @@ from filmed_trials import (
     resolving_fps,
 )
 
-from count_video.explanations import of_pair
 from count_video.motion.fitted import NOTHING_KNOWN, Between, fit_burst
 from count_video.motion.seen import SeenCollisions, seen_collisions
+from count_video.pairs import of_pair
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import Motion, simulate
 from count_video.reasons import Cause, Reason

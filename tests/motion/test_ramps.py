@@ -4,22 +4,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 from filmed_trials import FilmedTrial, Filming, film_motion, part
 from numpy.typing import NDArray
 
+from count_video.answers import answer
 from count_video.motion.changing_rates import Timed
+from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.motion.gaps import gaps_of
 from count_video.motion.seen import seen_collisions
 from count_video.motion.time_base import Ramp
 from count_video.motion.time_hypotheses import ramps_of, rate_changes
 from count_video.motion.timed import resolves, seen_by_time_base
+from count_video.pairs import of_pair
 from count_video.physics.setup import Setup
 from count_video.physics.simulator import simulate
 from count_video.reasons import Cause
-from count_video.records import BodyTrack, Floats, Track
+from count_video.records import BodyTrack, Floats, FootageInfo, FootageReport, Track
+from count_video.settings import TrialSettings
 
 LIGHT_KG = 0.0105
 NOISE_PX = 0.03
@@ -292,3 +297,21 @@ def test_a_clip_with_one_collision_with_the_wall_alone_is_judged() -> None:
     assert [collision.kind for collision in found.collisions] == ["wall"]
     assert found.shortcomings
     assert not found.path_fits
+
+
+def test_where_the_rate_changes_there_are_no_times() -> None:
+    track, _ = ramped(trial(), 4)
+    report = FootageReport(len(track.frame), len(track.frame), ())
+    info = FootageInfo(Path("clip.mp4"), 640, 240, 0, None, 30.0, CAPTURE_FPS, "option")
+    explained = of_pair(track, NOTHING_KNOWN, report, lambda _: (False, False))
+    result = answer(explained, info, report, TrialSettings())
+    assert (result.count, result.even_rate, result.capture_fps) == (
+        len(trial().frames),
+        False,
+        None,
+    )
+    assert all(one.time_s is None for one in result.collisions)
+    whole = of_pair(trial().track, NOTHING_KNOWN, report, lambda _: (False, False))
+    result = answer(whole, info, report, TrialSettings())
+    assert (result.even_rate, result.capture_fps) == (True, CAPTURE_FPS)
+    assert all(one.time_s is not None for one in result.collisions)

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from filmed_trials import FilmedTrial, Filming, film
 
-from count_video.explanations import Explanation, of_pair
+from count_video.explanations import Explanation
 from count_video.motion.fitted import NOTHING_KNOWN
 from count_video.motion.gaps import gaps_of, turns_alone
+from count_video.pairs import of_pair
 from count_video.physics.setup import Setup
 from count_video.reasons import Cause
 from count_video.records import FootageReport

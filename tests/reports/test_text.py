@@ -269,3 +269,9 @@ def test_harmless_text_is_left_alone(text: str) -> None:
 @pytest.mark.parametrize(("number", "words"), [(0, "no frame"), (1, "1 frame"), (2, "2 frames")])
 def test_a_noun_follows_its_number(number: int, words: str) -> None:
     assert plural(number, "frame") == words
+
+
+def test_where_the_rate_changes_no_rate_is_asked_for() -> None:
+    text = result_text(made_result(3, capture_fps=None, even_rate=False), TERMINAL_WIDTH)
+    assert "their rate changes, so no times" in text
+    assert "--capture-fps" not in text

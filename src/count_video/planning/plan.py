@@ -8,7 +8,7 @@ tables of docs/accuracy.md. Where no such clips were measured nothing is promise
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Literal
 
@@ -170,9 +170,9 @@ class Plan:
     helps (``spread`` says which)."""
     table: TrialTable | None
     """None where no table was asked for."""
-    chart: NDArray[np.void] | None
+    chart: NDArray[np.void] | None = field(repr=False)
     """None where no map was asked for."""
-    motion: Motion
+    motion: Motion = field(repr=False)
     """The simulated trial itself."""
 
 

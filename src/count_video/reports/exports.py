@@ -41,7 +41,7 @@ _NAMES = {
 _KEYS = (
     *("schema_version", "clip", "status", "reason", "what_to_do"),
     *("count", "seen", "between_frames", "probability", "count_after_burst", "collisions"),
-    *("capture_fps", "capture_fps_source", "frames_decoded", "frames_promised"),
+    *("capture_fps", "capture_fps_source", "even_rate", "frames_decoded", "frames_promised"),
     *("wall_side", "upright", "ball_diameter_px", "millimetres_per_px"),
     *("pi_low", "pi_high", "mass_ratio", "mass_ratio_sigma", "energy_kept", "restitution"),
     *("ending", "fitted_setup", "warnings", "reviewed_count", "corrections", "notes", "plan"),

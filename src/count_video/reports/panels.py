@@ -340,8 +340,10 @@ def panels_of(material: Material) -> dict[str, Draw]:
     """Choose the panels that show something of a clip.
 
     Nothing is enlarged where no collisions lie close together, and only a ball and a cylinder at a
-    wall have the states and energies of the theory.
+    wall have the states and energies of the theory; their velocities must be of one unit.
     """
-    at_wall = material.track.heavy is not None and material.result.wall_side is not None
-    shown = {"enlarged": material.is_dense, "phase-circle": at_wall, "energy": at_wall}
+    result = material.result
+    at_wall = material.track.heavy is not None and result.wall_side is not None
+    states = at_wall and result.even_rate
+    shown = {"enlarged": material.is_dense, "phase-circle": states, "energy": states}
     return {name: draw for name, draw in PANELS.items() if shown.get(name, True)}

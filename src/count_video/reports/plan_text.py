@@ -131,7 +131,8 @@ def _counts(spread: Spread) -> str:
     if len(listed) > 5:
         return f"counts from {min(listed)} to {max(listed)} in most"
     ordered = sorted(listed.items(), key=lambda item: -item[1])
-    return ", ".join(f"{count} in {share:.0%}" for count, share in ordered)
+    words = ((count, "100%" if share == 1 else percent(share)) for count, share in ordered)
+    return ", ".join(f"{count} in {share}" for count, share in words)
 
 
 def _change(plan: Plan) -> str:

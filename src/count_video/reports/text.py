@@ -178,7 +178,9 @@ def _scene_notes(result: TrialResult) -> Iterator[Note]:
     yield "Scene", ", ".join(scene)
     if result.frames_decoded is not None:
         rate = "; capture rate unknown, so no times (give it with --capture-fps)"
-        if result.capture_fps is not None:
+        if not result.even_rate:
+            rate = "; their rate changes, so no times"
+        elif result.capture_fps is not None:
             source = _RATE_SOURCES[result.capture_fps_source]
             rate = f", captured at {result.capture_fps:.6g} frames a second ({source})"
         yield "Footage", plural(result.frames_decoded, "frame") + rate

@@ -108,7 +108,7 @@ SENTENCES: Final = {
     Cause.ENDS_WITHIN: "the clip ends before the burst can be over: after the last collision seen "
     "ball and cylinder do not part and leave the wall",
     Cause.ENDS_BEFORE_NEXT: "the clip ends before the burst can be over: by the fitted motion more "
-    "collisions follow, with a probability of {:.0%}",
+    "collisions follow, with a probability of {chance}",
     Cause.STRAYS: "the cylinder does not move as its swing and these collisions would have it: "
     "some were missed, or something else was taken for a body",
     Cause.WALL_MISSED: "between frames {:.1f} and {:.1f} a collision of the ball with the wall was "
@@ -176,7 +176,7 @@ SENTENCES: Final = {
     Cause.STANDS_STILL: "the bodies stand still but for frames {:.0f} to {:.0f}, which alone are "
     "counted",
     Cause.RATE_CHANGES: "the rate of the footage changes at frame {changes}, by a factor of "
-    "{0:.0f}",
+    "{0:.0f}: no rate gives times, and velocities are those of the frames next to each collision",
     Cause.OUTLINES_LEAVE_OPEN: "one of the bodies is not outlined rightly, which makes collisions "
     "between the frames less sure",
     Cause.OUTLINES_APART: "the outlines of ball and cylinder {apart} px where they touch: the "
@@ -238,6 +238,7 @@ def sentence(reason: Reason) -> str:
     frames = f"frame{several} {listed}"
     return SENTENCES[reason.cause].format(
         *figures,
+        chance=percent(first),
         frames=frames,
         turns=f"the turn{several} in {frames}",
         changes=" and ".join(f"{figure:.0f}" for figure in figures[1:]),
