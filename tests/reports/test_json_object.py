@@ -26,6 +26,7 @@ KEYS = [
     "collisions",
     "capture_fps",
     "capture_fps_source",
+    "even_rate",
     "frames_decoded",
     "frames_promised",
     "wall_side",
