@@ -29,9 +29,6 @@ Luma = NDArray[np.uint8]
 Chroma = NDArray[np.uint8]
 Indices = NDArray[np.intp]
 Mask = NDArray[np.bool_]
-Turns = NDArray[np.complex128]
-"""Similarities without their shifts, shape (n,): absolute values are scales, arguments angles in
-radians from x to y."""
 Point = tuple[float, float]
 """Image x and y in px."""
 CollisionKind = Literal["bodies", "wall"]
@@ -119,14 +116,14 @@ class BodyTrack:
 class CameraTurns:
     """How the camera rolled and zoomed."""
 
-    turns: Turns
-    """Of each picture, shape (n,)."""
+    turns: Floats
+    """Scale of each picture times cosine and sine of its angle, from x to y, shape (n, 2)."""
     about_px: Point
 
     def of(self, row: int, point: Point) -> Point:
         """Where a picture shows what would be at a point if it were not turned."""
         middle = complex(*self.about_px)
-        shown = middle + complex(self.turns[row]) * (complex(*point) - middle)
+        shown = middle + complex(*self.turns[row]) * (complex(*point) - middle)
         return shown.real, shown.imag
 
 

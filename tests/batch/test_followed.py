@@ -10,7 +10,15 @@ import pytest
 
 from count_video.answers import Followed
 from count_video.batch.results import packed, unpacked
-from count_video.records import BodyTrack, Collision, MotionLine, Track, TrialResult, Velocities
+from count_video.records import (
+    BodyTrack,
+    CameraTurns,
+    Collision,
+    MotionLine,
+    Track,
+    TrialResult,
+    Velocities,
+)
 
 NAN, INF = float("nan"), float("inf")
 
@@ -20,13 +28,16 @@ def followed_once() -> Followed:
     frame = np.arange(4.0)
     ball = BodyTrack(np.array([1.5, NAN, 2.5, NAN]), np.full(4, 0.1), -20.0, 20.0)
     heavy = BodyTrack(np.array([9.0, 8.0, NAN, INF]), np.full(4, 0.2), NAN, 40.0)
-    track = Track(frame, ball, heavy, "left", NAN, MotionLine(0.0, 0.0, 0.0, upright=False), ())
+    line, turned = (
+        MotionLine(0.0, 0.0, 0.0, upright=False),
+        CameraTurns(np.ones((4, 2)), (9.5, 7.0)),
+    )
+    track = Track(frame, ball, heavy, "left", NAN, line, (), np.zeros((4, 2)), turned)
     unknown = Velocities(NAN, -INF)
     collision = Collision(1, "wall", 2.5, NAN, None, True, 80.0, unknown, unknown)
     return Followed(
         replace(TrialResult("clip.mp4", "not_counted", "nothing moves"), collisions=(collision,)),
         track,
-        None,
     )
 
 
@@ -45,6 +56,8 @@ def test_numbers_without_a_value_come_back_as_they_were() -> None:
     assert np.isnan(found.frame_sigma)
     assert found.velocity_after.heavy_px_frame == -INF
     assert found.time_s is None
+    assert back.track.turned is not None
+    assert back.track.turned.of(1, (10.5, 7.0)) == (10.5, 8.0)
     assert packed(back) == packed(kept)
 
 

@@ -125,9 +125,7 @@ def _read_kept(path: Path) -> None:
 
 
 def _write_followed(path: Path) -> None:
-    path.write_text(
-        packed(Followed(TrialResult("clip.mp4", "not_counted", "nothing moves"), None, None))
-    )
+    path.write_text(packed(Followed(TrialResult("clip.mp4", "not_counted", "nothing moves"), None)))
 
 
 def _read_followed(path: Path) -> None:

@@ -10,10 +10,10 @@ from drawn import Luma, paint_disc, scene, to_luma
 from scipy import ndimage
 
 import count_video
-from count_video.records import CameraTurns, Turns
+from count_video.records import CameraTurns
 from count_video.tracking.background import agree_better
 from count_video.tracking.corners import Trajectories
-from count_video.tracking.turning import between, camera_turns, turned_back
+from count_video.tracking.turning import Turns, between, camera_turns, turned_back
 from count_video.video.reader import open_footage
 from count_video.video.writer import WriteOptions, write_clip
 
@@ -110,7 +110,9 @@ def test_a_place_that_was_followed_is_shown_where_the_picture_has_it() -> None:
     shown = turned(to_luma(canvas), turn).astype(float) - 100.0
     middle = (SHAPE[1] - 1) / 2, (SHAPE[0] - 1) / 2
     y, x = ndimage.center_of_mass(np.clip(shown, 0.0, None))
-    assert CameraTurns(np.array([turn]), middle).of(0, place) == pytest.approx((x, y), abs=0.1)
+    assert CameraTurns(np.array([[turn.real, turn.imag]]), middle).of(0, place) == pytest.approx(
+        (x, y), abs=0.1
+    )
 
 
 @pytest.mark.parametrize("rolls", [True, False])

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from count_video.records import Floats, Indices, Luma, Turns
+from count_video.records import Floats, Indices, Luma
 from count_video.tracking.background import (
     Background,
     agree_better,
@@ -32,7 +32,7 @@ from count_video.tracking.rigid import RigidGroup, scene_path
 from count_video.tracking.samples import Samples, Thumbnails, choose_samples
 from count_video.tracking.sequences import Chosen, Lumas, Prepared, Turned, prepared
 from count_video.tracking.shape import Box, Part, Shape, known_of, size_of
-from count_video.tracking.turning import between, camera_turns, turned_back
+from count_video.tracking.turning import Turns, between, camera_turns, turned_back
 from count_video.video.store import PictureStore
 
 PICTURES_AT_LEAST, PICTURE_AT_LEAST_PX = 12, 32

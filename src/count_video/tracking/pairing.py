@@ -304,7 +304,8 @@ def camera_turned(movers: Movers, view: View) -> CameraTurns | None:
     if movers.turns is None:
         return None
     x, y, width, height = view.region
-    return CameraTurns(movers.turns, (x + (width - 1) / 2, y + (height - 1) / 2))
+    both = np.stack([movers.turns.real, movers.turns.imag], axis=1)
+    return CameraTurns(both, (x + (width - 1) / 2, y + (height - 1) / 2))
 
 
 def unseen_warning(name: str, x_px: Floats) -> list[str]:

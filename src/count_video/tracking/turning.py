@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from count_video.records import Indices, Luma, Pixels, Turns
+from count_video.records import Indices, Luma, Pixels
 from count_video.signals import interpolated
 from count_video.tracking.camera import MEASURED_OF, MOVED_AT_LEAST_PX
 from count_video.tracking.corners import Trajectories
@@ -24,6 +25,9 @@ RIGID_SHARE = 0.9
 PARTNERS, NEAR_MEDIANS = 3, 4.0
 """Each corner makes pairs with so many others; the scenery strays less than so many times as far as
 half of all corners do."""
+Turns = NDArray[np.complex128]
+"""Similarities without their shifts: absolute values are scales, arguments angles in radians from
+x to y."""
 SHIFT_FACTOR = 2.0
 """A camera turned if a shift alone leaves corners so many times as far from their places."""
 
