@@ -65,6 +65,7 @@ class Cause(Enum):
     RATE_CHANGES = auto()  # the rate of the footage changes [by which factor, at which frames]
     OUTLINES_LEAVE_OPEN = auto()  # collisions are inferred though the outlines do not meet
     OUTLINES_APART = auto()  # ball and cylinder touch with a gap between their outlines [in px]
+    ENERGY_GAINED = auto()  # by the fitted motion [the most energy after a collision, of the first]
     MASSES_UNUSED = auto()  # masses are given, and there is no trial at a wall
     MASSES_CONTRADICT = auto()  # the motion shows another ratio [given, shown, its uncertainty]
 

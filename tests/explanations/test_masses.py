@@ -102,3 +102,21 @@ def test_without_a_count_no_mass_ratio_is_measured(counts: bool) -> None:
     report = FootageReport(40, None, ())
     result = answer(replace(trial, found=found), info, report, TrialSettings())
     assert (result.mass_ratio is not None) == counts
+
+
+@pytest.mark.parametrize(("most", "said"), [(0.98, False), (1.05, False), (1.3, True)])
+def test_energy_that_bodies_gain_is_said(most: float, said: bool) -> None:
+    unknown: Any = None
+    setup: Any = SimpleNamespace(ball_period_frames=Estimate(100.0, 1.0))
+    fit: Any = SimpleNamespace(
+        energy_kept=(0.99, most, 0.97),
+        restitution_bodies=unknown,
+        restitution_wall=unknown,
+        ending=unknown,
+        setup=setup,
+        mass_ratio=Estimate(16.0, 0.1),
+    )
+    trial = replace(at_a_wall(path_shows=True, counts=True), found=None, fit=fit)
+    info = FootageInfo(Path("a.mp4"), 640, 240, 0, None, 30.0, None, "unknown")
+    result = answer(trial, info, FootageReport(40, 40, ()), TrialSettings())
+    assert any("gain energy (up to 130%" in one for one in result.warnings) is said

@@ -181,6 +181,9 @@ SENTENCES: Final = {
     "between the frames less sure",
     Cause.OUTLINES_APART: "the outlines of ball and cylinder {apart} px where they touch: the "
     "ball's width is not sure enough for a scale in millimetres",
+    Cause.ENERGY_GAINED: "by the fitted motion the bodies gain energy (up to {:.0%} of the first "
+    "state's): the rate of the frames may change within the clip, and then velocities, restitution "
+    "and mass ratio are wrong",
     Cause.MASSES_UNUSED: "--masses is not used: no ball and cylinder at a wall were found",
     Cause.MASSES_CONTRADICT: "the masses given have the ratio {:.4g}, the motion shows {:.4g} +- "
     "{:.2g}: check --masses, the cylinder's first",
