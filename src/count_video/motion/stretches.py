@@ -20,11 +20,8 @@ import numpy as np
 
 from count_video.motion.gaps import gaps_of
 from count_video.motion.time_base import at_rows
+from count_video.motion.time_hypotheses import CLEAR_SIGMAS, STILL_SHARE
 from count_video.records import Floats, Track
-
-CLEAR_SIGMAS = 8.0
-"""Steps of places are clear from so many standard uncertainties: of all steps of a thousand clips
-none is so large by noise."""
 
 # ---- cuts ----------------------------------------------------------------------------------------
 
@@ -46,8 +43,8 @@ def longest_shot(track: Track) -> Track:
 def _cuts(track: Track) -> list[int]:
     """Rows of the first pictures after what may be cuts.
 
-    There the heavy body jumps farther than its speed before or after takes it in a few frames, and
-    not as far as the ball, as they do where the camera is knocked.
+    There the heavy body jumps farther than its speed before or after takes it, and not as far as
+    the ball, as they do where the camera is knocked.
     """
     heavy, ball = (body.position_px for body in track.bodies[::-1])
     rows = np.flatnonzero(np.isfinite(heavy) & np.isfinite(ball))
@@ -74,8 +71,6 @@ def _cuts(track: Track) -> list[int]:
 
 STANDING_SHARE = 0.9
 """In this share of the rows of a still picture the bodies stand: as it fades they are misplaced."""
-STILL_SHARE = 0.25
-"""They stand there but for this share of the step before, as encoders change pictures."""
 GOES_ON = 2.0
 """A body that is let go moves three times as far in the second step as in the first; one that a
 still picture stops keeps its speed, to this factor, up to it."""
