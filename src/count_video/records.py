@@ -111,6 +111,11 @@ class BodyTrack:
     high_edge_px: float
     """Distance from the reference point to the outline's end at larger positions (positive)."""
 
+    def about(self, point_px: float) -> BodyTrack:
+        """Refer its places to another point of it, so far from this one."""
+        low_px, high_px = self.low_edge_px - point_px, self.high_edge_px - point_px
+        return BodyTrack(self.position_px + point_px, self.sigma_px, low_px, high_px)
+
 
 @dataclass(frozen=True)
 class CameraTurns:

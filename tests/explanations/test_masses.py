@@ -49,7 +49,7 @@ def test_masses_that_were_given_stand() -> None:
 
 
 def test_a_ratio_that_is_hardly_measured_is_left_out() -> None:
-    vague = Swing(100.0, 1.01 * RELATIVE_SIGMA_AT_MOST, 0.0, 0.0, 0.0, 0.0, 100, fits=True)
+    vague = Swing(100.0, 1.01 * RELATIVE_SIGMA_AT_MOST, 0.0, 0.0, 0.0, 100, fits=True)
     sharp = replace(vague, mass_ratio_relative_sigma=0.01)
     trial = at_a_wall(path_shows=True)
     assert trial.found is not None
@@ -97,7 +97,7 @@ def test_masses_say_nothing_of_one_body_alone(masses: tuple[Fraction, Fraction] 
 def test_without_a_count_no_mass_ratio_is_measured(counts: bool) -> None:
     info = FootageInfo(Path("a.mp4"), 64, 64, 0, None, 30.0, None, "unknown")
     trial = at_a_wall(path_shows=True, counts=counts)
-    swing = Swing(100.0, 0.01, 0.0, 0.0, 0.0, 0.0, 100, fits=True)
+    swing = Swing(100.0, 0.01, 0.0, 0.0, 0.0, 100, fits=True)
     found: Any = SimpleNamespace(path_fits=True, swing=swing)
     report = FootageReport(40, None, ())
     result = answer(replace(trial, found=found), info, report, TrialSettings())

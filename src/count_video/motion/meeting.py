@@ -78,17 +78,11 @@ def without_wall(track: Track) -> Track:
     middle, face = (left.low_edge_px + left.high_edge_px) / 2, right.low_edge_px
     return replace(
         track,
-        ball=_about(left, middle),
-        heavy=_about(right, face),
+        ball=left.about(middle),
+        heavy=right.about(face),
         wall_side="left",
         wall_seen=False,
     )
-
-
-def _about(body: BodyTrack, point_px: float) -> BodyTrack:
-    """Refer a body's places to another point of it."""
-    low_px, high_px = body.low_edge_px - point_px, body.high_edge_px - point_px
-    return BodyTrack(body.position_px + point_px, body.sigma_px, low_px, high_px)
 
 
 def only_turns(track: Track, collisions: Sequence[Collision]) -> bool:

@@ -52,8 +52,6 @@ class Swing:
     """Square of the pendulum's angular rate, in (radians per frame) squared; may come out
     negative where the swing is too short to show."""
     rate_squared_sigma: float
-    centre_px: float
-    """Distance of the heavy body's face where its threads hang straight down."""
     stray_px: float
     """RMS by which the places stray from the path."""
     places: int
@@ -96,14 +94,13 @@ def _solved(law: Floats, place: Floats, noise_px: float) -> Swing | None:
     squares = float(np.sum((place - law @ solution) ** 2))
     variance = CORRELATED_FRAMES * squares / (len(place) - len(solution))
     sigma = np.sqrt(variance * (inverse**2).sum(axis=1))
-    (_, _, bend, rate_squared, share), way = solution[:5].tolist(), float(np.ptp(place))
+    (rate_squared, share), way = solution[3:5].tolist(), float(np.ptp(place))
     stray = float(np.sqrt(squares / len(place)))
     return Swing(
         mass_ratio=1 / share if share else np.inf,
         mass_ratio_relative_sigma=float(sigma[4] / share) if share else np.inf,
         rate_squared=rate_squared,
         rate_squared_sigma=float(sigma[3]),
-        centre_px=float(place.mean()) + 2 * bend / rate_squared if rate_squared else np.nan,
         stray_px=stray,
         places=len(place),
         fits=way >= MOVES_AT_LEAST_PX

@@ -125,13 +125,7 @@ def touching(material: Material) -> Material:
         return material
     touched = np.array([contact_px(c, track) for c in contacts])
     shift = float(np.median(touched - face_px(track, heavy, [c.frame for c in contacts])))
-    moved = replace(
-        heavy,
-        position_px=heavy.position_px + shift,
-        low_edge_px=heavy.low_edge_px - shift,
-        high_edge_px=heavy.high_edge_px - shift,
-    )
-    return replace(material, track=replace(track, heavy=moved))
+    return replace(material, track=replace(track, heavy=heavy.about(shift)))
 
 
 def face_px(track: Track, heavy: BodyTrack, frames: Sequence[float]) -> Floats:
