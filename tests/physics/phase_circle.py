@@ -9,10 +9,13 @@ negative V₁ axis, below the axis for odd k and above it for even k, α = arcco
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from count_video.physics.theory import Mass, certain_floor, exact_ratio, theta_rad
+from mpmath.ctx_iv import MPIntervalContext
+
+from count_video.physics.theory import Mass, exact_ratio, theta_rad
 
 # π/α is an integer n only if cos α = cos(π/n) is rational; by Niven's theorem it is then 0 or 1/2.
 _WHOLE_HALF_TURNS = {Fraction(1): 2, Fraction(3): 3}
@@ -84,3 +87,30 @@ def _alpha(context: Any, ratio: Fraction) -> Any:
     """arccos((M − m)/(M + m)) as an interval, by the legs M − m and 2 √(M m) of its triangle."""
     heavy, light = ratio.numerator, ratio.denominator
     return context.atan2(2 * context.sqrt(context.mpf(heavy * light)), context.mpf(heavy - light))
+
+
+def certain_floor(real: Callable[[Any], Any], scale_bits: int = 0) -> int:
+    """Return the floor of a positive real number that is not an integer.
+
+    ``real`` is called with an interval context of mpmath and returns the interval that holds the
+    number; it is called again with twice the precision until both ends have the same floor. For an
+    integer that would never end: the caller excludes integers by algebra. ``scale_bits`` is the
+    rough number of bits before the point, a start for the precision.
+    """
+    context = _intervals(64 + scale_bits)
+    while True:
+        # The outermost eight bits of an interval's ends are not trusted: atan2 is rounded outward
+        # from a value that is itself only good to some guard bits.
+        doubt = context.mpf(2) ** (8 - context.prec)
+        interval = real(context) * context.mpf([(1 - doubt).a, (1 + doubt).b])
+        low, high = int(interval.a), int(interval.b)
+        if low == high:
+            return low
+        context.prec *= 2
+
+
+def _intervals(precision_bits: int) -> Any:
+    """Return a context of interval arithmetic."""
+    context = MPIntervalContext()
+    context.prec = precision_bits
+    return context

@@ -110,6 +110,14 @@ def test_intervals_of_mass_ratio_join_without_a_gap(count: int) -> None:
     assert collision_count(middle) == count
 
 
+@given(st.integers(3, 10**7))
+def test_the_ends_of_an_interval_are_the_nearest_floats(count: int) -> None:
+    end = mass_ratio_interval(count).low
+    half = Fraction(math.ulp(end)) / 2
+    assert collision_count(Fraction(end) - half) == count - 1
+    assert collision_count(Fraction(end) + half) == count
+
+
 def test_thirty_one_collisions_bound_the_mass_ratio() -> None:
     low, high = mass_ratio_interval(31)
     assert round(low, 1) == 96.7

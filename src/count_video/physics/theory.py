@@ -2,7 +2,7 @@
 
 With θ = arctan √(m/M) every collision turns the state on the phase circle by θ seen from the
 right place, and the count is ⌈π/θ⌉ − 1 (Galperin; section 2 of the paper with α = 2θ). Counts are
-whole numbers read off real ones with proof, by interval arithmetic of growing precision.
+whole numbers read off real ones with proof, by arithmetic of growing precision.
 
 Whatever takes masses raises ``UsageError`` if one is not a finite number greater than 0; with
 angles, also if their ratio has no place in a float.
@@ -11,11 +11,10 @@ angles, also if their ratio has no place in a float.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -61,14 +60,19 @@ def collision_count(heavy: Mass, light: Mass = 1) -> int:
         if low == high:
             return low
 
-    def quotient(context: Any) -> Any:
-        root_light = context.sqrt(context.mpf(ratio.denominator))
-        root_heavy = context.sqrt(context.mpf(ratio.numerator))
-        return context.pi / context.atan2(root_light, root_heavy)
+    import mpmath  # noqa: PLC0415 - it would cost every start of the command
 
-    # So many bits does the root of the ratio need, or that of its inverse.
-    bits = abs(ratio.numerator.bit_length() - ratio.denominator.bit_length()) // 2
-    return certain_floor(quotient, scale_bits=bits)
+    bits = 64
+    while True:
+        with mpmath.workprec(bits):
+            root = mpmath.sqrt(mpmath.mpf(ratio.denominator) / ratio.numerator)
+            quotient = mpmath.pi / mpmath.atan(root)
+            # Each of the steps is right to some units of the last bit; the last eight are doubted.
+            doubt = mpmath.ldexp(quotient, 8 - bits)
+            low, high = int(quotient - doubt), int(quotient + doubt)
+        if low == high:
+            return low
+        bits *= 2
 
 
 def theta_rad(heavy: Mass, light: Mass = 1) -> float:
@@ -83,12 +87,8 @@ def pi_bounds(count: int, heavy: Mass, light: Mass = 1) -> Bounds:
     """Bounds on π from a count: N θ ≤ π ≤ (N + 1) θ, rounded outward.
 
     At 1:100ⁿ the bounds read off the digits of π. They hold for the count of a lossless trial;
-    whether a given count and mass ratio agree is seen by π lying between them or not.
-
-    Raises
-    ------
-    UsageError
-        If the count is negative.
+    whether a given count and mass ratio agree is seen by π lying between them or not. UsageError if
+    the count is negative.
     """
     if count < 0:
         raise UsageError(f"a count of {count} collisions is impossible; it must be 0 or more")
@@ -100,11 +100,7 @@ def mass_ratio_interval(count: int) -> Bounds:
     """Mass ratios M/m at which a lossless trial has ``count`` collisions, low < M/m ≤ high.
 
     N < π/θ ≤ N + 1 means cot²(π/N) < M/m ≤ cot²(π/(N + 1)). Both ends are the nearest floats.
-
-    Raises
-    ------
-    UsageError
-        If the count is below 2: bodies that collide at all collide twice.
+    UsageError if the count is below 2: bodies that collide at all collide twice.
     """
     if count < 2:
         raise UsageError(f"no mass ratio gives {count} collisions; the fewest are 2")
@@ -156,45 +152,15 @@ def state_points(heavy: Mass, light: Mass = 1) -> Floats:
     return np.column_stack([-np.cos(angles), side * np.sin(angles)])
 
 
-def certain_floor(real: Callable[[Any], Any], scale_bits: int = 0) -> int:
-    """Return the floor of a positive real number that is not an integer.
-
-    ``real`` is called with an interval context of mpmath and returns the interval that holds the
-    number; it is called again with twice the precision until both ends have the same floor. For an
-    integer that would never end: the caller excludes integers by algebra. ``scale_bits`` is the
-    rough number of bits before the point, a start for the precision.
-    """
-    context = _intervals(64 + scale_bits)
-    while True:
-        # The outermost eight bits of an interval's ends are not trusted: atan2 is rounded outward
-        # from a value that is itself only good to some guard bits.
-        doubt = context.mpf(2) ** (8 - context.prec)
-        interval = real(context) * context.mpf([(1 - doubt).a, (1 + doubt).b])
-        low, high = int(interval.a), int(interval.b)
-        if low == high:
-            return low
-        context.prec *= 2
-
-
-def _intervals(precision_bits: int) -> Any:
-    """Return a context of interval arithmetic."""
-    # mpmath is imported here because it would cost every start of the command.
-    from mpmath.ctx_iv import MPIntervalContext  # noqa: PLC0415
-
-    context = MPIntervalContext()
-    context.prec = precision_bits
-    return context
-
-
 def _squared_cotangent(parts: int) -> float:
-    """cot²(π/parts) = (1 + cos 2π/parts) / (1 − cos 2π/parts)."""
+    """cot²(π/parts), the nearest float."""
     if parts == 2:
-        return 0.0  # exactly; the formula would leave a rounding of 1 − 1
+        return 0.0  # exactly; the cotangent would leave the rounding of π
 
-    # 1 − cos loses twice the bits of ``parts``.
-    context = _intervals(128 + 2 * parts.bit_length())
-    cosine = context.cos(2 * context.pi / parts)
-    return float(((1 + cosine) / (1 - cosine)).mid)
+    import mpmath  # noqa: PLC0415 - see above
+
+    with mpmath.workprec(128):
+        return float(mpmath.cot(mpmath.pi / parts) ** 2)
 
 
 def _exact(mass: Mass, name: str) -> Fraction:
