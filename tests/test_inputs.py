@@ -45,6 +45,7 @@ ODD_NUMBERS = (
         "½",
         "\u202e5",
         "\x1b[2J",
+        *("1/0", "1/", "/3", "1/1e3", f"{'9' * 401}/7"),
     ),
 )
 
@@ -69,6 +70,11 @@ def test_any_text_is_a_value_or_refused_in_one_short_line(reader: str, text: str
     else:
         assert isinstance(value, Path) or text.isascii()
         assert not isinstance(value, float) or math.isfinite(value)
+
+
+def test_a_number_may_be_a_fraction() -> None:
+    assert inputs.MASS.exact("1/3") == Fraction(1, 3)
+    assert inputs.CAPTURE_RATE("60000/1001") == 60000 / 1001
 
 
 @pytest.mark.parametrize("text", ODD_NUMBERS)

@@ -21,7 +21,7 @@ from count_video.process import shortage_explained
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import WallSide
 from count_video.result import AnyPath, Result
-from count_video.settings import Settings, TrialSettings, checked, exact_mass, trial_settings
+from count_video.settings import Settings, TrialSettings, checked, trial_settings
 
 if TYPE_CHECKING:
     from count_video.planning.plan import Plan
@@ -145,7 +145,7 @@ def theory(heavy: Mass, light: Mass = 1) -> Theory:
 
     A float is taken at the decimal number it is written as; UsageError if it is not greater than 0.
     """
-    return theory_of(exact_mass(heavy), exact_mass(light))
+    return theory_of(*map(inputs.MASS.exact, map(str, (heavy, light))))
 
 
 def plan(heavy: Mass, light: Mass, *, chart: bool = True, **details: Unpack[PlanDetails]) -> Plan:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
+import shutil
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack, nullcontext, suppress
@@ -36,9 +36,8 @@ from count_video.progress import NO_PROGRESS, Progress, TerminalBar, counted_off
 from count_video.reports.words import labelled, plural, printable
 
 if TYPE_CHECKING:
-    from count_video.batch.results import ResultStore
     from count_video.planning.request import PlanRequest
-    from count_video.reports.campaign import CampaignSummary, TrialRow
+    from count_video.reports.campaign import TrialRow
     from count_video.result import Result
 
 PROGRAM = "count-video"
@@ -149,31 +148,19 @@ def _answer_campaign(options: argparse.Namespace) -> int:
         summary = summarise(rows)
         if not options.json:
             print(f"\n{campaign_text(rows, summary, _columns())}", flush=True)
-        if store is not None and not _written(store, rows, summary, own, options):
-            return EXIT_NOT_COUNTED
+        if store is not None:
+            try:
+                store.write_campaign(rows, summary, kind)
+            except OSError as error:
+                _complain(
+                    f"{folder}: {', '.join(own)} could not be written ({error.strerror}); free "
+                    "space and start again: the results of the trials are kept"
+                )
+                return EXIT_NOT_COUNTED
+            if not options.json:
+                files = [folder / name for name in own]
+                _say_what_is_kept(files, ", and NAME.json for each trial")
     return EXIT_NOT_COUNTED if any(row.missing for row in rows) else EXIT_COUNTED
-
-
-def _written(
-    store: ResultStore,
-    rows: Sequence[TrialRow],
-    summary: CampaignSummary,
-    own: Sequence[str],
-    options: argparse.Namespace,
-) -> bool:
-    """Write the campaign's own files and name them; true unless they could not be written."""
-    try:
-        store.write_campaign(rows, summary, options.picture_format)
-    except OSError as error:
-        _complain(
-            f"{options.output}: {', '.join(own)} could not be written ({error.strerror}); free "
-            "space and start again: the results of the trials are kept"
-        )
-        return False
-    if not options.json:
-        files = [options.output / name for name in own]
-        _say_what_is_kept(files, ", and NAME.json for each trial")
-    return True
 
 
 def _refuse_to_overwrite_manifests(options: argparse.Namespace, own: Sequence[str]) -> None:
@@ -362,13 +349,7 @@ def _say_what_is_kept(files: Sequence[Path], more: str = "") -> None:
 
 def _columns() -> int:
     """Columns for sentences: those that COLUMNS names, else the terminal's, else 80."""
-    named = os.environ.get("COLUMNS", "")
-    columns = int(named) if re.fullmatch("[0-9]{1,4}", named) else 0
-    with suppress(OSError, ValueError):
-        columns = columns or (
-            os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout else 0
-        )
-    return min(max(columns or 80, NARROWEST), WIDEST)
+    return min(max(shutil.get_terminal_size().columns, NARROWEST), WIDEST)
 
 
 def _complain(message: str) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -108,17 +109,22 @@ class _Files:
     outputs: OutputFolder
     wanted: EvidenceSettings
     name: str
-    clip: str
-    """Digest of the clip."""
+    path: Path
+    """The clip."""
     written: list[str] = field(default_factory=list)
     """Names of those that are there, or on their way."""
+
+    @cached_property
+    def clip(self) -> str:
+        """Digest of the clip."""
+        return content_digest(self.path) if self.path.is_file() else ""
 
     def claim(self, suffix: str) -> Path:
         """Return where a file may be written."""
         # Not with_suffix: a name may hold dots.
-        target = self.outputs.folder / f"{self.name}.{suffix}"
+        target, clip = self.outputs.folder / f"{self.name}.{suffix}", self.clip
         with explained(target):
-            self.outputs.claim(target.name, self.clip)
+            self.outputs.claim(target.name, clip)
         self.written.append(target.name)
         return target
 
@@ -140,7 +146,7 @@ def open_files(path: Path, evidence: EvidenceSettings, *more: str) -> _Files:
     suffixes += ["presenter.mp4", "presenter.gif"] if evidence.presenter else []
     names = [f"{name}.{suffix}" for suffix in suffixes]
     outputs = open_outputs(evidence.folder, names, evidence.csv_dialect)
-    return _Files(outputs, evidence, name, content_digest(path) if path.is_file() else "")
+    return _Files(outputs, evidence, name, path)
 
 
 def _write_all(path: Path, material: Material, files: _Files, progress: Progress) -> None:

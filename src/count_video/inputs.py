@@ -1,7 +1,7 @@
 """What comes from outside: numbers as text, and text files; read here and nowhere else.
 
-A number is written in ASCII digits, as ``960``, ``59.94`` or ``1e3``, and lies in a range that
-makes physical sense, so that no arithmetic on it overflows. A text file is a regular file of a
+A number is written in ASCII digits, as ``960``, ``59.94``, ``1e3`` or ``1/3``, and lies in a range
+that makes physical sense, so that no arithmetic on it overflows. A text file is a regular file of a
 bounded size, in UTF-8. Whatever else comes is a ``UsageError`` in one line that shows at most 80
 characters of it.
 """
@@ -36,7 +36,10 @@ Signature = tuple[int, ...]
 whenever somebody writes to the file. Empty for a file that is not there."""
 
 # Digits are bounded: Fraction("1e999999999") would fill the memory before it is refused.
-_DECIMAL = re.compile(r"([0-9]{1,60}(\.[0-9]{0,60})?|\.[0-9]{1,60})([eE][+-]?[0-9]{1,3})?")
+_NUMBER = re.compile(
+    r"([0-9]{1,400}(\.[0-9]{0,400})?|\.[0-9]{1,400})([eE][+-]?[0-9]{1,3})?"
+    r"|[0-9]{1,400}/[1-9][0-9]{0,399}"
+)
 
 
 @dataclass(frozen=True)
@@ -57,12 +60,12 @@ class Range:
         return f"from {self.low:g} to {self.high:g}{self.unit and ' '}{self.unit}"
 
     def __call__(self, text: str) -> float:
-        """Read a decimal number."""
+        """Read a number."""
         return float(self.exact(text))
 
     def exact(self, text: str) -> Fraction:
-        """Read a decimal number at its exact value."""
-        value = Fraction(text) if _DECIMAL.fullmatch(text) else None
+        """Read a number at its exact value."""
+        value = Fraction(text) if _NUMBER.fullmatch(text) else None
         if value is None or not self.holds(value):
             point = "; write a point before decimals" if "," in text else ""
             raise UsageError(f"{shown(text)} is not a number {self}{point}")

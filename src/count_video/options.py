@@ -120,7 +120,8 @@ _HELP: dict[tuple[str, str | None] | None, dict[str, str]] = {
         "where frames leave doubts, a model of the motion is fitted)",
     },
     ("a campaign of many clips", None): {
-        "--jobs": "clips to count at the same time (default: one for every core)",
+        "--jobs": "clips to count at the same time (default: one for every core; of several clips "
+        "without a folder one after the other)",
         "--fresh": "count every clip again (default: a result kept in the output folder is used "
         "again while the clip, the options and the tool are the same)",
         "--pages": "write each clip's page, picture, annotated clip and tables into the output "
@@ -219,7 +220,6 @@ def _refusals(options: argparse.Namespace) -> Iterator[tuple[object, str]]:
     if options.plan is not None or options.theory is not None:
         return
     clips, campaign = options.clips, is_campaign(options)
-    one_file = len(clips) == 1 and not os.path.isdir(clips[0])
     yield not clips, "no clip: give a video file or a folder (see count-video --help)"
     yield (
         options.presenter and (options.output is None or campaign),
@@ -230,7 +230,7 @@ def _refusals(options: argparse.Namespace) -> Iterator[tuple[object, str]]:
         "--plan-file goes with clips, not with a campaign: give single clips",
     )
     yield (
-        options.corrections and not one_file,
+        options.corrections and (campaign or len(clips) > 1),
         "--corrections are those of one clip: give that clip alone",
     )
 
@@ -247,8 +247,9 @@ def is_campaign(options: argparse.Namespace) -> bool:
     """Return whether clips make a campaign, which is summed up, or each is answered by itself."""
     manifest = any(path.suffix.lower() == ".csv" for path in options.clips)
     folder = any(os.path.isdir(path) for path in options.clips)
-    kept = options.output is not None and len(options.clips) > 1
-    return manifest or folder or kept or options.scheduler is not None
+    together = options.output is not None or options.jobs is not None
+    several = together and len(options.clips) > 1
+    return manifest or folder or several or options.scheduler is not None
 
 
 def plan_values(options: argparse.Namespace) -> dict[str, Any]:

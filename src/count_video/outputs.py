@@ -32,7 +32,10 @@ from count_video.inputs import content_digest, json_value
 if sys.platform == "win32":
     import msvcrt
 
+    _UNUSED_BYTE = 2**31 - 2
+
     def _take(descriptor: int, *, wait: bool = False) -> None:
+        os.lseek(descriptor, _UNUSED_BYTE, os.SEEK_SET)  # nobody else may write a locked one
         msvcrt.locking(descriptor, msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK, 1)
 else:
     import fcntl
@@ -53,8 +56,6 @@ _MOST_RECORD_BYTES = 100_000_000
 """A longer one is not ours: what stands behind that is not believed."""
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _UNFINISHED = re.compile(r"\.[0-9a-f]{12}\.part(\..*)?")
-_SUFFIX_CHARACTERS = 40
-"""Length of a name's end that the unfinished file keeps: it names the format."""
 _unfinished: set[Path] = set()
 """Files that this process is writing."""
 
@@ -182,8 +183,7 @@ def write_whole(target: Path, data: bytes) -> None:
 @contextmanager
 def appearing(target: Path) -> Iterator[Path]:
     """Yield a place to write to; what is there appears under its name when all went well."""
-    kind = "".join(target.suffixes[-2:])[-_SUFFIX_CHARACTERS:]
-    partial = target.with_name(f".{uuid.uuid4().hex[:12]}.part{kind}")
+    partial = target.with_name(f".{uuid.uuid4().hex[:12]}.part{target.suffix}")
     _unfinished.add(partial)
     try:
         with open(partial, "xb") as file:
@@ -191,6 +191,8 @@ def appearing(target: Path) -> Iterator[Path]:
                 _take(file.fileno())
             yield partial
             os.fsync(file)
+            if sys.platform == "win32":
+                file.close()  # which renames no open file
             os.replace(partial, target)
         with suppress(OSError):  # the renaming lasts through a power cut; Windows needs this not
             folder = os.open(target.parent, os.O_RDONLY)
@@ -215,8 +217,9 @@ def clear_unfinished(folder: Path) -> None:
     for entry in folder.iterdir():
         if _UNFINISHED.fullmatch(entry.name):
             # Somebody is at work on it, or has just finished.
-            with suppress(OSError), open(_open_own(entry, os.O_RDWR), "rb") as file:
-                _take(file.fileno())
+            with suppress(OSError):
+                with open(_open_own(entry, os.O_RDWR), "rb") as file:
+                    _take(file.fileno())
                 entry.unlink()
 
 

@@ -14,11 +14,11 @@ from collections import deque
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from multiprocessing import connection
 from multiprocessing.process import BaseProcess
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from count_video.errors import MachineError
+from count_video.process import spare_the_processor, usable_cores
 
 _Job = TypeVar("_Job")
 _Done = TypeVar("_Done")
@@ -46,13 +46,16 @@ def as_done(
     waiting = deque((job, 1) for job in jobs)
     running: dict[Future[_Done], tuple[ProcessPoolExecutor, _Job, int]] = {}
     pools: list[ProcessPoolExecutor] = []
-    free: list[ProcessPoolExecutor | None] = [None] * (processes or _cores())  # None: to start
+    # None is one to start.
+    free: list[ProcessPoolExecutor | None] = [None] * (processes or usable_cores())
     try:
         while waiting or running:
             while waiting and free:
                 pool = free.pop()
                 if pool is None:
-                    pool = _new_pool()
+                    check_threads()
+                    spawn = multiprocessing.get_context("spawn")  # threads do not survive a fork
+                    pool = ProcessPoolExecutor(1, spawn, _start_well)
                     pools.append(pool)
                 job, attempt = waiting.popleft()
                 with _inherited():
@@ -105,19 +108,6 @@ def check_threads() -> None:
             thread.join()
 
 
-def _new_pool() -> ProcessPoolExecutor:
-    """Return a pool of one process: started fresh, not forked, which threads do not survive."""
-    check_threads()
-    return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _follow_the_parent)
-
-
-def _cores() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 @contextmanager
 def _inherited() -> Iterator[None]:
     """Have processes that start now compute in one thread each, and ignore Ctrl-C.
@@ -137,17 +127,16 @@ def _inherited() -> Iterator[None]:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _follow_the_parent() -> None:
-    """End this process when the one that started it is gone, even killed.
+def _start_well() -> None:
+    """Spare the processor, and end this process when the one that started it is gone, even killed.
 
     A pool's processes wait for work on a pipe that they hold open themselves: forever, otherwise.
     """
-    parent = multiprocessing.parent_process()
-    if parent is None:
-        return
+    spare_the_processor()
+    parent: Any = multiprocessing.parent_process()
 
     def leave_after_it() -> None:
-        connection.wait([parent.sentinel])
+        parent.join()
         os._exit(1)
 
     threading.Thread(target=leave_after_it, daemon=True).start()

@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import cache, partial
 from types import FrameType
 
 from count_video.errors import CountVideoError, MachineError
@@ -41,12 +41,13 @@ def end_well_on_signals(complain: Callable[[str], object]) -> None:
     def end(number: int, _frame: FrameType | None) -> None:
         for one in known:
             signal.signal(one, signal.SIG_IGN)
-        for action in reversed(_last_actions):
-            with suppress(OSError):
-                action()
-        discard_unfinished()
         name = signal.Signals(number).name
-        complain("interrupted" if name == "SIGINT" else f"ended by {name}")
+        words = "interrupted" if name == "SIGINT" else f"ended by {name}"
+        last: Callable[[], object] = partial(complain, words)
+        for action in (*reversed(_last_actions), discard_unfinished, last):
+            # A stream that is written to right now raises a RuntimeError.
+            with suppress(OSError, RuntimeError):
+                action()
         os._exit(128 + number)
 
     known = [one for one in signal.Signals if one.name in _SIGNALS]
@@ -66,6 +67,13 @@ def spare_the_processor() -> None:
     for name in ("OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
         os.environ.setdefault(name, "1")
     gc.set_threshold(NEW_OBJECTS)
+
+
+def usable_cores() -> int:
+    """Count the cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def keep_libraries_off_the_streams() -> None:
@@ -90,6 +98,7 @@ def keep_libraries_off_the_streams() -> None:
                 closefd=False,  # open to the end, as the streams of the interpreter are
             )
             setattr(sys, name, own)
+            setattr(sys, f"__{name}__", own)  # of which shutil asks for the terminal's size
             stream.detach()
             os.dup2(nowhere, number)
     os.close(nowhere)
@@ -180,10 +189,8 @@ def give_memory_back() -> None:
     """Return to the system what was freed, as a decoder's pictures: glibc would hold on to it."""
     import ctypes  # noqa: PLC0415 - only where pictures were decoded
 
-    if sys.platform == "linux":
-        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-        if trim is not None:
-            trim(0)
+    with suppress(AttributeError, OSError, TypeError):  # another system, or another libc
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 @cache

@@ -72,14 +72,11 @@ class TerminalBar(Progress):
     @contextmanager
     def aside(self) -> Iterator[None]:
         """Take the bar away while something else is written on the same terminal."""
-        bar = self._bar
-        if bar is not None:
-            bar.stop()
-        try:
-            yield
-        finally:
-            if bar is not None:
-                bar.start()
+        if self._bar is not None:
+            self._bar.stop()
+        yield
+        if self._bar is not None:
+            self._bar.start()
 
     def _drawn(self) -> Bar:
         from rich import progress  # noqa: PLC0415 - see above

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import html
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -231,10 +230,10 @@ class Result:
         if self.track is None:
             return ()
         from count_video.reports.drawing import picture_bytes  # noqa: PLC0415
+        from count_video.reports.page import data_address  # noqa: PLC0415
 
-        data = base64.b64encode(picture_bytes(self.figure(), "png")).decode("ascii")
-        style = 'alt="Picture of the trial" style="max-width: 100%"'
-        return (f'<img {style} src="data:image/png;base64,{data}">',)
+        address = data_address(picture_bytes(self.figure(), "png"), "image/png")
+        return (f'<img alt="Picture of the trial" style="max-width: 100%" src="{address}">',)
 
 
 def refused(clip: AnyPath, error: CountVideoError | OSError) -> Result:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -116,23 +117,11 @@ def trial_settings(**settings: Unpack[Settings]) -> TrialSettings:
 
 def checked(name: str, value: Any, read: Callable[[str], object]) -> object:
     """Read a value with the reader of the command line, which has the ranges."""
-    parts = tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else ()
+    text = str(value)
+    if not isinstance(value, str):
+        with suppress(TypeError):  # of one value
+            text = (" " if name == "masses" else ",").join(map(str, value))
     try:
-        if name == "masses":
-            if len(parts) != 2:
-                raise UsageError(f"{value!r} is not two masses, the cylinder's and the ball's")
-            return inputs.masses(*map(exact_mass, parts))
-        return read(",".join(map(str, parts)) if parts else str(value))
+        return read(text)
     except UsageError as error:
         raise UsageError(f"{name}: {error}") from error
-
-
-def exact_mass(value: Mass) -> Fraction:
-    """Return a mass at its exact value, a float at the number it is written as: 1.05 is 105/100."""
-    try:
-        mass = Fraction(str(value))
-    except ValueError as error:
-        raise UsageError(f"a mass is {value!r}; it must be a number greater than 0") from error
-    if not inputs.MASS.holds(mass):
-        raise UsageError(f"a mass is {value!r}; it must be a number {inputs.MASS}")
-    return mass

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from count_video import __version__
 from count_video.errors import UsageError
-from count_video.options import read_options
+from count_video.options import is_campaign, read_options
 
 
 def test_a_clip_alone_leaves_everything_to_be_found() -> None:
@@ -87,12 +87,20 @@ def test_a_mass_is_taken_at_its_exact_decimal_value(mass: object) -> None:
         "a.mp4 --format svg",
         "a.mp4 --csv-dialect semicolon",
         "clips --fresh",
+        "--corrections a.json trials.csv",
+        "--corrections a.json a.mp4 b.mp4",
+        "--corrections a.json --scheduler host:8786 a.mp4",
     ],
 )
 def test_a_wrong_request_is_refused_in_one_line(arguments: str) -> None:
     with pytest.raises(UsageError) as refusal:
         read_options(arguments.split())
     assert str(refusal.value).splitlines() == [str(refusal.value)]
+
+
+@pytest.mark.parametrize(("jobs", "together"), [("", False), ("--jobs 2", True)])
+def test_clips_that_are_counted_at_the_same_time_are_a_campaign(jobs: str, together: bool) -> None:
+    assert is_campaign(read_options(f"a.mp4 b.mp4 {jobs}".split())) == together
 
 
 @pytest.mark.parametrize("option", ["--capture-fps", "--region", "--ball-diameter-mm", "--start"])

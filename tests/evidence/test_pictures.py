@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import itertools
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -323,6 +324,12 @@ def test_the_histogram_has_a_bar_a_count_and_the_theory() -> None:
     assert heights == histogram
     assert "theory: 31" in [line.get_label() for line in axes.lines]
     assert picture_bytes(campaign_figure(summarise([])), "png").startswith(PNG)
+
+
+def test_a_theory_of_very_many_collisions_adds_no_bars() -> None:
+    axes = campaign_figure(summarise([row("a", 31, mass_ratio=1e12)])).axes[0]
+    assert [bar.get_height() for bar in axes.patches] == [1]
+    assert axes.get_xlim()[1] > math.pi * 1e6
 
 
 def test_bodies_of_different_masses_have_a_histogram_each() -> None:

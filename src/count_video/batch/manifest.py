@@ -29,12 +29,8 @@ VIDEO_SUFFIXES = (
     *(".3gp", ".mpg", ".mpeg", ".mts", ".m2ts", ".wmv"),
 )
 """Which files of a folder are taken for clips; upper and lower case alike."""
-RESERVED_NAMES = frozenset({"campaign"})
-"""Names of trials whose results would overwrite the campaign's own files."""
 WITH_DECIMALS = frozenset({"masses", "capture_fps", "ball_diameter_mm"})
 """Columns whose numbers may have decimals."""
-FOLDER_MANIFEST = "manifest.csv"
-"""What is special about clips of a folder may lie beside them."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +66,7 @@ def jobs_of(
     folder's own ``manifest.csv`` says of clips is heeded. A folder without a clip, or one that
     cannot be read, is a job with its problem; UsageError for a manifest that makes no sense.
     """
-    taken = dict.fromkeys(RESERVED_NAMES, 2)
+    taken = {"campaign": 2}  # its results would overwrite the campaign's own files
     wanted = (job for path in paths for job in _wanted(path, settings))
     try:
         start = os.getcwd()
@@ -124,7 +120,7 @@ def _wanted(path: Path, settings: TrialSettings) -> Iterator[Job]:
     if not os.path.isdir(path):
         yield Job("", str(path), settings)
         return
-    manifest = path / FOLDER_MANIFEST
+    manifest = path / "manifest.csv"
     listed = read_manifest(manifest, settings) if os.path.isfile(manifest) else []
     yield from listed
     known = {os.path.realpath(job.clip) for job in listed}

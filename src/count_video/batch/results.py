@@ -177,13 +177,7 @@ def packed(record: Any) -> str:
 
 
 def unpacked(kind: type[_Record], text: str) -> _Record:
-    """Read a record of some kind from text.
-
-    Raises
-    ------
-    ValueError
-        It is no such text, or of another version of the program.
-    """
+    """Read a record of some kind from text; ValueError if it is none, or of another version."""
     try:
         found: _Record = _unpacked(kind, json_value(text))
     except (TypeError, LookupError, AttributeError, OverflowError) as error:

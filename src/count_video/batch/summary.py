@@ -14,6 +14,7 @@ from count_video.batch.manifest import Job
 from count_video.batch.results import ResultStore
 from count_video.errors import UsageError
 from count_video.physics.theory import collision_count
+from count_video.planning.comparison import ratio_range
 from count_video.planning.variations import count_figures
 from count_video.progress import NO_PROGRESS, Progress
 from count_video.records import Estimate, TrialResult
@@ -23,8 +24,6 @@ ALIKE = 0.05
 """Mass ratios that differ by less, as a share, are of the same bodies: clay and balances vary."""
 ALIKE_SIGMAS = 3.0
 """And so are ratios that differ by less than so many standard uncertainties."""
-THEORY_SIGMAS = 2.0
-"""The theory's counts are those of mass ratios within so many standard uncertainties."""
 
 
 def run_campaign(
@@ -131,8 +130,7 @@ def _summary(rows: Sequence[TrialRow]) -> Summary:
     theories: Sequence[int] = given
     if ratio is not None and not given:
         # Of lossless bodies of these masses, of which the heavy one is the heavier.
-        off = THEORY_SIGMAS * ratio.sigma
-        low, high = (max(1.0, ratio.value + side * off) for side in (-1, 1))
+        low, high = (max(1.0, one) for one in ratio_range(ratio))
         theories = range(collision_count(low), collision_count(high) + 1)
     return Summary(
         trials=len(rows),

@@ -143,18 +143,10 @@ def _next_contact(heavy: Mover, ball: Mover, turn_s: Floats) -> tuple[Floats, Ma
     """Time of flight (s) to the next contact before the cylinder turns; inf if there is none.
 
     Also whether it is one with the wall. A cylinder at rest never turns; the ball comes back to it
-    within a swing, or stays away. Bodies that touch now seldom meet next: theirs is sought last,
-    with the least to seek.
+    within a swing, or stays away.
     """
     a_swing_s = 1.01 * ball.law.period_s  # and a rounding more
     window_s = np.where(np.isfinite(turn_s), turn_s, a_swing_s)
-    bodies_s = np.full_like(window_s, np.inf)
-    touching = np.flatnonzero(heavy.position_m == ball.position_m)
-    apart = np.flatnonzero(heavy.position_m != ball.position_m)
-    if apart.size:
-        bodies_s[apart] = contact_s(heavy.take(apart), ball.take(apart), window_s[apart])
-    wall_s = contact_s(ball, None, np.minimum(window_s, bodies_s))
-    if touching.size:
-        limit_s = np.minimum(window_s, wall_s)[touching]
-        bodies_s[touching] = contact_s(heavy.take(touching), ball.take(touching), limit_s)
+    wall_s = contact_s(ball, None, window_s)
+    bodies_s = contact_s(heavy, ball, np.minimum(window_s, wall_s))
     return np.minimum(wall_s, bodies_s), wall_s < bodies_s

@@ -214,10 +214,7 @@ def simulate_many(
 def varied(setup: Setup, **columns: ArrayLike) -> list[Setup]:
     """Return a set-up with other values of some fields: numbers, or arrays of one shape (n,).
 
-    Raises
-    ------
-    UsageError
-        If a value is out of its range.
+    UsageError if a value is out of its range.
     """
     rows = np.column_stack(np.broadcast_arrays(*map(np.atleast_1d, columns.values())))
     return [replace(setup, **dict(zip(columns, row, strict=True))) for row in rows.tolist()]

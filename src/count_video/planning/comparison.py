@@ -40,7 +40,7 @@ def expected_counts(result: TrialResult) -> Expected | None:
     ratio = result.mass_ratio
     if ratio is None or not (math.isfinite(ratio) and ratio > 0):
         return None
-    low, high = ratio_range(result)
+    low, high = ratio_range(Estimate(ratio, result.mass_ratio_sigma or 0.0))
     free = (collision_count(low), collision_count(high))
     if ratio < 1.0 <= high:
         ratio = 1.0  # the cylinder is no lighter than the ball, which would drive it back at once
@@ -52,22 +52,15 @@ def expected_counts(result: TrialResult) -> Expected | None:
     return Expected(free, *_counts([hung, lossy], free[1]))
 
 
-def ratio_range(result: TrialResult) -> tuple[float, float]:
+def ratio_range(ratio: Estimate) -> tuple[float, float]:
     """Return the mass ratios that are likely, low and high: 95 %, or both alike if it was given."""
-    ratio, sigma = result.mass_ratio or math.nan, result.mass_ratio_sigma or 0.0
-    # A ratio stays above 0, however little is known of it.
-    reach = min(2.0 * sigma, 0.5 * ratio) if math.isfinite(sigma) else 0.5 * ratio
-    return ratio - reach, ratio + reach
+    half = 0.5 * ratio.value  # a ratio stays above 0, however little is known of it
+    reach = min(2.0 * ratio.sigma, half) if math.isfinite(ratio.sigma) else half
+    return ratio.value - reach, ratio.value + reach
 
 
 def compared(result: TrialResult, request: PlanRequest) -> TrialResult:
-    """Add the comparison with a plan to a result.
-
-    Raises
-    ------
-    UsageError
-        If the planned set-up has no count.
-    """
+    """Add the comparison with a plan to a result; UsageError if the planned set-up has no count."""
     setup = request.setup()
     theory = collision_count(request.heavy, request.light)
     found = [] if result.setup is None else list(_found(result, result.setup, setup))

@@ -185,10 +185,7 @@ def make_plan(
 ) -> Plan:
     """Work out a plan; a second or two, most of it for tolerances and map.
 
-    Raises
-    ------
-    UsageError
-        If the bodies lose so much that they come to rest on each other in ever smaller bounces.
+    UsageError if the bodies lose so much that they come to rest on each other.
     """
     progress.start(5, "planning")
     theory = collision_count(request.heavy, request.light)

@@ -6,7 +6,6 @@ above the velocities; on the right the phase circle and the energy.
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -21,6 +20,7 @@ from count_video.physics.theory import collision_count, theta_rad
 from count_video.reports.campaign import CampaignSummary, Summary, TrialRow, theory_words
 from count_video.reports.drawing import (
     BLUE,
+    DOTS_PER_INCH,
     MEDIA_TYPES,
     PAPER,
     SKY_BLUE,
@@ -113,13 +113,11 @@ def panel_figures(material: Material) -> dict[str, Figure]:
 def thumbnail_jpeg(material: Material) -> bytes:
     """Draw the whole of a trial in small, for lists: tracks and marks, no letters."""
     with styled():
-        figure = Figure(figsize=(4.8, 1.3), dpi=100)
+        figure = Figure(figsize=(480 / DOTS_PER_INCH, 130 / DOTS_PER_INCH))
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         draw_space_time(axes, material, material.shown_frames, size=14)
         axes.set_axis_off()
-        target = io.BytesIO()
-        figure.savefig(target, format="jpeg", pil_kwargs={"quality": 85})
-        return target.getvalue()
+        return picture_bytes(figure, "jpeg")
 
 
 # ---- the theory --------------------------------------------------------------------------------
@@ -181,21 +179,19 @@ def _draw_histogram(axes: Axes, group: Summary) -> None:
     axes.set_ylabel("trials")
     if not shown:
         return
-    span = range(min(shown), max(shown) + 1)
-    trials = [group.histogram.get(count, 0) for count in span]
-    bars = axes.bar(list(span), trials, color=SKY_BLUE, label="trials", gid="bar")
-    labels = [str(number) if number else "" for number in trials]
-    axes.bar_label(bars, labels=labels, backgroundcolor="white", padding=3)
+    trials = list(group.histogram.values())
+    bars = axes.bar(list(group.histogram), trials, color=SKY_BLUE, label="trials", gid="bar")
+    axes.bar_label(bars, backgroundcolor="white", padding=3)
     for count in {theories[0], theories[-1]} if theories else ():
         label = f"theory: {theory_words(group)}" if count == theories[0] else None
         axes.axvline(count, color=VERMILION, linestyle="--", linewidth=2, label=label)
     if group.mean is not None:
         label = f"mean: {group.mean:.2f}"
         axes.axvline(group.mean, color="black", linestyle=":", linewidth=2, label=label)
-    axes.set_xlim(span[0] - 1.5, span[-1] + 1.5)
+    axes.set_xlim(min(shown) - 1.5, max(shown) + 1.5)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylim(0, 1.15 * max(*trials, 1))
+    axes.set_ylim(0, 1.15 * max([*trials, 1]))
     axes.legend(loc="upper left")
 
 

@@ -300,13 +300,12 @@ def draw_energy(axes: Axes, material: Material) -> None:
     if states is None:
         _ask_for_masses(axes)
         return
-    known = states.swing_energy is not None
-    raised = (
-        np.zeros(states.scaled.shape[1]) if states.swing_energy is None else states.swing_energy
-    )
+    swing_energy = states.swing_energy
+    raised = np.zeros(states.scaled.shape[1]) if swing_energy is None else swing_energy
     first = 1.0 + raised[0]
     moving, swing = 100 * states.scaled**2 / first, 100 * raised / first
     sigma = 200 * np.abs(states.scaled) * states.sigma / first
+    known = swing_energy is not None
     whole = "all together" if known else "both together; the swing is not known"
     for label, shape, colour, energy, bar in (
         ("cylinder, moving", "s", HEAVY, moving[0], sigma[0]),

@@ -154,9 +154,9 @@ def _expected(expected: Expected | None, count: int | None) -> str:
 
 def _pi(result: TrialResult) -> str:
     low, high, count = result.pi_low, result.pi_high, result.count or 0
-    if low is None or high is None:
+    if low is None or high is None or result.ratio is None:
         return ""
-    lightest, heaviest = ratio_range(result)
+    lightest, heaviest = ratio_range(result.ratio)
     held = "pi lies outside"
     if low <= math.pi <= high:
         held = "pi lies inside"
@@ -259,13 +259,11 @@ def _differs(one: ComparedQuantity) -> bool:
 
 NOT_KNOWN = "-"
 _NUMBERS = (
-    *(("", "frame", 9, 2, ("frame",)), ("", "time/s", 9, 5, ("time_s",))),
+    ("", "frame", 9, 2, ("frame",)),
+    ("", "time/s", 9, 5, ("time_s",)),
     ("", "ball/px", 8, 1, ("ball_px",)),
-    *(
-        (f"{body} px/frame", "before    after", 17, 3, names)
-        for body in ("ball", "heavy")
-        for names in [(f"{body}_before_px_frame", f"{body}_after_px_frame")]
-    ),
+    ("ball px/frame", "before    after", 17, 3, ("ball_before_px_frame", "ball_after_px_frame")),
+    ("heavy px/frame", "before    after", 17, 3, ("heavy_before_px_frame", "heavy_after_px_frame")),
 )
 """Two headings of each column of numbers, its width, decimals, and the columns of the array."""
 

@@ -16,7 +16,7 @@ from av.container import InputContainer
 
 from count_video.errors import FootageError, MachineError, UsageError
 from count_video.inputs import THREADS
-from count_video.process import check_memory
+from count_video.process import check_memory, usable_cores
 from count_video.video.opening import choose_stream, open_container, plain_words
 
 JUMP_SHARE = 1.7
@@ -113,7 +113,7 @@ class Reading:
 
 def _threads_allowed() -> int:
     """As many as cores, or fewer if so allowed."""
-    cores = os.cpu_count() or 1
+    cores = usable_cores()
     try:
         return min(THREADS(os.environ.get(THREADS_VARIABLE, str(cores))), cores)
     except UsageError as error:
