@@ -7,12 +7,20 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
+from count_video.alone import turns_on_both_sides
 from count_video.explanations import Explanation
 from count_video.motion.parameters import Knowledge
 from count_video.motion.priors import SWING_RATIO_SHARE
 from count_video.physics.theory import pi_bounds
 from count_video.reasons import Cause, Reason
-from count_video.records import Estimate, FootageInfo, FootageReport, Track, TrialResult
+from count_video.records import (
+    Estimate,
+    FootageInfo,
+    FootageReport,
+    Track,
+    TrialResult,
+    WallSide,
+)
 from count_video.reports.words import CLEARER, sentence, sentences, what_to_do
 from count_video.settings import TrialSettings
 from count_video.tracking.pairing import contradiction
@@ -95,7 +103,7 @@ def answer(
         probability={} if explained.against else explained.probability,
         count_after_burst=len(collisions) - count,
         collisions=collisions,
-        wall_side=None if explained.scene == "bodies" else track.wall_side,
+        wall_side=_wall_shown(explained, settings),
         upright=track.line.upright,
         even_rate=even_rate,
         ball_diameter_px=track.ball_diameter_px,
@@ -120,6 +128,13 @@ def answer(
         return result
     measured = measured_ratios(explained, given=settings.masses is not None) if counts else []
     return weighed(result, measured, settings.masses)
+
+
+def _wall_shown(explained: Explanation, settings: TrialSettings) -> WallSide | None:
+    """Side of the wall; None where none is shown, or a body alone turns at both ends of its way."""
+    both = explained.track.heavy is None and turns_on_both_sides(explained)
+    shown = any(one.kind == "wall" for one in explained.collisions) or settings.wall is not None
+    return None if both or not shown or explained.scene == "bodies" else explained.track.wall_side
 
 
 def measured_ratios(explained: Explanation, *, given: bool) -> list[Estimate]:

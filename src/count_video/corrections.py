@@ -16,13 +16,11 @@ from pathlib import Path
 
 from count_video.errors import UsageError
 from count_video.inputs import FRAME, content_digest, read_json_object, shown, stored_number
-from count_video.records import Correction, TrialResult
+from count_video.records import SAME_COLLISION_FRAMES, Collision, Correction, TrialResult
+from count_video.reports.exports import plain
 from count_video.reports.words import storable
 
 CORRECTIONS_VERSION = 1
-SAME_COLLISION_FRAMES = 1.0
-"""A collision is the one meant if it has the kind and lies this close: another version of the tool
-may place it a little differently, and give it another number."""
 
 
 def reviewed(result: TrialResult, path: Path) -> TrialResult:
@@ -50,7 +48,7 @@ def reviewed(result: TrialResult, path: Path) -> TrialResult:
     return replace(
         result,
         corrections=corrections,
-        notes={str(key): note for key, note in notes.items()},
+        notes={_place_of_note(str(key), result): note for key, note in notes.items()},
         reviewed_count=result.burst_size + sum(steps),
         warnings=(*result.warnings, *changed),
     )
@@ -101,11 +99,27 @@ def _correction(entry: object, result: TrialResult, where: str) -> Correction:
         # It belongs to the burst if no collision beyond it came before.
         ends = min((c.frame for c in result.beyond_burst), default=math.inf)
         return Correction("missed", kind, frame, None, frame < ends)
-    alike = [c for c in result.collisions if c.kind == kind]
-    wrong = min(alike, key=lambda c: abs(c.frame - frame), default=None)
-    if wrong is None or abs(wrong.frame - frame) > SAME_COLLISION_FRAMES:
+    wrong = _meant(result, kind, frame)
+    if wrong is None:
         raise UsageError(
             f"{where}: there is no such collision ({kind}, frame {frame:.6g}) in the result; "
             "correct this result on its own page"
         )
     return Correction("wrong", kind, wrong.frame, wrong.number, wrong.number <= result.burst_size)
+
+
+def _meant(result: TrialResult, kind: str, frame: float) -> Collision | None:
+    """Find the collision of a kind that is meant by a frame."""
+    near = [c for c in result.collisions if abs(c.frame - frame) <= SAME_COLLISION_FRAMES]
+    alike = [c for c in near if c.kind == kind]
+    return min(alike, key=lambda c: abs(c.frame - frame), default=None)
+
+
+def _place_of_note(key: str, result: TrialResult) -> str:
+    """Name what a note is on by the result's own collision, if it is on one."""
+    try:
+        number, kind, frame = key.split("/")
+        meant = None if number == "+" else _meant(result, kind, float(frame))
+    except ValueError:  # it is on the clip, or on something that this tool does not know
+        return key
+    return key if meant is None else f"{meant.number}/{meant.kind}/{plain(meant.frame):.15g}"

@@ -260,6 +260,9 @@ def by_impacts(track: Track, report: FootageReport, *, seen_only: bool = False) 
     chance = probability.get(count, 0.0)
     if chance < PROBABILITY_AT_LEAST:
         doubts = (*doubts, Reason(Cause.OTHERS_LIKELY, (count, chance)))
+    pushes = [one.push for one in found.collisions if one.push]
+    if track.heavy is None and pushes:  # the stop is where most impacts push it away from
+        track = replace(track, wall_side="left" if sum(pushes) >= 0 else "right")
     return Explanation(
         track=with_errors(track, found.errors),
         scene="stop" if track.heavy is None else "bodies",

@@ -154,6 +154,9 @@ class Track:
     turned: CameraTurns | None = None
     """How the camera turned and scaled each picture, which comes after the shift; positions, line
     and shift are freed of it. None where it did not."""
+    beside_px: Floats | None = None
+    """How far a body alone is from the line, across it, by image x and y, shape (n, 2); None where
+    the bodies stay on it."""
     wall_seen: bool = True
     """False where neither body bounces off anything but the other; ``wall_side`` says nothing then,
     and the ball is the body at smaller positions."""
@@ -197,6 +200,17 @@ class Collision:
     """Place of the ball's centre along the line of motion."""
     velocity_before: Velocities
     velocity_after: Velocities
+
+    @property
+    def push(self) -> float:
+        """Sign of what it adds to the ball's velocity, of as much as is known; 0 if nothing is."""
+        before, after = (v.ball_px_frame for v in (self.velocity_before, self.velocity_after))
+        return float(np.sign(np.nan_to_num(after) - np.nan_to_num(before)))
+
+
+SAME_COLLISION_FRAMES = 1.0
+"""A collision is the one that a person meant if it has the kind and lies this close: another
+version of the tool may place it a little differently, and give it another number."""
 
 
 @dataclass(frozen=True)

@@ -74,6 +74,18 @@ def test_what_a_person_wrote_is_in_the_result_and_its_text(
         reviewed(result, saved(tmp_path, notes={"": 5}))
 
 
+def test_a_note_stays_on_its_collision_where_a_recount_moves_it(
+    result: TrialResult, tmp_path: Path
+) -> None:
+    own = result.collisions[4]
+    key = f"9/{own.kind}/{own.frame + 0.01}"
+    review = reviewed(result, saved(tmp_path, notes={key: "grazed"}))
+    assert list(review.notes.values()) == ["grazed"]
+    number, kind, frame = next(iter(review.notes)).split("/")
+    assert (number, kind) == ("5", own.kind)
+    assert float(frame) == pytest.approx(own.frame, rel=1e-11)
+
+
 def test_what_lies_after_the_burst_does_not_change_the_count(
     result: TrialResult, tmp_path: Path
 ) -> None:

@@ -88,7 +88,7 @@ def test_the_top_says_count_probability_masses_theory_and_pi(
         "Probability",
         "Theory",
         "Mass ratio",
-        "π lies between",
+        "Bounds on π",
     }
     assert facts[facts.index("Theory") + 1] == "12"
 
@@ -341,6 +341,51 @@ def test_a_saved_file_can_be_gone_on_from_and_notes_are_in_it(
     visit.page.locator("#load").set_input_files(path)
     visit.wait_until("document.getElementById('reviewed').textContent.startsWith('Reviewed')")
     assert "note" in entries(visit)[3]
+
+
+def test_corrections_of_another_clip_of_this_name_change_nothing(
+    visit: Visit, tmp_path: Path
+) -> None:
+    visit.page.keyboard.press("x")
+    path = save(visit, tmp_path)
+    stored = json.loads(path.read_text("utf-8")) | {"clip_sha256": "0" * 64}
+    path.write_text(json.dumps(stored), "utf-8")
+    visit.page.keyboard.press("x")
+    visit.page.locator("#load").set_input_files(path)
+    visit.wait_until("document.getElementById('state').textContent.includes('no corrections')")
+    assert visit.text("reviewed") == ""
+
+
+def test_what_a_file_says_can_be_taken_back_by_the_next(visit: Visit, tmp_path: Path) -> None:
+    visit.page.keyboard.press("x")
+    save(visit, tmp_path)
+    visit.page.keyboard.press("x")
+    assert visit.text("state").startswith("Not saved to a file yet")
+    stored = json.loads(save(visit, tmp_path).read_text("utf-8"))
+    assert stored["corrections"] == []
+    assert visit.text("state") == ""
+
+
+def test_keys_of_a_checkbox_and_of_a_table_are_their_own(visit: Visit) -> None:
+    visit.page.locator("#enlarge").focus()
+    visit.page.keyboard.press("Space")
+    assert visit.page.locator("#enlarge").is_checked()
+    assert visit.text("play") == "Play", "the clip stands"
+    visit.page.locator("pre").last.focus()
+    visit.page.keyboard.press("ArrowRight")
+    assert visit.text("contact-title").startswith("Collision 1 ")
+
+
+def test_one_that_is_taken_away_takes_its_note_and_its_heading_with_it(visit: Visit) -> None:
+    visit.page.locator("#forth").click()
+    visit.page.locator("#add-wall").click()
+    visit.page.locator("#list button", has_text="added").click()
+    visit.page.locator("#note").fill("a reflection")
+    visit.page.locator("#note").blur()
+    visit.page.locator("#wrong").click()
+    assert not any("added" in entry for entry in entries(visit))
+    assert visit.text("contact-title") == "Choose a collision to see its frames"
+    assert visit.page.locator("#save").is_disabled(), "nothing is left to save"
 
 
 @pytest.mark.parametrize("content", ["{", "[]", '{"clip": "other.mp4", "corrections": []}'])

@@ -171,7 +171,7 @@ def test_axes_say_what_they_show_and_in_which_unit(figure: Figure) -> None:
     assert "(m/s)" in panel(figure, "Velocities").get_ylabel()
     for axes in (whole, enlarged, panel(figure, "Velocities")):
         assert axes.get_xlabel() == "frame"
-    assert "V_1" in panel(figure, "Phase circle").get_xlabel()
+    assert "V₁" in panel(figure, "Phase circle").get_xlabel()
     assert "(%" in panel(figure, "Energy").get_ylabel()
     units = [axis.get_ylabel() for axis in whole.child_axes]
     units += [axis.get_xlabel() for axis in whole.child_axes]

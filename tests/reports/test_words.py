@@ -24,6 +24,15 @@ def test_each_cause_has_a_sentence_of_its_own(cause: Cause) -> None:
 def test_figures_stand_in_their_order() -> None:
     assert "12.3 and 45.7" in sentence(Reason(Cause.WALL_MISSED, (12.34, 45.67)))
     assert "after frame 663" in sentence(Reason(Cause.GAP_MADE_UP_FOR, (663.0, 8)))
+    clash = sentence(Reason(Cause.MASSES_CONTRADICT, (12345.0, 16.001, 0.0131)))
+    assert "the ratio 12345, the motion shows 16.001 +- 0.013" in clash
+
+
+def test_one_of_something_is_no_plural() -> None:
+    assert sentence(Reason(Cause.FRAMES_MISSING, (1.0,))).startswith("1 frame is missing")
+    assert sentence(Reason(Cause.FRAMES_MISSING, (2.0,))).startswith("2 frames are missing")
+    assert "at frame 26, by" in sentence(Reason(Cause.RATE_CHANGES, (4.0, 26.0)))
+    assert "at frames 26 and 71, by" in sentence(Reason(Cause.RATE_CHANGES, (4.0, 26.0, 71.0)))
 
 
 def test_no_reason_is_no_sentence() -> None:

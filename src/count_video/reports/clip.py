@@ -34,6 +34,8 @@ HEADER_PX = 72
 ROW_PX = 3
 """Height of one frame in the strip: a contact every 2.5 frames still has a mark of its own."""
 STRIP_PX = 72 * ROW_PX
+NUMBER_PX = 15
+"""Height of the numbers beside it; where marks follow each other closer, not all have one."""
 BEGIN_PX, END_PX = 112, 16
 """From the header's left to its words, for counts have three digits at the most, with few
 exceptions, and from its right."""
@@ -148,10 +150,13 @@ def _write(
     """Write the running count, the last collision, frame ``index``, and the pace."""
     past = [c for c in result.collisions if c.frame < index + 0.5]
     count, fps = min(len(past), result.burst_size), result.capture_fps
-    beyond = f", {len(past) - count} more after the burst" if len(past) > count else ""
-    noun = f"{'collision' if count == 1 else 'collisions'}{beyond}"
+    noun, more = "collision" if count == 1 else "collisions", len(past) - count
     time = f"frame {index}{f', {1000 * index / fps:.1f} ms' if fps else ''}"
     right = layout.width_px - END_PX
+    if more:
+        noun += f", {more} more after"
+        whole = f"{noun} the burst  {time}"
+        noun += " the burst" * (BEGIN_PX + draw.textlength(whole, font(20)) < right)
     draw.text((16, 6), str(count), "white", font(46))
     draw.text((BEGIN_PX, 8), noun, "white", font(20))
     draw.text((right, 8), time, "white", font(20), "ra")
@@ -205,7 +210,7 @@ def _draw_bodies(canvas: Pixels, layout: ClipLayout, material: Material, row: in
 
 def _draw_strip(strip: Pixels, material: Material, newest: int) -> None:
     """Draw the last frames as rows, the newest on top, with the numbers of the collisions."""
-    size, track, numbers = 7.0, material.track, {}
+    size, track, numbers = 7.0, material.track, list[tuple[float, float, str]]()
     oldest = max(0, newest + 1 - STRIP_PX // ROW_PX)
     image = np.array(material.lines[oldest : newest + 1])[::-1]
     filled = ROW_PX * len(image)
@@ -229,10 +234,13 @@ def _draw_strip(strip: Pixels, material: Material, newest: int) -> None:
             y_px = max(9.0, ROW_PX * (newest - row + 0.5) - 0.5)
             x_px = (contact_px(c, track) + 0.5) * scale - 0.5
             _draw_mark(strip, c, (x_px, y_px), size)
-            numbers[x_px + size + 4, y_px - 9.0] = str(c.number)
+            numbers.append((x_px + size + 4, y_px - 9.0, str(c.number)))
     with _lettering(strip) as draw:
-        for corner, number in numbers.items():
-            draw.text(corner, number, "white", font(15))
+        above_px = -float(NUMBER_PX)
+        for x_px, y_px, number in sorted(numbers, key=lambda one: one[1]):  # the newest first
+            if y_px - above_px >= NUMBER_PX:
+                draw.text((x_px, y_px), number, "white", font(NUMBER_PX))
+                above_px = y_px
 
 
 # ---- time ----------------------------------------------------------------------------------------

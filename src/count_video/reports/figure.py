@@ -36,7 +36,7 @@ from count_video.reports.page import campaign_page
 from count_video.reports.panels import TIME, draw_phase_circle, draw_space_time, panels_of
 from count_video.reports.plan_text import plain
 from count_video.reports.text import answer_words, review_words
-from count_video.reports.words import plural, ratio_words
+from count_video.reports.words import plural, ratio_words, shortened
 
 
 def figure_of(width: float, height: float) -> Figure:
@@ -46,11 +46,11 @@ def figure_of(width: float, height: float) -> Figure:
     return figure
 
 
-def add_legend(figure: Figure, axes: Axes, title: str | None = None) -> None:
+def add_legend(figure: Figure, axes: Axes, title: str | None = None, columns: int = 4) -> None:
     """Say below a figure what the lines and marks of a panel mean."""
     handles, labels = axes.get_legend_handles_labels()
     legend = figure.legend(
-        handles, labels, loc="outside lower center", ncols=4, title=title, markerscale=1.2
+        handles, labels, loc="outside lower center", ncols=columns, title=title, markerscale=1.2
     )
     legend.get_title().set_parse_math(False)
 
@@ -60,7 +60,7 @@ def trial_figure(material: Material) -> Figure:
     result = material.result
     title = answer_words(result) + review_words(result)
     if result.count is not None and result.mass_ratio is not None:
-        title += f" at a mass ratio of {result.mass_ratio:.4g}"
+        title += f" at a mass ratio of {shortened(result.mass_ratio)}"
     shown = panels_of(material)
     columns = [["space-time", "enlarged" if "enlarged" in shown else "space-time", "velocities"]]
     if "energy" in shown:
@@ -90,7 +90,6 @@ def time_panels(figure: Figure) -> list[dict[str, list[float]]]:
     for axes in figure.axes:
         if axes.get_gid() == TIME:
             (left, bottom), (right, top) = axes.get_position().get_points()
-            # The solver of the layout differs in the last digits from run to run.
             box = [round(float(share), 6) for share in (left, 1 - top, right, 1 - bottom)]
             panels.append({"box": box, "frames": [float(end) for end in axes.get_xlim()]})
     return panels
@@ -105,7 +104,7 @@ def panel_figures(material: Material) -> dict[str, Figure]:
             axes = figure.add_subplot()
             draw(axes, material)
             if axes.get_gid() == TIME:
-                add_legend(figure, axes)
+                add_legend(figure, axes, columns=3)
             thin_numbers(figure)
     return figures
 

@@ -67,8 +67,8 @@ class Material:
             return self.shown_frames
         held = max(3, round(0.6 * len(times))) - 1
         low, high = min(zip(times, times[held:], strict=False), key=lambda ends: ends[1] - ends[0])
-        margin = 0.06 * (high - low) + 1.0
-        return low - margin, high + margin
+        margin, (first, last) = 0.06 * (high - low) + 1.0, self.shown_frames
+        return max(first, low - margin), min(last, high + margin)
 
     @cached_property
     def is_dense(self) -> bool:
@@ -90,8 +90,13 @@ class Material:
 
 
 def contact_px(collision: Collision, track: Track) -> float:
-    """Place along the line where the ball touches: its edge turned to heavy body or wall."""
+    """Place along the line where the ball touches: its edge turned to heavy body or wall.
+
+    A body alone may have a stop on either side: each pushes it away.
+    """
     low = (track.wall_side == "left") == (collision.kind == "wall")
+    if track.heavy is None and collision.push:
+        low = collision.push > 0
     return collision.position_px + (track.ball.low_edge_px if low else track.ball.high_edge_px)
 
 
@@ -107,8 +112,9 @@ def image_point(track: Track, row: int, position_px: float) -> Point:
     x, y = position_px, line.anchor_y_px + slope * (position_px - line.anchor_x_px)
     if line.upright:
         x, y = line.anchor_x_px + slope * (position_px - line.anchor_y_px), position_px
-    right, down = (0.0, 0.0) if track.shift_px is None else track.shift_px[row]
-    point = float(x + right), float(y + down)
+    for moved in (track.beside_px, track.shift_px):
+        x, y = (x, y) if moved is None else (x + moved[row, 0], y + moved[row, 1])
+    point = float(x), float(y)
     return point if track.turned is None else track.turned.of(row, point)
 
 

@@ -30,12 +30,19 @@ from count_video.planning.variations import (
     RESOLVED_FRAMES,
     adjustments_of,
 )
-from count_video.records import Floats, TrialResult
+from count_video.records import SAME_COLLISION_FRAMES, Floats, TrialResult
 from count_video.reports.campaign import CampaignSummary, TrialRow, advice, summary_lines
 from count_video.reports.exports import json_object, plain
 from count_video.reports.plan_text import plan_headline, plan_notes, table_lines
 from count_video.reports.text import answer_words, collision_lines, comparison_lines, result_notes
-from count_video.reports.words import counts_words, percent, printable, ratio_words, storable
+from count_video.reports.words import (
+    counts_words,
+    percent,
+    printable,
+    ratio_words,
+    share_words,
+    storable,
+)
 
 
 def render(name: str, *, script: bool = False, **values: object) -> str:
@@ -51,7 +58,7 @@ def render(name: str, *, script: bool = False, **values: object) -> str:
         lstrip_blocks=True,
     )
     made.filters |= {"digest": _digest, "printable": printable, "percent": percent}
-    made.filters["ratio_words"] = ratio_words
+    made.filters |= {"ratio_words": ratio_words, "share": share_words}
     style = _own_file("page.css") + _own_file(f"{name}.css")
     own = _own_file(f"{name}.js") if script else None
     template = made.get_template(f"{name}.html")
@@ -99,6 +106,7 @@ class PageMedia:
 def clip_page(result: TrialResult, media: PageMedia | None = None) -> str:
     """Write the page; without media (no bodies were followed) it holds the answer alone."""
     name = storable(Path(result.clip).name)
+    file = f"./{name}" if name.startswith("-") else name
     saved = f"{Path(name).stem}.corrections.json"
     shown: dict[str, object] = {"video": None, "picture": None}
     if media is not None:
@@ -108,7 +116,7 @@ def clip_page(result: TrialResult, media: PageMedia | None = None) -> str:
         "clip",
         script=media is not None,
         clip=name,
-        command=f"count-video {shlex.quote(name)} --corrections {shlex.quote(saved)}",
+        command=f"count-video {shlex.quote(file)} --corrections {shlex.quote(saved)}",
         answer=answer_words(result),
         doubt=result.reason or "",
         facts=_facts(result),
@@ -124,6 +132,7 @@ def _script_data(result: TrialResult, media: PageMedia) -> dict[str, object]:
         "clip_sha256": media.clip_sha256,
         "result": json_object(result),
         "burst_size": result.burst_size,
+        "same_frames": SAME_COLLISION_FRAMES,
         "burst_ends": min((c.frame for c in result.beyond_burst), default=1e300),
         "panels": list(media.panels),
         "frames": media.frame.astype(int).tolist(),
@@ -146,7 +155,8 @@ def _facts(result: TrialResult) -> dict[str, str]:
     if result.ratio is not None:
         facts["Mass ratio"] = f"{ratio_words(result.ratio)} : 1"
     if result.pi_low is not None and result.pi_high is not None:
-        facts["π lies between"] = f"{result.pi_low:#.5g} and {result.pi_high:#.5g}"
+        outside = "" if result.pi_low <= math.pi <= result.pi_high else ", π outside"
+        facts["Bounds on π"] = f"{result.pi_low:#.5g} to {result.pi_high:#.5g}{outside}"
     return facts
 
 
@@ -215,6 +225,9 @@ def _options_beside(request: PlanRequest) -> str:
     """Options of the command line that are not their defaults and have no slider."""
     options = f" --thread {request.heavy_thread_m:g} {request.light_thread_m:g}"
     options += f" --restitution {request.restitution:g}"
+    usual = PlanRequest(1, 1)
+    if request.ball_diameter_m != usual.ball_diameter_m:
+        options += f" --ball-diameter-mm {1e3 * request.ball_diameter_m:g}"
     options += f" --damping {request.damping_per_s:g}" if request.damping_per_s else ""
     for name, (field, _) in TOLERANCES.items():
         value = getattr(request.tolerances, field)

@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from count_video.physics.theory import Mass, collision_count, state_points, theta_rad
 from count_video.planning.comparison import expected_counts
-from count_video.records import CollisionKind, Floats, TrialResult
+from count_video.records import CollisionKind, Floats
 from count_video.reports.drawing import (
     BALL,
     BARS,
@@ -39,12 +39,14 @@ from count_video.reports.material import (
     measured_states,
     speed_scale,
 )
-from count_video.reports.words import counts_words
+from count_video.reports.words import counts_words, shortened
 
 TIME = "time"
 """Group of the panels in which time runs to the right."""
 MOST_POINTS = 700
 """More points than this cannot be seen one by one; the phase circle is then drawn alone."""
+SHOWN_SHARE = 0.05
+"""Of the energy: less than that hardly shows beside the circle's line."""
 
 
 def draw_whole(axes: Axes, material: Material) -> None:
@@ -136,15 +138,16 @@ def _number_and_label(
 ) -> None:
     """Write the numbers of some collisions, and name the axes.
 
-    Contacts of the bodies are numbered towards the heavy body, those with the wall towards it. Real
-    units stand on the far sides where they are known; the wall side of the ball's path is 0.
+    Contacts of the bodies are numbered towards the heavy body, those with the wall towards it, and
+    those of a body alone on its own side. Real units stand on the far sides where they are known;
+    the wall side of the ball's path is 0.
     """
     track, outward = material.track, material.outward
-    outer = 1.0 if track.heavy is not None else -1.0
+    alone = track.heavy is None
     marks = [
         (str(c.number), (c.frame, contact_px(c, track)), (0.0, up))
         for c in material.result.collisions
-        for up in [outer if c.kind == "bodies" else -outer]
+        for up in [c.push * outward if alone else 1.0 if c.kind == "bodies" else -1.0]
         if c.number in numbers
     ]
     number_marks(axes, marks, size=size)
@@ -154,7 +157,8 @@ def _number_and_label(
     wall = float(np.nanmin(low) if outward > 0 else np.nanmax(high))
     if mm_a_px:
         side = axes.secondary_yaxis("right", functions=_linear(outward * mm_a_px, wall))
-        side.set_ylabel("from the wall (mm)")
+        walled = material.result.wall_side is not None
+        side.set_ylabel("from the wall (mm)" if walled else "way (mm)")
     if material.result.capture_fps:
         ms_a_frame = 1000.0 / material.result.capture_fps
         top = axes.secondary_xaxis("top", functions=_linear(ms_a_frame, 0.0))
@@ -186,7 +190,7 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     middle = (track.frame[1:] + track.frame[:-1]) / 2
     sides = [side for c in collisions for side in (c.velocity_before, c.velocity_after)]
     when = np.repeat(times, 2)
-    shown = [] if sides else [-1.0, 1.0]
+    shown = [] if sides else [0.0]
     for name, label, colour, body in (
         ("ball", "ball", BALL, track.ball),
         ("heavy", "cylinder", HEAVY, track.heavy),
@@ -195,6 +199,7 @@ def draw_velocities(axes: Axes, material: Material) -> None:
             continue
         step = np.diff(body.position_px) / np.diff(track.frame) * unit
         axes.plot(middle[clear], step[clear], ".", color=colour, markersize=5, alpha=0.55)
+        shown += [] if sides else step[np.isfinite(step)].tolist()
         fitted = np.array([getattr(side, f"{name}_px_frame") for side in sides]) * unit
         sigma = np.array([getattr(side, f"{name}_sigma_px_frame") for side in sides]) * abs(unit)
         drawn = axes.errorbar(when, fitted, sigma, color=colour, lw=2.0, label=label, **BARS)
@@ -208,15 +213,16 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     beside = 0.12 * float(np.ptp(shown)) or 1.0
     _count_frames(axes)
     axes.set(xlim=frames, ylim=(min(shown) - beside, max(shown) + beside))
-    axes.set_ylabel(f"velocity ({unit_name})\n{_upward(material.result)} is up")
+    axes.set_ylabel(f"velocity ({unit_name})\n{_upward(material)} is up")
     axes.set_title("Velocities: dots from frame to frame, lines and bars fitted between collisions")
 
 
-def _upward(result: TrialResult) -> str:
+def _upward(material: Material) -> str:
     """Which way positive velocities lead: along the image where there is no wall."""
-    if result.wall_side is not None:
+    if material.result.wall_side is not None:
         return "away from the wall"
-    return "downward" if result.upright else "to the right"
+    ways = ("upward", "downward") if material.result.upright else ("to the left", "to the right")
+    return ways[material.outward > 0]
 
 
 # ---- states and energies after each collision --------------------------------------------------
@@ -247,8 +253,8 @@ def draw_phase_circle(
         axes.plot(*states[step - 1 : step + 1].T, zorder=1, linewidth=1.0, alpha=alpha, **style)
     axes.set(xlim=(-1.24, 1.24), ylim=(-1.24, 1.24), aspect="equal", anchor="N")
     axes.text(0.5, -0.03, "stops here", ha="center", va="top", fontsize=9, color=BLUE, bbox=PAPER)
-    axes.set_xlabel(r"$V_1 = \sqrt{M}\,v_1$  (in units of the first state)")
-    axes.set_ylabel(r"$V_2 = \sqrt{m}\,v_2$")
+    axes.set_xlabel("V₁ = √M v₁  (in units of the first state)")
+    axes.set_ylabel("V₂ = √m v₂")
     return states
 
 
@@ -273,12 +279,17 @@ def draw_states(axes: Axes, material: Material) -> None:
     step = 1 if len(x) <= 45 else 5
     places = list(enumerate(states.scaled.T.tolist()))[::step]
     number_marks(axes, [(str(number), (x, y), (x, y)) for number, (x, y) in places], size=9)
-    words = f"M : m = {ratio:.4g} : 1\ntheory counts {counts_words(*expected.free)}"
+    words = f"M : m = {shortened(ratio)} : 1\ntheory counts {counts_words(*expected.free)}"
     axes.text(0.0, 0.06, words, ha="center", va="bottom", fontsize=11, bbox=PAPER)
     swing = states.swing_energy
-    if swing is not None and (swing - swing[0]).max() > 0.05:  # of the energy
-        words = "inside the circle: the swing\nholds part of the energy"
-        axes.text(0.0, -0.12, words, ha="center", va="top", fontsize=9, bbox=PAPER)
+    if swing is not None:
+        whole = (states.scaled**2).sum(axis=0) + swing
+        lost = whole[-1] < (1 - SHOWN_SHARE) * whole[0]
+        where = ["energy is lost"] * bool(lost)
+        where += ["the swing\nholds part of it"] * bool((swing - swing[0]).max() > SHOWN_SHARE)
+        if where:
+            words = f"inside the circle: {' and '.join(where)}"
+            axes.text(0.0, -0.12, words, ha="center", va="top", fontsize=9, bbox=PAPER)
 
 
 def _ask_for_masses(axes: Axes) -> None:
@@ -338,11 +349,12 @@ PANELS: Mapping[str, Draw] = {
 def panels_of(material: Material) -> dict[str, Draw]:
     """Choose the panels that show something of a clip.
 
-    Nothing is enlarged where no collisions lie close together, and only a ball and a cylinder at a
-    wall have the states and energies of the theory; their velocities must be of one unit.
+    Nothing is enlarged where no collisions lie close together, and only a ball and a cylinder that
+    collide at a wall have the states and energies of the theory; their velocities must be of one
+    unit.
     """
     result = material.result
     at_wall = material.track.heavy is not None and result.wall_side is not None
-    states = at_wall and result.even_rate
+    states = at_wall and result.even_rate and bool(material.burst)
     shown = {"enlarged": material.is_dense, "phase-circle": states, "energy": states}
     return {name: draw for name, draw in PANELS.items() if shown.get(name, True)}

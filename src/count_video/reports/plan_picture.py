@@ -65,8 +65,12 @@ def plan_figure(plan: Plan) -> Figure:
             _draw_map(above, plan, plan.chart)
         draw_states(circle, material)
         circle.set_title("Phase circle: theory (lines) and planned states")
-        for axes, draw in zip(below, (draw_whole, draw_enlarged), strict=True):
-            draw(axes, material)
+        draw_whole(below[0], material)
+        if material.is_dense:
+            draw_enlarged(below[1], material)
+        else:
+            below[1].set_axis_off()
+        for axes in below:
             axes.set_xlabel("frame, from the release")
         add_legend(figure, below[0])
         thin_numbers(figure)

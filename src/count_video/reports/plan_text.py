@@ -22,7 +22,16 @@ from count_video.planning.variations import (
     restitution_range,
 )
 from count_video.reports.campaign import entry, histogram_lines, paper_lines
-from count_video.reports.words import RARE, WIDTH, Note, answer_text, percent, plural
+from count_video.reports.words import (
+    RARE,
+    WIDTH,
+    Note,
+    answer_text,
+    percent,
+    plural,
+    share_words,
+    shortened,
+)
 
 GOOD_BALL_PX = 60
 """A ball this wide or wider is followed well."""
@@ -59,7 +68,7 @@ def _burst_notes(plan: Plan) -> Iterator[Note]:
     text += " from one collision to the next where they follow each other fastest"
     yield "Shortest", "there is one collision alone" if math.isinf(shortest) else text
     where = "at the wall" if burst.last_m == 0 else f"{_mm(burst.last_m)} from the wall"
-    speed = f"{1e3 * burst.last_speed_m_s:.3g} mm/s"
+    speed = f"{shortened(1e3 * burst.last_speed_m_s, 3)} mm/s"
     yield "Last", f"with the ball {where}, where the two close in at {speed}"
     text = f"from {burst.first_s:.2f} s to {burst.last_s:.2f} s after the release "
     text += f"({burst.last_s - burst.first_s:.2f} s); the cylinder "
@@ -131,8 +140,7 @@ def _counts(spread: Spread) -> str:
     if len(listed) > 5:
         return f"counts from {min(listed)} to {max(listed)} in most"
     ordered = sorted(listed.items(), key=lambda item: -item[1])
-    words = ((count, "100%" if share == 1 else percent(share)) for count, share in ordered)
-    return ", ".join(f"{count} in {share}" for count, share in words)
+    return ", ".join(f"{count} in {share_words(share)}" for count, share in ordered)
 
 
 def _change(plan: Plan) -> str:
@@ -162,9 +170,9 @@ def _proposal(request: PlanRequest, proposal: Proposal) -> str:
     elif proposal.change == "release":
         text = f"let the cylinder go from {_mm(value)}"
     elif value > 0:
-        text = f"add {value:.3g} of clay to the cylinder's {heavy}"
+        text = f"add {shortened(value, 3)} of clay to the cylinder's {heavy}"
     else:
-        text = f"take {-value:.3g} off the cylinder's {heavy}"
+        text = f"take {shortened(-value, 3)} off the cylinder's {heavy}"
     return f"{text} ({proposal.share:.0%} of trials, film at {proposal.rate_needed_fps:.0f}/s)"
 
 
@@ -177,7 +185,7 @@ def table_lines(table: TrialTable | None) -> list[str]:
 
 
 def _mm(length_m: float) -> str:
-    return f"{1e3 * length_m:.3g} mm"
+    return f"{shortened(1e3 * length_m, 3)} mm"
 
 
 def plain(mass: Mass) -> str:

@@ -86,7 +86,7 @@ def _answer_notes(result: TrialResult) -> Iterator[Note]:
         on = f"no. {number}" if place else "the clip"
         if place and number == "+":
             on = f"the one that was missed in frame {place.rpartition('/')[2]}"
-        yield "Note", f"on {on}: {note}"
+        yield "Note", f"on {on}: {' '.join(note.split())}"
     yield "Plan", comparison_sentence(result.comparison, result.count)
 
 
@@ -171,6 +171,8 @@ def _scene_notes(result: TrialResult) -> Iterator[Note]:
     if result.wall_side is not None:
         sides = {"left": "above", "right": "below"} if result.upright else {}
         scene.append(f"wall {sides.get(result.wall_side, f'on the {result.wall_side}')}")
+    elif any(c.kind == "wall" for c in result.collisions):
+        scene.append("a stop at either end")
     if result.ball_diameter_px is not None:
         scene.append(f"ball {result.ball_diameter_px:.1f} px across")
     if result.millimetres_per_px is not None:

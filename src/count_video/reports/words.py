@@ -44,16 +44,22 @@ def counts_words(low: int, high: int) -> str:
     return str(low) if low == high else f"{low}{' or ' if high == low + 1 else ' to '}{high}"
 
 
+def shortened(value: float, digits: int = 4) -> str:
+    """Write a number with so many digits, or all before its point, and never an exponent."""
+    return f"{value:.0f}" if abs(value) >= 10**digits else f"{value:.{digits}g}"
+
+
 def ratio_words(ratio: Estimate | None, between: str = "±") -> str:
     """Write a mass ratio, the sign ``between``, and its uncertainty, 0 where the ratio was given.
 
     There are two digits of the uncertainty, and none of the ratio beyond them.
     """
-    if ratio is None:
-        return "not known"
-    value, sigma = ratio.value, ratio.sigma
+    return "not known" if ratio is None else _with_sigma(ratio.value, ratio.sigma, between)
+
+
+def _with_sigma(value: float, sigma: float, between: str) -> str:
     if not sigma or not math.isfinite(sigma):
-        return f"{value:.4g}" if value < 1e4 else f"{value:.0f}"  # never with an exponent
+        return shortened(value)
     digits = max(0, 1 - math.floor(math.log10(sigma)))
     return f"{value:.{digits}f} {between} {sigma:.{digits}f}"
 
@@ -61,6 +67,11 @@ def ratio_words(ratio: Estimate | None, between: str = "±") -> str:
 def percent(chance: float) -> str:
     """Write a chance, with a decimal near 0 and near 1, and never as certain."""
     return f"{chance:.0%}" if 0.01 <= chance < 0.99 else f"{min(chance, 0.999):.1%}"
+
+
+def share_words(share: float) -> str:
+    """Write a share of trials, all of them as ``100%``."""
+    return "100%" if share == 1 else percent(share)
 
 
 def chances_words(probability: Mapping[int, float], most: int | None = None) -> str:
@@ -119,7 +130,7 @@ SENTENCES: Final = {
     "did not reach the wall",
     Cause.UNRESOLVED: "collisions follow each other within {:.2g} pictures, less than the {} that "
     "show each for certain",
-    Cause.FRAMES_MISSING: "{:.0f} frames are missing, in which collisions may have happened",
+    Cause.FRAMES_MISSING: "{missing} missing, in which collisions may have happened",
     Cause.NO_IMPACT: "no impact is seen: what could be followed turns round smoothly, if at all, "
     "and jumps nowhere; if it is the cylinder of a trial, its ball could not be followed",
     Cause.TOO_FAINT: "the few turns that are seen are too faint or too short to be called impacts",
@@ -175,7 +186,7 @@ SENTENCES: Final = {
     "to {:.0f}; choose another with --start and --end",
     Cause.STANDS_STILL: "the bodies stand still but for frames {:.0f} to {:.0f}, which alone are "
     "counted",
-    Cause.RATE_CHANGES: "the rate of the footage changes at frame {changes}, by a factor of "
+    Cause.RATE_CHANGES: "the rate of the footage changes at {changes}, by a factor of "
     "{0:.0f}: no rate gives times, and velocities are those of the frames next to each collision",
     Cause.OUTLINES_LEAVE_OPEN: "one of the bodies is not outlined rightly, which makes collisions "
     "between the frames less sure",
@@ -185,8 +196,8 @@ SENTENCES: Final = {
     "state's): the rate of the frames may change within the clip, and then velocities, restitution "
     "and mass ratio are wrong",
     Cause.MASSES_UNUSED: "--masses is not used: no ball and cylinder at a wall were found",
-    Cause.MASSES_CONTRADICT: "the masses given have the ratio {:.4g}, the motion shows {:.4g} +- "
-    "{:.2g}: check --masses, the cylinder's first",
+    Cause.MASSES_CONTRADICT: "the masses given have the ratio {given}, the motion shows "
+    "{measured}: check --masses, the cylinder's first",
 }
 
 CLEARER: Final = (
@@ -237,17 +248,24 @@ def sentence(reason: Reason) -> str:
     """Put a reason into words for the user."""
     figures = reason.figures
     first = figures[0] if figures else 0.0
-    listed, several = ", ".join(f"{frame:.0f}" for frame in figures), "s"[len(figures) == 1 :]
-    frames = f"frame{several} {listed}"
+    frames = _frames(figures, ", ")
     return SENTENCES[reason.cause].format(
         *figures,
         chance=percent(first),
         frames=frames,
-        turns=f"the turn{several} in {frames}",
-        changes=" and ".join(f"{figure:.0f}" for figure in figures[1:]),
+        turns=f"the turn{'s'[len(figures) == 1 :]} in {frames}",
+        missing=f"{plural(round(first), 'frame')} {'is' if round(first) == 1 else 'are'}",
+        changes=_frames(figures[1:], " and "),
+        given=shortened(first),
+        measured=_with_sigma(*figures[1:3], "+-") if len(figures) == 3 else "",
         apart=f"{'are apart' if first > 0 else 'overlap'} by {abs(first):.0f}",
         open_counts=_open_counts(list(zip(figures[::2], figures[1::2], strict=False))),
     )
+
+
+def _frames(numbers: Sequence[float], between: str) -> str:
+    """Name frames: ``frame 26``, ``frames 26 and 71``."""
+    return f"frame{'s'[len(numbers) == 1 :]} {between.join(f'{one:.0f}' for one in numbers)}"
 
 
 def sentences(reasons: Iterable[Reason]) -> str | None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from count_video.errors import TrackingError
 from count_video.records import BodyTrack, Floats, MotionLine, Track
+from count_video.signals import interpolated
 from count_video.tracking.following import was_followed
 from count_video.tracking.observation import Observation
 from count_video.tracking.pairing import (
@@ -75,7 +76,7 @@ def _prominence(body: Places) -> float:
 
 def _track(body: Places, seen: Observation) -> Track:
     line = _line(body, _jump_direction(body.xy_px))
-    ball = _body_track(body, line)
+    ball, aside_px = _along_and_across(body, line)
     return Track(
         frame=seen.frames.astype(np.float64),
         ball=ball,
@@ -86,6 +87,7 @@ def _track(body: Places, seen: Observation) -> Track:
         warnings=tuple(unseen_warning("body", ball.position_px)),
         shift_px=camera_shift(seen.movers, seen.view),
         turned=camera_turned(seen.movers, seen.view),
+        beside_px=aside_px,
     )
 
 
@@ -154,8 +156,11 @@ def _line(body: Places, direction: Floats) -> MotionLine:
     return MotionLine(x, y, float(np.degrees(np.arctan(across / along))), upright)
 
 
-def _body_track(body: Places, line: MotionLine) -> BodyTrack:
-    """Project a body's places on the line; positions are image x or y of the projection."""
+def _along_and_across(body: Places, line: MotionLine) -> tuple[BodyTrack, Floats]:
+    """Project a body's places on the line; positions are image x or y of the projection.
+
+    Also how far from the line it is, across it, by image x and y, shape (n, 2).
+    """
     along = float(np.cos(np.radians(line.tilt_deg)))
     across = float(np.sin(np.radians(line.tilt_deg)))
     x, y = body.x_px - line.anchor_x_px, body.y_px - line.anchor_y_px
@@ -163,4 +168,6 @@ def _body_track(body: Places, line: MotionLine) -> BodyTrack:
     anchor = line.anchor_y_px if line.upright else line.anchor_x_px
     position = anchor + along * (along * forward + across * sideways)
     half = along * (body.height_px if line.upright else body.width_px) / 2
-    return BodyTrack(position, body.sigma_px, -half, half)
+    aside = interpolated(along * sideways - across * forward)
+    beside_px = np.outer(aside, [along, -across] if line.upright else [-across, along])
+    return BodyTrack(position, body.sigma_px, -half, half), beside_px

@@ -44,7 +44,8 @@
     element("play").setAttribute("aria-pressed", String(!video.paused));
   }
 
-  const playOrStop = () => (video.paused ? video.play() : video.pause());
+  // A film that is stopped before it began to play says so by an error.
+  const playOrStop = () => (video.paused ? video.play().catch(() => {}) : video.pause());
 
   // ---- what is there, with the corrections laid over it -----------------------------------
   const isWrong = (c) => review.corrections
@@ -105,7 +106,9 @@
     if (focused !== undefined) focusOn(focused);
     const { corrections } = review;
     element("undo").disabled = before.length === 0;
-    element("save").disabled = corrections.length === 0 && Object.keys(review.notes).length === 0;
+    // A file may take back what one before it says.
+    element("save").disabled = asText(review) === saved && corrections.length === 0
+      && Object.keys(review.notes).length === 0;
     element("wrong").disabled = chosen === null;
     const added = chosen !== null && chosen.number === null;
     element("wrong").firstChild.textContent = added ? "Take away "
@@ -117,6 +120,11 @@
     element("note-on").textContent = nameOf(chosen);
     if (document.activeElement !== element("note")) element("note").value = review.notes[key(chosen)] ?? "";
     element("listed").textContent = `${entries().length} in the list`;
+    if (chosen === null) {
+      element("contact-title").textContent = entries().length
+        ? "Choose a collision to see its frames" : "No collision to show";
+      element("cuts").replaceChildren();
+    }
     drawState();
   }
 
@@ -161,12 +169,14 @@
   // Only what a review of this clip can hold is taken from outside; null if it is none.
   function readReview(text) {
     try {
-      const { clip, corrections, notes = {}, saved: inFile } = JSON.parse(text);
+      const { clip, clip_sha256: digest, corrections, notes = {}, saved: inFile } = JSON.parse(text);
       const sound = corrections.every((k) => Object.hasOwn(words, k.kind) && Number.isFinite(k.frame)
         && (k.action === "missed" || (k.action === "wrong"
-          && collisions.some((c) => c.number === k.number && c.kind === k.kind))));
+          && collisions.some((c) => c.number === k.number && c.kind === k.kind
+            && Math.abs(c.frame - k.frame) <= data.same_frames))));
       const written = Object.values(notes).every((note) => typeof note === "string");
-      if (clip !== data.clip || !sound || !written) return null;
+      const another = clip !== data.clip || (digest && data.clip_sha256 && digest !== data.clip_sha256);
+      if (another || !sound || !written) return null;
       return [{ notes, corrections: corrections.map(correction) }, inFile];
     } catch {
       return null;
@@ -243,13 +253,18 @@
     const rest = corrections.filter((k) => k.action !== action || k.kind !== kind
       || (number === null ? k.frame !== frame : k.number !== number));
     const added = rest.length < corrections.length ? [] : [{ action, kind, frame, number }];
-    change({ corrections: [...rest, ...added] });
+    const notes = { ...review.notes };
+    if (action === "missed" && !added.length) {  // one that was added goes away, with its note
+      const gone = key({ kind, frame, number });
+      delete notes[gone];
+      if (key(chosen) === gone) chosen = null;
+    }
+    change({ corrections: [...rest, ...added], notes });
   }
 
   function markWrong() {
     const c = chosen;
     if (c === null) return;
-    if (c.number === null) chosen = null;  // one that was added goes away again
     toggle(c.number === null ? "missed" : "wrong", c);
   }
 
@@ -304,7 +319,9 @@
     // The slider and the picture have arrow keys of their own, and space presses a focused button.
     const arrow = event.key.startsWith("Arrow");
     if (arrow && (target.type === "range" || target.id === "sheet")) return;
-    if (event.key === " " && (target.tagName === "BUTTON" || target.type === "file")) return;
+    if (arrow && target.tagName === "PRE") return;
+    if (event.key === " " && (target.tagName === "BUTTON"
+      || ["file", "checkbox"].includes(target.type))) return;
     event.preventDefault();
     act();
   });

@@ -83,7 +83,7 @@
       const [across, down] = endOf(middle, 0.94);
       const release = 0.94 * Math.min(MAP.release[1], MAP.gap[1] / middle);
       const wide = Math.min(x(to * release) - x(from * release),
-        y(middle * release / to) - y(middle * release / from || MAP.release[0]));
+        y(middle * release / to) - y(middle * release / from));
       return wide < 14 ? [] : [draw("text",
         { class: "count", x: across, y: down, "font-size": Math.min(24, 10 + wide / 6) }, count)];
     });
@@ -147,6 +147,7 @@
 
   function theoryWords(count, theory) {
     if (values.gap > values.release) return "The gap is larger than the release.";
+    if (heavyOf(values.clay) < request.light) return "The cylinder is lighter than the ball: no count.";
     if (count === undefined) return "The ball rattles to rest between cylinder and wall: no count.";
     return count === theory ? `Theory: ${theory}, the same`
       : `Theory: ${theory} for free bodies without losses`;
@@ -156,6 +157,7 @@
     for (const name of NAMES) {
       element(name).value = name === "rate" ? Math.log10(values.rate) : values[name];
       element(`${name}-value`).textContent = SAID[name](values[name]);
+      element(name).setAttribute("aria-valuetext", SAID[name](values[name]));
     }
     const row = rowOf(values.clay);
     const cells = cellsOf(row);
