@@ -285,10 +285,10 @@ def draw_states(axes: Axes, material: Material) -> None:
     if swing is not None:
         whole = (states.scaled**2).sum(axis=0) + swing
         lost = whole[-1] < (1 - SHOWN_SHARE) * whole[0]
-        where = ["energy is lost"] * bool(lost)
-        where += ["the swing\nholds part of it"] * bool((swing - swing[0]).max() > SHOWN_SHARE)
+        where = ["energy lost"] * bool(lost)
+        where += ["energy in the swing"] * bool((swing - swing[0]).max() > SHOWN_SHARE)
         if where:
-            words = f"inside the circle: {' and '.join(where)}"
+            words = "inside the circle: " + "\nand ".join(where)
             axes.text(0.0, -0.12, words, ha="center", va="top", fontsize=9, bbox=PAPER)
 
 

@@ -58,21 +58,21 @@ def plan_figure(plan: Plan) -> Figure:
         figure = figure_of(16.0, 12.0)
         title = drawable(f"Plan: {plan_headline(plan)}")
         figure.suptitle(title, fontsize=20, weight="bold", parse_math=False)
-        (above, circle), below = figure.subplots(2, 2, height_ratios=[1.25, 1])
+        below = ["whole", "enlarged" if material.is_dense else "whole"]
+        panels: Any = [["map", "circle"], below]
+        axes = figure.subplot_mosaic(panels, height_ratios=[1.25, 1])
         if plan.chart is None:
-            above.set_axis_off()
+            axes["map"].set_axis_off()
         else:
-            _draw_map(above, plan, plan.chart)
-        draw_states(circle, material)
-        circle.set_title("Phase circle: theory (lines) and planned states")
-        draw_whole(below[0], material)
+            _draw_map(axes["map"], plan, plan.chart)
+        draw_states(axes["circle"], material)
+        axes["circle"].set_title("Phase circle: theory (lines) and planned states")
+        draw_whole(axes["whole"], material)
         if material.is_dense:
-            draw_enlarged(below[1], material)
-        else:
-            below[1].set_axis_off()
-        for axes in below:
-            axes.set_xlabel("frame, from the release")
-        add_legend(figure, below[0])
+            draw_enlarged(axes["enlarged"], material)
+        for name in below:
+            axes[name].set_xlabel("frame, from the release")
+        add_legend(figure, axes["whole"])
         thin_numbers(figure)
         return figure
 
