@@ -176,6 +176,8 @@ def _draw_histogram(axes: Axes, group: Summary) -> None:
     shown = [*group.histogram, *theories[:1], *theories[-1:]]
     axes.set_xlabel("collisions counted")
     axes.set_ylabel("trials")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(integer=True))
     if not shown:
         return
     trials = list(group.histogram.values())
@@ -188,10 +190,8 @@ def _draw_histogram(axes: Axes, group: Summary) -> None:
         label = f"mean: {group.mean:.2f}"
         axes.axvline(group.mean, color="black", linestyle=":", linewidth=2, label=label)
     axes.set_xlim(min(shown) - 1.5, max(shown) + 1.5)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylim(0, 1.15 * max([*trials, 1]))
-    axes.legend(loc="upper left")
+    axes.legend(loc="best")
 
 
 def campaign_files(

@@ -88,7 +88,8 @@ def draw_space_time(axes: Axes, material: Material, frames: Range, size: float =
     axes.plot(track.frame, low, color=BALL, linewidth=1.4, gid="ball", label="ball (its two edges)")
     axes.plot(track.frame, high, color=BALL, linewidth=1.4, gid="ball")
     if face is not None:
-        style: Any = {"linewidth": 1.8, "gid": "heavy", "label": "cylinder (its face)"}
+        label = f"{_heavy_name(material)} (its face)"
+        style: Any = {"linewidth": 1.8, "gid": "heavy", "label": label}
         axes.plot(track.frame, face, color=HEAVY, **style)
     _draw_marks(axes, material, frames, size)
     axes.set_xlim(*frames)
@@ -193,7 +194,7 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     shown = [] if sides else [0.0]
     for name, label, colour, body in (
         ("ball", "ball", BALL, track.ball),
-        ("heavy", "cylinder", HEAVY, track.heavy),
+        ("heavy", _heavy_name(material), HEAVY, track.heavy),
     ):
         if body is None:
             continue
@@ -214,7 +215,12 @@ def draw_velocities(axes: Axes, material: Material) -> None:
     _count_frames(axes)
     axes.set(xlim=frames, ylim=(min(shown) - beside, max(shown) + beside))
     axes.set_ylabel(f"velocity ({unit_name})\n{_upward(material)} is up")
-    axes.set_title("Velocities: dots from frame to frame, lines and bars fitted between collisions")
+    axes.set_title("Velocities: dots from frame to frame, bars fitted at collisions, lines between")
+
+
+def _heavy_name(material: Material) -> str:
+    """Name the body that is not the ball: without a wall it may be another ball."""
+    return "other body" if material.result.wall_side is None else "cylinder"
 
 
 def _upward(material: Material) -> str:
