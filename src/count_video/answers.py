@@ -161,13 +161,15 @@ def weighed(
     """
     heavy: Fraction | float
     light: Fraction | float
-    sigma, warnings = None, result.warnings
+    sigma, other = None, None
     if masses is not None:
         heavy, light = masses
-        given = float(heavy / light)
-        if measured and Knowledge(mass_ratio=given).contradicts(measured[0]):
-            clash = (given, measured[0].value, measured[0].sigma)
-            warnings += (sentence(Reason(Cause.MASSES_CONTRADICT, clash)),)
+        if measured and Knowledge(mass_ratio=float(heavy / light)).contradicts(measured[0]):
+            other = measured[0]
+            clash = Reason(
+                Cause.MASSES_CONTRADICT, (float(heavy / light), other.value, other.sigma)
+            )
+            result = replace(result, warnings=(*result.warnings, sentence(clash)))
     elif measured:
         heavy, light, sigma = measured[0].value, 1.0, measured[0].sigma
     else:
@@ -175,8 +177,8 @@ def weighed(
     pi = pi_bounds(result.count, heavy, light) if result.count else None
     return replace(
         result,
-        warnings=warnings,
         mass_ratio=float(heavy / light),
+        contradicting_ratio=other,
         mass_ratio_sigma=sigma,
         pi_low=pi.low if pi else None,
         pi_high=pi.high if pi else None,

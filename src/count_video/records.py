@@ -335,6 +335,8 @@ class TrialResult:
     pi_high: float | None = None
     mass_ratio: float | None = None
     """Heavy over light; given by the user or measured from the motion."""
+    contradicting_ratio: Estimate | None = None
+    """What the motion shows where it contradicts the masses given."""
     warnings: tuple[str, ...] = ()
     mass_ratio_sigma: float | None = None
     """Standard uncertainty of the mass ratio; None where it is given, or not known."""

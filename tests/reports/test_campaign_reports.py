@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from count_video.batch.summary import summarise
 from count_video.progress import TerminalBar
+from count_video.records import Estimate
 from count_video.reports.campaign import (
     TrialRow,
     advice,
@@ -229,3 +230,23 @@ def test_the_bar_shows_clips_done_and_gives_way_to_a_line(monkeypatch: pytest.Mo
     assert "12/30" in shown
     assert "/min" in shown
     assert "a line" in shown
+
+
+def test_a_trial_whose_motion_contradicts_its_masses_needs_a_person() -> None:
+    masses = (Fraction(36), Fraction(1))
+    shown = Estimate(16.001, 0.017)
+    rows = [
+        row("a", 12, masses=masses, mass_ratio=36.0, mass_ratio_sigma=None),
+        row(
+            "b",
+            12,
+            masses=masses,
+            mass_ratio=36.0,
+            mass_ratio_sigma=None,
+            contradicting_ratio=shown,
+        ),
+    ]
+    words = " ".join(campaign_text(rows, summarise(rows)).split())
+    assert "1 of 2 trials needs a person" in words
+    assert "b: the masses given have the ratio 36, the motion shows 16.001 +- 0.017" in words
+    assert "the motion shows 16.001 +- 0.017" in campaign_page(rows, summarise(rows), (b"", ""))

@@ -37,6 +37,7 @@ KEYS = [
     "pi_high",
     "mass_ratio",
     "mass_ratio_sigma",
+    "contradicting_ratio",
     "energy_kept",
     "restitution",
     "ending",

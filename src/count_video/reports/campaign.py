@@ -12,6 +12,7 @@ from typing import Literal
 from count_video.inputs import MASS_RATIO
 from count_video.physics.theory import collision_count
 from count_video.planning.variations import CountFigures
+from count_video.reasons import Cause, Reason
 from count_video.records import SURE, Estimate, TrialResult
 from count_video.reports.words import (
     WIDTH,
@@ -21,6 +22,7 @@ from count_video.reports.words import (
     plural,
     printable,
     ratio_words,
+    sentence,
 )
 
 NAME_COLUMNS = 24, 60
@@ -76,10 +78,14 @@ class TrialRow:
 
     @property
     def needs_a_person(self) -> bool:
-        """True for what is not counted, not kept, or less than sure."""
-        chance = self.result.chance
-        unsure = chance is not None and chance < SURE
-        return bool(self.missing) or unsure
+        """True for what is not counted, not kept, less than sure, or has other masses."""
+        others = self.result.contradicting_ratio is not None
+        return bool(self.missing) or self.is_unsure or others
+
+    @property
+    def is_unsure(self) -> bool:
+        """True for a count that is less than sure."""
+        return self.result.chance is not None and self.result.chance < SURE
 
 
 @dataclass(frozen=True)
@@ -170,6 +176,8 @@ def advice(row: TrialRow) -> str:
         return "remove what prevented the writing and start the same command again"
     if row.result.frames_decoded is None:
         return "mend what the reason names, and start the same command again"
+    if row.result.contradicting_ratio is not None and not row.is_unsure:
+        return "start again with the masses of these bodies"
     return row.result.what_to_do or "compare the clip with the collisions listed"
 
 
@@ -206,8 +214,16 @@ def _doubt_lines(rows: Sequence[TrialRow], width: int) -> list[str]:
 
 def _why(row: TrialRow) -> str:
     listed = chances_words(row.result.probability, 4)
-    doubt = filter(None, (f"probably {row.count} ({listed})", row.result.reason))
-    return row.missing or "; ".join(doubt)
+    unsure = f"probably {row.count} ({listed})" if row.is_unsure else None
+    return row.missing or "; ".join(filter(None, (unsure, row.result.reason, other_masses(row))))
+
+
+def other_masses(row: TrialRow) -> str | None:
+    """Say so if the motion of a trial contradicts the masses given."""
+    given, shown = row.result.ratio, row.result.contradicting_ratio
+    if given is None or shown is None:
+        return None
+    return sentence(Reason(Cause.MASSES_CONTRADICT, (given.value, shown.value, shown.sigma)))
 
 
 def summary_lines(one: Summary) -> list[Line]:

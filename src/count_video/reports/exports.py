@@ -43,8 +43,18 @@ _KEYS = (
     *("count", "seen", "between_frames", "probability", "count_after_burst", "collisions"),
     *("capture_fps", "capture_fps_source", "even_rate", "frames_decoded", "frames_promised"),
     *("wall_side", "upright", "ball_diameter_px", "millimetres_per_px"),
-    *("pi_low", "pi_high", "mass_ratio", "mass_ratio_sigma", "energy_kept", "restitution"),
-    *("ending", "fitted_setup", "warnings", "reviewed_count", "corrections", "notes", "plan"),
+    *("pi_low", "pi_high", "mass_ratio", "mass_ratio_sigma", "contradicting_ratio"),
+    *(
+        "energy_kept",
+        "restitution",
+        "ending",
+        "fitted_setup",
+        "warnings",
+        "reviewed_count",
+        "corrections",
+        "notes",
+        "plan",
+    ),
 )
 """Keys of a result, in the order in which one reads."""
 

@@ -31,7 +31,13 @@ from count_video.planning.variations import (
     adjustments_of,
 )
 from count_video.records import SAME_COLLISION_FRAMES, Floats, TrialResult
-from count_video.reports.campaign import CampaignSummary, TrialRow, advice, summary_lines
+from count_video.reports.campaign import (
+    CampaignSummary,
+    TrialRow,
+    advice,
+    other_masses,
+    summary_lines,
+)
 from count_video.reports.exports import json_object, plain
 from count_video.reports.plan_text import plan_headline, plan_notes, table_lines
 from count_video.reports.text import answer_words, collision_lines, comparison_lines, result_notes
@@ -181,8 +187,8 @@ def campaign_page(
 def _doubt(row: TrialRow) -> str:
     """Say what is doubtful about a trial and what to do, in sentences."""
     to_do = advice(row)
-    sentences = (row.not_kept or row.result.reason, to_do[:1].upper() + to_do[1:])
-    return printable(". ".join(filter(None, sentences)))
+    why = "; ".join(filter(None, (row.not_kept or row.result.reason, other_masses(row))))
+    return printable(". ".join(filter(None, (why, to_do[:1].upper() + to_do[1:]))))
 
 
 # ---- a plan ------------------------------------------------------------------------------------
